@@ -6,7 +6,7 @@ from common import limits
 from common.buses.drive_monitor import MEMORY_S, NEAR_N, PERSIST_S
 from common.config import OperatorConfig, RemoteConfig
 from common.timing.safe_states import SAFE_STATES, TICK_S
-from common.timing.timeouts import Rung, in_ms, ladder
+from common.timing.timeouts import Timeout, in_ms, ladder
 
 OPERATOR_HZ, REMOTE_HZ = (kind.model_fields["rate_hz"].default for kind in (OperatorConfig, RemoteConfig))
 """Default rates of the loops, Hz, for the example on the page."""
@@ -92,7 +92,7 @@ def _rungs() -> Iterable[tuple[str, ...]]:
     return ((rung.name, in_ms(rung.after_s), rung.source, rung.then, _covers(rung)) for rung in rungs)
 
 
-def _covers(rung: Rung) -> str:
+def _covers(rung: Timeout) -> str:
     sums = (
         " + ".join(name if times == 1 else f"{times:g} x {name}" for name, times in parts.items())
         for parts in rung.covers

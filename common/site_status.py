@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from common.fingers import FINGERS
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.link.session_display import ENGAGING, shown_state
 from common.link.session_state import Session
 from common.recording.recorder import Recorder, recording_figures
@@ -40,7 +40,7 @@ class SessionEnd(Protocol):
         """Whether outputs may act."""
 
     @property
-    def acceptance(self) -> Acceptance:
+    def acceptance(self) -> PacketFilter:
         """Of the packets that the site acts on."""
 
     @property

@@ -18,10 +18,10 @@ from operator_site.force.passive_contact import PassiveContact
 from operator_site.safety.gated_output import SKIN_NEUTRAL_C
 from operator_site.safety.limit_flags import Limit
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.contact_prediction import LEAD_S, ApproachSpeed, contact_c, contact_in_s
+from operator_site.thermal.contact_prediction import LEAD_S, ContactPrediction, contact_c, contact_in_s
 from operator_site.thermal.model_selection import RUNGS
-from operator_site.thermal.plate_controller import PlateLoop
-from operator_site.thermal.plate_setpoint import PlateDisplay
+from operator_site.thermal.plate_controller import PlateController
+from operator_site.thermal.plate_setpoint import PlateSetpoint
 from operator_site.thermal.scene_skin import SceneSkin, SkinState, prepare, touched_object
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
 from operator_site.thermal.tissue import Body
@@ -77,7 +77,7 @@ class Fingertips:
         n = len(FINGERS)
         self._wall = wall
         self._contacts = [PassiveContact(wall) for _ in range(n)]
-        self._approaches = [ApproachSpeed() for _ in range(n)]
+        self._approaches = [ContactPrediction() for _ in range(n)]
         self._vibrations = [FingerVibration(vibration) for _ in range(n)]
         self._surfaces = [Surface()] * n
         self._played = PlayedEvents()
@@ -86,8 +86,8 @@ class Fingertips:
         prepare(materials().values(), RUNGS if model is None else (model,), self._skin.body.air_w_m2k)
         self.skin: SkinState = self._skin.state()
         """What the fingers feel by the model, for display and recording."""
-        self._display = PlateDisplay(profile, self.skin.surface_c)
-        self._loops = [PlateLoop() for _ in range(n)]
+        self._display = PlateSetpoint(profile, self.skin.surface_c)
+        self._loops = [PlateController() for _ in range(n)]
         self._drive = [0.0] * n
         self._touching = [False] * n
         self._contact_in_s = [math.inf] * n

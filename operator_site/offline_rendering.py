@@ -9,7 +9,7 @@ from pathlib import Path
 from common.limits import COMFORT, PlateRange
 from common.wire.messages import Event
 from operator_site.thermal.model_selection import choose
-from operator_site.thermal.plate_setpoint import PlateDisplay
+from operator_site.thermal.plate_setpoint import PlateSetpoint
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
 from operator_site.thermal.tissue import BLOOD_DENSITY_KG_M3, BLOOD_SPECIFIC_HEAT_J_KGK, LAYERS, Body, rest
@@ -73,7 +73,7 @@ def _thermal_rows(
     skin: SceneSkin, touched: Touched, object_c: float, steps: int, profile: PlateRange | None
 ) -> Iterator[tuple[float, ...]]:
     state = skin.state()
-    display = PlateDisplay(profile, state.surface_c) if profile else None
+    display = PlateSetpoint(profile, state.surface_c) if profile else None
     contact = round(CONTACT_S / STEP_S)
     for step in range(steps + 1):
         if step == contact:

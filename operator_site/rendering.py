@@ -9,7 +9,7 @@ from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, Touch, TouchRow
 from operator_site.fingertips import Fingertips, Requested
-from operator_site.force.loop_stiffness import HeldForce
+from operator_site.force.loop_stiffness import LoopStiffness
 from operator_site.rendering_input import RenderingInput
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.tissue import Body
@@ -40,7 +40,7 @@ class Rendering:
         """
         self._contain = contain or Containment()
         self._config = config
-        self._held = HeldForce(SampledWall(config.exoskeleton_damping_n_s_m, period_s, config.exoskeleton_delay_s))
+        self._held = LoopStiffness(SampledWall(config.exoskeleton_damping_n_s_m, period_s, config.exoskeleton_delay_s))
         self._gap_ns = round(gap_s * 1e9)
         self._session = 0
         self._time_s = -math.inf

@@ -19,7 +19,7 @@ from common.link.deadband import Deadband
 from common.link.keys import KeyPair, fingerprint, load_keys
 from common.link.link import OperatorLink
 from common.link.link_sides import OperatorSide
-from common.link.local_control import Desk, LocalControl
+from common.link.local_control import LocalControl, LocalControlSocket
 from common.recording.recorder import Recorder
 from common.runtime.containment import Containment, MakeContainment
 from common.runtime.site_loop import run_site_loop
@@ -35,12 +35,12 @@ from operator_site.rendering_input import RenderingInput
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.safety.limit_flags import limit_names
 from operator_site.session.admission import Admission
-from operator_site.session.console_feed import ConsoleFeed, Feed
-from operator_site.session.console_presence import Attendance
+from operator_site.session.console_feed import ConsoleFeed, ConsoleFeedSocket
+from operator_site.session.console_presence import ConsolePresence
 from operator_site.session.local_control import answer_desk
 from operator_site.session.remote_key import remote_public_key
 from operator_site.session.session_client import SessionClient
-from operator_site.session.session_protocol import OperatorSession
+from operator_site.session.session_protocol import SessionProtocol
 from operator_site.site_recording import SCHEMAS, SiteRecording
 
 log = logging.getLogger(__name__)
@@ -64,7 +64,7 @@ class OperatorSite:
     def __init__(
         self,
         config: OperatorConfig,
-        client: OperatorSession,
+        client: SessionProtocol,
         devices: OperatorDevices,
         recorder: Recorder | None = None,
         desk: LocalControl | None = None,
@@ -86,7 +86,7 @@ class OperatorSite:
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None and feed is None else SiteRecording(recorder, feed)
-        self.attendance = Attendance(config.console_required_s)
+        self.attendance = ConsolePresence(config.console_required_s)
         self._desk = desk
         self._gap_s = config.link.gap_s
         self.contain = containment(client.session.latch)
@@ -286,7 +286,7 @@ def run_operator(config: OperatorConfig, stop: Callable[[], bool]) -> None:
 def run_operator_site(
     config: OperatorConfig,
     keys: KeyPair,
-    begin: Callable[[ExitStack], tuple[OperatorSession, Callable[[], None]]],
+    begin: Callable[[ExitStack], tuple[SessionProtocol, Callable[[], None]]],
     stop: Callable[[], bool],
     clock: HostClock | None = None,
     **about: str,
@@ -302,8 +302,8 @@ def run_operator_site(
         about: what the recording says of the session beside its configuration.
     """
     with ExitStack() as opened:
-        desk = opened.enter_context(Desk(config.desk_port, keys))
-        feed = None if config.feed_port is None else opened.enter_context(Feed(config.feed_port, keys))
+        desk = opened.enter_context(LocalControlSocket(config.desk_port, keys))
+        feed = None if config.feed_port is None else opened.enter_context(ConsoleFeedSocket(config.feed_port, keys))
         clock = clock or HostClock()
         devices = OperatorDevices(config, clock)
         opened.callback(devices.close)

@@ -17,7 +17,7 @@ from operator_site.recorded_rows import Clock, Played, Rendered, Skin
 from operator_site.rendering_input import RecordedInput, RenderingInput
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.session.console_feed import ConsoleFeed
-from operator_site.session.session_protocol import OperatorSession
+from operator_site.session.session_protocol import SessionProtocol
 
 SCHEMAS: dict[str, dict[str, object]] = {
     "operator/session": Happening.schema(),
@@ -57,7 +57,7 @@ class SiteRecording:
     def tick(
         self,
         now_ns: int,
-        client: OperatorSession,
+        client: SessionProtocol,
         given: RenderingInput,
         output: GatedOutput,
         motion: bytes | None,

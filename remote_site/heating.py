@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from common.fingers import FINGERS
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.identification.finger_touch import FingerTouch
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K, STALE_S, HeaterControl, next_offset_k
@@ -26,7 +26,7 @@ class Heating:
         offsets_k = [OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K]
         self._heaters = {n: FingerHeating(offset_k) for n, offset_k in zip(self._numbers, offsets_k, strict=False)}
 
-    def step(self, sensed: Sensed, touches: Mapping[int, FingerTouch]) -> list[float]:
+    def step(self, sensed: SensorFrame, touches: Mapping[int, FingerTouch]) -> list[float]:
         """Wanted drive of each heater (5,), -1..1; 0 for a finger that is not identified.
 
         Args:

@@ -19,7 +19,7 @@ from common.link.deadband import Deadband
 from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.link.link import RemoteLink
 from common.link.link_sides import RemoteSide
-from common.link.local_control import Desk, LocalControl
+from common.link.local_control import LocalControl, LocalControlSocket
 from common.link.perception_thresholds import touch_felt
 from common.recording.recorder import Recorder
 from common.runtime.containment import Containment, MakeContainment
@@ -32,7 +32,7 @@ from common.wire.packets import LinkState
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.devices import RemoteDevices
 from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.heating import Heating
 from remote_site.identification.perception import Perception, nothing_touched
 from remote_site.safety.gated_command import GatedCommand
@@ -94,7 +94,7 @@ class RemoteSite:
         self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
         self.perception = Perception(config.fingers, materials, surfaces, self.contain, 1.0 / config.rate_hz)
         self.heating = Heating(config.fingers)
-        self._sensed = Sensed(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW, None)
+        self._sensed = SensorFrame(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW, None)
         self._command = GatedCommand(False, True, 0.0, 0.0, [*_ZEROS], [*_ZEROS], [0] * len(FINGERS), None)
         self._gate_raised_s = -math.inf
         self._hand_of: Motion | None = None
@@ -139,7 +139,7 @@ class RemoteSite:
                 self._recording.session(now_ns, happenings, notes)
         self.perception.work()
 
-    def _read(self, now_s: float) -> Sensed:
+    def _read(self, now_s: float) -> SensorFrame:
         """What the devices say; where reading fails, that nothing new was measured."""
         with self.contain.step("read"):
             return self._devices.read(now_s, self._followed())
@@ -164,7 +164,9 @@ class RemoteSite:
         with self.contain.request("desk"):
             return answer_desk(self.server, now_ns, not_ready, verb, details)
 
-    def _commanded(self, now: Sensed, followed: tuple[float, Place] | None, heater_drive: list[float]) -> GatedCommand:
+    def _commanded(
+        self, now: SensorFrame, followed: tuple[float, Place] | None, heater_drive: list[float]
+    ) -> GatedCommand:
         """What may reach the devices; where the gate has raised, released where it stands, and heaters off."""
         fault = self.server.session.fault
         if not 0.0 <= now.time_s - self._gate_raised_s < _GATE_RESTS_S:
@@ -230,7 +232,7 @@ class RemoteSite:
             return None
         return gap_ns * 1e-9, [MotionRow(*row) for row in place_m.tolist()]
 
-    def _gated(self, now: Sensed, followed: tuple[float, Place] | None, heater_drive: list[float]) -> GatedCommand:
+    def _gated(self, now: SensorFrame, followed: tuple[float, Place] | None, heater_drive: list[float]) -> GatedCommand:
         devices = self._devices
         in_contact = [False] * len(FINGERS)
         for finger, touch in self.perception.touches.items():
@@ -297,7 +299,7 @@ def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
             RemoteLink(config.link.bind, config.link.base_port, keys, TrustedKeys(config.link.keys))
         )
         log.info("bound to %s:%d as %s", config.link.bind, config.link.base_port, fingerprint(keys.public))
-        desk = opened.enter_context(Desk(config.desk_port, keys))
+        desk = opened.enter_context(LocalControlSocket(config.desk_port, keys))
         clock = HostClock()
         devices = RemoteDevices(config, clock)
         opened.callback(devices.close)

@@ -10,7 +10,7 @@ from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD, Event, Motion
 from common.wire.streams import STREAMS
 from remote_site.calibrated_tables import load_tables
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.finger_touch import FingerTouch
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from remote_site.safety.gated_command import GatedCommand
@@ -19,7 +19,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "remote/session": Happening.schema(),
     "remote/motion": PACKET_SCHEMA,
     "remote/touch": PACKET_SCHEMA,
-    "remote/sensed": Sensed.schema(),
+    "remote/sensed": SensorFrame.schema(),
     "remote/gate": Gate.schema(),
     "remote/note": {"type": "string", "description": "what the operator noted"},
     "remote/event": SentEvent.schema(),
@@ -71,7 +71,7 @@ class SiteRecording:
         self,
         now_ns: int,
         motion: Motion | None,
-        sensed_now: Sensed,
+        sensed_now: SensorFrame,
         packet: bytes | None,
         happened: Iterable[Event],
         command: GatedCommand,

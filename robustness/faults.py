@@ -13,7 +13,7 @@ from mcap.records import Channel, Message
 
 from common.fingers import FINGERS
 from common.link.session_state import Happening
-from common.recording.truncated_mcap import CutRecording
+from common.recording.truncated_mcap import TruncatedMcap
 from robustness.fault_judge import Done, Finding, Floats, Truth, judge
 from robustness.fault_session import FaultSession
 from robustness.fault_table import (
@@ -225,7 +225,7 @@ def _collect(path: Path, streams: dict[str, list[tuple[float, Any]]]) -> None:
     wanted = {"remote/session", "operator/session", *_EACH_TICK.values()}
     topics: dict[int, str] = {}
     with path.open("rb") as file:
-        for record in CutRecording(file).records():
+        for record in TruncatedMcap(file).records():
             if isinstance(record, Channel):
                 topics[record.id] = record.topic
             elif isinstance(record, Message) and topics[record.channel_id] in wanted:

@@ -8,7 +8,7 @@ import msgpack
 from mcap.records import Channel, Message
 
 from common.link.session_state import Happening
-from common.recording.truncated_mcap import CutRecording
+from common.recording.truncated_mcap import TruncatedMcap
 from robustness.soak_judge import LIMITS, Extreme
 from teletaction.session.conclude import recordings_of
 from teletaction.session.demo_files import PROCESSES
@@ -57,7 +57,7 @@ def _read(path: Path, end_s: float, records: Records) -> None:
     topics: dict[int, str] = {}
     last_s, count = 0.0, 0
     with path.open("rb") as file:
-        recording = CutRecording(file)
+        recording = TruncatedMcap(file)
         for record in recording.records():
             if isinstance(record, Channel):
                 topics[record.id] = record.topic

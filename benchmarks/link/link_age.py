@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.link.link_packets import SESSION, framed_bytes, next_touch, touch_parts
 from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
 from common.link.clock_offset import ClockOffset
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.wire.streams import STREAMS
 from sim_sensors.network.conditions import Conditions
 from sim_sensors.network.path import NetworkPath
@@ -67,7 +67,7 @@ class MessageStream:
 class Age:
     """Age of the newest accepted packet at each of the operator's ticks, for one age limit."""
 
-    acceptance: Acceptance
+    acceptance: PacketFilter
     newest_ns: int | None = None
     ages_ns: list[int] = field(default_factory=list)
     ticks: int = 0
@@ -106,7 +106,7 @@ def ages(conditions: Conditions, seconds: float, seed: int) -> list[dict[str, An
     to_operator, to_remote = NetworkPath(lambda _: conditions), NetworkPath(lambda _: conditions)
     touch = stream(to_operator, framed_bytes(len(next_touch(touch_parts(), 10_000, _START_NS).encode())))
     beats, answers = stream(to_remote, _BEAT_BYTES), stream(to_operator, _BEAT_BYTES)
-    clock, found = ClockOffset(), [Age(Acceptance(round(limit_s * 1e9))) for limit_s in AGES_S]
+    clock, found = ClockOffset(), [Age(PacketFilter(round(limit_s * 1e9))) for limit_s in AGES_S]
     for tick in range(round((_SETTLE_S + seconds) * 1e9) // TICK_NS):
         remote_ns = tick * TICK_NS
         operator_ns = remote_ns + TICK_NS // 2

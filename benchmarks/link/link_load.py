@@ -21,7 +21,7 @@ from benchmarks.link.link_packets import SESSION, next_motion, next_touch, touch
 from common.limits import AGE_MAX_S
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.messages import Motion, Touch
 from operator_site.session.read_only_client import RATE_HZ as OBSERVER_HZ
@@ -68,7 +68,7 @@ class _LinkRemote:
         keys, trusted = load_keys(place.remote_keys), TrustedKeys(place.remote_keys)
         self._link = RemoteLink(place.host, place.base_port, keys, trusted)
         self._like, self._observed = touch_parts(load.touching), load.observers
-        self._acceptance = Acceptance(round(AGE_MAX_S * 1e9))
+        self._acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
 
     def send(self, sequence: int) -> None:
         packet = next_touch(self._like, sequence, time.monotonic_ns()).encode()
@@ -94,7 +94,7 @@ class _LinkClient:
         server_key = load_keys(place.remote_keys).public
         self._link = OperatorLink(place.host, place.base_port, load_keys(keys), server_key, role)
         self._stream = "touch" if role is Role.PARTNER else "observed"
-        self._acceptance = Acceptance(round(AGE_MAX_S * 1e9))
+        self._acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
 
     def send(self, sequence: int) -> None:
         self._link.send_latest("motion", next_motion(sequence, time.monotonic_ns()).encode())

@@ -18,7 +18,7 @@ from common.wire.messages import (
     pack_rows,
 )
 from common.wire.packets import LinkState, N
-from common.wire.touch_summary import NOTHING, Told
+from common.wire.touch_summary import NOTHING, TouchSummary
 
 SESSION = 0x1F2E_3D4C_5B6A_7988
 """Session number of every packet here; as long on the wire as the random number of a real session."""
@@ -79,7 +79,7 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
         Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, _FIRST_NS + n, 310.0)
         for n in range(events)
     )
-    told = tuple(Told(((name, 0.97),), 0.021, 0.002, 4.1e-3, 0.1e-3) if name else NOTHING for name in names)
+    told = tuple(TouchSummary(((name, 0.97),), 0.021, 0.002, 4.1e-3, 0.1e-3) if name else NOTHING for name in names)
     return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, pack_rows(rows), names, happened, told)
 
 

@@ -9,7 +9,7 @@ from benchmarks.link.link_packets import SESSION, next_touch
 from common.limits import AGE_MAX_S
 from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.wire.messages import Touch
 
 Departure = tuple[int, int]
@@ -67,7 +67,7 @@ class LinkReceiver:
     def __init__(self, place: Place):
         remote_key = load_keys(place.remote_keys).public
         self._link = OperatorLink(place.host, place.base_port, load_keys(place.operator_keys), remote_key)
-        self._acceptance = Acceptance(round(AGE_MAX_S * 1e9))
+        self._acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
 
     def receive(self, seconds: float) -> Arrival | None:
         """The next packet, decoded, checked and accepted."""

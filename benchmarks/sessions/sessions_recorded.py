@@ -10,7 +10,7 @@ from mcap.records import Channel, Message
 from numpy.typing import NDArray
 
 from common.limits import GAP_S
-from common.recording.truncated_mcap import CutRecording
+from common.recording.truncated_mcap import TruncatedMcap
 from common.wire.messages import Motion, Touch
 
 Times = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Recorded:
                 continue
             topics: dict[int, str] = {}
             with path.open("rb") as file:
-                for record in CutRecording(file).records():
+                for record in TruncatedMcap(file).records():
                     if isinstance(record, Channel):
                         topics[record.id] = record.topic
                     elif isinstance(record, Message):

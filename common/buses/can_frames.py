@@ -16,7 +16,7 @@ import can
 import cantools
 from cantools.database.can import Database
 
-from common.buses.can_signals import BYTES, FramePacking
+from common.buses.can_signals import BYTES, CanSignals
 from common.fingers import FINGERS
 
 SentFrame = tuple[int, bytes]
@@ -46,9 +46,9 @@ def _crc_begun(frame_id: int) -> int:
     return binascii.crc_hqx(frame_id.to_bytes(2, "big"), 0xFFFF)
 
 
-def packing(name: str) -> FramePacking:
+def packing(name: str) -> CanSignals:
     """Where the values of a frame are."""
-    return FramePacking(database().get_message_by_name(name))
+    return CanSignals(database().get_message_by_name(name))
 
 
 @dataclass(slots=True)
@@ -56,7 +56,7 @@ class FrameSender:
     """Encodes one kind of frame, counting."""
 
     name: str
-    _packing: FramePacking = field(init=False)
+    _packing: CanSignals = field(init=False)
     _crc_begun: int = field(init=False)
     _counter: int = 0
 
@@ -106,7 +106,7 @@ class FrameReceiver:
     refused: int = 0
     skipped: int = 0
     frame_id: int = field(init=False)
-    _packing: FramePacking = field(init=False)
+    _packing: CanSignals = field(init=False)
     _crc_begun: int = field(init=False)
     _counter: int | None = None
 

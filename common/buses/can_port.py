@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from common.buses.can_controller import CanController
 from common.buses.can_frames import BadFrame, FrameReceiver, SentFrame
-from common.buses.duplicate_sender import OwnFrames
-from common.buses.frame_error_rate import FrameDamage
+from common.buses.duplicate_sender import DuplicateSender
+from common.buses.frame_error_rate import FrameErrorRate
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus, TakenFrame, taken_frame
 from common.buses.wiring import SYSTEM, Opener, Wiring
@@ -89,7 +89,7 @@ def can_address(text: str) -> CanAddress | None:
 
 
 @dataclass(slots=True)
-class CanLine:
+class CanPort:
     """One bus and the frames that are read from it."""
 
     address: CanAddress
@@ -114,13 +114,13 @@ class CanLine:
     _unread: list[TakenFrame] = field(default_factory=list)
     """Frames that were taken from the bus, and are to be read by the next poll."""
     _opener: Opener[can.BusABC] = field(init=False)
-    _by_id: dict[int, tuple[FrameReceiver, FrameDamage]] = field(init=False)
-    _own: OwnFrames = field(init=False)
+    _by_id: dict[int, tuple[FrameReceiver, FrameErrorRate]] = field(init=False)
+    _own: DuplicateSender = field(init=False)
     _lost: DeviceAbsent | None = None
     _lines: RateLimiters[str] = field(default_factory=lambda: RateLimiters(_LINES_PER_S, 1))
 
     def __post_init__(self) -> None:
-        self._own = OwnFrames(self.sends)
+        self._own = DuplicateSender(self.sends)
         self._forget()
         self._opener = self.wiring.opener(lambda: self.wiring.open_bus(self.address), _shut_down)
         self._opener.start()
@@ -275,7 +275,7 @@ class CanLine:
         self._own.begin()
         for receiver in self.receivers:
             receiver.begin()
-        self._by_id = {receiver.frame_id: (receiver, FrameDamage(receiver.name)) for receiver in self.receivers}
+        self._by_id = {receiver.frame_id: (receiver, FrameErrorRate(receiver.name)) for receiver in self.receivers}
 
     def _lose(self, error: Exception) -> None:
         log.warning("CAN %s lost: %s", self.address, error)

@@ -12,7 +12,7 @@ from cantools.database.can import Message
 BYTES = 8
 
 
-class FramePacking:
+class CanSignals:
     """Packs and unpacks one kind of frame.
 
     Attributes:

@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from common.buses.serial_device import SerialLine
+from common.buses.serial_device import SerialDevice
 from common.timing.standstill import HostClock, Witness
 
 
-class SerialWitness:
+class DeviceClock:
     """The witness of one serial line."""
 
-    def __init__(self, line: SerialLine, clock: HostClock | None) -> None:
+    def __init__(self, line: SerialDevice, clock: HostClock | None) -> None:
         """Compare reports of `line` with `clock`, by default with a clock of its own."""
         self._line = line
         self._clock = HostClock() if clock is None else clock

@@ -51,7 +51,7 @@ class Doubt:
 
 
 @dataclass(slots=True)
-class DriveObeys:
+class DriveMonitor:
     """Watches one output that takes one of the commanded values. Pure: numbers and times, s, in."""
 
     name: str
@@ -80,7 +80,7 @@ class DriveObeys:
         return f"{self.name} {self.wrong.format(drive)}" if self._doubt.step(t_s, wrong) else ""
 
 
-class ForcesObey:
+class ForceMonitor:
     """Watches the force on each finger. A drive may be on its way from one command to another: the range counts.
 
     Pure: forces, N, and times, s, in.
@@ -126,7 +126,7 @@ class ForcesObey:
 
 
 @dataclass(slots=True)
-class StateComes:
+class ReportMonitor:
     """Watches that a CAN node keeps reporting its outputs. It counts frames, not time: a line may be late."""
 
     _places: int = 0

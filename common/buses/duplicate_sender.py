@@ -13,7 +13,7 @@ CLEAR_AFTER = 1000
 """A bus on which so many frames came without an own one has no second sender any more."""
 
 
-class OwnFrames:
+class DuplicateSender:
     """Watches all frames of one connection.
 
     Attributes:

@@ -31,7 +31,7 @@ class _Suspect:
     away_s: float = 0.0
 
 
-class EncoderJumps:
+class EncoderGlitches:
     """Encoders that are read together, in one frame.
 
     Attributes:

@@ -13,7 +13,7 @@ MOST = 10
 _LATELY = (1 << WINDOW) - 1
 
 
-class FrameDamage:
+class FrameErrorRate:
     """Watches one kind of frame.
 
     Attributes:

@@ -64,7 +64,7 @@ def _hang_up(port: Port) -> None:
 
 
 @dataclass(slots=True)
-class SerialLine:
+class SerialDevice:
     """The line to one finger's device of one kind. Reading and writing never block."""
 
     address: str

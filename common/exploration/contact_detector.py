@@ -25,7 +25,7 @@ _ROUNDED_S = 1e-4
 _LONGEST_S = SURE_S + _ROUNDED_S
 
 
-class Contact:
+class ContactDetector:
     """Contact of one finger.
 
     Attributes:

@@ -17,8 +17,8 @@ Why so, and what it cannot tell: docs/decisions/0017-modes.md.
 
 import math
 
-from common.exploration.approach_speed import Descent
-from common.exploration.contact_detector import FREE_N, TAP_S, Contact
+from common.exploration.approach_speed import ApproachSpeed
+from common.exploration.contact_detector import FREE_N, TAP_S, ContactDetector
 from common.exploration.hand_motion import HandMotion
 from common.exploration.position_spread import LATELY_S
 from common.exploration.stroke_speed import WINDOW_S
@@ -34,7 +34,7 @@ PLACE_M = 0.5 * STROKE_OFF_M_S * LATELY_S
 """As far as the slowest stroke gets from the middle of its last quarter of a second, m: within it is nowhere else."""
 
 
-class Exploration:
+class ModeDetector:
     """Mode machine of one finger.
 
     Attributes:
@@ -67,8 +67,8 @@ class Exploration:
         self.mode = ExplorationMode.FREE
         self.approach_m_s = 0.0
         self.contact = self.began = self.ended = False
-        self._contact = Contact()
-        self._descent = Descent()
+        self._contact = ContactDetector()
+        self._descent = ApproachSpeed()
         self._hand = hand
         self._fall_m_s = 0.0
         self._tap_m = (0.0, 0.0)

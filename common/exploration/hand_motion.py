@@ -1,7 +1,7 @@
 """How the hand moves over the bench: the same for all of its fingers."""
 
-from common.exploration.position_spread import Whereabouts
-from common.exploration.stroke_speed import MotionEstimate
+from common.exploration.position_spread import PositionSpread
+from common.exploration.stroke_speed import HandSpeed
 
 
 class HandMotion:
@@ -17,8 +17,8 @@ class HandMotion:
 
     def __init__(self) -> None:
         self.x_m = self.y_m = self.speed_m_s = 0.0
-        self.whereabouts = Whereabouts()
-        self._estimate = MotionEstimate()
+        self.whereabouts = PositionSpread()
+        self._estimate = HandSpeed()
 
     def step(self, t_s: float, x_m: float, y_m: float) -> None:
         """Take the place at `t_s`, s and m."""

@@ -11,7 +11,7 @@ LATELY_S = 0.25
 EVERY_S = 0.010
 
 
-class Whereabouts:
+class PositionSpread:
     """Places during the last LATELY_S. Each finger says from when on they count for it."""
 
     __slots__ = ("_found", "_t_s", "_x_m", "_y_m")

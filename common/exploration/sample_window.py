@@ -9,7 +9,7 @@ ROUNDED_S = 1e-4
 OLD_S = LONGEST_S + ROUNDED_S
 
 
-class RecentSamples:
+class SampleWindow:
     """Samples of the last `window_s`, LONGEST_S at most, each with its time first."""
 
     __slots__ = ("_samples", "_window_s")

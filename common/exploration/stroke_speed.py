@@ -9,7 +9,7 @@ WINDOW_S = 0.024
 _WINDOW_S = WINDOW_S + ROUNDED_S
 
 
-class MotionEstimate:
+class HandSpeed:
     """Tangential speed.
 
     From the mean positions in the first and the last third of the window: nearly as quiet as the slope of a straight

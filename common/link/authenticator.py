@@ -30,7 +30,7 @@ _ADDRESS = "inproc://zeromq.zap.01"
 _END = b"end"
 
 
-class Doorkeeper:
+class Authenticator:
     """Serves one ZeroMQ context; the only one to do so."""
 
     def __init__(

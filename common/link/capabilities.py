@@ -4,7 +4,7 @@ import hashlib
 from typing import Any
 
 from common.limits import AGE_DEFAULT_S, GAP_S
-from common.timing.timeouts import BrokenLadder, check_ladder
+from common.timing.timeouts import InconsistentTimeouts, check_ladder
 from common.wire.messages import TOUCH_RANGES
 from common.wire.packets import SCHEMA_VERSION
 
@@ -53,6 +53,6 @@ def disagreement(ours: dict[str, Any], theirs: dict[str, Any], gap_s: float = GA
         return f"the far side has fingers {theirs.get('fingers')}, this site has {ours['fingers']}: configure the same"
     try:
         check_ladder(ours["rate_hz"], gap_s, ours.get("max_age_s", AGE_DEFAULT_S), theirs.get("rate_hz"))
-    except BrokenLadder as broken:
+    except InconsistentTimeouts as broken:
         return str(broken)
     return ""

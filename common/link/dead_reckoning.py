@@ -21,7 +21,7 @@ ONWARDS_S = 2.0 * REFRESH_S
 _ROUNDING_S = 1e-6
 
 
-class MotionPrediction:
+class DeadReckoning:
     """Goes on from the last places at the speed between them."""
 
     __slots__ = ("_last", "_last_s", "_pace", "_taken")

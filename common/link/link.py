@@ -12,7 +12,7 @@ from typing import Any
 import zmq
 import zmq.utils.monitor
 
-from common.link.authenticator import Doorkeeper
+from common.link.authenticator import Authenticator
 from common.link.bind_address import check_bind
 from common.link.curve import (
     MOST_AT_ONCE,
@@ -31,7 +31,7 @@ from common.link.curve import (
 )
 from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
 from common.link.keys import KeyPair, Role, TrustedKeys
-from common.link.subscriptions import Subscribers
+from common.link.subscriptions import Subscriptions
 from common.wire.streams import STREAMS, Direction, Stream
 
 # Motion and touch have one sender and one reader; only what observers see may have several readers.
@@ -125,10 +125,10 @@ class RemoteLink(_Link):
         check_bind(host, trusted)
         super().__init__()
         self._host, self._base_port, self._keys, self._trusted = host, base_port, keys, trusted
-        self._doorkeeper = Doorkeeper(self._context, self._admits)
+        self._doorkeeper = Authenticator(self._context, self._admits)
         self.handshakes = self._doorkeeper.answers
         """Handshakes so far: `admitted`, `refused`, `too_many`, `expelled`."""
-        self._subscribers: dict[str, Subscribers] = {}
+        self._subscribers: dict[str, Subscriptions] = {}
         self._turns = itertools.cycle(STREAMS)
         for stream in STREAMS.values():
             try:
@@ -226,7 +226,7 @@ class RemoteLink(_Link):
             raise
         self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
         if _REMOTE_TYPE[stream.direction] == zmq.PUB:
-            self._subscribers[stream.name] = Subscribers(socket, self._base_port + stream.port)
+            self._subscribers[stream.name] = Subscriptions(socket, self._base_port + stream.port)
 
     def _address(self, stream: Stream) -> str:
         return tcp_endpoint(self._host, self._base_port + stream.port)

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import zmq
 
-from common.link.authenticator import Doorkeeper
+from common.link.authenticator import Authenticator
 from common.link.curve import (
     Inbox,
     LinkProblem,
@@ -40,13 +40,13 @@ Do = Callable[[str, dict[str, Any]], dict[str, Any]]
 
 
 class LocalControl(Protocol):
-    """Takes requests of a person at the site: `Desk` by a socket, a test bed's in memory."""
+    """Takes requests of a person at the site: `LocalControlSocket` by a socket, a test bed's in memory."""
 
     def serve(self, now_ns: int, do: Do) -> None:
         """Carry out what was asked since the last call, and answer."""
 
 
-class Desk:
+class LocalControlSocket:
     """The site's side. Never blocks."""
 
     def __init__(self, port: int, keys: KeyPair):
@@ -57,7 +57,7 @@ class Desk:
         """
         self._context = zmq.Context()
         # However often something on this machine asks how it goes, a person's emergency stop gets through.
-        self._doorkeeper = Doorkeeper(self._context, lambda _, key: key == keys.public, limited=False)
+        self._doorkeeper = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
         self._socket = self._context.socket(zmq.ROUTER)
         prepare_socket(self._socket)
         serve_curve(self._socket, keys, _DOMAIN)
@@ -89,7 +89,7 @@ class Desk:
         self._doorkeeper.close()
         self._context.destroy(linger=0)
 
-    def __enter__(self) -> "Desk":
+    def __enter__(self) -> "LocalControlSocket":
         return self
 
     def __exit__(

@@ -29,7 +29,7 @@ class Stamped(Protocol):
 
 
 @dataclass(slots=True)
-class Acceptance:
+class PacketFilter:
     """Judges the packets of one stream. Time is an argument: the receiver's monotonic clock, ns."""
 
     max_age_ns: int

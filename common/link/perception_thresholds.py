@@ -32,41 +32,41 @@ _HEAT_WEBER = 0.05
 """Of each thermal constant; together 7 % of the effusivity at most, of which people tell 43 % apart."""
 
 
-class Step(NamedTuple):
+class Threshold(NamedTuple):
     """The largest difference that is not told: a share of what was told last, or, where that is more, so much."""
 
     share: float
     least: float
 
 
-_AT_ONCE = Step(0.0, 0.0)
-_BY_ITSELF_NEVER = Step(0.0, math.inf)
+_AT_ONCE = Threshold(0.0, 0.0)
+_BY_ITSELF_NEVER = Threshold(0.0, math.inf)
 """Only says where the others were true."""
-TOUCH_STEPS: Mapping[str, Step] = {
+TOUCH_STEPS: Mapping[str, Threshold] = {
     "mode": _AT_ONCE,
     "contact": _AT_ONCE,
-    "contact_force_n": Step(FORCE_WEBER, 0.05),
+    "contact_force_n": Threshold(FORCE_WEBER, 0.05),
     "x_m": _BY_ITSELF_NEVER,
     "y_m": _BY_ITSELF_NEVER,
-    "surface_z_m": Step(0.0, HEIGHT_M),
-    "stiffness_n_m": Step(FORCE_WEBER, 0.0),
-    "stiffness_ln_sd": Step(0.10, 0.02),
-    "damping_n_s_m": Step(_DAMPING_WEBER, 0.1),
-    "slope_x": Step(0.0, _SLOPE),
-    "slope_y": Step(0.0, _SLOPE),
-    "k_tap": Step(_RATE_WEBER, 0.0),
-    "b_tap_per_s": Step(_RATE_WEBER, 0.0),
-    "k_stroke_v": Step(_RATE_WEBER, 0.0),
-    "k_stroke_f": Step(_RATE_WEBER, 0.0),
-    "groove_rad_s": Step(_RATE_WEBER, 0.0),
-    "b_groove_per_s": Step(_RATE_WEBER, 0.0),
-    "conductivity_w_mk": Step(_HEAT_WEBER, 0.0),
-    "density_kg_m3": Step(_HEAT_WEBER, 0.0),
-    "specific_heat_j_kgk": Step(_HEAT_WEBER, 0.0),
-    "effusivity_ln_sd": Step(0.10, 0.02),
-    "object_c": Step(0.0, 0.1),
-    "object_c_sd": Step(0.10, 0.05),
-    "probability": Step(0.0, 0.05),
+    "surface_z_m": Threshold(0.0, HEIGHT_M),
+    "stiffness_n_m": Threshold(FORCE_WEBER, 0.0),
+    "stiffness_ln_sd": Threshold(0.10, 0.02),
+    "damping_n_s_m": Threshold(_DAMPING_WEBER, 0.1),
+    "slope_x": Threshold(0.0, _SLOPE),
+    "slope_y": Threshold(0.0, _SLOPE),
+    "k_tap": Threshold(_RATE_WEBER, 0.0),
+    "b_tap_per_s": Threshold(_RATE_WEBER, 0.0),
+    "k_stroke_v": Threshold(_RATE_WEBER, 0.0),
+    "k_stroke_f": Threshold(_RATE_WEBER, 0.0),
+    "groove_rad_s": Threshold(_RATE_WEBER, 0.0),
+    "b_groove_per_s": Threshold(_RATE_WEBER, 0.0),
+    "conductivity_w_mk": Threshold(_HEAT_WEBER, 0.0),
+    "density_kg_m3": Threshold(_HEAT_WEBER, 0.0),
+    "specific_heat_j_kgk": Threshold(_HEAT_WEBER, 0.0),
+    "effusivity_ln_sd": Threshold(0.10, 0.02),
+    "object_c": Threshold(0.0, 0.1),
+    "object_c_sd": Threshold(0.10, 0.05),
+    "probability": Threshold(0.0, 0.05),
     "thermal_status": _AT_ONCE,
 }
 """For each column of the touch block. 0.1 C is the best threshold of the hand; the last columns are read, not felt."""

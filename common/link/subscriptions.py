@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(slots=True)
-class Subscribers:
+class Subscriptions:
     """Belongs to one bound PUB socket.
 
     Attributes:

@@ -29,7 +29,7 @@ def has_end(file: IO[bytes]) -> bool:
     return end.startswith(_FOOTER_HEAD) and end.endswith(MAGIC)
 
 
-class CutRecording:
+class TruncatedMcap:
     """The readable part of a recording.
 
     Attributes:

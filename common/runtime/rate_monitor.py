@@ -31,7 +31,7 @@ class Spent(NamedTuple):
     waited_s: float | None
 
 
-class HeldRate:
+class RateMonitor:
     """Looks at a loop once a second, over the last WINDOW_S. Pure: times are arguments, s.
 
     Attributes:

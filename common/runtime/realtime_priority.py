@@ -18,7 +18,7 @@ MOST_WORK = 0.7
 """Share of one processor that a loop's thread may need at real-time priority. A site of five fingers needs half."""
 
 
-class Precedence:
+class RealtimePriority:
     """Gives the loop's thread real-time priority and takes it back; called from that thread, once a second.
 
     Where it is not allowed, or somebody else has already chosen a policy, that stays as it is. Made in that thread.

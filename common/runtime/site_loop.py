@@ -10,8 +10,8 @@ from common.link.curve import LinkProblem
 from common.link.session_display import ENDED, shown_state
 from common.runtime.containment import Containment
 from common.runtime.periodic_loop import PeriodicLoop
-from common.runtime.rate_monitor import HeldRate, spent
-from common.runtime.realtime_priority import Precedence
+from common.runtime.rate_monitor import RateMonitor, spent
+from common.runtime.realtime_priority import RealtimePriority
 from common.runtime.scheduling import become_timely
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
@@ -46,7 +46,7 @@ def run_site_loop(
     sleep: Callable[[float], None] = time.sleep,
     watchdog: Callable[[Callable[[], int]], AbstractContextManager[object]] = LoopWatchdog,
     supervisor: Supervisor | None = None,
-    precedence: Precedence | None = None,
+    precedence: RealtimePriority | None = None,
 ) -> None:
     """Run `site` until `stop()`; called when its devices are there.
 
@@ -66,8 +66,8 @@ def run_site_loop(
     """
     become_timely()
     loop = PeriodicLoop(1.0 / rate_hz, now=lambda: clock_ns() * 1e-9, sleep=sleep)
-    held = HeldRate(rate_hz)
-    precedence = precedence or Precedence()
+    held = RateMonitor(rate_hz)
+    precedence = precedence or RealtimePriority()
     status_file = StatusFile(status, name, loop)
     contain = site.contain
     due_ns = None

@@ -18,7 +18,7 @@ SAME_PERIOD, SAME_SWING = 2.0, 0.5
 """A cycle at most so many times as long or as short as the one before, and not smaller than so much of it, goes on."""
 
 
-class Oscillation:
+class OscillationDetector:
     """Watches one finger's force."""
 
     __slots__ = (

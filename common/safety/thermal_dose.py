@@ -16,7 +16,7 @@ RESUME_SHARE = 0.5
 """Spent until this share of the limit is left behind, so that the drive does not chatter at the limit."""
 
 
-class SkinDose:
+class ThermalDose:
     """Counts the dose; `step` says when nothing more may be driven."""
 
     def __init__(self) -> None:

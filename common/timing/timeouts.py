@@ -52,12 +52,12 @@ SUPERVISOR_WATCHDOG_S = 5.0
 _ROUNDING_S = 1e-9
 
 
-class BrokenLadder(ValueError):
+class InconsistentTimeouts(ValueError):
     """A time that acts before one that it has to cover; the message names both, with numbers."""
 
 
 @dataclass(frozen=True, slots=True)
-class Rung:
+class Timeout:
     """One time of the ladder.
 
     Attributes:
@@ -75,7 +75,7 @@ class Rung:
     covers: tuple[Mapping[str, float], ...] = ()
 
 
-def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None = None) -> tuple[Rung, ...]:
+def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None = None) -> tuple[Timeout, ...]:
     """The rungs of one site, lowest first.
 
     Args:
@@ -85,73 +85,77 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
         far_rate_hz: the far side's loop, which sends one packet a tick at most; None while it is unknown.
     """
     period_s = 1.0 / rate_hz
-    far = () if far_rate_hz is None else (Rung("far loop", 1.0 / far_rate_hz, "far side's rate_hz", "a packet comes"),)
+    far = (
+        () if far_rate_hz is None else (Timeout("far loop", 1.0 / far_rate_hz, "far side's rate_hz", "a packet comes"),)
+    )
     return (
-        Rung("loop", period_s, "rate_hz", "read, compute, pass the gate, write, send a packet"),
+        Timeout("loop", period_s, "rate_hz", "read, compute, pass the gate, write, send a packet"),
         *far,
-        Rung("refresh", REFRESH_S, "deadband", "a far side with no news sends a packet"),
-        Rung("heartbeat", 1.0 / STREAMS["heartbeat"].rate_hz, "streams", "clocks are compared"),
-        Rung("report", REPORT_S, "protocol", "a serial module says what it measures"),
-        Rung("command", COMMAND_REFRESH_S + period_s, "protocol", "an unchanged command is repeated"),
-        Rung("force fall", FORCE_FALL_S, "limits", "full force has gone to 0", ({"loop": 5},)),
-        Rung(
+        Timeout("refresh", REFRESH_S, "deadband", "a far side with no news sends a packet"),
+        Timeout("heartbeat", 1.0 / STREAMS["heartbeat"].rate_hz, "streams", "clocks are compared"),
+        Timeout("report", REPORT_S, "protocol", "a serial module says what it measures"),
+        Timeout("command", COMMAND_REFRESH_S + period_s, "protocol", "an unchanged command is repeated"),
+        Timeout("force fall", FORCE_FALL_S, "limits", "full force has gone to 0", ({"loop": 5},)),
+        Timeout(
             "standstill", STANDSTILL_S, "devices", "the site's clock is put forward by a standstill", ({"report": 3},)
         ),
-        Rung(
+        Timeout(
             "tick age",
             TICK_AGE_S,
             "site loop",
             "an older decision of a tick is not sent; outputs start from neutral",
             ({"loop": 3}, {"standstill": 1, "report": 1}),
         ),
-        Rung(
+        Timeout(
             "gap",
             gap_s,
             "link.gap_s",
             "no accepted packet: the gate brings the outputs to safe",
             ({"loop": 3}, {"far loop": 3}, {"refresh": 3}),
         ),
-        Rung(
+        Timeout(
             "reading age",
             GAP_S,
             "limits",
             "no reading: that plate's drive is off, that finger retreats",
             ({"loop": 3}, {"report": 3}),
         ),
-        Rung(
+        Timeout(
             "device time-out",
             MODULE_TIMEOUT_S,
             "limits",
             "no good command: the device turns its own outputs off",
             ({"loop": 3}, {"command": 3}, {"command": 1, "tick age": 1}),
         ),
-        Rung("age", age_s, "link.max_age_s", "an older packet is refused; the gap continues", ({"loop": 3},)),
-        Rung(
+        Timeout("age", age_s, "link.max_age_s", "an older packet is refused; the gap continues", ({"loop": 3},)),
+        Timeout(
             "force hold",
             FORCE_SAFE_S,
             "limits",
             "finger force is 0",
             ({"gap": 1, "force fall": 1}, {"device time-out": 1, "force fall": 1}),
         ),
-        Rung(
+        Timeout(
             "motor hold",
             MOTOR_SAFE_S,
             "limits",
             "motor drive is 0",
             ({"gap": 1, "loop": 2}, {"device time-out": 1, "loop": 1}),
         ),
-        Rung(
+        Timeout(
             "thermal hold",
             THERMAL_SAFE_S,
             "limits",
             "Peltier and heater drives are 0",
             ({"gap": 1, "command": 1}, {"device time-out": 1, "report": 1}),
         ),
-        Rung("motor still", MOTOR_STILL_S, "limits", "the motor is below the perception floor", ({"motor hold": 1},)),
-        Rung(
+        Timeout(
+            "motor still", MOTOR_STILL_S, "limits", "the motor is below the perception floor", ({"motor hold": 1},)
+        ),
+        Timeout(
             "retreat", GAP_S + RETREAT_AFTER_S, "patient gate", "stopped remote fingers rise", ({"gap": 1, "loop": 3},)
         ),
-        Rung(
+        Timeout(
             "session silence",
             SESSION_SILENCE_S,
             "session",
@@ -159,22 +163,22 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             # After a hello, its answer and the first heartbeat are each one way on their way.
             ({"heartbeat": 5}, {"age": 3}, {"force hold": 1}, {"thermal hold": 1}, {"motor still": 1}, {"retreat": 1}),
         ),
-        Rung(
+        Timeout(
             "site watchdog",
             SITE_WATCHDOG_S,
             "watchdog",
             "the loop made no tick: its process ends with exit code 70",
             ({"loop": 50}, {"session silence": 1}, {"thermal hold": 1}, {"motor still": 1}),
         ),
-        Rung("sign of life", NOTICE_S, "site loop", "status file rewritten, supervisor notified", ({"loop": 3},)),
-        Rung(
+        Timeout("sign of life", NOTICE_S, "site loop", "status file rewritten, supervisor notified", ({"loop": 3},)),
+        Timeout(
             "supervisor's watchdog",
             SUPERVISOR_WATCHDOG_S,
             "deploy/systemd",
             "no sign of life: unhealthy; the supervisor kills and restarts the process",
             ({"sign of life": 3}, {"site watchdog": 1, "sign of life": 1}),
         ),
-        Rung(
+        Timeout(
             "thermal cut-out",
             (PLATE_FAULT_C - WIDE.high_c) / PLATE_HEATING_K_S,
             "limits",
@@ -202,7 +206,7 @@ def check_ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: object
                 continue  # of the far side, which is unknown
             least_s = sum(times * after_s[name] for name, times in parts.items())
             if not rung.after_s >= least_s - _ROUNDING_S:
-                raise BrokenLadder(
+                raise InconsistentTimeouts(
                     f"{rung.source}: {rung.name} of {in_ms(rung.after_s)} must cover "
                     f"{_sum(parts, {each.name: each for each in rungs})} = {in_ms(least_s)}"
                 )
@@ -216,14 +220,14 @@ def in_ms(time_s: float) -> str:
 def _rate(told: object) -> float:
     number = told if isinstance(told, (int, float)) and not isinstance(told, bool) else math.nan
     if not SLOWEST_RATE_HZ <= number <= FASTEST_RATE_HZ:
-        raise BrokenLadder(
+        raise InconsistentTimeouts(
             f"far side's rate_hz: {str(told)[:40]} is not in {SLOWEST_RATE_HZ:g}..{FASTEST_RATE_HZ:g} Hz: "
             "correct the far side's configuration"
         )
     return number
 
 
-def _sum(parts: Mapping[str, float], rungs: Mapping[str, Rung]) -> str:
+def _sum(parts: Mapping[str, float], rungs: Mapping[str, Timeout]) -> str:
     def part(name: str, times: float) -> str:
         rung = rungs[name]
         return f"{f'{times:g} x ' if times != 1 else ''}{name} ({rung.source}) of {in_ms(rung.after_s)}"

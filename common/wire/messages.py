@@ -15,7 +15,7 @@ from msgspec import Meta, Struct
 
 from common.wire.finger_block import FingerBlock
 from common.wire.packets import BadPacket, Floats, Integer, LinkState, N, Name, Packet, pack, unpack
-from common.wire.touch_summary import NOTHING_TOLD, Told, pack_told, read_told
+from common.wire.touch_summary import NOTHING_TOLD, TouchSummary, pack_told, read_told
 
 EVENT_MAX = 2000.0
 """Largest value of an event, in its own unit."""
@@ -220,7 +220,7 @@ class Touch(NamedTuple):
     floats: bytes
     materials: tuple[str, ...]
     events: tuple[Event, ...]
-    told: tuple[Told, ...] = NOTHING_TOLD
+    told: tuple[TouchSummary, ...] = NOTHING_TOLD
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""

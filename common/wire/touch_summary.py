@@ -21,7 +21,7 @@ _Roughness = Annotated[float, Meta(ge=0.0, le=ROUGHNESS_MAX_V)]
 _Groove = Annotated[float, Meta(ge=0.0, le=GROOVE_MAX_M)]
 
 
-class Told(NamedTuple):
+class TouchSummary(NamedTuple):
     """One finger's: materials with their probabilities, 0..1; roughness, V; distance of grooves, m. None: not known.
 
     `candidates`: at most MAX_CANDIDATES, likeliest first; what is missing to 1 is anything else.
@@ -34,14 +34,14 @@ class Told(NamedTuple):
     groove_sd_m: _Groove | None = None
 
 
-NOTHING = Told()
+NOTHING = TouchSummary()
 NOTHING_TOLD = (NOTHING,) * N
 """Of all fingers."""
-_AllTold = Annotated[tuple[Told, ...], Meta(min_length=N, max_length=N)]
+_AllTold = Annotated[tuple[TouchSummary, ...], Meta(min_length=N, max_length=N)]
 
 
 @lru_cache(maxsize=64)
-def pack_told(told: tuple[Told, ...]) -> bytes:
+def pack_told(told: tuple[TouchSummary, ...]) -> bytes:
     """Bytes of all fingers' within a packet; raises BadPacket on what the far side would refuse."""
     packed = pack(told)
     read_told(packed)
@@ -49,11 +49,13 @@ def pack_told(told: tuple[Told, ...]) -> bytes:
 
 
 @lru_cache(maxsize=64)
-def read_told(packed: bytes) -> tuple[Told, ...]:
+def read_told(packed: bytes) -> tuple[TouchSummary, ...]:
     """What these bytes within a packet tell of each finger; raises BadPacket."""
     told = unpack(packed, _AllTold, "told")
     # The decoder takes integers for floats, and a list that ends early for one with default values.
     for fields in unpack(packed, list[list[Any]], "told"):
-        if len(fields) != len(Told._fields) or int in map(type, (*fields[1:], *(number for _, number in fields[0]))):
-            raise BadPacket(f"told: not {len(Told._fields)} fields of a finger, with numbers that are floats")
+        if len(fields) != len(TouchSummary._fields) or int in map(
+            type, (*fields[1:], *(number for _, number in fields[0]))
+        ):
+            raise BadPacket(f"told: not {len(TouchSummary._fields)} fields of a finger, with numbers that are floats")
     return told

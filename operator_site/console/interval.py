@@ -1,7 +1,7 @@
 """What is done again and again, each at its own pace."""
 
 
-class Due:
+class Interval:
     """Says when something is due again. Pure: time is an argument, s; a clock that was set back makes it due."""
 
     def __init__(self, every_s: float):

@@ -15,15 +15,15 @@ from typing import Any
 
 from common.config import ConsoleConfig
 from operator_site.console import texts
-from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.examination.resume import KeptBefore
-from operator_site.console.interval import Due
+from operator_site.console.interval import Interval
 from operator_site.console.map.finger_samples import samples_of
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.state.site_time import SiteTime
-from operator_site.console.web.commands import Acts, Desk
+from operator_site.console.web.commands import Commands, SiteControl
 from operator_site.console.web.control import Control
 from operator_site.console.web.page_state import shown_state
 from operator_site.console.web.pages import Pages
@@ -47,8 +47,8 @@ class LiveConsole:
         self,
         config: ConsoleConfig,
         feed: FeedSource,
-        desk: Desk,
-        keeping: Keeping,
+        desk: SiteControl,
+        keeping: Journal,
         clock_s: Callable[[], float] = time.monotonic,
     ):
         """Show the site that feeds `feed`.
@@ -64,14 +64,14 @@ class LiveConsole:
         self.console = Console()
         self._time = SiteTime()
         control = Control()
-        self.acts = Acts(self.console, self._desk, self.keeping, control, None)
+        self.acts = Commands(self.console, self._desk, self.keeping, control, None)
         self.pages = Pages(lambda: self.console, self.acts, control, self._site_s, clock_s)
         self.acts.reporting = Reporting(config.report_command, config.reports)
         self._go_on(self.keeping.before)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
-        self._picture, self._state, self._attend = Due(BATCH_S), Due(STATE_S), Due(_ATTEND_S)
-        self._keep, self._second = Due(_KEEP_S), Due(1.0)
+        self._picture, self._state, self._attend = Interval(BATCH_S), Interval(STATE_S), Interval(_ATTEND_S)
+        self._keep, self._second = Interval(_KEEP_S), Interval(1.0)
         self._skipped = 0
         self._answering = False
 

@@ -30,7 +30,7 @@ AGAIN_S = 0.05
 Told = dict[str, Any]
 
 
-class DeskSilent(OSError):
+class LocalControlSilent(OSError):
     """The site's desk does not answer."""
 
 
@@ -43,7 +43,7 @@ class _Asked:
     again_s: float = 0.0
 
 
-class DeskLine:
+class LocalControlClient:
     """Asks the desk of a running site; finds it again whenever it is gone."""
 
     def __init__(self, port: int, keys: KeyPair):
@@ -123,7 +123,7 @@ def _send(line: "zmq.Socket[bytes]", waiting: dict[int, _Asked]) -> None:
         stops = asked.verb == "estop"
         if not stops and now_s >= asked.until_s:
             del waiting[sequence]
-            asked.told.set_exception(DeskSilent("the operator site does not answer"))
+            asked.told.set_exception(LocalControlSilent("the operator site does not answer"))
         elif now_s >= asked.again_s:
             try:
                 line.send(Request(0, sequence, time.monotonic_ns(), asked.verb, asked.details).encode(), zmq.DONTWAIT)

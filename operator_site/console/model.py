@@ -16,11 +16,11 @@ from common.wire.messages import Touch
 from common.wire.packets import LinkState
 from operator_site.console.alarms.alarm_rules import Surroundings, causes
 from operator_site.console.alarms.alarms import Alarms
-from operator_site.console.examination.examination import SessionBook
+from operator_site.console.examination.examination import Examination
 from operator_site.console.map.map_tiles import MapTile, changed
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.state.fingers_now import FingersNow
-from operator_site.console.state.frame import Flags, Kind, Picture
+from operator_site.console.state.frame import Flags, Frame, Kind
 from operator_site.console.state.signals import BINS, SPAN_S, Signals
 from operator_site.console.state.site_now import SiteNow
 from operator_site.recorded_rows import Clock, Rendered, Skin
@@ -58,7 +58,7 @@ class Console:
     signals: Signals = field(default_factory=Signals)
     felt: TactileMap = field(default_factory=TactileMap)
     alarms: Alarms = field(default_factory=Alarms)
-    book: SessionBook = field(default_factory=SessionBook)
+    book: Examination = field(default_factory=Examination)
     damaged: int = 0
     map_number: int = 0
     """Grows when the map begins anew."""
@@ -171,7 +171,7 @@ class Console:
             self.in_use,
         )
         missing = BINS if whole or after is None else newest - after
-        return Picture(
+        return Frame(
             sequence,
             (newest + 1) * SPAN_S,
             flags,

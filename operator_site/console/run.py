@@ -19,10 +19,10 @@ from common.link.keys import fingerprint, load_keys
 from common.runtime.containment import Containment
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
-from operator_site.console.examination.journal import Keeping
-from operator_site.console.interval import Due
+from operator_site.console.examination.journal import Journal
+from operator_site.console.interval import Interval
 from operator_site.console.live import LiveConsole
-from operator_site.console.local_control import DeskLine
+from operator_site.console.local_control import LocalControlClient
 from operator_site.console.playback.player import PlayedConsole
 from operator_site.console.web.access import Access
 from operator_site.console.web.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
@@ -67,9 +67,9 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
         keys = load_keys(config.keys)
         feed = FeedReader(config.feed_port, keys)
         opened.callback(feed.close)
-        desk = DeskLine(config.desk_port, keys)
+        desk = LocalControlClient(config.desk_port, keys)
         opened.callback(desk.close)
-        keeping = Keeping(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
+        keeping = Journal(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
         opened.callback(keeping.close)
         _serve(LiveConsole(config, feed, desk, keeping), config, access, stop, opened)
 
@@ -152,7 +152,7 @@ async def _run(
     server.config.load()
     door = Door(socket, server, connections)
     serving = asyncio.create_task(server.serve(sockets=[]))
-    second, drop = Due(_SECOND_S), Due(_DROP_S)
+    second, drop = Interval(_SECOND_S), Interval(_DROP_S)
     try:
         while not stop() and not serving.done():
             now_s = time.monotonic()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from common.limits import PLATE_FAULT_C
 from common.wire.messages import ThermalStatus
-from common.wire.touch_summary import Told
+from common.wire.touch_summary import TouchSummary
 
 LONGEST_ALARM = 60
 _PLATE_OVER = re.compile(r"(\w+): plate at ([\d.]+) C, above")
@@ -136,7 +136,7 @@ def confirmed(devices: int, after_s: float) -> str:
     return f"STOPPED. All {devices} devices confirmed in {after_s:.2f} s."
 
 
-def decision(status: ThermalStatus, material: str, told: Told, probability: float) -> tuple[str, str]:
+def decision(status: ThermalStatus, material: str, told: TouchSummary, probability: float) -> tuple[str, str]:
     """What is known of the object under a finger: a word, and a line.
 
     Args:

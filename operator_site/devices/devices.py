@@ -3,7 +3,7 @@
 import math
 
 from common.buses.ready_lines import ReadyLines
-from common.buses.serial_device import SerialLine
+from common.buses.serial_device import SerialDevice
 from common.buses.wiring import SYSTEM, Wiring
 from common.config import OperatorConfig
 from common.fingers import FINGERS
@@ -34,7 +34,7 @@ class OperatorDevices:
             return 0.0
         return max(device.unread_s for device in self._witnesses)
 
-    def lines(self) -> list[SerialLine]:
+    def lines(self) -> list[SerialDevice]:
         """Every serial line."""
         return [module.line for module in self.tacttips.values()]
 

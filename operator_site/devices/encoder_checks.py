@@ -2,20 +2,20 @@
 
 from collections.abc import Sequence
 
-from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderJumps
+from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderGlitches
 from common.fingers import FINGERS
-from operator_site.devices.stuck_joint import StillFingers
+from operator_site.devices.stuck_joint import StuckJoints
 
 _POSE = ("hand's x", "hand's y")
 
 
-class HandEncoders:
+class EncoderChecks:
     """Takes each frame's readings and gives the places to act on."""
 
     def __init__(self, taking_part: Sequence[bool] = (True,) * len(FINGERS)) -> None:
         """Watch the fingers that are in the exoskeleton for standing still, and all encoders for jumps."""
-        self._pose, self._heights = EncoderJumps(_POSE, HAND_M_S), EncoderJumps(FINGERS, FINGER_M_S)
-        self._still = StillFingers(taking_part)
+        self._pose, self._heights = EncoderGlitches(_POSE, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
+        self._still = StuckJoints(taking_part)
         self._pose_m: tuple[float, float] = (0.0, 0.0)
 
     def pose(self, sent_s: float, x_m: float, y_m: float) -> tuple[float, float]:

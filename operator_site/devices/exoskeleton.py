@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanLine
-from common.buses.drive_monitor import DriveObeys, ForcesObey, StateComes
+from common.buses.can_port import CanAddress, CanPort
+from common.buses.drive_monitor import DriveMonitor, ForceMonitor, ReportMonitor
 from common.buses.wiring import SYSTEM, Wiring
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock, Witness
 from common.timing.timeouts import FRAME_S
-from operator_site.devices.encoder_checks import HandEncoders
+from operator_site.devices.encoder_checks import EncoderChecks
 
 _MM = 1000.0
 _NEVER = float("-inf")
@@ -54,7 +54,7 @@ class Exoskeleton:
     ):
         """Open the bus at `address` in the background; `fingers` are in the exoskeleton, `clock` is that of `read`."""
         self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
-        self.line = CanLine(address, self.receivers, sends=("FingerForces",), wiring=wiring)
+        self.line = CanPort(address, self.receivers, sends=("FingerForces",), wiring=wiring)
         self.hand = Hand()
         self.pushing = Pushing()
         self.stood_still_s = 0.0
@@ -62,11 +62,11 @@ class Exoskeleton:
         self._clock = HostClock() if clock is None else clock
         self._witness = Witness()
         self._taking_part = [finger in fingers for finger in FINGERS]
-        self._encoders = HandEncoders(self._taking_part)
+        self._encoders = EncoderChecks(self._taking_part)
         self._forces = FrameSender("FingerForces")
-        self._forces_obey = ForcesObey()
-        self._enabled_obeys = DriveObeys("the drives", "are enabled, never asked for")
-        self._state_comes = StateComes()
+        self._forces_obey = ForceMonitor()
+        self._enabled_obeys = DriveMonitor("the drives", "are enabled, never asked for")
+        self._state_comes = ReportMonitor()
         self._disobeys: list[str] = []
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
@@ -76,7 +76,7 @@ class Exoskeleton:
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
         )
         if stood_still or self.stood_still_s > 0.0:
-            self._encoders = HandEncoders(self._taking_part)
+            self._encoders = EncoderChecks(self._taking_part)
         hand, encoders = self.hand, self._encoders
         # Each frame counts: an encoder that jumps now and again is found by a late site, too.
         for sent_s, (x_mm, y_mm) in came.get("HandPose", ()):

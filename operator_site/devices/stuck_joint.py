@@ -20,7 +20,7 @@ LONGEST_S = 0.010
 """Of a gap between two frames no more counts."""
 
 
-class StillFingers:
+class StuckJoints:
     """Watches five fingers of one hand.
 
     Attributes:

@@ -2,9 +2,9 @@
 
 import math
 
-from common.buses.device_clock import SerialWitness
-from common.buses.drive_monitor import DriveObeys
-from common.buses.serial_device import SerialLine
+from common.buses.device_clock import DeviceClock
+from common.buses.drive_monitor import DriveMonitor
+from common.buses.serial_device import SerialDevice
 from common.buses.serial_messages import (
     DRIVE_FULL,
     BadPayload,
@@ -34,7 +34,7 @@ class TactTip:
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the module at `address` in the background; `clock` is the one that `read` is given times of."""
-        self.line = SerialLine(address, DeviceKind.TACTTIP, finger, wiring)
+        self.line = SerialDevice(address, DeviceKind.TACTTIP, finger, wiring)
         self._finger = finger
         self.name = f"{finger} tacttip"
         self.damaged = 0
@@ -54,10 +54,10 @@ class TactTip:
         self.applied = (0, 0)
         """What the module reported last that motor (mV) and Peltiers (thousandths) get."""
         self._sensor, self._hot_side = PlateSensor(), HotSide()
-        self._motor, self._peltier = DriveObeys("the motor"), DriveObeys("the Peltier element")
+        self._motor, self._peltier = DriveMonitor("the motor"), DriveMonitor("the Peltier element")
         self._motor_drive = MotorDrive()
         self._turning = False
-        self._witness = SerialWitness(self.line, clock)
+        self._witness = DeviceClock(self.line, clock)
         self._sent = (OFF, 0)
         self._sent_s = _NEVER
 

@@ -17,7 +17,7 @@ LONGEST_S = 0.1
 """A longer pause lets every force go."""
 
 
-class HeldForce:
+class LoopStiffness:
     """Watches the times of a loop that answers each new height with a force.
 
     Attributes:

@@ -3,8 +3,8 @@
 import math
 
 from common.limits import ACCOUNT_J, FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S, FORCE_SAFE_S, GAP_S
-from common.safety.oscillation_detector import Oscillation
-from operator_site.safety.passivity_controller import PortEnergy
+from common.safety.oscillation_detector import OscillationDetector
+from operator_site.safety.passivity_controller import PassivityController
 from operator_site.safety.sampled_wall import SampledWall
 
 FORCE_MARGIN_S = 0.010
@@ -23,8 +23,10 @@ class ForceLimits:
 
     def __init__(self, wall: SampledWall) -> None:
         """No force so far, on an exoskeleton that can show this wall."""
-        self.energy = PortEnergy(wall.stiffest_n_m, ACCOUNT_J, damping_n_s_m=wall.damping_n_s_m, delay_s=wall.delay_s)
-        self._oscillation = Oscillation()
+        self.energy = PassivityController(
+            wall.stiffest_n_m, ACCOUNT_J, damping_n_s_m=wall.damping_n_s_m, delay_s=wall.delay_s
+        )
+        self._oscillation = OscillationDetector()
         self._watched_n = math.nan
         """Force that the oscillation was given last, N; NaN where it has begun anew."""
         self._ceiling_n = 0.0

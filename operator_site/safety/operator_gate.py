@@ -20,12 +20,12 @@ from common.limits import (
     PlateRange,
 )
 from common.safety.repeated_fault import STAYS_OFF, RepeatedFault
-from common.safety.thermal_dose import SkinDose
+from common.safety.thermal_dose import ThermalDose
 from common.timing.timeouts import TICK_AGE_S
 from operator_site.safety.force_limits import ForceLimits
 from operator_site.safety.gated_output import SKIN_NEUTRAL_C, GatedOutput
 from operator_site.safety.limit_flags import RATE_ROUNDING_K, Limit
-from operator_site.safety.plate_following import CHECK_S, PlateFollow
+from operator_site.safety.plate_following import CHECK_S, PlateFollowing
 from operator_site.safety.sampled_wall import SampledWall
 
 PLATE_MARGIN_K = PLATE_FAULT_C - WIDE.high_c
@@ -71,9 +71,9 @@ class OperatorGate:
         self._set_c = [min(profile.high_c, max(profile.low_c, SKIN_NEUTRAL_C))] * n
         self._drive = [0.0] * n
         self._driven = [False] * n
-        self._dose = [SkinDose() for _ in range(n)]
+        self._dose = [ThermalDose() for _ in range(n)]
         self._spent = [False] * n
-        self._follow = [PlateFollow() for _ in range(n)]
+        self._follow = [PlateFollowing() for _ in range(n)]
         self._repeated = [RepeatedFault(TEST_DRIVE, TEST_LEAST_K) for _ in range(n)]
         self._named: set[int] = set()
         self._checked_s = -math.inf
@@ -124,7 +124,7 @@ class OperatorGate:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
         self._named.clear()
-        self._follow = [PlateFollow() for _ in FINGERS]
+        self._follow = [PlateFollowing() for _ in FINGERS]
         for force in self._force:
             force.believe_again()
 
@@ -217,7 +217,7 @@ class OperatorGate:
         for finger, plate_c in enumerate(plate_measured_c):
             if not known[finger]:
                 if self._follow[finger].started:
-                    self._follow[finger] = PlateFollow()
+                    self._follow[finger] = PlateFollowing()
                 continue
             if not math.isfinite(plate_c):
                 self.trip(f"{FINGERS[finger]}: plate temperature is not to be believed", finger)
@@ -305,7 +305,7 @@ class OperatorGate:
         repeated = self._repeated[finger]
         drive = repeated.step(self._t_s, measured_c, live and not self._spent[finger])
         if not repeated.needs_test:
-            self._follow[finger] = PlateFollow()
+            self._follow[finger] = PlateFollowing()
         return drive
 
 

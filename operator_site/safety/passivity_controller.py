@@ -30,7 +30,7 @@ MOST_FORCES = 256
 _SAME_S = 1e-6
 
 
-class PortEnergy:
+class PassivityController:
     """Observer and controller of one finger's port: `observe` what was measured, `limit_n`, then `command` the force.
 
     Attributes:

@@ -65,7 +65,7 @@ class _Recent:
         return self.change_k
 
 
-class PlateFollow:
+class PlateFollowing:
     """Watches one plate; call `step` about every CHECK_S."""
 
     def __init__(self) -> None:

@@ -11,11 +11,11 @@ from typing import NamedTuple, Protocol
 import msgpack
 import zmq
 
-from common.link.authenticator import Doorkeeper
+from common.link.authenticator import Authenticator
 from common.link.curve import LinkProblem, prepare_publisher, prepare_socket, serve_curve, use_curve
 from common.link.keys import KeyPair
 from common.link.local_control import HOST
-from common.link.subscriptions import Subscribers
+from common.link.subscriptions import Subscriptions
 
 STREAMS = frozenset(
     f"operator/{stream}" for stream in ("touch", "rendered", "skin", "clock", "session", "played", "figures")
@@ -55,7 +55,7 @@ class FeedSource(Protocol):
         """What came since the last call, oldest first."""
 
 
-class Feed:
+class ConsoleFeedSocket:
     """The site's side; never blocks."""
 
     def __init__(self, port: int, keys: KeyPair):
@@ -67,12 +67,12 @@ class Feed:
         self._batch: list[Fed] = []
         self._sent_ns = 0
         self._context = zmq.Context()
-        self._doorkeeper = Doorkeeper(self._context, lambda _, key: key == keys.public, limited=False)
+        self._doorkeeper = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
         self._socket = self._context.socket(zmq.PUB)
         prepare_socket(self._socket)
         prepare_publisher(self._socket)
         self._socket.setsockopt(zmq.SNDHWM, _WAITING)
-        self._subscribers = Subscribers(self._socket, port)
+        self._subscribers = Subscriptions(self._socket, port)
         serve_curve(self._socket, keys, _DOMAIN)
         try:
             self._socket.bind(f"tcp://{HOST}:{port}")
@@ -99,7 +99,7 @@ class Feed:
         self._doorkeeper.close()
         self._context.destroy(linger=0)
 
-    def __enter__(self) -> "Feed":
+    def __enter__(self) -> "ConsoleFeedSocket":
         return self
 
     def __exit__(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(slots=True)
-class Attendance:
+class ConsolePresence:
     """Counts how long the acting console was away while engaged. Pure: time is an argument, ns.
 
     Attributes:

@@ -17,7 +17,7 @@ _AGAIN_NS = 1_000_000_000
 
 
 @dataclass(slots=True)
-class SessionStop:
+class SessionEmergencyStop:
     """Waits for this site's devices and for the remote site. Pure: time is an argument, ns of this site's clock."""
 
     session: Session

@@ -5,12 +5,17 @@ from typing import Any
 from common.link.session_state import Refused, note_text
 from common.site_status import desk_answer
 from common.wire.packets import LinkState
-from operator_site.session.console_presence import Attendance
-from operator_site.session.session_protocol import OperatorSession
+from operator_site.session.console_presence import ConsolePresence
+from operator_site.session.session_protocol import SessionProtocol
 
 
 def answer_desk(
-    client: OperatorSession, attendance: Attendance, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
+    client: SessionProtocol,
+    attendance: ConsolePresence,
+    now_ns: int,
+    not_ready: str,
+    verb: str,
+    details: dict[str, Any],
 ) -> dict[str, Any]:
     """Carry out what was asked; returns how the session is then.
 

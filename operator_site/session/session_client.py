@@ -8,11 +8,11 @@ from typing import Any
 from common.limits import AGE_MAX_S, GAP_S
 from common.link.capabilities import OBSERVER, OPERATOR, disagreement, misreading
 from common.link.clock_offset import ClockOffset, ReadClock
-from common.link.dead_reckoning import MotionPrediction
+from common.link.dead_reckoning import DeadReckoning
 from common.link.deadband import Deadband
 from common.link.emergency_stop import Unconfirmed
 from common.link.link_sides import OperatorSide
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.link.perception_thresholds import motion_felt
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Session
@@ -21,7 +21,7 @@ from common.wire.messages import MOTION_BLOCK, Motion, Touch
 from common.wire.packets import BadPacket, Floats, LinkState, WrongVersion
 from common.wire.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
-from operator_site.session.emergency_stop import SessionStop
+from operator_site.session.emergency_stop import SessionEmergencyStop
 from operator_site.session.remote_status import recording_stopped
 
 log = logging.getLogger(__name__)
@@ -73,8 +73,8 @@ class SessionClient:
     """The fault that is latched at the remote site; empty when there is none."""
     remote_recording: str = ""
     """Why the remote site's recording stopped; empty while it has not, or where that is not known."""
-    acceptance: Acceptance = field(init=False)
-    stopping: SessionStop = field(init=False)
+    acceptance: PacketFilter = field(init=False)
+    stopping: SessionEmergencyStop = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
     refusal: str = ""
     """Why the remote site refused the last hello, engage or clear_fault, or ended the last session, or this site will
@@ -84,7 +84,7 @@ class SessionClient:
     _sequence: int = 0
     """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
     _motion_sequence: int = 0
-    _told: MotionPrediction = field(default_factory=MotionPrediction)
+    _told: DeadReckoning = field(default_factory=DeadReckoning)
     """Where the remote site takes the hand to be, were nothing lost."""
     _told_state: LinkState = LinkState.DISCONNECTED
     _now_ns: int = _LONG_AGO_NS
@@ -96,8 +96,8 @@ class SessionClient:
     _engaged_ns: int = 0
 
     def __post_init__(self) -> None:
-        self.stopping = SessionStop(self.session)
-        self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
+        self.stopping = SessionEmergencyStop(self.session)
+        self.acceptance = PacketFilter(max_age_ns=round(self.max_age_s * 1e9))
 
     @property
     def both_engaged(self) -> bool:
@@ -348,7 +348,7 @@ class SessionClient:
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = 0
-        self._told = MotionPrediction()
+        self._told = DeadReckoning()
         self._heard_ns = now_ns
         return ""
 

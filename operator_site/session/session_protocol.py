@@ -9,7 +9,7 @@ from common.wire.messages import Touch
 from common.wire.packets import Floats
 
 
-class OperatorSession(SessionEnd, Protocol):
+class SessionProtocol(SessionEnd, Protocol):
     """The operator site's end of the session. Time is an argument, ns of this site's monotonic clock."""
 
     want_engaged: bool

@@ -22,7 +22,7 @@ _EPIDERMIS = LAYERS[0]
 _SKIN_EFFUSIVITY = math.sqrt(_EPIDERMIS.conductivity_w_mk * _EPIDERMIS.density_kg_m3 * _EPIDERMIS.specific_heat_j_kgk)
 
 
-class ApproachSpeed:
+class ContactPrediction:
     """How fast one finger comes down, out of its heights: they are quantised, 5 um in 2 ms are 2.5 mm/s."""
 
     __slots__ = ("_t_s", "_z_m", "m_s")

@@ -54,7 +54,7 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class RungTable:
+class ModelTable:
     """Largest differences by rung, ln effusivity, ln contact resistance and dwell; the last rung included.
 
     Attributes:
@@ -88,14 +88,14 @@ def _between(knots: Sequence[float], value: float) -> tuple[int, float]:
 
 
 @cache
-def rung_table() -> RungTable:
+def rung_table() -> ModelTable:
     """The table that ships with the program."""
     stored = json.loads(TABLE.read_text(encoding="utf-8"))
     if stored["rungs"] != [str(model) for model in RUNGS]:
         raise ValueError(f"{TABLE}: made for other models ({', '.join(stored['rungs'])}): run make rungs")
     axes = (np.array(stored[name]) for name in ("ln_effusivity", "ln_contact", "dwell_s"))
     ln_effusivity, ln_contact, dwell_s = axes
-    return RungTable(ln_effusivity, ln_contact, dwell_s, np.log(np.array(stored["largest_k"])))
+    return ModelTable(ln_effusivity, ln_contact, dwell_s, np.log(np.array(stored["largest_k"])))
 
 
 @lru_cache(maxsize=256)

@@ -19,7 +19,7 @@ _JOULE_K_S = 0.5 * (PLATE_HEATING_K_S - PLATE_COOLING_K_S)
 """A drive u moves heat in proportion to u, and heats both sides with u^2: the plate changes by the sum of both."""
 
 
-class PlateLoop:
+class PlateController:
     """One plate's controller; the gate decides afterwards what reaches the device."""
 
     def __init__(self) -> None:

@@ -19,7 +19,7 @@ _OUTSIDE, _BEHIND = Limit.PLATE_RANGE.value, Limit.PLATE_RATE.value
 NOTHING_AHEAD: Mapping[int, float] = MappingProxyType({})
 
 
-class PlateDisplay:
+class PlateSetpoint:
     """Set-points of all plates, kept inside what a plate may and can do.
 
     Attributes:

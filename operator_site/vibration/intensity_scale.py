@@ -17,7 +17,7 @@ and is not. Where the intensity is matched, what lies below the floor is what a 
 """
 
 
-class FeltSpeed:
+class IntensityScale:
     """Speed of one motor, with the memory that its hysteresis needs."""
 
     def __init__(self, scale: VibrationScale = "speed") -> None:

@@ -12,7 +12,7 @@ from common.config import VibrationScale
 from common.limits import MOTOR_FLOOR_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.vibration.grooves import Grooves
-from operator_site.vibration.intensity_scale import FeltSpeed
+from operator_site.vibration.intensity_scale import IntensityScale
 from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S
 
 TAP_S = 0.15
@@ -69,7 +69,7 @@ class FingerVibration:
     """One finger's vibration: `step` says how fast its motor should turn."""
 
     def __init__(self, scale: VibrationScale = "speed") -> None:
-        self._felt = FeltSpeed(scale)
+        self._felt = IntensityScale(scale)
         self._grooves = Grooves()
         self._t_s = -math.inf
         self._tap_t_s = -math.inf

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from common.exploration.exploration_mode import Exploration
+from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.fingers import FINGER_Y_M, FINGERS
 from common.scenes.scene import Scene, SceneObject
@@ -30,7 +30,7 @@ from common.wire.messages import (
     pack_rows,
 )
 from common.wire.packets import LinkState
-from common.wire.touch_summary import NOTHING, Told
+from common.wire.touch_summary import NOTHING, TouchSummary
 
 _MOST_N = TOUCH_RANGES["contact_force_n"][1]
 _Happening = tuple[EventKind, float, float]
@@ -46,7 +46,7 @@ class _Piece:
     grooves_x_m: tuple[float, ...]
     row: TouchRow
     """Known for certain: standard deviations are 0."""
-    told: Told
+    told: TouchSummary
     """Its material; how rough it is to a sensor that is not there cannot be said."""
 
 
@@ -54,12 +54,12 @@ class _Piece:
 class _Finger:
     """One finger's exploration, and where it was when."""
 
-    exploration: Exploration
+    exploration: ModeDetector
     time_s: float = 0.0
     x_m: float = math.nan
     row: TouchRow = NO_TOUCH
     material: str = ""
-    told: Told = NOTHING
+    told: TouchSummary = NOTHING
 
 
 class VirtualEnvironment:
@@ -83,7 +83,7 @@ class VirtualEnvironment:
     def _begin_anew(self) -> None:
         """Fingers that have touched nothing yet; events are numbered on, so that none is taken for an old one."""
         self._hand = HandMotion()
-        self._fingers = {number: _Finger(Exploration(self._hand)) for number in self._numbers}
+        self._fingers = {number: _Finger(ModeDetector(self._hand)) for number in self._numbers}
 
     def step(self, time_s: float, x_m: float, y_m: float, z_m: Iterable[float]) -> tuple[Event, ...]:
         """Take the hand's place and the height of each fingertip, m; return what happened since the last one.
@@ -181,5 +181,5 @@ def _piece(scene: Scene, thing: SceneObject, offsets_c: dict[str, float], rng: n
     )
     places = grooves.draw(thing.length_m, rng) if grooves else []
     grooves_x_m = tuple(thing.x_m + place for place in places)
-    told = Told(((thing.material, 1.0),))
+    told = TouchSummary(((thing.material, 1.0),))
     return _Piece(thing, stiffness_n_m, grooves_x_m, row, told)

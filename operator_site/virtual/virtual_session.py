@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from common.limits import GAP_S
 from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.link.session_state import Session
 from common.wire.messages import MOTION_BLOCK, Motion, Touch
 from common.wire.packets import Floats, LinkState
@@ -29,7 +29,7 @@ class VirtualSession:
     want_engaged: bool
     gap_s: float = GAP_S
     session: Session = field(default_factory=Session)
-    acceptance: Acceptance = field(default_factory=lambda: Acceptance(max_age_ns=0))
+    acceptance: PacketFilter = field(default_factory=lambda: PacketFilter(max_age_ns=0))
     clock: ClockOffset = field(default_factory=ClockOffset)
     damaged: Counter[str] = field(default_factory=Counter)
     touch: Touch | None = None

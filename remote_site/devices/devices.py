@@ -3,7 +3,7 @@
 import math
 
 from common.buses.ready_lines import ReadyLines
-from common.buses.serial_device import SerialLine
+from common.buses.serial_device import SerialDevice
 from common.buses.wiring import SYSTEM, Wiring
 from common.config import RemoteConfig
 from common.fingers import FINGERS
@@ -11,7 +11,7 @@ from common.limits import GAP_S
 from common.timing.standstill import HostClock
 from common.timing.tick_age import TickAge
 from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.telemanipulator import Telemanipulator
 from remote_site.devices.texture_sensor import TextureSensor
 from remote_site.devices.thermal_sensor import PlateReading, ThermalSensor
@@ -48,7 +48,7 @@ class RemoteDevices:
             return 0.0
         return max(device.unread_s for device in (self.telemanipulator, *self._sensors))
 
-    def lines(self) -> list[SerialLine]:
+    def lines(self) -> list[SerialDevice]:
         """Every serial line."""
         return self._lines
 
@@ -72,7 +72,7 @@ class RemoteDevices:
         lines = [self.telemanipulator.line.problem, *(line.problem for line in self.lines())]
         return [problem for problem in lines if problem is not None]
 
-    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
+    def read(self, t_s: float, hand: HandPlace | None = None) -> SensorFrame:
         """Take what all devices said since the last call, while the fingers follow `hand`.
 
         `tick` counts a standstill of the host that they show; what was sensed is of a time after it.
@@ -99,9 +99,9 @@ class RemoteDevices:
         # An old force is no force: without it there is no contact, and nothing of the last one is rendered.
         known = t_s - measured.oldest_s <= GAP_S
         force_n = measured.force_n if known else (0.0,) * len(FINGERS)
-        return Sensed(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates), hand)
+        return SensorFrame(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates), hand)
 
-    def write(self, command: GatedCommand, sensed: Sensed) -> None:
+    def write(self, command: GatedCommand, sensed: SensorFrame) -> None:
         """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate.
 
         Nothing of it is sent once the tick that has read the devices is too old.

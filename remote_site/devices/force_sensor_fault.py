@@ -9,7 +9,7 @@ it is at a mean of the recent ones, so that it is compared with the highest and 
 """
 
 from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
-from remote_site.safety.sliding_extrema import MEMORY_S, Lately
+from remote_site.safety.sliding_extrema import MEMORY_S, SlidingExtrema
 
 LOADED_N = 0.15
 """Below it a sensor may stay at 0: its noise is cut off there."""
@@ -34,7 +34,7 @@ class ForceSensorFault:
 
     def __init__(self) -> None:
         self.fault = ""
-        self._set_m = Lately()
+        self._set_m = SlidingExtrema()
         self._following_s: float | None = None
         self._t_s = 0.0
         self._force_n = -1.0

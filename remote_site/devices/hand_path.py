@@ -29,7 +29,7 @@ class HandPlace(NamedTuple):
     y_m: float
 
 
-class FollowedHand:
+class HandPath:
     """The way of the last KEPT_S, MOST places of it at most."""
 
     def __init__(self) -> None:

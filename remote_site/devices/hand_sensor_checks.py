@@ -2,22 +2,22 @@
 
 from collections.abc import Sequence
 
-from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderJumps
+from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderGlitches
 from common.fingers import FINGERS
 from remote_site.devices.force_sensor_fault import ForceSensorFault
-from remote_site.devices.stuck_encoder import HeldEncoder
+from remote_site.devices.stuck_encoder import StuckEncoder
 
 _POSE = ("telemanipulator's x", "telemanipulator's y")
 
 
-class MeasuredHand:
+class HandSensorChecks:
     """Takes each frame's readings and each set-point, and gives the places to act on."""
 
     def __init__(self, fingers: Sequence[str] = FINGERS) -> None:
         """Watch all encoders for jumps, and the rest of the fingers that take part."""
-        self._pose, self._heights = EncoderJumps(_POSE, HAND_M_S), EncoderJumps(FINGERS, FINGER_M_S)
+        self._pose, self._heights = EncoderGlitches(_POSE, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
         taking_part = [FINGERS.index(finger) for finger in fingers]
-        self._held = [(finger, HeldEncoder()) for finger in taking_part]
+        self._held = [(finger, StuckEncoder()) for finger in taking_part]
         self._sensors = [(finger, ForceSensorFault()) for finger in taking_part]
         self._held_faults: list[str] = []
         self._sensor_faults: list[str] = []

@@ -11,7 +11,7 @@ LOST_S = 1.0
 _WRAPS = 1 << 32
 
 
-class ReadingClock:
+class SensorClock:
     """Times of readings in the time of who receives them."""
 
     def __init__(self) -> None:

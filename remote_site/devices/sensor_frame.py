@@ -7,7 +7,7 @@ from remote_site.devices.hand_path import HandPlace
 from remote_site.devices.thermal_sensor import PlateReading
 
 
-class Sensed(Row):
+class SensorFrame(Row):
     """One tick's readings, five fingers each; None where nothing new came."""
 
     time_s: Finite

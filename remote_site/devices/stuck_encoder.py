@@ -16,7 +16,7 @@ SETTLE_S = 0.05
 PERSIST_S = 0.25
 
 
-class HeldEncoder:
+class StuckEncoder:
     """Watches one finger; `step` for each reading.
 
     Attributes:

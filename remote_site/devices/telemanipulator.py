@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanLine
-from common.buses.drive_monitor import DriveObeys, StateComes
+from common.buses.can_port import CanAddress, CanPort
+from common.buses.drive_monitor import DriveMonitor, ReportMonitor
 from common.buses.wiring import SYSTEM, Wiring
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock, Witness
 from common.timing.timeouts import FRAME_S
-from remote_site.devices.hand_sensor_checks import MeasuredHand
+from remote_site.devices.hand_sensor_checks import HandSensorChecks
 
 _MM = 1000.0
 _NEVER = float("-inf")
@@ -60,7 +60,7 @@ class Telemanipulator:
         """Open the bus at `address` in the background; `fingers` take part, `clock` is that of `read`."""
         frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
         self.receivers = tuple(FrameReceiver(name) for name in frames)
-        self.line = CanLine(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"), wiring=wiring)
+        self.line = CanPort(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"), wiring=wiring)
         self.measured = Measured()
         self.following = Following()
         self.stood_still_s = 0.0
@@ -68,11 +68,11 @@ class Telemanipulator:
         self._clock = HostClock() if clock is None else clock
         self._witness = Witness()
         self._fingers = fingers
-        self._watched = MeasuredHand(fingers)
+        self._watched = HandSensorChecks(fingers)
         self._hand = FrameSender("HandSetpoint")
         self._heights = FrameSender("HeightSetpoint")
-        self._release_obeys = DriveObeys("it", "is not released, although asked for")
-        self._state_comes = StateComes()
+        self._release_obeys = DriveMonitor("it", "is not released, although asked for")
+        self._state_comes = ReportMonitor()
         self._disobeys = ""
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
@@ -82,7 +82,7 @@ class Telemanipulator:
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
         )
         if stood_still or self.stood_still_s > 0.0:
-            self._watched = MeasuredHand(self._fingers)
+            self._watched = HandSensorChecks(self._fingers)
         measured, watched = self.measured, self._watched
         # Each frame counts: an encoder that jumps now and again is found by a late site, too.
         for sent_s, (x_mm, y_mm) in came.get("HandPoseMeasured", ()):

@@ -4,8 +4,8 @@ import math
 import struct
 from collections import deque
 
-from common.buses.device_clock import SerialWitness
-from common.buses.serial_device import SerialLine
+from common.buses.device_clock import DeviceClock
+from common.buses.serial_device import SerialDevice
 from common.buses.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
 from common.buses.wiring import SYSTEM, Wiring
 from common.limits import GAP_S
@@ -26,13 +26,13 @@ class TextureSensor:
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
-        self.line = SerialLine(address, DeviceKind.TEXTURE_SENSOR, finger, wiring)
+        self.line = SerialDevice(address, DeviceKind.TEXTURE_SENSOR, finger, wiring)
         self.damaged = 0
         self.measured_s = -math.inf
         """When the last samples came, s; -inf before the first."""
         self.stood_still_s = 0.0
         """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
-        self._witness = SerialWitness(self.line, clock)
+        self._witness = DeviceClock(self.line, clock)
         self.waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
         """Chunks that were read and not yet handed over."""
 

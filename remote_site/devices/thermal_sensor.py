@@ -2,9 +2,9 @@
 
 import math
 
-from common.buses.device_clock import SerialWitness
-from common.buses.drive_monitor import DriveObeys
-from common.buses.serial_device import SerialLine
+from common.buses.device_clock import DeviceClock
+from common.buses.drive_monitor import DriveMonitor
+from common.buses.serial_device import SerialDevice
 from common.buses.serial_messages import (
     DRIVE_FULL,
     BadPayload,
@@ -18,7 +18,7 @@ from common.buses.thermometry import ssr_c
 from common.buses.wiring import SYSTEM, Wiring
 from common.recording.recorded_row import Row, Whole
 from common.timing.standstill import HostClock
-from remote_site.devices.thermometer_check import SsrPlausibility
+from remote_site.devices.thermometer_check import ThermometerCheck
 
 _READING = int(MessageId.THERMAL_READING)
 _CUT_OUT = int(DeviceFlag.THERMAL_CUT_OUT)
@@ -49,7 +49,7 @@ class ThermalSensor:
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
-        self.line = SerialLine(address, DeviceKind.THERMAL_SENSOR, finger, wiring)
+        self.line = SerialDevice(address, DeviceKind.THERMAL_SENSOR, finger, wiring)
         self.damaged = 0
         self.measured_s = -math.inf
         """When the last reading came, s; -inf before the first."""
@@ -61,10 +61,10 @@ class ThermalSensor:
         """Whether the sensor's own temperature limit holds its heater off."""
         self.disobeys = ""
         """What the heater does that it was not told; empty when nothing."""
-        self._obeys = DriveObeys("the heater")
-        self._plausible = SsrPlausibility()
+        self._obeys = DriveMonitor("the heater")
+        self._plausible = ThermometerCheck()
         self._permille = 0
-        self._witness = SerialWitness(self.line, clock)
+        self._witness = DeviceClock(self.line, clock)
 
     def read(self, t_s: float) -> PlateReading | None:
         """The newest reading since the last call, judged for plausibility at time `t_s`; None without one.

@@ -6,7 +6,7 @@ FROZEN_S = 1.0
 """A plate being heated that repeats one count for this long is not being measured, s."""
 
 
-class SsrPlausibility:
+class ThermometerCheck:
     """Tells a broken sensor from a reading: open, short, jumping or frozen while driven."""
 
     __slots__ = ("_counts", "_since_s", "_t_s")

@@ -3,22 +3,22 @@
 Joins the parts; numbers and a time in, numbers out. Texture comes at its own rate, None in between.
 """
 
-from common.exploration.exploration_mode import Exploration
+from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.limits import GAP_S
 from common.wire.messages import ExplorationMode
 from remote_site.finger_sample import FingerSample
 from remote_site.identification.finger_touch import FingerTouch, TouchEvent
-from remote_site.stiffness.surface_estimate import TouchedSurface
+from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from remote_site.texture.groove_detector import Impulse
 from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.surface_table import SMOOTH, StrokeLaw, SurfaceTable
 from remote_site.texture.texture_identification import TextureIdentification
 from remote_site.texture.texture_law import ln_roughness
-from remote_site.thermal.finger_thermal import FingerHeat
+from remote_site.thermal.finger_thermal import FingerThermal
 from remote_site.thermal.rendered_material import rendered_constants
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 
 
 class FingerIdentification:
@@ -48,11 +48,11 @@ class FingerIdentification:
         self.contact = False
         self._surfaces = surfaces
         self._hand = hand
-        self._exploration = Exploration(hand)
+        self._exploration = ModeDetector(hand)
         self._texture = TextureIdentification(surfaces)
         self._period = GroovePeriod()
-        self._surface = TouchedSurface()
-        self._heat = FingerHeat(knowledge)
+        self._surface = SurfaceEstimate()
+        self._heat = FingerThermal(knowledge)
         self._texture_s = -1.0
         self._roughness_v = 0.0
         self._rough = False
@@ -60,7 +60,7 @@ class FingerIdentification:
         self._texture_fault: str | None = None
         self._strokes = StrokeLaw(surfaces)
         self._stroke = self._strokes.at(surfaces.surfaces[0].ln_roughness)
-        self._shown: ThermalAnswer | None = None
+        self._shown: ThermalResult | None = None
         self._constants = (0.0, 0.0, 0.0)
         """Conductivity, density and specific heat to render: of the answer that was shown last."""
 
@@ -70,11 +70,11 @@ class FingerIdentification:
         return self._heat.thermal
 
     @property
-    def answer(self) -> ThermalAnswer:
+    def answer(self) -> ThermalResult:
         """What is known of the object's material and temperature."""
         return self._heat.answer
 
-    def share(self, answer: ThermalAnswer | None) -> None:
+    def share(self, answer: ThermalResult | None) -> None:
         """Take the joint answer of all fingers on its object, for the next step; None: it speaks for itself."""
         self._heat.share(answer)
 

@@ -6,7 +6,7 @@ It is made for each finger in each tick. It is not frozen: a frozen one takes ei
 from dataclasses import dataclass
 
 from common.wire.messages import ExplorationMode
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class FingerTouch:
     conductivity_w_mk: float
     density_kg_m3: float
     specific_heat_j_kgk: float
-    thermal: ThermalAnswer
+    thermal: ThermalResult
     measuring: bool
     """Whether a touch that began, or the last reading, uses the plate: it must not be heated."""
     no_differences: int

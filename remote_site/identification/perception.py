@@ -8,19 +8,19 @@ import numpy as np
 
 from common.buses.serial_messages import DRIVE_FULL
 from common.exploration.hand_motion import HandMotion
-from common.exploration.sample_window import RecentSamples
+from common.exploration.sample_window import SampleWindow
 from common.fingers import FINGERS
 from common.runtime.containment import Containment
 from common.wire.messages import EVENT_MAX, MAX_EVENTS, Event, EventKind, Touch
 from common.wire.packets import LinkState
-from remote_site.devices.hand_path import FollowedHand
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.hand_path import HandPath
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.texture_sensor import texture_v
 from remote_site.finger_sample import FingerSample
 from remote_site.identification.finger_identification import FingerIdentification
 from remote_site.identification.finger_touch import FingerTouch, TouchEvent
 from remote_site.identification.touch_block import touch_block
-from remote_site.identification.touch_summary import SlowTelling
+from remote_site.identification.touch_summary import TouchSummaries
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.shared_object import SharedObject
@@ -87,11 +87,11 @@ class Perception:
         }
         self._shared = SharedObject(self._knowledge)
         self._solvers: list[Solver] = [*(each.thermal for each in self._identifications.values()), self._shared]
-        self._hand = FollowedHand()
-        self._places = RecentSamples(FOUND_S)
-        self._telling = SlowTelling()
+        self._hand = HandPath()
+        self._places = SampleWindow(FOUND_S)
+        self._telling = TouchSummaries()
 
-    def step(self, sensed: Sensed) -> list[Event]:
+    def step(self, sensed: SensorFrame) -> list[Event]:
         """Take one tick's readings; return the events that happened in it."""
         if sensed.time_s < self._time_s:  # the clock was set back: what was timed by it is identified anew
             self._begin_anew()
@@ -121,7 +121,7 @@ class Perception:
         self.touches.clear()
         self._events.clear()
 
-    def _identify(self, sensed: Sensed) -> list[Event]:
+    def _identify(self, sensed: SensorFrame) -> list[Event]:
         time_s, x_m, y_m = sensed.time_s, sensed.x_m, sensed.y_m
         self._hand.step(sensed.hand)
         self._motion.step(time_s, x_m, y_m)
@@ -192,7 +192,7 @@ class Perception:
         return Touch(session, sequence, time_ns, state, floats, tuple(names), events, self._telling.told)
 
 
-def _sample(sensed: Sensed, finger: int) -> FingerSample:
+def _sample(sensed: SensorFrame, finger: int) -> FingerSample:
     """One finger's part of what was sensed."""
     counts, plate = sensed.texture_counts[finger], sensed.plates[finger]
     signal_v = None if counts is None else texture_v(counts)

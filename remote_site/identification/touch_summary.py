@@ -11,7 +11,7 @@ from common.wire.touch_summary import (
     NOTHING_TOLD,
     ROUGHNESS_MAX_V,
     TOLD_EVERY_S,
-    Told,
+    TouchSummary,
 )
 from remote_site.identification.finger_identification import FingerIdentification
 
@@ -19,7 +19,7 @@ UNLIKELY = 0.01
 """A material less probable than this is none of the candidates."""
 
 
-class SlowTelling:
+class TouchSummaries:
     """Remembers what is told. Pure: the time is an argument.
 
     Attributes:
@@ -43,12 +43,12 @@ class SlowTelling:
             self.told = told
 
 
-def _told(finger: FingerIdentification) -> Told:
+def _told(finger: FingerIdentification) -> TouchSummary:
     """One finger's, within what a packet may say: what an estimator says beyond that saturates there."""
     if not finger.contact:
         return NOTHING
     ranked = sorted(finger.answer.candidates.items(), key=lambda named: -named[1])
-    told = Told(tuple([(name, min(1.0, p)) for name, p in ranked[:MAX_CANDIDATES] if p >= UNLIKELY]))
+    told = TouchSummary(tuple([(name, min(1.0, p)) for name, p in ranked[:MAX_CANDIDATES] if p >= UNLIKELY]))
     if (roughness_v := finger.roughness_v) is not None:
         value_v, sd_v = roughness_v
         told = told._replace(roughness_v=min(value_v, ROUGHNESS_MAX_V), roughness_sd_v=min(sd_v, ROUGHNESS_MAX_V))

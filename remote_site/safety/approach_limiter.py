@@ -10,7 +10,7 @@ WIDEN_M_S2 = 1.0
 MET_M = 1e-6
 
 
-class Approach:
+class ApproachLimiter:
     """The speed limit of one set-point.
 
     Attributes:

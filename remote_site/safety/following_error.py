@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from common.fingers import FINGERS
 from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
-from remote_site.safety.sliding_extrema import Lately
+from remote_site.safety.sliding_extrema import SlidingExtrema
 
 PLANE_MARGIN_M = 0.004
 HEIGHT_MARGIN_M = 0.0020
@@ -25,14 +25,14 @@ _NAMES = ("hand's x", "hand's y", *FINGERS)
 _MARGIN_M = (PLANE_MARGIN_M, PLANE_MARGIN_M, *(HEIGHT_MARGIN_M,) * len(FINGERS))
 
 
-class TelemanipulatorFollow:
+class FollowingError:
     """Watches the hand's x and y and the fingers' heights: `step` for what it measured, then `told` what is sent.
 
     A place is seven numbers, m: x, y and the five heights.
     """
 
     def __init__(self) -> None:
-        self._lately = [Lately() for _ in _NAMES]
+        self._lately = [SlidingExtrema() for _ in _NAMES]
         self._told = False
         self._doubt_s = 0.0
         self._measured: tuple[Sequence[float], Sequence[float]] = ((), ())

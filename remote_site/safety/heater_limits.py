@@ -4,7 +4,7 @@ import math
 
 from common.limits import GAP_S, SENSOR_PLATE_C
 from common.safety.repeated_fault import RepeatedFault
-from common.safety.thermal_dose import SkinDose
+from common.safety.thermal_dose import ThermalDose
 
 SENSOR_LOW_C = -5.0
 SENSOR_HIGH_C = 60.0
@@ -37,7 +37,7 @@ class HeaterLimits:
         self.too_hot = False
         self._plate_c = self._mark_c = math.nan
         self._rate_k_s = 0.0
-        self._dose = SkinDose()
+        self._dose = ThermalDose()
         self._work_s = 0.0
         self.repeated = RepeatedFault(TEST_DRIVE, TEST_LEAST_K)
         self._implausible = False

@@ -3,10 +3,10 @@
 import math
 
 from common.limits import APPROACH_DOWN_M_S
-from common.safety.oscillation_detector import Oscillation
-from remote_site.safety.approach_limiter import Approach
+from common.safety.oscillation_detector import OscillationDetector
+from remote_site.safety.approach_limiter import ApproachLimiter
 from remote_site.safety.limit_flags import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
-from remote_site.safety.residual_work import LeftWork
+from remote_site.safety.residual_work import ResidualWork
 from remote_site.safety.servo import SERVO_N_M
 
 HEIGHT_LOW_M = -0.0100
@@ -29,7 +29,7 @@ ROUNDING_M = 1e-9
 _BRAKE_N_S_M = SERVO_N_M * REACTION_S
 
 
-class FingerHeight:
+class HeightSetpoint:
     """Each tick `observe` what the finger does, then `follow` or `retreat`.
 
     Attributes:
@@ -42,10 +42,10 @@ class FingerHeight:
         self._force_limit_n = force_limit_n
         self._brake_n = BRAKE_SHARE * force_limit_n
         self._reach_m = force_limit_n / SERVO_N_M
-        self._approach = Approach(APPROACH_DOWN_M_S, HEIGHT_SPEED_M_S)
-        self._oscillation = Oscillation()
+        self._approach = ApproachLimiter(APPROACH_DOWN_M_S, HEIGHT_SPEED_M_S)
+        self._oscillation = OscillationDetector()
         self._drained = False
-        self.left = LeftWork()
+        self.left = ResidualWork()
         self.z_m = CLEAR_HEIGHT_M
 
     def let_go(self, z_m: float) -> None:

@@ -13,11 +13,11 @@ from common.fingers import FINGERS
 from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
 from common.safety.repeated_fault import STAYS_OFF
 from common.timing.timeouts import TICK_AGE_S
-from remote_site.safety.approach_limiter import Approach
-from remote_site.safety.following_error import TelemanipulatorFollow
+from remote_site.safety.approach_limiter import ApproachLimiter
+from remote_site.safety.following_error import FollowingError
 from remote_site.safety.gated_command import GatedCommand
 from remote_site.safety.heater_limits import SENSOR_HIGH_C, HeaterLimits
-from remote_site.safety.height_setpoint import ROUNDING_M, TOUCHING_N, FingerHeight
+from remote_site.safety.height_setpoint import ROUNDING_M, TOUCHING_N, HeightSetpoint
 from remote_site.safety.limit_flags import (
     APPROACH,
     DOSE,
@@ -54,10 +54,10 @@ class PatientGate:
         self._fault: str | None = None
         self._ready = False
         self._live = False
-        self._follow = TelemanipulatorFollow()
-        self._approach = Approach(APPROACH_PLANE_M_S, PLANE_SPEED_M_S)
+        self._follow = FollowingError()
+        self._approach = ApproachLimiter(APPROACH_PLANE_M_S, PLANE_SPEED_M_S)
         self._plane = (0.0, 0.0)
-        self._fingers = [FingerHeight(contact_force_n) for _ in FINGERS]
+        self._fingers = [HeightSetpoint(contact_force_n) for _ in FINGERS]
         self._stopped_s = 0.0
         self._drive = [0.0] * len(FINGERS)
         self._heaters = [HeaterLimits() for _ in FINGERS]
@@ -90,7 +90,7 @@ class PatientGate:
     def clear_fault(self) -> None:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
         self._fault = None
-        self._follow = TelemanipulatorFollow()
+        self._follow = FollowingError()
         self._named.clear()
         for finger in self._fingers:
             finger.believe_again()
@@ -201,7 +201,7 @@ class PatientGate:
             return True
         if fresh:
             self.trip("a measurement of the telemanipulator is not a finite number")
-        self._follow = TelemanipulatorFollow()  # what was out of sight may stand anywhere
+        self._follow = FollowingError()  # what was out of sight may stand anywhere
         return False
 
     def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:

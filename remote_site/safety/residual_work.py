@@ -12,7 +12,7 @@ import math
 from common.limits import LEFT_J, LEFT_W
 
 
-class LeftWork:
+class ResidualWork:
     """Of one finger; `left_j` is what it has left beyond what may be left lastingly, J."""
 
     __slots__ = ("_force_n", "_z_m", "left_j")

@@ -11,7 +11,7 @@ _Falling = deque[tuple[float, float]]
 highest (or the lowest)."""
 
 
-class Lately:
+class SlidingExtrema:
     """Values of the last MEMORY_S.
 
     Attributes:

@@ -14,11 +14,11 @@ from common.limits import AGE_MAX_S, GAP_S
 from common.link.capabilities import OBSERVER, disagreement
 from common.link.clock_offset import ReadClock
 from common.link.curve import Received, may_stop
-from common.link.dead_reckoning import MotionPrediction
+from common.link.dead_reckoning import DeadReckoning
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
 from common.link.keys import fingerprint
 from common.link.link_sides import RemoteSide
-from common.link.packet_filter import FUTURE_TOLERANCE_NS, Acceptance
+from common.link.packet_filter import FUTURE_TOLERANCE_NS, PacketFilter
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused, Session, note_text
 from common.runtime.containment import Containment
@@ -56,7 +56,7 @@ class SessionServer:
     """Public key of the session's operator, as the link authenticated it; empty without a session."""
     motion: Motion | None = None
     """The newest accepted motion of this session."""
-    acceptance: Acceptance = field(init=False)
+    acceptance: PacketFilter = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
     stopping: EmergencyStop = field(default_factory=EmergencyStop)
     stopped: str = ""
@@ -73,7 +73,7 @@ class SessionServer:
     _rates: RateLimiters[tuple[str, str, bool]] = field(init=False)
     _ended: RateLimiters[tuple[str, str, int]] = field(default_factory=lambda: RateLimiters(1.0, 1))
     _lines_of_log: RateLimiters[str] = field(default_factory=lambda: RateLimiters(0.1, 5))
-    _hand: MotionPrediction = field(default_factory=MotionPrediction)
+    _hand: DeadReckoning = field(default_factory=DeadReckoning)
     _notes: list[str] = field(default_factory=list)
     _heard_ns: int = 0
     _asked: int = -1
@@ -88,7 +88,7 @@ class SessionServer:
     _stop_asked: list[tuple[bytes, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.acceptance = Acceptance(max_age_ns=round(self.max_age_s * 1e9))
+        self.acceptance = PacketFilter(max_age_ns=round(self.max_age_s * 1e9))
         self._connections = OperatorConnections(self.link.is_open)
         self._rates = RateLimiters(PACKETS_PER_S, PACKETS_AT_ONCE)
 
@@ -379,7 +379,7 @@ class SessionServer:
         self.link.forgive(key)
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
         self.motion = None
-        self._hand = MotionPrediction()
+        self._hand = DeadReckoning()
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._uncertainty_ns = None

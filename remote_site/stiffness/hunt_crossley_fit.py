@@ -42,7 +42,7 @@ ROUGHLY_LN_SD = 0.3
 """Only when c is known as well as this, samples can contradict it, and teach a as well."""
 
 
-class PressFit:
+class HuntCrossleyFit:
     """Fit of one contact.
 
     Attributes:

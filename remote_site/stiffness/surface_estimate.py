@@ -10,7 +10,7 @@ import math
 from collections import deque
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD, TOUCH_RANGES
-from remote_site.stiffness.hunt_crossley_fit import SOFTEST_N_M, PressFit
+from remote_site.stiffness.hunt_crossley_fit import SOFTEST_N_M, HuntCrossleyFit
 from remote_site.stiffness.surface_height import SurfaceHeight
 
 WINDOW = 5
@@ -27,7 +27,7 @@ DAMPING_SHARE = 0.25
 UNKNOWN_LN_SD = TOUCH_RANGES["stiffness_ln_sd"][1]
 
 
-class TouchedSurface:
+class SurfaceEstimate:
     """Surface below one finger; step it in every tick.
 
     Attributes:
@@ -57,7 +57,7 @@ class TouchedSurface:
 
     def __init__(self) -> None:
         self._onset_z_m: float | None
-        self._fit: PressFit | None
+        self._fit: HuntCrossleyFit | None
         self._height: SurfaceHeight | None
         self._recent: deque[tuple[float, float, float, float]] = deque(maxlen=WINDOW)
         """Time, x, y and z of the newest samples of the contact."""
@@ -113,7 +113,7 @@ class TouchedSurface:
         last_s, last_x_m, last_y_m, _ = recent[-2]
         mean_n, mean_m = sum(self._forces_n) / samples, sum(self._heights_m) / samples
         if fit is None:
-            fit = self._fit = PressFit(last_s, self._forces_n[0], from_z_m)
+            fit = self._fit = HuntCrossleyFit(last_s, self._forces_n[0], from_z_m)
         passed_s = t_s - from_s
         sinks_m_s = (from_z_m - z_m) / passed_s
         dx_m = dy_m = way_m = self.slope_x = self.slope_y = 0.0
@@ -137,7 +137,7 @@ class TouchedSurface:
             self.slope_x, self.slope_y = height.slope_along(dx_m, dy_m)
         self.damping_n_s_m = fit.damping_s_m * force_n if self._damping_known else 0.0
 
-    def _learn(self, fit: PressFit) -> None:
+    def _learn(self, fit: HuntCrossleyFit) -> None:
         """Take over what the fit has learned from a sample that counts."""
         self.stiffness_ln_sd = min(fit.ln_sd, UNKNOWN_LN_SD)
         self.stiffness_n_m = 1.0 / fit.compliance_m_n

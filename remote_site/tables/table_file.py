@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from common.files.read_files import read_json
 
 
-class StoredTable(BaseModel):
+class TableFile(BaseModel):
     """A table that is a file of its own kind and version.
 
     Attributes:

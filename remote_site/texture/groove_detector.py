@@ -62,7 +62,7 @@ class _Rank:
         return self._ranked[int(RANK * len(self._ranked))]
 
 
-class Impulses:
+class GrooveDetector:
     """Finds impulses in the curvature for one newton, cell by cell."""
 
     __slots__ = ("_before_v", "_deepest", "_last_m", "_least_v", "_ranks", "_sides_v")

@@ -49,7 +49,7 @@ LOUDER = 4.0
 """Noise does not become so much more by itself, in its mean square; by a stroke over plain plastic it does."""
 
 
-class TextureFault:
+class SensorFault:
     """Watches one sensor, block by block.
 
     Attributes:

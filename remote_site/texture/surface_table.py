@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from common.scenes.surfaces import surface_kind
-from remote_site.tables.table_file import StoredTable
+from remote_site.tables.table_file import TableFile
 from remote_site.texture.texture_law import TextureLaw
 
 ONE_ROUGHNESS = 0.25
@@ -53,7 +53,7 @@ class Surface(BaseModel):
     k_stroke_f: Positive
 
 
-class SurfaceTable(StoredTable):
+class SurfaceTable(TableFile):
     """Calibrated surfaces of one texture sensor.
 
     Attributes:

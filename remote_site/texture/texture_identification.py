@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 
 from common.wire.messages import ExplorationMode
 from remote_site.texture.curvature_noise import CurvatureNoise
-from remote_site.texture.groove_detector import Impulse, Impulses
+from remote_site.texture.groove_detector import GrooveDetector, Impulse
 from remote_site.texture.roughness import Felt, Roughness
-from remote_site.texture.sensor_fault import TextureFault
+from remote_site.texture.sensor_fault import SensorFault
 from remote_site.texture.surface_filter import SurfaceFilter
 from remote_site.texture.surface_table import FAINTEST, Surface, SurfaceTable
 from remote_site.texture.texture_law import ln_roughness
@@ -79,10 +79,10 @@ class TextureIdentification:
         self._noise = CurvatureNoise(self._law.viscous_s)
         self._path = TipPath(self._law.viscous_s, self._law.leak_hz)
         faintest_v = FAINTEST_GROOVE_V if surfaces.groove_v is None else 0.2 * FAINTEST * surfaces.groove_v
-        self._impulses = Impulses(faintest_v)
+        self._impulses = GrooveDetector(faintest_v)
         self._roughness = Roughness()
         self._filter = SurfaceFilter(surfaces)
-        self._watch = TextureFault(BLOCK)
+        self._watch = SensorFault(BLOCK)
         self._waiting: list[_Sample] = []
         self._mode = ExplorationMode.FREE
         self._lost_s = -math.inf

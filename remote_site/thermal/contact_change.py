@@ -22,7 +22,7 @@ NEARLY_S = 1e-3
 """A reading so much before a time counts as one at that time: clocks are rounded, s."""
 
 
-class PressedContact:
+class ContactChange:
     """Follows the force on one touch; step it with each reading."""
 
     def __init__(self, sensor: SensorConstants) -> None:

@@ -6,13 +6,13 @@ Thermal readings come at their own rate, None in between.
 from collections import deque
 
 from common.exploration.contact_detector import TAP_S
-from common.exploration.exploration_mode import Exploration
+from common.exploration.exploration_mode import ModeDetector
 from common.wire.messages import ExplorationMode
-from remote_site.devices.sensor_clock import ReadingClock
+from remote_site.devices.sensor_clock import SensorClock
 from remote_site.finger_sample import FingerSample
-from remote_site.thermal.peltier_backside import PeltierBack
+from remote_site.thermal.peltier_backside import PeltierBackside
 from remote_site.thermal.thermal_identification import CONTACT_LOST, ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import NO_CONTACT, NO_DIFFERENCE, ThermalAnswer
+from remote_site.thermal.thermal_result import NO_CONTACT, NO_DIFFERENCE, ThermalResult
 from remote_site.thermal.touch_start import WARMING, reading_at_contact
 from remote_site.thermal.warmed_spot import TRACES, WARM, WarmedSpot
 
@@ -21,7 +21,7 @@ READING_AGE_S = 0.10
 """A thermal reading older than this is none, s."""
 
 
-class FingerHeat:
+class FingerThermal:
     """Thermal touches of one finger; step it in every tick.
 
     Attributes:
@@ -33,14 +33,14 @@ class FingerHeat:
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
         """A free finger."""
-        self._back = PeltierBack()
+        self._back = PeltierBackside()
         self._spot = WarmedSpot()
-        self._clock = ReadingClock()
+        self._clock = SensorClock()
         self.thermal = ThermalIdentification(knowledge)
         self.answer = NO_CONTACT
         self.measuring = False
         self.no_differences = 0
-        self._shared: ThermalAnswer | None = None
+        self._shared: ThermalResult | None = None
         """Answer of all fingers on its object; None where it speaks for itself."""
         self._found = NO_CONTACT
         """What the last touch came to."""
@@ -50,12 +50,12 @@ class FingerHeat:
         self._sensor_s = -1.0
         self._ambient_c: float | None = None
 
-    def share(self, answer: ThermalAnswer | None) -> None:
+    def share(self, answer: ThermalResult | None) -> None:
         """Take the joint answer of all fingers on its object, for the next step; None: it speaks for itself."""
         self._shared = answer
         self.thermal.alone = answer is None
 
-    def step(self, sample: FingerSample, exploration: Exploration) -> str | None:
+    def step(self, sample: FingerSample, exploration: ModeDetector) -> str | None:
         """Advance to `sample.t_s`; returns a material when it is named first in a touch.
 
         Args:
@@ -73,11 +73,11 @@ class FingerHeat:
         return material
 
     @property
-    def _joint(self) -> ThermalAnswer:
+    def _joint(self) -> ThermalResult:
         """The shared answer where there is one, else this finger's own."""
         return self.thermal.answer if self._shared is None else self._shared
 
-    def _follow(self, sample: FingerSample, exploration: Exploration) -> None:
+    def _follow(self, sample: FingerSample, exploration: ModeDetector) -> None:
         """Start, feed and end the thermal touch."""
         t_s, thermal = sample.t_s, self.thermal
         if sample.ambient_c is not None:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from remote_site.tables.table_file import StoredTable
+from remote_site.tables.table_file import TableFile
 
 RATE_TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 """Times after contact at which the paper's rate is tabulated, s."""
@@ -58,7 +58,7 @@ class MaterialEntry(BaseModel):
         return self
 
 
-class MaterialTable(StoredTable):
+class MaterialTable(TableFile):
     """All calibrated materials of one sensor (or kind of sensor).
 
     Attributes:

@@ -40,7 +40,7 @@ class Reading:
     contact_variance: float
 
 
-class ReadingSums:
+class NormalEquations:
     """Sums over readings for n guesses.
 
     Attributes:

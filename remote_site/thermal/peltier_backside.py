@@ -24,7 +24,7 @@ LONGEST_S = 0.2
 """A hole in the readings counts as no longer than this: the drive is off by then."""
 
 
-class PeltierBack:
+class PeltierBackside:
     """Back of one finger's sensor; step it with each reading.
 
     Attributes:

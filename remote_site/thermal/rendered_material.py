@@ -4,14 +4,14 @@ import numpy as np
 
 from common.scenes.materials import ALIASES, Material, materials
 from common.wire.messages import ThermalStatus
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 
 VAGUE_LN_SD = 0.7
 """An effusivity known no better than this (a factor of two) is not rendered."""
 _SHOWN = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 
 
-def rendered_constants(answer: ThermalAnswer) -> tuple[float, float, float]:
+def rendered_constants(answer: ThermalResult) -> tuple[float, float, float]:
     """Conductivity, density and specific heat to render; zeros where nothing may be rendered.
 
     An identified material's own; before that the mean (in logarithms) over the likely ones, made to have the effusivity

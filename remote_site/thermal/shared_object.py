@@ -9,7 +9,7 @@ from common.wire.messages import ThermalStatus
 from remote_site.thermal.contact_change import NEARLY_S
 from remote_site.thermal.solving_turns import NOTHING_DUE, POSTPONED_S
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalAnswer, ThermalConclusion
+from remote_site.thermal.thermal_result import ThermalConclusion, ThermalResult
 
 ONE_OBJECT = 0.5
 """Probability from which the fingers count as touching one object."""
@@ -33,20 +33,20 @@ class SharedObject:
 
     def _release(self) -> None:
         self._conclusion: ThermalConclusion | None = None
-        self._answer: ThermalAnswer | None = None
+        self._answer: ThermalResult | None = None
         self._count = 0
         self._judged_s = self._doubted_s = -1.0
         self._one = True
         self.waited_s = NOTHING_DUE
         self._touching: list[ThermalIdentification] = []
 
-    def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalAnswer | None:
+    def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalResult | None:
         """Judge if that is due, and return the answer that holds for all fingers in contact; see `look`."""
         self.look(fingers)
         self.work()
         return self.look(fingers)
 
-    def look(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalAnswer | None:
+    def look(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalResult | None:
         """The answer that holds for all fingers in contact; None where each has to speak for itself.
 
         Args:

@@ -16,9 +16,9 @@ from remote_site.thermal.exponential_response import ExponentialFit, Exponential
 from remote_site.thermal.material_posterior import MaterialPosterior
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.solving_turns import NOTHING_DUE
-from remote_site.thermal.thermal_result import NO_CONTACT, ThermalAnswer, ThermalConclusion, undecided
+from remote_site.thermal.thermal_result import NO_CONTACT, ThermalConclusion, ThermalResult, undecided
 from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence
-from remote_site.thermal.touch_hypotheses import FOREIGN, Guesses, Substances, guesses, substances
+from remote_site.thermal.touch_hypotheses import FOREIGN, Substances, TouchHypotheses, guesses, substances
 
 ANSWERED = (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 LEAST_RATE_SD = 0.02
@@ -49,7 +49,7 @@ class ThermalKnowledge:
 
     table: MaterialTable
     substances: Substances
-    guesses: Guesses
+    guesses: TouchHypotheses
     posterior: MaterialPosterior
     trust_s: float = np.inf
     at_once: int | None = None
@@ -172,7 +172,7 @@ class ThermalIdentification:
         self.waited_s, self.fresh = NOTHING_DUE, False
         self.answer = undecided(self._prior)
 
-    def step(self, t_s: float, sensor_c: float, force_n: float) -> ThermalAnswer:
+    def step(self, t_s: float, sensor_c: float, force_n: float) -> ThermalResult:
         """Take one reading during a touch, do what is due, and return what is known; see `take`."""
         self.take(t_s, sensor_c, force_n)
         self.work()
@@ -264,7 +264,7 @@ class ThermalIdentification:
         if not decided:  # half a course says little about the object's temperature
             self.answer = replace(self.answer, object_c=None, object_c_sd=None, effusivity=None, effusivity_ln_sd=None)
 
-    def again(self, found: ThermalAnswer) -> None:
+    def again(self, found: ThermalResult) -> None:
         """Touch where the last touch was, which has warmed the spot: what was found holds, nothing new can be found."""
         self.release()
         self.warmed, self.since_s = True, 0.0
@@ -272,7 +272,7 @@ class ThermalIdentification:
         self.answer = (
             replace(found, reason=FELT_BEFORE)
             if holds
-            else ThermalAnswer(ThermalStatus.UNIDENTIFIABLE, reason=STILL_WARM)
+            else ThermalResult(ThermalStatus.UNIDENTIFIABLE, reason=STILL_WARM)
         )
 
     def release(self) -> None:
@@ -281,7 +281,7 @@ class ThermalIdentification:
         self._estimate = None
         self.answer = NO_CONTACT
 
-    def with_exponential(self, answer: ThermalAnswer) -> ThermalAnswer:
+    def with_exponential(self, answer: ThermalResult) -> ThermalResult:
         """An answer with what the paper's method says of this finger's readings beside it."""
         if self.since_s >= self._fitted_s + FIT_EVERY_S - HALF_READING_S:
             self._fitted_s, self._fit = self.since_s, self._exponential.fit()

@@ -35,7 +35,7 @@ NOT_RULED_OUT = "something that was not calibrated is not ruled out"
 
 
 @dataclass(frozen=True, slots=True)
-class ThermalAnswer:
+class ThermalResult:
     """What is known about a touch at one time.
 
     Attributes:
@@ -69,13 +69,13 @@ class ThermalAnswer:
     reason: str | None = None
 
 
-NO_CONTACT = ThermalAnswer(ThermalStatus.NO_CONTACT)
+NO_CONTACT = ThermalResult(ThermalStatus.NO_CONTACT)
 
 
-def undecided(prior: Mapping[str, float]) -> ThermalAnswer:
+def undecided(prior: Mapping[str, float]) -> ThermalResult:
     """The answer before the first reading, from each material's prior probability."""
     best = max(prior, key=prior.__getitem__)
-    return ThermalAnswer(ThermalStatus.DECIDING, best=best, probability=prior[best], candidates=dict(prior))
+    return ThermalResult(ThermalStatus.DECIDING, best=best, probability=prior[best], candidates=dict(prior))
 
 
 class ThermalConclusion:
@@ -91,7 +91,7 @@ class ThermalConclusion:
         self._seen: tuple[ThermalStatus, str | None] = (ThermalStatus.DECIDING, None)
         self._held_since_s = 0.0
 
-    def step(self, posterior: Posterior, since_s: float) -> ThermalAnswer:
+    def step(self, posterior: Posterior, since_s: float) -> ThermalResult:
         """The answer `since_s` seconds after contact."""
         seen = self._conclude(posterior, since_s)
         if (seen.status, seen.best) != self._seen:
@@ -106,7 +106,7 @@ class ThermalConclusion:
         self._named = seen.material
         return seen
 
-    def _conclude(self, posterior: Posterior, since_s: float) -> ThermalAnswer:
+    def _conclude(self, posterior: Posterior, since_s: float) -> ThermalResult:
         """What one posterior says by itself."""
         calibrated = max(1.0 - posterior.foreign, 1e-12)
         order = np.argsort(-posterior.probability)
@@ -128,7 +128,7 @@ class ThermalConclusion:
                 status = ThermalStatus.IDENTIFIED
         if status is ThermalStatus.AMBIGUOUS and len(candidates) == 1:
             reason = NOT_RULED_OUT
-        return ThermalAnswer(
+        return ThermalResult(
             status,
             material=best if status is ThermalStatus.IDENTIFIED else None,
             best=best,

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.thermal.contact_change import NEARLY_S, PressedContact
+from remote_site.thermal.contact_change import NEARLY_S, ContactChange
 from remote_site.thermal.material_table import MaterialTable
-from remote_site.thermal.normal_equations import PLATE, Reading, ReadingSums
+from remote_site.thermal.normal_equations import PLATE, NormalEquations, Reading
 from remote_site.thermal.solving_turns import NOTHING_DUE, POSTPONED_S
-from remote_site.thermal.touch_hypotheses import Guesses, Substances
+from remote_site.thermal.touch_hypotheses import Substances, TouchHypotheses
 from remote_site.thermal.touch_model import BLOCK, Contacts, SensorConstants
 
 Array = NDArray[np.float64]
@@ -88,7 +88,7 @@ class TouchEstimate:
         self,
         table: MaterialTable,
         substances: Substances,
-        guesses: Guesses,
+        guesses: TouchHypotheses,
         start_c: float,
         slope_k_s: float,
         ambient_c: float,
@@ -120,11 +120,11 @@ class TouchEstimate:
         self._noise_square = table.noise_k**2
         sensor = SensorConstants(table.leak_per_s, table.half_force_n, table.early_s, table.force_power)
         self._sensor = sensor
-        self._sums = ReadingSums(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
+        self._sums = NormalEquations(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
         self._slope_k_s = slope_k_s
         self._slab_s = guesses.contacts.slab_s[guesses.contact_of]
         self._readings: list[Reading] = []
-        self._again: ReadingSums | None = None
+        self._again: NormalEquations | None = None
         self._looks = list(LOOK_AGAIN_S)
         n = len(guesses.substance)
         ambient_k = ambient_c - start_c
@@ -158,7 +158,7 @@ class TouchEstimate:
         self.solved = True
         """Whether all guesses have been solved from the same readings; many of them take a few turns."""
         self._since_s = 0.0
-        self._pressed = PressedContact(sensor)
+        self._pressed = ContactChange(sensor)
 
     def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
         """Take one reading and do what is due; see `take`."""
@@ -224,7 +224,7 @@ class TouchEstimate:
         if self._again is None:
             ln_effusivity, ln_conductance, ln_lag = self._sums.around + self._mean[3:]
             contacts = Contacts(ln_effusivity, ln_conductance, self._slab_s)
-            self._again = ReadingSums(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag)
+            self._again = NormalEquations(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag)
         done = self._again.count
         self._again.take(self._readings[done : min(done + AGAIN_AT_ONCE, self._sums.count)], self._difference_k)
         if self._again.count == self._sums.count:

@@ -51,7 +51,7 @@ class Substances:
 
 
 @dataclass(frozen=True, slots=True)
-class Guesses:
+class TouchHypotheses:
     """All guesses of one touch.
 
     Attributes:
@@ -111,7 +111,7 @@ def substances(table: MaterialTable, foreign_share: float = FOREIGN) -> Substanc
     )
 
 
-def guesses(table: MaterialTable) -> Guesses:
+def guesses(table: MaterialTable) -> TouchHypotheses:
     """All guesses of a touch, from the calibrated populations."""
     ln_contacts: list[tuple[float, float, float]] = []
     rows: list[tuple[int, float, int, float, Array]] = []
@@ -152,7 +152,7 @@ def guesses(table: MaterialTable) -> Guesses:
         add(len(table.materials) + number, ln_effusivity, usual, np.inf, 1.0, within)
 
     ln = np.array(ln_contacts)
-    return Guesses(
+    return TouchHypotheses(
         Contacts(ln[:, 0], ln[:, 1], ln[:, 2]),
         np.array([row[0] for row in rows], dtype=np.intp),
         np.array([row[1] for row in rows]),

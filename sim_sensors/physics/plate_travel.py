@@ -6,7 +6,7 @@ PLAY_M = 0.5e-3
 """Play of a plate, m: a plate of 14 mm that trembles within it stays on the ground that it has warmed."""
 
 
-class FreshGround:
+class PlateTravel:
     """Follow a plate along the bench; only movement beyond the play reaches new ground."""
 
     def __init__(self) -> None:

@@ -18,7 +18,7 @@ from sim_sensors.physics.bench import Bench, BenchObject
 from sim_sensors.physics.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.physics.hand_servo import follow
 from sim_sensors.physics.normal_rows import normal_rows
-from sim_sensors.physics.plate_travel import FreshGround
+from sim_sensors.physics.plate_travel import PlateTravel
 from sim_sensors.physics.surface import GROOVE_DEPTH_M
 from sim_sensors.physics.texture_touch import NOISE_V, TextureTouch
 from sim_sensors.physics.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
@@ -99,7 +99,7 @@ class RemoteWorld:
         """Object that each finger touched last, -1: none; a new touch there meets the heat left by the finger."""
         self._factor = [1.0] * count
         self._events: list[TruthEvent] = []
-        self._ground = FreshGround()
+        self._ground = PlateTravel()
         self._thermal_due_s = 0.0
         self._velocity = (0.0, 0.0)
         self.time_s = 0.0

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol
 
 from common.runtime.periodic_loop import PeriodicLoop
-from common.runtime.rate_monitor import HeldRate, spent
+from common.runtime.rate_monitor import RateMonitor, spent
 from common.runtime.scheduling import become_timely
 from common.runtime.status_file import StatusFile
 from sim_sensors.ports.select_loop import SelectLoop
@@ -59,7 +59,7 @@ def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name:
     become_timely()
     clock = StepClock(sockets.now())
     periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
-    held = HeldRate(1.0 / STEP_S)
+    held = RateMonitor(1.0 / STEP_S)
     status_file = StatusFile(status, name, periodic)
     while not stop():
         if periodic.wait() > STEP_S / 4.0:

@@ -30,7 +30,7 @@ def eased(u: Array) -> Array:
     return way
 
 
-class ToldHand:
+class CommandedHand:
     """Builder of set-points, piece by piece; every piece begins where the last one ended.
 
     Attributes:

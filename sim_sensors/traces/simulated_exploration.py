@@ -15,7 +15,7 @@ from sim_sensors.physics.fingertip import Fingertip
 from sim_sensors.physics.hand_servo import follow
 from sim_sensors.physics.remote_world import FORCE_NOISE_N
 from sim_sensors.physics.true_mode import TrueMode
-from sim_sensors.traces.commanded_hand import TICK_S, Array, ToldHand, times_s
+from sim_sensors.traces.commanded_hand import TICK_S, Array, CommandedHand, times_s
 
 Modes = NDArray[np.int64]
 FORCE_STEP_N = 0.01
@@ -47,7 +47,7 @@ class Explored:
 
 
 @dataclass(frozen=True, slots=True)
-class Sensed:
+class NoisySample:
     """The readings in the site's loop: time of each of its ticks, sensor values, and their tick in the truth."""
 
     time_s: Array
@@ -58,7 +58,7 @@ class Sensed:
     tick: NDArray[np.int64]
 
 
-def explore(hand: ToldHand, stiffness_n_m: float, rng: np.random.Generator) -> Explored:
+def explore(hand: CommandedHand, stiffness_n_m: float, rng: np.random.Generator) -> Explored:
     """Let a robot finger follow the commanded hand on an object of this stiffness at height 0."""
     course = hand.course()
     count = len(course["z_m"])
@@ -89,7 +89,7 @@ def explore(hand: ToldHand, stiffness_n_m: float, rng: np.random.Generator) -> E
     return Explored(time_s, x, y, z, force, mode.astype(np.int64), tuple(landings))
 
 
-def sense(explored: Explored, noise: float, rng: np.random.Generator) -> Sensed:
+def sense(explored: Explored, noise: float, rng: np.random.Generator) -> NoisySample:
     """Return the site's readings, with late ticks and sensors `noise` (> 0) times as noisy and coarse as nominal."""
     phase, ticks, tick = rng.uniform(), [], 0
     while tick < len(explored.time_s):
@@ -105,7 +105,7 @@ def sense(explored: Explored, noise: float, rng: np.random.Generator) -> Sensed:
         return rounded
 
     force_n = np.maximum(explored.force_n[at] + noise * FORCE_NOISE_N * rng.standard_normal(len(readings))[again], 0.0)
-    return Sensed(
+    return NoisySample(
         time_s,
         measured(explored.x_m, PLACE_NOISE_M, PLACE_STEP_M),
         measured(explored.y_m, PLACE_NOISE_M, PLACE_STEP_M),

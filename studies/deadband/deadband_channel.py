@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from common.link.dead_reckoning import MotionPrediction
+from common.link.dead_reckoning import DeadReckoning
 from common.link.deadband import REPEATS, Deadband
 from studies.deadband.deadband_courses import Course
 
@@ -39,7 +39,7 @@ class Hold:
         return self._last
 
 
-RECKONINGS: dict[str, Callable[[], Reckoning]] = {"hold": Hold, "linear": MotionPrediction}
+RECKONINGS: dict[str, Callable[[], Reckoning]] = {"hold": Hold, "linear": DeadReckoning}
 
 
 def sent(course: Course, reckoning: str, step_m: NDArray[np.float64] | float, repeats: int = REPEATS) -> Ticks:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from common.exploration.exploration_mode import Exploration
+from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
 from sim_sensors.traces.commanded_hand import TICK_S
@@ -43,7 +43,7 @@ class _OneFinger:
 
     def __init__(self) -> None:
         self._hand = HandMotion()
-        self._finger = Exploration(self._hand)
+        self._finger = ModeDetector(self._hand)
         self.approach_m_s = 0.0
 
     @property

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sim_sensors.physics.fingertip import SERVO_N_M, pressing_depth_m
-from sim_sensors.traces.commanded_hand import UP_M, ToldHand
+from sim_sensors.traces.commanded_hand import UP_M, CommandedHand
 from sim_sensors.traces.simulated_exploration import Explored, explore
 
 STIFFNESS_N_M = (400.0, 6000.0)
@@ -27,7 +27,7 @@ class _Hand:
     """A commanded hand over one object."""
 
     def __init__(self, draw: np.random.Generator) -> None:
-        self.commanded, self.draw = ToldHand(), draw
+        self.commanded, self.draw = CommandedHand(), draw
         self.stiffness_n_m = math.exp(draw.uniform(*np.log(STIFFNESS_N_M)))
         self.speed_m_s = math.exp(draw.uniform(*np.log(STROKE_M_S)))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from common.wire.messages import ExplorationMode
 from sim_sensors.traces.commanded_hand import TICK_S
-from sim_sensors.traces.simulated_exploration import Explored, Modes, Sensed
+from sim_sensors.traces.simulated_exploration import Explored, Modes, NoisySample
 
 MACHINE, PLAIN = "mode machine", "plain thresholds"
 """The methods that are judged."""
@@ -54,7 +54,7 @@ class Reported:
     late: NDArray[np.bool_]
 
 
-def listen(make: Callable[[], Machine], explored: Explored, sensed: Sensed) -> Reported:
+def listen(make: Callable[[], Machine], explored: Explored, sensed: NoisySample) -> Reported:
     """Run a new machine over the readings of a scene."""
     machine, modes, taps = make(), [], []
     columns = (sensed.time_s, sensed.force_n, sensed.x_m, sensed.y_m, sensed.z_m)

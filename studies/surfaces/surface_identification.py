@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from remote_site.stiffness.surface_estimate import TouchedSurface
+from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Tell
@@ -295,7 +295,9 @@ def _cost(rng: np.random.Generator) -> list[dict[str, Any]]:
             if force > 0.1
         ]
         plain = [tuple(map(float, sample)) for sample in samples]
-        own, bare = zip(*((_seconds(TouchedSurface(), plain), _seconds(_Bare(), plain)) for _ in range(7)), strict=True)
+        own, bare = zip(
+            *((_seconds(SurfaceEstimate(), plain), _seconds(_Bare(), plain)) for _ in range(7)), strict=True
+        )
         rows.append(
             {
                 "while": name,
@@ -314,7 +316,7 @@ class _Bare:
         """Do nothing."""
 
 
-def _seconds(finger: TouchedSurface | _Bare, samples: list[tuple[float, ...]]) -> float:
+def _seconds(finger: SurfaceEstimate | _Bare, samples: list[tuple[float, ...]]) -> float:
     start = time.process_time()
     for sample in samples:
         finger.step(*sample)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from remote_site.stiffness.surface_estimate import TouchedSurface
+from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from sim_sensors.physics.fingertip import OBJECT_DAMPING_S_M, SERVO_N_M
 from studies.surfaces.felt_surface import TICK_S, Felt, Floats, feel, minimum_jerk
 
@@ -39,7 +39,7 @@ class Identified:
 
 def identify(force_n: Floats, z_m: Floats, x_m: Floats) -> Identified:
     """Identify one finger's surface from sensed force and position, (ticks,) each."""
-    surface, rows = TouchedSurface(), []
+    surface, rows = SurfaceEstimate(), []
     for tick, (newton, z, x) in enumerate(zip(force_n.tolist(), z_m.tolist(), x_m.tolist(), strict=True)):
         surface.step(TICK_S * tick, newton, x, 0.0, z)
         rows.append(

@@ -7,8 +7,8 @@ import numpy as np
 
 from operator_site.force.passive_contact import PassiveContact
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.contact_prediction import ApproachSpeed
-from remote_site.stiffness.surface_estimate import TouchedSurface
+from operator_site.thermal.contact_prediction import ContactPrediction
+from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from studies.teleoperation.blended_contact import BlendedContact
 from studies.teleoperation.stability_cases import DEVICE_NS_M, Floats
 
@@ -49,8 +49,8 @@ class LocalModel:
     def __init__(self, start_m: Floats, period_s: float, contact: Callable[[], Contact]) -> None:
         self._start_m, self._period_s, self._tick = start_m, period_s, 0
         self._contacts = [contact() for _ in start_m]
-        self._approaches = [ApproachSpeed() for _ in start_m]
-        self._identified = [TouchedSurface() for _ in start_m]
+        self._approaches = [ContactPrediction() for _ in start_m]
+        self._identified = [SurfaceEstimate() for _ in start_m]
 
     def operator(self, depth_m: Floats, packet: Floats) -> tuple[Floats, Floats]:
         """Show the force of the newest model; send the position."""

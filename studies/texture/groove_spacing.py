@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from common.wire.messages import Event, EventKind
 from operator_site.vibration.groove_timing import GrooveTiming
 from operator_site.vibration.vibration import PlayedEvents
-from remote_site.devices.hand_path import FollowedHand, HandPlace
+from remote_site.devices.hand_path import HandPath, HandPlace
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Tell
@@ -118,7 +118,7 @@ def _crossed(jitter_s: float, loss: float, rng: np.random.Generator) -> tuple[li
     sent_s = np.arange(0.0, SECONDS, TICK_S)
     there_s = _arrivals(sent_s, jitter_s, loss, rng)
     order = np.flatnonzero(np.isfinite(there_s))
-    hand, events, ready = FollowedHand(), list[Event](), list[float]()
+    hand, events, ready = HandPath(), list[Event](), list[float]()
     crossed, x_m, newest_s, k = 0, 0.0, 0.0, 0
     for tick, now_s in enumerate(np.arange(0.0, SECONDS, STEP_S)):
         while k < len(order) and there_s[order[k]] <= now_s:

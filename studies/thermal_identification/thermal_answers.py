@@ -9,7 +9,7 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.shared_object import ONE_OBJECT, SharedObject
 from remote_site.thermal.solving_turns import Solver, SolvingTurns
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 from remote_site.thermal.touch_estimate import TouchEstimate
 from remote_site.thermal.touch_start import RecordedTouch
 from studies.thermal_identification.thermal_exponential import RateTable, fits
@@ -159,7 +159,7 @@ def _estimate(knowledge: ThermalKnowledge, touch: RecordedTouch) -> TouchEstimat
     )
 
 
-def _answered(method: str, hand: Hand, t_s: float, answer: ThermalAnswer, named_s: float | None) -> Answered:
+def _answered(method: str, hand: Hand, t_s: float, answer: ThermalResult, named_s: float | None) -> Answered:
     return Answered(
         method,
         hand.material,

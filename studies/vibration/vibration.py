@@ -18,7 +18,7 @@ from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import MessageId, TactTipCommand
 from common.limits import MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode
-from operator_site.vibration.intensity_scale import SHOWN, FeltSpeed
+from operator_site.vibration.intensity_scale import SHOWN, IntensityScale
 from operator_site.vibration.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, MotorVoltage, motor_mv
 from operator_site.vibration.vibration import FingerVibration, Surface
 from sim_sensors.devices.tacttip import TactTip
@@ -220,7 +220,7 @@ def _scales() -> Iterator[dict[str, Any]]:
     """Yield the felt intensity against the intensity of Eq. 1 and 2, both relative to the largest."""
     for scale in SHOWN:
         for asked in np.linspace(0.0, 1.0, 101):
-            speed = FeltSpeed(scale).rpm(float(asked) * MOTOR_MAX_RPM)
+            speed = IntensityScale(scale).rpm(float(asked) * MOTOR_MAX_RPM)
             yield {"scale": scale, "asked_share": float(asked), "felt_share": (speed / MOTOR_MAX_RPM) ** 2}
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from common.buses.can_frames import FrameReceiver
-from common.buses.can_port import CanAddress, CanLine
+from common.buses.can_port import CanAddress, CanPort
 from common.buses.serial_device import open_line
 from common.buses.serial_messages import DeviceKind
 from common.config import OperatorConfig, RemoteConfig, load_site
@@ -178,7 +178,7 @@ def _can(node: NodeKind, address: CanAddress) -> Finding:
 
     def look() -> str:
         require_interface(address)
-        line = CanLine(address, tuple(FrameReceiver(name) for name in frames))
+        line = CanPort(address, tuple(FrameReceiver(name) for name in frames))
         seen: dict[str, Any] = {}
         try:
             until_s = time.monotonic() + 2.0 * RATE_S

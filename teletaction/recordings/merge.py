@@ -14,7 +14,7 @@ from mcap.writer import CompressionType, Writer
 
 from common.files.private_file import create_private
 from common.recording.reader import RecordingReader
-from common.recording.truncated_mcap import CutRecording, has_end
+from common.recording.truncated_mcap import TruncatedMcap, has_end
 
 log = logging.getLogger(__name__)
 
@@ -93,7 +93,7 @@ def _open_cut(path: Path, file: IO[bytes], why: ValueError) -> _Recording:
     metadata: list[Metadata] = []
     attachments: list[Attachment] = []
     messages: list[Recorded] = []
-    cut = CutRecording(file)
+    cut = TruncatedMcap(file)
     for record in cut.records():
         match record:
             case Schema():

@@ -7,10 +7,10 @@ from typing import IO, Any, TypeVar
 
 from common.files.read_files import NotToml, parse_toml
 from common.recording.reader import RecordingReader
-from remote_site.tables.table_file import StoredTable
+from remote_site.tables.table_file import TableFile
 from teletaction.recordings.merge import ORIGIN
 
-Table = TypeVar("Table", bound=StoredTable)
+Table = TypeVar("Table", bound=TableFile)
 
 
 class RecordedSession:

@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 from common.files.private_file import create_private
 from common.recording.mcap_records import MAGIC
 from common.recording.reader import RecordingReader
-from common.recording.truncated_mcap import CutRecording
+from common.recording.truncated_mcap import TruncatedMcap
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
             raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
         if _is_whole(path, file):
             return None
-        cut = CutRecording(file)
+        cut = TruncatedMcap(file)
         try:
             messages, seconds = _rewrite(cut, out)
         except FileExistsError:
@@ -73,7 +73,7 @@ def _is_whole(path: Path, file: IO[bytes]) -> bool:
     return True
 
 
-def _rewrite(cut: CutRecording, out: Path) -> tuple[Counter[str], float]:
+def _rewrite(cut: TruncatedMcap, out: Path) -> tuple[Counter[str], float]:
     """Copy the readable records; messages of each stream, and seconds from the first to the last."""
     messages: Counter[str] = Counter()
     first_ns = last_ns = None

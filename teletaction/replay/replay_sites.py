@@ -11,11 +11,11 @@ from operator_site.gated_rendering import GatedRendering
 from operator_site.recorded_rows import Rendered
 from operator_site.rendering_input import RenderingInput
 from operator_site.safety.gated_output import GatedOutput
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.perception import Perception
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 from teletaction.replay.replay_comparison import Comparison, Fields
 from teletaction.replay.replay_named import NamedTouches
 
@@ -51,7 +51,7 @@ class RemoteReplay:
         if self.ticks:
             self._perception.work()  # of the tick before, whose packet has been compared
         self.ticks += 1
-        happened = self._perception.step(Sensed.unpack(recorded))
+        happened = self._perception.step(SensorFrame.unpack(recorded))
         self.named.take(time_s, happened)
         lines: list[Line] = [
             {
@@ -126,7 +126,7 @@ class OperatorReplay:
         return None
 
 
-def _answer(answer: ThermalAnswer) -> Line:
+def _answer(answer: ThermalResult) -> Line:
     return {
         "status": answer.status.name.lower(),
         "material": answer.material,

@@ -9,7 +9,7 @@ from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from remote_site.devices.devices import RemoteDevices
 from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from teletaction.testbed.memory_wiring import MemoryWiring
 
 
@@ -40,7 +40,7 @@ class InterruptedRemoteDevices(RemoteDevices):
         super().__init__(config, clock, wiring)
         self.interruption = Interruption()
 
-    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
+    def read(self, t_s: float, hand: HandPlace | None = None) -> SensorFrame:
         """As `RemoteDevices.read`."""
         self.interruption.take_before()
         sensed = super().read(t_s, hand)

@@ -14,7 +14,7 @@ from typing import Protocol
 from common.config import OperatorConfig, RemoteConfig, load_config, to_toml
 from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
-from common.link.local_control import Desk
+from common.link.local_control import LocalControlSocket
 from common.recording.recorder import Recorder
 from common.runtime.containment import Containment, MakeContainment
 from common.timing.standstill import HostClock
@@ -125,7 +125,7 @@ def sites(
         recorder = open_recorder(remote, {"configuration": to_toml(remote)})
         assert recorder is not None
         opened.enter_context(recorder)
-        desk = opened.enter_context(Desk(remote.desk_port, keys))
+        desk = opened.enter_context(LocalControlSocket(remote.desk_port, keys))
         remote_site = RemoteSite(
             remote, remote_link, remote_devices, recorder, desk, stamp_ns=lockstep.now_ns, containment=containment
         )
@@ -137,7 +137,7 @@ def sites(
         opened.callback(operator_devices.close)
         assert operator.record is not None
         written = opened.enter_context(Recorder(operator.record, SCHEMAS, {"configuration": to_toml(operator)}))
-        desk = opened.enter_context(Desk(operator.desk_port, keys))
+        desk = opened.enter_context(LocalControlSocket(operator.desk_port, keys))
         operator_site = OperatorSite(
             operator,
             session_with(operator_link, operator, lockstep.now_ns),

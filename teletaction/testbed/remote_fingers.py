@@ -13,7 +13,7 @@ from common.fingers import FINGERS
 from common.scenes.scene import Scene
 from common.wire.messages import Touch
 from common.wire.packets import LinkState
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.heating import Heating
 from remote_site.identification.finger_touch import FingerTouch
@@ -77,7 +77,7 @@ class RemoteFingers:
         self._perception.work()
         return packet
 
-    def _sensed(self) -> Sensed:
+    def _sensed(self) -> SensorFrame:
         """Return this tick's readings; texture comes in chunks of ten samples, one every 5 ms."""
         world = self.world
         plates: list[PlateReading | None] = [None] * len(FINGERS)
@@ -95,7 +95,7 @@ class RemoteFingers:
         if counts.size:
             for finger in self._used:
                 texture[finger] = counts[finger].astype("<i2").tobytes()
-        return Sensed(
+        return SensorFrame(
             world.time_s,
             world.x_m,
             world.y_m,

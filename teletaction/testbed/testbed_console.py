@@ -6,8 +6,8 @@ from collections.abc import Callable, MutableMapping
 from typing import Any
 
 from common.config import ConsoleConfig
-from operator_site.console.examination.journal import Keeping
-from operator_site.console.interval import Due
+from operator_site.console.examination.journal import Journal
+from operator_site.console.interval import Interval
 from operator_site.console.live import LiveConsole
 from operator_site.console.web.access import Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
@@ -88,8 +88,8 @@ class TestbedConsole:
         Raises:
             OSError: the record cannot be created.
         """
-        self._bed, self._look = bed, Due(_LOOK_S)
-        self._keeping = Keeping(config.record, {})
+        self._bed, self._look = bed, Interval(_LOOK_S)
+        self._keeping = Journal(config.record, {})
         list(feed.receive())  # a console receives no data from before its start
         self.shown = LiveConsole(config, feed, bed.desks["operator"], self._keeping, self._now_s)
         self._runner = asyncio.Runner(loop_factory=lambda: VirtualLoop(self._now_s))

@@ -18,7 +18,7 @@ from common.limits import AGE_DEFAULT_S
 from common.link.clock_offset import ClockOffset
 from common.link.keys import load_keys
 from common.link.link import OperatorLink
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.runtime.periodic_loop import PeriodicLoop
 from common.runtime.scheduling import become_timely
 from common.wire.messages import Touch
@@ -36,7 +36,7 @@ class OperatorEnd:
 
     link: OperatorLink
     clock: ClockOffset = field(default_factory=ClockOffset)
-    acceptance: Acceptance = field(default_factory=lambda: Acceptance(max_age_ns=round(AGE_DEFAULT_S * 1e9)))
+    acceptance: PacketFilter = field(default_factory=lambda: PacketFilter(max_age_ns=round(AGE_DEFAULT_S * 1e9)))
     accepted: list[tuple[int, int, int, int, int, int]] = field(default_factory=list)
     """Of each accepted packet: when, sequence, source time, age, offset and uncertainty of the clocks; times in ns."""
     _beats: int = 0

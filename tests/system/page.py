@@ -16,7 +16,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from operator_site.console.map.map_tiles import MapTile
-from operator_site.console.state.frame import Kind, Picture
+from operator_site.console.state.frame import Frame, Kind
 
 PATIENCE_S = 20.0
 _ALIVE_S = 0.5
@@ -75,8 +75,8 @@ class Page:
         self.draws, self.visible = draws, True
         self.state: dict[str, Any] = {}
         self.states = 0
-        self.picture: Picture | None = None
-        self.whole: Picture | None = None
+        self.picture: Frame | None = None
+        self.whole: Frame | None = None
         """The newest that had all bins."""
         self.pictures: Counter[Kind] = Counter()
         self.undrawn = 0
@@ -128,7 +128,7 @@ class Page:
         elif message[3] == Kind.TILE:
             self.tiles.append(MapTile.decode(message))
         else:
-            self._pictured(Picture.decode(message))
+            self._pictured(Frame.decode(message))
 
     def _told(self, told: dict[str, Any]) -> None:
         if told["kind"] == "answer":
@@ -136,7 +136,7 @@ class Page:
         else:
             self.state, self.states = told, self.states + 1
 
-    def _pictured(self, picture: Picture) -> None:
+    def _pictured(self, picture: Frame) -> None:
         self.picture = picture
         self.pictures[picture.kind] += 1
         newest = round(picture.time_s * 30.0) - 1

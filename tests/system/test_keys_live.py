@@ -15,8 +15,8 @@ from common.config import OperatorConfig, RemoteConfig, load_config
 from common.limits import FORCE_SAFE_S, MOTOR_SAFE_S, THERMAL_SAFE_S
 from common.link.keys import fingerprint, load_keys
 from common.link.link import OperatorLink
-from common.link.packet_filter import Acceptance
-from common.recording.truncated_mcap import CutRecording
+from common.link.packet_filter import PacketFilter
+from common.recording.truncated_mcap import TruncatedMcap
 from common.wire.messages import Motion, Touch
 from robustness.fault_session import FaultSession
 from tests.commands import Told, command
@@ -61,7 +61,7 @@ def packets(path: Path, stream: str) -> list[bytes]:
     topics: dict[int, str] = {}
     found = []
     with path.open("rb") as file:
-        for record in CutRecording(file).records():
+        for record in TruncatedMcap(file).records():
             if isinstance(record, Channel):
                 topics[record.id] = record.topic
             elif isinstance(record, Message) and topics[record.channel_id] == stream:
@@ -170,7 +170,7 @@ def test_touch_of_an_earlier_session_is_refused_and_counted(story: Story) -> Non
     touches = [Touch.decode(packet) for packet in packets(story.folder / "remote.mcap", "remote/touch")]
     first, last = touches[0], touches[-1]
     assert first.session != last.session
-    acceptance = Acceptance(max_age_ns=10**18)
+    acceptance = PacketFilter(max_age_ns=10**18)
     assert acceptance.accept(last, last.session, last.time_ns, 0, 0)
     assert not acceptance.accept(first, last.session, last.time_ns, 0, 0)
     assert acceptance.refused == {"session": 1}

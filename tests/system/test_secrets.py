@@ -21,7 +21,7 @@ from common.link.curve import LinkProblem
 from common.link.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys
 from common.link.link import OperatorLink
 from common.link.local_control import ask_desk
-from common.recording.truncated_mcap import CutRecording
+from common.recording.truncated_mcap import TruncatedMcap
 from robustness.fault_session import FaultSession
 from tests.commands import command
 
@@ -47,7 +47,7 @@ def contents(path: Path) -> Iterator[bytes]:
     if path.suffix != ".mcap":
         return
     with path.open("rb") as file:
-        for record in CutRecording(file).records():
+        for record in TruncatedMcap(file).records():
             match record:
                 case Message() | Attachment() | Schema():
                     yield record.data

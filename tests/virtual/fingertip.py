@@ -9,7 +9,7 @@ from common.timing.standstill import HostClock
 from operator_site.devices.devices import OperatorDevices
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.plate_controller import PlateLoop
+from operator_site.thermal.plate_controller import PlateController
 from sim_sensors import operator_devices
 from sim_sensors.ports.select_loop import SelectLoop
 from teletaction.testbed.memory_wiring import MemoryWiring
@@ -45,7 +45,7 @@ class Fingertip:
         self.fault: tuple[float, str] | None = None
         self.driven_s = 0.0
         self.watch()
-        self._loop = PlateLoop()
+        self._loop = PlateController()
         self._looked_s = 0.0
         self._set_c = _CALM_C
         self._drive = 0.0

@@ -14,7 +14,7 @@ from operator_site.devices.ntc import PlateSensor
 from operator_site.safety.limit_flags import Limit
 from operator_site.safety.operator_gate import TEST_DRIVE, OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.plate_controller import PlateLoop
+from operator_site.thermal.plate_controller import PlateController
 from sim_sensors.devices.breakable_parts import Thermistor
 from sim_sensors.devices.tacttip import ntc_counts
 from sim_sensors.physics.finger_plate import FingerPlates
@@ -53,7 +53,7 @@ class Hand:
         self.faults: list[str] = []
         self.reset_peaks()
         self._sensors = [PlateSensor() for _ in range(N)]
-        self._loops = [PlateLoop() for _ in range(N)]
+        self._loops = [PlateController() for _ in range(N)]
         self._set_c = [33.0] * N
         self._drive = np.zeros(N)
         self._cleared_s = math.inf

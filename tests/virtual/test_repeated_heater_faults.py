@@ -11,7 +11,7 @@ from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
 from common.safety.repeated_fault import TEST_EVERY_S
 from common.wire.packets import N
-from remote_site.devices.thermometer_check import SsrPlausibility
+from remote_site.devices.thermometer_check import ThermometerCheck
 from remote_site.safety.heater_limits import TEST_DRIVE
 from remote_site.safety.limit_flags import Limit
 from remote_site.safety.patient_gate import PatientGate
@@ -49,7 +49,7 @@ class Sensors:
         self.time_s = 0.0
         self.driven_s = np.zeros(N)
         self.hottest_c = np.zeros(N)
-        self._plausible = [SsrPlausibility() for _ in range(N)]
+        self._plausible = [ThermometerCheck() for _ in range(N)]
         self._loops = [HeaterControl() for _ in range(N)]
         self._drive = [0.0] * N
         self._limited = [0] * N

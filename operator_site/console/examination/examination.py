@@ -41,7 +41,7 @@ class Finding:
 
 
 @dataclass(slots=True)
-class SessionBook:
+class Examination:
     """Takes what people do. Pure: time is an argument, s.
 
     Attributes:

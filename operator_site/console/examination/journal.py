@@ -44,7 +44,7 @@ _MOST_UNSAVED = 20_000
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
-class Keeping:
+class Journal:
     """Writes to `PATH`, or where that exists, and after failures, to `PATH` with -1, -2 ... in its name.
 
     What an earlier run or one that was killed has kept is never written over. Time is an argument, s.

@@ -10,7 +10,7 @@ from typing import Any
 import msgpack
 from mcap.records import Channel, Message, Metadata
 
-from common.recording.truncated_mcap import CutRecording
+from common.recording.truncated_mcap import TruncatedMcap
 
 log = logging.getLogger(__name__)
 
@@ -94,7 +94,7 @@ def _read(path: Path) -> tuple[str, list[Entry]]:
 def _items(path: Path) -> Iterator[str | Entry]:
     topics: dict[int, str] = {}
     with path.open("rb") as file:
-        for record in CutRecording(file).records():
+        for record in TruncatedMcap(file).records():
             match record:
                 case Metadata(name="session"):
                     yield record.metadata.get("boot", "")

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from common.fingers import FINGER_Y_M
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD, ExplorationMode, ThermalStatus, TouchRow
-from common.wire.touch_summary import Told
+from common.wire.touch_summary import TouchSummary
 
 STILL_M = 3e-3
 """A finger that has not been farther than this from where it came down rests, m."""
@@ -101,7 +101,7 @@ class FingerSamples:
         """So many touches at least were counted before the next one."""
         self._touch = max(self._touch, touch)
 
-    def step(self, t_s: float, row: TouchRow, told: Told) -> list[Sample]:
+    def step(self, t_s: float, row: TouchRow, told: TouchSummary) -> list[Sample]:
         """Take one packet.
 
         Args:
@@ -134,7 +134,7 @@ class FingerSamples:
         self._sampled_s = t_s
         return self._rest(t_s, row, told)
 
-    def _rest(self, t_s: float, row: TouchRow, told: Told) -> list[Sample]:
+    def _rest(self, t_s: float, row: TouchRow, told: TouchSummary) -> list[Sample]:
         """What a finger that has not moved since it came down knows of the place."""
         samples = []
         dwelt = t_s - self._touched_s >= DWELL_S
@@ -148,7 +148,7 @@ class FingerSamples:
             samples.append(self._sample("material", t_s, *self._from_m, probability, 1.0)._replace(name=name))
         return samples
 
-    def _stroke(self, t_s: float, x_m: float, y_m: float, told: Told) -> list[Sample]:
+    def _stroke(self, t_s: float, x_m: float, y_m: float, told: TouchSummary) -> list[Sample]:
         """What a stroke tells of the places that it has left behind."""
         path = self._path
         if not path:
@@ -180,7 +180,7 @@ class FingerSamples:
             self._path.popleft()
         return samples
 
-    def _begin_stroke(self, told: Told) -> None:
+    def _begin_stroke(self, told: TouchSummary) -> None:
         """What has been told so far is of another way than the next stroke's."""
         self._path.clear()
         self._painted_m = self._told_m = 0.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGER_Y_M, FINGERS
 from common.wire.messages import TouchRow
-from common.wire.touch_summary import Told
+from common.wire.touch_summary import TouchSummary
 from operator_site.console.map.finger_samples import FingerSamples, Sample, slant
 from operator_site.console.map.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
 
@@ -99,7 +99,7 @@ class TactileMap:
         """Revision at which the frame was moved last."""
         return self._framed
 
-    def felt(self, t_s: float, rows: Sequence[TouchRow], told: Sequence[Told]) -> None:
+    def felt(self, t_s: float, rows: Sequence[TouchRow], told: Sequence[TouchSummary]) -> None:
         """Take one accepted touch packet.
 
         Args:

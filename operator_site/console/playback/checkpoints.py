@@ -11,7 +11,7 @@ from operator_site.console.model import Console
 from operator_site.console.playback.playback import Playback, Recording
 
 
-class ReadingAhead:
+class Checkpoints:
     """Makes the checkpoints of a recording, from its beginning on: some ten seconds of it in each second."""
 
     def __init__(self, path: Path, opened: ExitStack):

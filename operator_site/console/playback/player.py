@@ -6,13 +6,13 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from operator_site.console.examination.journal import Keeping
-from operator_site.console.interval import Due
+from operator_site.console.examination.journal import Journal
+from operator_site.console.interval import Interval
 from operator_site.console.live import STATE_S
 from operator_site.console.model import Console
-from operator_site.console.playback.checkpoints import ReadingAhead
+from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import Playback, Recording
-from operator_site.console.web.commands import Acts
+from operator_site.console.web.commands import Commands
 from operator_site.console.web.control import Control
 from operator_site.console.web.page_state import shown_state
 from operator_site.console.web.pages import Pages
@@ -22,7 +22,7 @@ from operator_site.session.console_feed import BATCH_S
 class Player:
     """Plays by the wall clock."""
 
-    def __init__(self, recording: Recording, ahead: ReadingAhead):
+    def __init__(self, recording: Recording, ahead: Checkpoints):
         """At the start, paused.
 
         Args:
@@ -114,13 +114,13 @@ class PlayedConsole:
         """
         recording = Recording(path)
         opened.callback(recording.close)
-        self._player = Player(recording, ReadingAhead(path, opened))
+        self._player = Player(recording, Checkpoints(path, opened))
         control = Control()
-        keeping = Keeping(None, {})
-        acts = Acts(self._player.console, None, keeping, control, self._player)
+        keeping = Journal(None, {})
+        acts = Commands(self._player.console, None, keeping, control, self._player)
         self.pages = Pages(lambda: self._player.console, acts, control, lambda: self._player.now_s)
         self._acts = acts
-        self._picture, self._state = Due(BATCH_S), Due(STATE_S)
+        self._picture, self._state = Interval(BATCH_S), Interval(STATE_S)
 
     def step(self, now_s: float) -> None:
         """Play on, show what is due."""

@@ -6,7 +6,7 @@ from operator import attrgetter
 
 from common.fingers import FINGER_Y_M, FINGERS
 from common.wire.messages import NO_TOUCH, Touch, TouchRow
-from common.wire.touch_summary import NOTHING, Told
+from common.wire.touch_summary import NOTHING, TouchSummary
 from operator_site.safety.limit_flags import Limit
 
 FIELDS = (
@@ -60,7 +60,7 @@ class FingersNow:
 
     def __init__(self) -> None:
         self.touch: Touch | None = None
-        self.told: tuple[Told, ...] = (NOTHING,) * len(FINGERS)
+        self.told: tuple[TouchSummary, ...] = (NOTHING,) * len(FINGERS)
         self.contact_since_s: list[float | None] = [None] * len(FINGERS)
         self.rows: Sequence[TouchRow] = (NO_TOUCH,) * len(FINGERS)
         """Of each finger in the newest touch."""

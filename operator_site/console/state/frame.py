@@ -22,7 +22,7 @@ _CONTACT, _LIMITED, _IN_USE = 8, 16, 24
 """First bit of each group of five flags."""
 
 
-class BadPicture(ValueError):
+class BadFrame(ValueError):
     """Bytes that are no picture of this version."""
 
 
@@ -73,7 +73,7 @@ class Flags:
 
         state = bits & 7
         if state not in LinkState._value2member_map_:
-            raise BadPicture(f"state {state} is none")
+            raise BadFrame(f"state {state} is none")
         flags = cls(
             LinkState(state),
             Priority(bits >> 3 & 3),
@@ -84,12 +84,12 @@ class Flags:
             five(_IN_USE),
         )
         if flags.bits() != bits:
-            raise BadPicture(f"flags {bits:#x} have bits that mean nothing")
+            raise BadFrame(f"flags {bits:#x} have bits that mean nothing")
         return flags
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class Frame:
     """What is drawn.
 
     Attributes:
@@ -127,19 +127,19 @@ class Picture:
         return header + self.fingers.astype(_FLOAT32).tobytes() + self.bins.astype(_FLOAT32).tobytes()
 
     @classmethod
-    def decode(cls, packed: bytes) -> "Picture":
+    def decode(cls, packed: bytes) -> "Frame":
         """Check and read; raises BadPicture."""
         if len(packed) < HEADER.size:
-            raise BadPicture(f"{len(packed)} bytes, shorter than a header")
+            raise BadFrame(f"{len(packed)} bytes, shorter than a header")
         magic, version, kind, session, sequence, bits, time_s, span_s, count, fingers, signals = HEADER.unpack_from(
             packed
         )
         if magic != MAGIC or version != VERSION or kind not in (Kind.PICTURE, Kind.WHOLE):
-            raise BadPicture(f"magic {magic:#x}, version {version}, kind {kind}: no picture of this version")
+            raise BadFrame(f"magic {magic:#x}, version {version}, kind {kind}: no picture of this version")
         if (fingers, signals) != (len(FINGERS), len(SIGNALS)) or not 0.0 < span_s < 1.0 or not np.isfinite(time_s):
-            raise BadPicture("fingers, signals, span or time are not what they can be")
+            raise BadFrame("fingers, signals, span or time are not what they can be")
         if count > BINS or len(packed) != HEADER.size + 4 * (_ROWS + count * 2 * _SIGNALS):
-            raise BadPicture(f"{len(packed)} bytes with {count} bins")
+            raise BadFrame(f"{len(packed)} bytes with {count} bins")
         floats = np.frombuffer(packed, dtype=_FLOAT32, offset=HEADER.size)
         return cls(
             sequence,

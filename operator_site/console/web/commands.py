@@ -18,9 +18,9 @@ from common.wire.packets import LinkState
 from operator_site.console import texts as words
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import UNIT, value_text
-from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
-from operator_site.console.local_control import PATIENCE_S, DeskSilent
+from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.clients import Client
 from operator_site.console.web.control import Control
@@ -46,11 +46,11 @@ _LONGEST_KEPT = 200
 """Characters of a detail in the record of acts; a note is kept whole with its finding."""
 
 
-class Desk(Protocol):
+class SiteControl(Protocol):
     """Where the operator site is asked for something."""
 
     def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
-        """Ask for something; the future holds the site's answer, see `DeskLine.ask`."""
+        """Ask for something; the future holds the site's answer, see `LocalControlClient.ask`."""
 
 
 class Playing(Protocol):
@@ -79,11 +79,11 @@ Act = Callable[[Client, dict[str, Any], float], Awaitable[Answer]]
 """Carries out one verb for a page, with its details, at a time, s."""
 
 
-class Acts:
+class Commands:
     """Does what is asked for. Time is an argument, s of the operator site's clock."""
 
     def __init__(
-        self, console: Console, desk: Desk | None, keeping: Keeping, control: Control, playing: Playing | None
+        self, console: Console, desk: SiteControl | None, keeping: Journal, control: Control, playing: Playing | None
     ):
         """Act on a live site by its desk, or on a recording that is played."""
         self._console, self._desk, self._keeping = console, desk, keeping
@@ -196,7 +196,7 @@ class Acts:
             return await act(client, details, now_s)
         except Refused as refused:
             return Answer(False, str(refused))
-        except (DeskSilent, TimeoutError):
+        except (LocalControlSilent, TimeoutError):
             return Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
         except Exception as error:
             self.contained.caught(f"act {_shown(verb)}", error, latches=False)

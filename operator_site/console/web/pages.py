@@ -15,7 +15,7 @@ from operator_site.console.map.tactile_map import QUANTITIES
 from operator_site.console.model import Console
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.clients import Client
-from operator_site.console.web.commands import FAILED_INSIDE, Acts, Answer
+from operator_site.console.web.commands import FAILED_INSIDE, Answer, Commands
 from operator_site.console.web.control import Control
 from operator_site.console.web.page_state import urgent
 from operator_site.console.web.places import place_for
@@ -68,7 +68,7 @@ class Pages:
     def __init__(
         self,
         console: Callable[[], Console],
-        acts: Acts,
+        acts: Commands,
         control: Control,
         shown_s: Callable[[], float],
         clock_s: Callable[[], float] = time.monotonic,

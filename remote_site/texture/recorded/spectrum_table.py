@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.stats import chi2
 
-from remote_site.tables.table_file import StoredTable
+from remote_site.tables.table_file import TableFile
 from remote_site.texture.recorded.surface_spectrum import Along, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace
 
@@ -72,7 +72,7 @@ class SpectrumModel(BaseModel):
         return np.einsum("sb,bs->s", off, solved), int(np.count_nonzero(seen))
 
 
-class SpectrumTable(StoredTable):
+class SpectrumTable(TableFile):
     """Surfaces as slow strokes show them.
 
     Attributes:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.exploration.exploration_mode import Exploration
+from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
 from remote_site.texture.surface_table import SurfaceTable
@@ -67,7 +67,7 @@ def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStrok
 def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[FeltBlock]:
     """Go through a stroke; one without force counts as in contact throughout, one without speed as stroking."""
     hand = HandMotion()
-    exploration, identification = Exploration(hand), TextureIdentification(surfaces)
+    exploration, identification = ModeDetector(hand), TextureIdentification(surfaces)
     x_m = 0.0
     for first in range(0, len(stroke.time_s) - BLOCK + 1, BLOCK):
         last = first + BLOCK - 1

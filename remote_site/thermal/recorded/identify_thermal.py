@@ -11,7 +11,7 @@ from common.runtime.parallel_map import Progress, in_order, unseen
 from common.wire.messages import ThermalStatus
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import NO_CONTACT, ThermalAnswer
+from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
 from remote_site.thermal.touch_estimate import TouchEvidence
 from remote_site.thermal.touch_start import RecordedTouch, find_touch, reference_touch
 from remote_site.traces.trace_files import TraceFile, read_thermal
@@ -94,7 +94,7 @@ class _Replay:
         """Times of the readings since contact, s."""
         return [reading[0] for reading in self._readings]
 
-    def play(self, until_s: float) -> ThermalAnswer:
+    def play(self, until_s: float) -> ThermalResult:
         """Answer from all samples up to `until_s` after contact."""
         while self._next < len(self._readings) and self._readings[self._next][0] <= until_s + 1e-9:
             self.identification.step(*self._readings[self._next])
@@ -118,7 +118,7 @@ def _lines(label: Line, paths: list[Path], at: Sequence[float], knowledge: Therm
             if trace.reference_c is not None:
                 replays.append(_Replay(knowledge.reference or knowledge, reference_touch(touch)))
     if not replays:
-        answer = NO_CONTACT if not broken else ThermalAnswer(ThermalStatus.UNIDENTIFIABLE, reason=broken)
+        answer = NO_CONTACT if not broken else ThermalResult(ThermalStatus.UNIDENTIFIABLE, reason=broken)
         for t_s in sorted(at):
             yield _line(label, t_s, False, answer)
         yield _line(label, 0.0, True, answer)
@@ -137,14 +137,14 @@ class _Joint:
         self._times_s = sorted({round(t_s, 6) for replay in replays for t_s in replay.times_s})
         self._next = 0
         self._conclusion = knowledge.conclusion()
-        self._answer: ThermalAnswer | None = None
+        self._answer: ThermalResult | None = None
 
     @property
     def length_s(self) -> float:
         """Time from contact to the last sample, s."""
         return self._times_s[-1] if self._times_s else 0.0
 
-    def play(self, until_s: float) -> ThermalAnswer:
+    def play(self, until_s: float) -> ThermalResult:
         """Answer from all samples up to `until_s` after each contact."""
         if len(self._replays) == 1:
             return self._replays[0].play(until_s)
@@ -181,7 +181,7 @@ def _rounded(value: float | None, digits: int) -> float | None:
     return None if value is None else round(value, digits)
 
 
-def _line(label: Line, t_s: float, final: bool, answer: ThermalAnswer) -> Line:
+def _line(label: Line, t_s: float, final: bool, answer: ThermalResult) -> Line:
     """An answer as the line that is printed."""
     return {
         **label,

@@ -13,10 +13,10 @@ from threading import Event, Thread
 from typing import Any
 
 from common.link.keys import load_keys
-from common.link.local_control import Desk
+from common.link.local_control import LocalControlSocket
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.packets import LinkState
-from operator_site.session.console_feed import Feed
+from operator_site.session.console_feed import ConsoleFeedSocket
 from tests.robustness.hardening.own_memory import own_resident_bytes
 from tests.robustness.hardening.served import Served
 
@@ -35,8 +35,8 @@ class Victim:
 
     def __init__(self, keys: _Keys, base_port: int, desk_port: int, feed_port: int) -> None:
         self._served = Served(keys, base_port)
-        self._desk = Desk(desk_port, load_keys(keys.operator))
-        self._feed = Feed(feed_port, load_keys(keys.operator))
+        self._desk = LocalControlSocket(desk_port, load_keys(keys.operator))
+        self._feed = ConsoleFeedSocket(feed_port, load_keys(keys.operator))
         self._moved_m = 0.0
         self._stop_ns = self._stopped_ns = 0
         self._faults = set[str]()

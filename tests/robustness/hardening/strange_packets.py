@@ -12,7 +12,7 @@ from common.wire.finger_block import FingerBlock
 from common.wire.messages import EVENT_MAX, MAX_EVENTS, MOTION_BLOCK, TOUCH_BLOCK, Event, EventKind
 from common.wire.packets import MAX_INTEGER, MAX_TEXT, LinkState, N
 from common.wire.session_messages import REQUESTS
-from common.wire.touch_summary import NOTHING_TOLD, Told
+from common.wire.touch_summary import NOTHING_TOLD, TouchSummary
 
 MS = 1_000_000
 SEQUENCES = int(os.environ.get("SEQUENCES", "500"))
@@ -77,5 +77,5 @@ event_lists = st.lists(st.tuples(events, st.one_of(st.none(), late_ms)), max_siz
 materials = st.tuples(*[texts] * N)
 told = st.one_of(
     st.just(NOTHING_TOLD),
-    st.just((Told((("", 1.0), ("x" * MAX_TEXT, 0.0)), 100.0, 0.0, 0.1, None),) * N),
+    st.just((TouchSummary((("", 1.0), ("x" * MAX_TEXT, 0.0)), 100.0, 0.0, 0.1, None),) * N),
 )

@@ -25,7 +25,7 @@ from common.wire.packets import BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
 from remote_site.devices.devices import RemoteDevices
 from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.telemanipulator import Measured
 from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.safety.gated_command import GatedCommand
@@ -109,7 +109,7 @@ class Devices:
     command: GatedCommand | None = None
     ticks: int = 0
 
-    def read(self, t_s: float, hand: HandPlace | None = None) -> Sensed:
+    def read(self, t_s: float, hand: HandPlace | None = None) -> SensorFrame:
         self.ticks += 1
         measured, command = self.telemanipulator.measured, self.command
         if command is not None and command.ready:
@@ -121,7 +121,7 @@ class Devices:
         counts = (np.arange(8) * 7 % 5 + self.ticks % 3).astype("<i2").tobytes()
         plate = PlateReading(30.0, 23.0, 0, self.ticks * 2000 % 2**32, 0)
         plates = (plate if self.ticks % 5 == 0 else None,) * len(FINGERS)
-        return Sensed(
+        return SensorFrame(
             t_s,
             measured.x_m,
             measured.y_m,
@@ -138,7 +138,7 @@ class Devices:
     def faults(self) -> list[str]:
         return []
 
-    def write(self, command: GatedCommand, sensed: Sensed) -> None:
+    def write(self, command: GatedCommand, sensed: SensorFrame) -> None:
         self.command = command
 
     def unconfirmed(self, since_s: float) -> dict[str, str]:

@@ -26,7 +26,7 @@ from common.link.capabilities import LAYOUT
 from common.wire.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch
 from common.wire.packets import SCHEMA_VERSION, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
-from common.wire.touch_summary import NOTHING, Told
+from common.wire.touch_summary import NOTHING, TouchSummary
 
 SESSION = 0x0123456789ABCDEF
 T = 1_000_000_000_000
@@ -123,7 +123,7 @@ EVENTS = (
     Event(1, EventKind.TAP, 1, T - 200_000_000, H - 200_000_000, 0.125),
     Event(2, EventKind.MATERIAL, 1, T, H, 0.9375, "pvc"),
 )
-TOLD = (NOTHING, Told((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.0078125, None, None), *(NOTHING,) * 3)
+TOLD = (NOTHING, TouchSummary((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.0078125, None, None), *(NOTHING,) * 3)
 BEAT = (2, T, -5_000_000, 150_001)
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from common.limits import GAP_S
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.link.session_state import Session
 from common.site_status import in_brief, staleness
 
@@ -14,7 +14,7 @@ NOW_NS = 1_000_000_000_000
 
 
 def end(acts: bool, last_ns: int | None) -> Any:
-    return SimpleNamespace(both_engaged=acts, acceptance=Acceptance(150_000_000, last_ns=last_ns))
+    return SimpleNamespace(both_engaged=acts, acceptance=PacketFilter(150_000_000, last_ns=last_ns))
 
 
 @pytest.mark.parametrize(

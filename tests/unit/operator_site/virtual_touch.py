@@ -15,7 +15,7 @@ from common.wire.packets import LinkState
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from operator_site.safety.gated_output import GatedOutput
-from operator_site.session.console_feed import Feed
+from operator_site.session.console_feed import ConsoleFeedSocket
 from operator_site.session.local_control import answer_desk
 from operator_site.site import OperatorSite
 from operator_site.virtual.virtual_environment import VirtualEnvironment
@@ -83,7 +83,7 @@ class Working:
         recorder: Recorder | None = None,
         *,
         engage: bool = True,
-        feed: Feed | None = None,
+        feed: ConsoleFeedSocket | None = None,
         required_s: float = 0.0,
     ):
         self.devices = Devices()

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.exploration.exploration_mode import Exploration
+from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
@@ -67,7 +67,7 @@ def _without(some: NDArray[np.float64], others: NDArray[np.float64], near_s: flo
 def modes_of(trace: StrokeTrace) -> list[ExplorationMode]:
     """Mode at each sample, as a machine that is stepped with each of them has it."""
     hand = HandMotion()
-    exploration, modes = Exploration(hand), []
+    exploration, modes = ModeDetector(hand), []
     x_m = np.cumsum(1e-3 * trace.speed_mm_s) / 2000.0
     for t_s, force_n, at_m in zip(trace.time_s.tolist(), trace.force_n.tolist(), x_m.tolist(), strict=True):
         hand.step(t_s, at_m, 0.0)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 from remote_site.thermal.shared_object import SharedObject
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 from remote_site.thermal.touch_estimate import TouchEstimate, TouchEvidence
 from tests.unit.remote_site.made_touches import AMBIENT_C, MadeTouch
 
@@ -20,13 +20,13 @@ def touching(knowledge: ThermalKnowledge, touch: MadeTouch) -> ThermalIdentifica
     return finger
 
 
-def play(knowledge: ThermalKnowledge, touch: MadeTouch, change: Change | None = None) -> list[ThermalAnswer]:
+def play(knowledge: ThermalKnowledge, touch: MadeTouch, change: Change | None = None) -> list[ThermalResult]:
     """Answers of one finger after every reading."""
     finger = touching(knowledge, touch)
     return [finger.step(*(row if change is None else change(*row))) for row in touch.after()]
 
 
-def names(answers: Iterable[ThermalAnswer | None]) -> set[str]:
+def names(answers: Iterable[ThermalResult | None]) -> set[str]:
     """All materials that were named."""
     return {answer.material for answer in answers if answer is not None and answer.material is not None}
 
@@ -42,9 +42,9 @@ class Hand:
         self.shared = SharedObject(knowledge)
         self.touches = touches
         self.fingers = {number: touching(knowledge, touch) for number, touch in enumerate(touches)}
-        self.alone: dict[int, list[ThermalAnswer]] = {number: [] for number in self.fingers}
+        self.alone: dict[int, list[ThermalResult]] = {number: [] for number in self.fingers}
 
-    def play(self, until_s: float = math.inf) -> list[ThermalAnswer | None]:
+    def play(self, until_s: float = math.inf) -> list[ThermalResult | None]:
         """Joint answers after every reading."""
         answers = []
         for rows in zip(*(touch.after() for touch in self.touches), strict=True):

@@ -7,7 +7,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.heating import FingerHeating, Heating
 from remote_site.identification.finger_touch import FingerTouch
@@ -24,8 +24,8 @@ def cool(under_k: float = 1.0, fault: str = "") -> tuple[PlateReading, ...]:
     return tuple(PlateReading(AMBIENT_C + preheat_k - under_k, AMBIENT_C, fault, 0, 0) for preheat_k in PREHEATS_K)
 
 
-def sensed(t_s: float, plates: tuple[PlateReading | None, ...]) -> Sensed:
-    return Sensed(t_s, 0.0, 0.0, REST, REST, NONE, plates, None)
+def sensed(t_s: float, plates: tuple[PlateReading | None, ...]) -> SensorFrame:
+    return SensorFrame(t_s, 0.0, 0.0, REST, REST, NONE, plates, None)
 
 
 @pytest.fixture

@@ -7,13 +7,13 @@ import pytest
 
 from common.fingers import FINGERS
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.safety.gated_command import GatedCommand
 from remote_site.site_recording import SCHEMAS, SiteRecording
 from tests.unit.remote_site.shipped_tables import perception
 
 FIVE = (0.0,) * len(FINGERS)
-SENSED = Sensed(1.0, 0.0, 0.0, FIVE, FIVE, (None,) * len(FINGERS), (None,) * len(FINGERS), None)
+SENSED = SensorFrame(1.0, 0.0, 0.0, FIVE, FIVE, (None,) * len(FINGERS), (None,) * len(FINGERS), None)
 
 COMMAND = GatedCommand(True, False, 0.0, 0.0, list(FIVE), list(FIVE), [0] * len(FINGERS), None)
 
@@ -44,4 +44,4 @@ def test_a_stiffness_that_is_not_yet_known_is_recorded_as_none(ln_sd: float, rec
 def test_a_recording_of_before_the_hands_time_was_in_it_is_refused_in_words() -> None:
     packed = msgpack.packb([0.0, 0.0, 0.0, [0.0] * 5, [0.0] * 5, [None] * 5, [None] * 5])
     with pytest.raises(ValueError, match="earlier version"):
-        Sensed.unpack(packed)
+        SensorFrame.unpack(packed)

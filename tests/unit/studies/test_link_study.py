@@ -22,7 +22,7 @@ from benchmarks.link.link_packets import (
 )
 from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
 from common.link.clock_offset import ClockOffset
-from common.link.packet_filter import Acceptance
+from common.link.packet_filter import PacketFilter
 from common.wire.messages import MAX_EVENTS, Motion, Touch
 from sim_sensors.network.conditions import Conditions
 from sim_sensors.network.path import NetworkPath
@@ -72,7 +72,7 @@ def test_the_same_seed_gives_the_same_ages() -> None:
 def test_silence_counts_from_the_gap_and_the_age_goes_on() -> None:
     clock = ClockOffset()
     clock.add(0, 0, 0, 0)
-    age = link_age.Age(Acceptance(DEFAULT_MS * MS))
+    age = link_age.Age(PacketFilter(DEFAULT_MS * MS))
     age.tick([link_age.Packet(SESSION, 1, 0), link_age.Packet(SESSION, 2, MS)], 2 * MS, clock, count=True)
     gap_ms = round(GAP_S * 1e3)
     for now_ms in (2 + gap_ms, 3 + gap_ms):

@@ -9,7 +9,7 @@ from common.fingers import FINGERS
 from common.recording.recorder import Recorder
 from common.wire.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
 from common.wire.packets import LinkState
-from common.wire.touch_summary import NOTHING, Told
+from common.wire.touch_summary import NOTHING, TouchSummary
 
 HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(1)> & \"quotes\" 'and' \u202eleft \u0000 " + "x" * 10_000
 START_S = 5000.0
@@ -55,7 +55,7 @@ def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool,
     rows = [NO_TOUCH] * len(FINGERS)
     rows[INDEX] = NO_TOUCH._replace(x_m=x_m, y_m=y_m + 0.02, **(known if contact else {}))
     told = [NOTHING] * len(FINGERS)
-    told[INDEX] = Told((("<i>skin</i>", 0.99),)) if contact else NOTHING
+    told[INDEX] = TouchSummary((("<i>skin</i>", 0.99),)) if contact else NOTHING
     return Touch(1, sequence, now_ns, LinkState.ENGAGED, pack_rows(rows), ("",) * len(FINGERS), (), tuple(told))
 
 

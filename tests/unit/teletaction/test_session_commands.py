@@ -13,7 +13,7 @@ import common.link.local_control
 from common.config import ObserverConfig, OperatorConfig, OperatorLinkConfig, load_config, load_site, to_toml
 from common.link.keys import create_keys, load_keys
 from common.link.link import OperatorLink
-from common.link.local_control import Desk, ask_desk
+from common.link.local_control import LocalControlSocket, ask_desk
 from common.link.session_state import LONGEST_NOTE, Refused
 from common.wire.packets import MAX_PACKET
 from common.wire.session_messages import Request
@@ -81,7 +81,7 @@ class Site:
         self.state: dict[str, Any] = {"state": "connected", "fault": "", "remote_fault": "", "refusal": "", "estop": ""}
         self.do: Callable[[str, dict[str, Any]], object] = lambda verb, details: None
         loaded = load_config(config, OperatorConfig)
-        self._desk = Desk(loaded.desk_port, load_keys(loaded.link.keys))
+        self._desk = LocalControlSocket(loaded.desk_port, load_keys(loaded.link.keys))
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
@@ -245,7 +245,7 @@ class Mouthpiece:
 def test_a_note_that_cannot_be_recorded_is_refused_instead_of_lost() -> None:
     desk = Mouthpiece()
     client = session_with(cast(OperatorLink, Taker()), CONFIG)
-    operator = OperatorSite(CONFIG, client, cast(OperatorDevices, Devices()), desk=cast(Desk, desk))
+    operator = OperatorSite(CONFIG, client, cast(OperatorDevices, Devices()), desk=cast(LocalControlSocket, desk))
     desk.asks = [("annotate", {"text": "a rough spot"}), ("hello", {})]
     operator.tick(1_000_000_000)
     assert desk.refused == ["there is no session to note anything in", "hello is not for the desk to ask"]

@@ -12,7 +12,7 @@ import pytest
 from can.interfaces.socketcan import SocketcanBus
 
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanLine
+from common.buses.can_port import CanAddress, CanPort
 from common.buses.frame_error_rate import MOST
 from common.fingers import FINGERS
 from tests.waiting import wait_until
@@ -36,9 +36,9 @@ def device(channel: str) -> Iterator[can.BusABC]:
 
 
 @pytest.fixture
-def line(channel: str, device: can.BusABC) -> Iterator[CanLine]:
+def line(channel: str, device: can.BusABC) -> Iterator[CanPort]:
     address = CanAddress(interface="virtual", channel=channel)
-    line = CanLine(address, (FrameReceiver("FingerHeights"),), sends=("FingerForces",))
+    line = CanPort(address, (FrameReceiver("FingerHeights"),), sends=("FingerForces",))
     wait_until(lambda: (line.poll(), line.connected)[1])
     yield line
     line.close()
@@ -48,7 +48,7 @@ def error(kind: int, detail: int = 0) -> can.Message:
     return can.Message(arbitration_id=kind, is_error_frame=True, data=bytes((0, detail, 0, 0, 0, 0, 0, 0)))
 
 
-def test_a_controller_that_left_the_bus_is_named_until_it_is_on_it_again(device: can.BusABC, line: CanLine) -> None:
+def test_a_controller_that_left_the_bus_is_named_until_it_is_on_it_again(device: can.BusABC, line: CanPort) -> None:
     device.send(error(CONTROLLER))
     assert line.poll() == {}
     assert (line.controller.off, line.controller.errors, line.fault, line.unknown) == (False, 1, "", 0)
@@ -70,7 +70,7 @@ def test_a_controller_that_left_the_bus_is_named_until_it_is_on_it_again(device:
 
 
 def test_what_the_controller_reports_is_named_in_the_status_and_its_log_is_bounded(
-    device: can.BusABC, line: CanLine, caplog: pytest.LogCaptureFixture
+    device: can.BusABC, line: CanPort, caplog: pytest.LogCaptureFixture
 ) -> None:
     assert (line.figures()["controller"], line.figures()["controller_errors"]) == ("error-active", {})
     for _ in range(1000):
@@ -85,7 +85,7 @@ def test_what_the_controller_reports_is_named_in_the_status_and_its_log_is_bound
     ]
 
 
-def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: can.BusABC, line: CanLine) -> None:
+def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: can.BusABC, line: CanPort) -> None:
     heights, forces = FrameSender("FingerHeights"), FrameSender("FingerForces")
     for _ in range(1000):
         device.send(heights.encode(HEIGHTS))
@@ -98,7 +98,7 @@ def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: ca
     assert (line.figures()["foreign"], line.unknown) == (1, 0)
 
 
-def test_damage_is_refused_counted_and_named_when_there_is_too_much_of_it(device: can.BusABC, line: CanLine) -> None:
+def test_damage_is_refused_counted_and_named_when_there_is_too_much_of_it(device: can.BusABC, line: CanPort) -> None:
     sender = FrameSender("FingerHeights")
     first = sender.encode(HEIGHTS)
     device.send(first)
@@ -111,7 +111,7 @@ def test_damage_is_refused_counted_and_named_when_there_is_too_much_of_it(device
     assert line.fault == f"{MOST + 1} of the last {MOST + 2} FingerHeights frames damaged"
 
 
-def test_frames_that_were_lost_are_counted_and_are_no_fault(device: can.BusABC, line: CanLine) -> None:
+def test_frames_that_were_lost_are_counted_and_are_no_fault(device: can.BusABC, line: CanPort) -> None:
     sender = FrameSender("FingerHeights")
     for n in range(1, 41):
         frame = sender.encode(HEIGHTS)
@@ -123,7 +123,7 @@ def test_frames_that_were_lost_are_counted_and_are_no_fault(device: can.BusABC, 
 
 
 def test_all_frames_of_a_poll_are_there_in_their_order_with_the_buss_own_time(
-    device: can.BusABC, line: CanLine
+    device: can.BusABC, line: CanPort
 ) -> None:
     """A place that an encoder jumped to counts, although the newest frame has it back."""
     sender, before_s = FrameSender("FingerHeights"), time.time()
@@ -155,7 +155,7 @@ class BrokenBus:
         """Nothing is held open."""
 
 
-def broken(line: CanLine, monkeypatch: pytest.MonkeyPatch, failure: Exception) -> CanLine:
+def broken(line: CanPort, monkeypatch: pytest.MonkeyPatch, failure: Exception) -> CanPort:
     """The line on a bus whose sends fail."""
     line.close()
     monkeypatch.setattr(line, "_bus", BrokenBus(failure))
@@ -164,7 +164,7 @@ def broken(line: CanLine, monkeypatch: pytest.MonkeyPatch, failure: Exception) -
 
 @pytest.mark.parametrize("code", [errno.ENETDOWN, errno.ENODEV, errno.EBADF, None])
 def test_a_bus_whose_sends_fail_is_lost_and_says_why(
-    line: CanLine, monkeypatch: pytest.MonkeyPatch, code: int | None
+    line: CanPort, monkeypatch: pytest.MonkeyPatch, code: int | None
 ) -> None:
     assert line.problem is None
     failure = can.CanOperationError("Failed to transmit: Network is down", code)
@@ -186,7 +186,7 @@ def test_a_bus_whose_sends_fail_is_lost_and_says_why(
     ids=str,
 )
 def test_a_full_transmit_queue_is_no_lost_bus_and_its_log_is_bounded(
-    line: CanLine, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, failure: Exception
+    line: CanPort, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, failure: Exception
 ) -> None:
     broken(line, monkeypatch, failure)
     for n in range(2500):
@@ -199,7 +199,7 @@ def test_a_full_transmit_queue_is_no_lost_bus_and_its_log_is_bounded(
 
 
 def test_python_can_says_of_a_socket_that_takes_nothing_what_counts_as_a_full_queue(
-    line: CanLine, monkeypatch: pytest.MonkeyPatch
+    line: CanPort, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     near, far = socket.socketpair()
     with near, far:
@@ -224,7 +224,7 @@ def test_a_bus_that_is_lost_as_soon_as_it_is_open_is_opened_ever_more_slowly(
     channel: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(CanAddress, "open", lambda _: BrokenBus(can.CanOperationError("down", errno.ENETDOWN)))
-    line = CanLine(CanAddress(interface="virtual", channel=channel), ())
+    line = CanPort(CanAddress(interface="virtual", channel=channel), ())
     end_s = time.monotonic() + 0.6
     while time.monotonic() < end_s:
         line.poll()

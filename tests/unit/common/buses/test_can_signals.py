@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.buses.can_frames import database
-from common.buses.can_signals import FramePacking
+from common.buses.can_signals import CanSignals
 
 MESSAGES = {message.name: message for message in database().messages}
-PACKINGS = {name: FramePacking(message) for name, message in MESSAGES.items()}
+PACKINGS = {name: CanSignals(message) for name, message in MESSAGES.items()}
 OWN = ("counter", "crc")
 
 
@@ -40,4 +40,4 @@ def test_a_description_that_it_cannot_pack_is_refused(signal: str) -> None:
     )
     assert isinstance(described, Database)
     with pytest.raises(ValueError, match=r"Pose\.x: an integer in Intel byte order without offset is needed"):
-        FramePacking(described.messages[0])
+        CanSignals(described.messages[0])

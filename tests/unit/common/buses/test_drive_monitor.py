@@ -11,9 +11,9 @@ from common.buses.drive_monitor import (
     PERSIST_S,
     UNREPORTED_FRAMES,
     Doubt,
-    DriveObeys,
-    ForcesObey,
-    StateComes,
+    DriveMonitor,
+    ForceMonitor,
+    ReportMonitor,
 )
 from common.fingers import FINGERS
 from common.limits import FORCE_RAMP_DOWN_N_S, MODULE_TIMEOUT_S
@@ -24,7 +24,7 @@ TICK_S = 0.002
 @given(st.lists(st.integers(-1000, 1000), min_size=1, max_size=200), st.integers(0, 60))
 @example([700] * 500, 0)
 def test_whoever_applies_what_was_told_a_while_ago_is_never_doubted(told: list[int], late_ticks: int) -> None:
-    obeys, off = DriveObeys("the heater"), DriveObeys("the heater")
+    obeys, off = DriveMonitor("the heater"), DriveMonitor("the heater")
     for tick, drive in enumerate(told):
         obeys.told(tick * TICK_S, drive)
         off.told(tick * TICK_S, drive)
@@ -33,7 +33,7 @@ def test_whoever_applies_what_was_told_a_while_ago_is_never_doubted(told: list[i
 
 
 def test_a_stuck_drive_is_found_soon_and_a_single_wrong_report_is_not() -> None:
-    obeys, found_s = DriveObeys("the heater"), None
+    obeys, found_s = DriveMonitor("the heater"), None
     for tick in range(500):
         t_s = tick * TICK_S
         obeys.told(t_s, tick % 7)
@@ -42,7 +42,7 @@ def test_a_stuck_drive_is_found_soon_and_a_single_wrong_report_is_not() -> None:
             found_s = found_s or t_s
     assert found_s is not None
     assert 0.5 + PERSIST_S <= found_s <= 0.5 + MEMORY_S + PERSIST_S
-    wrong_by_turns = DriveObeys("the heater")
+    wrong_by_turns = DriveMonitor("the heater")
     wrong_by_turns.told(0.0, 0)
     assert any(wrong_by_turns.reported(tick * TICK_S, 1000 if tick % 2 else 0) for tick in range(500))
 
@@ -73,7 +73,7 @@ def test_wrong_reports_are_a_fault_at_the_named_time(before: Reports, every_s: f
 
 
 def test_a_command_is_in_force_for_the_named_time_after_the_next() -> None:
-    obeys = DriveObeys("the heater")
+    obeys = DriveMonitor("the heater")
     obeys.told(-1.0, 300)
     obeys.told(0.0, 0)
     assert obeys.reported(MEMORY_S, 300) == ""
@@ -89,7 +89,7 @@ def test_a_command_is_in_force_for_the_named_time_after_the_next() -> None:
     ],
 )
 def test_a_drive_that_stays_after_its_command_is_long_over_is_found(own_words: tuple[str, ...], said: str) -> None:
-    obeys = DriveObeys("the heater", *own_words)
+    obeys = DriveMonitor("the heater", *own_words)
     obeys.told(0.0, 300)
     obeys.told(1.0, 0)
     words = [obeys.reported(1.0 + tick * TICK_S, 300) for tick in range(200)]
@@ -98,7 +98,7 @@ def test_a_drive_that_stays_after_its_command_is_long_over_is_found(own_words: t
 
 
 def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told() -> None:
-    obeys = DriveObeys("the drive")
+    obeys = DriveMonitor("the drive")
     for n in range(10_000):
         obeys.told(n * 0.002, n % 1000)
     assert len(pickle.dumps(obeys)) < 2000 + 30 * MEMORY_S / 0.002
@@ -109,7 +109,7 @@ def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told()
 
 def test_a_site_that_stood_still_between_two_reads_doubts_nobody() -> None:
     """Both reads are of reports that waited; only the first was late, and what it told is long over."""
-    obeys = DriveObeys("the motor")
+    obeys = DriveMonitor("the motor")
     obeys.told(0.0, 836)
     for tick in range(100):
         obeys.told(0.5 + tick * TICK_S, tick)
@@ -152,7 +152,7 @@ def doubts(asked: list[float], late_ticks: int, held_commands: Spans, held_repor
     def held(tick: int, spans: Spans) -> bool:
         return any(begin <= tick < begin + ticks for begin, ticks in spans)
 
-    obey, device, found, waiting = ForcesObey(), PushingDevice(late_ticks), [], list[float]()
+    obey, device, found, waiting = ForceMonitor(), PushingDevice(late_ticks), [], list[float]()
     for tick, force_n in enumerate(asked):
         obey.told(tick * TICK_S, [force_n] * 5)
         if not held(tick, held_commands):
@@ -201,7 +201,7 @@ def test_a_change_whose_commands_are_lost_or_whose_reports_are_late_raises_no_do
 
 
 def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -> None:
-    obey, found_s = ForcesObey(), None
+    obey, found_s = ForceMonitor(), None
     for tick in range(500):
         t_s = tick * TICK_S
         obey.told(t_s, [0.0, 0.0, 1.0, 0.0, 0.0])
@@ -216,13 +216,13 @@ def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -
 
 def test_a_report_that_lacks_a_finger_is_refused() -> None:
     with pytest.raises(ValueError, match="shorter"):
-        ForcesObey().reported(0.0, [0.0] * 4)
+        ForceMonitor().reported(0.0, [0.0] * 4)
 
 
 def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
     found: dict[float, list[str]] = {}
     for applied_n in (0.0, 3.0, 4.9):
-        obey = ForcesObey()
+        obey = ForceMonitor()
         for tick in range(0, 500, REPORT_EVERY):
             obey.told(tick * TICK_S, [5.0] * 5)
             found[applied_n] = obey.reported(tick * TICK_S, [applied_n] * 5)
@@ -233,7 +233,7 @@ def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
 @pytest.mark.parametrize("asked", [False, True])
 def test_where_no_force_was_asked_for_next_to_none_is_right(asked: bool) -> None:
     for applied_n in (NEAR_N, NEAR_N + 0.01):
-        obey, found = ForcesObey(), list[str]()
+        obey, found = ForceMonitor(), list[str]()
         for tick in range(100):
             if asked:
                 obey.told(tick * TICK_S, [0.0] * 5)
@@ -243,7 +243,7 @@ def test_where_no_force_was_asked_for_next_to_none_is_right(asked: bool) -> None
 
 
 def test_a_node_that_hides_its_outputs_is_found_by_its_frames_however_late_they_are() -> None:
-    comes = StateComes()
+    comes = ReportMonitor()
     comes.step(1000, 7)
     comes.step(1000 + UNREPORTED_FRAMES, 7)
     assert comes.fault == ""

@@ -1,13 +1,13 @@
 """A second sender of one's own frames is found, and what an earlier connection left on its way is not one."""
 
-from common.buses.duplicate_sender import CLEAR_AFTER, SETTLING, OwnFrames
+from common.buses.duplicate_sender import CLEAR_AFTER, SETTLING, DuplicateSender
 
 OWN, OTHER = 0x110, 0x100
 """Identifiers of FingerForces, and of HandPose."""
 
 
-def settled() -> OwnFrames:
-    watch = OwnFrames(["FingerForces"])
+def settled() -> DuplicateSender:
+    watch = DuplicateSender(["FingerForces"])
     for _ in range(SETTLING):
         assert not watch.step(OTHER)
     return watch
@@ -27,7 +27,7 @@ def test_one_own_frame_from_another_node_is_a_fault_until_that_has_been_silent_f
 
 
 def test_what_an_earlier_connection_left_on_its_way_is_no_fault_but_a_sender_that_stays_is() -> None:
-    watch = OwnFrames(["FingerForces"])
+    watch = DuplicateSender(["FingerForces"])
     for _ in range(SETTLING):
         assert watch.step(OWN)
         assert watch.fault == ""
@@ -45,7 +45,7 @@ def test_a_new_connection_begins_anew_and_the_count_goes_on() -> None:
 
 
 def test_without_own_frames_nothing_is_foreign() -> None:
-    watch = OwnFrames([])
+    watch = DuplicateSender([])
     for _ in range(2 * SETTLING):
         assert not watch.step(OWN)
     assert watch.fault == ""

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.encoder_glitches import FINGER_M_S, GLITCHES, RETURN_S, UNSEEN_S, WINDOW_S, EncoderJumps
+from common.buses.encoder_glitches import FINGER_M_S, GLITCHES, RETURN_S, UNSEEN_S, WINDOW_S, EncoderGlitches
 from common.timing.timeouts import FRAME_S
 
 COUNT_M = 5e-6
@@ -18,7 +18,7 @@ class Index:
     """One encoder, frame by frame."""
 
     def __init__(self) -> None:
-        self.encoders = EncoderJumps(("index",), FINGER_M_S)
+        self.encoders = EncoderGlitches(("index",), FINGER_M_S)
         self.sent_s = 5.0
         self.read(0.0)
 
@@ -86,7 +86,7 @@ def test_after_a_gap_or_from_another_gateway_a_finger_may_be_anywhere(after_s: f
 
 
 def test_encoders_are_timed_by_the_bus_and_fail_one_by_one() -> None:
-    encoders = EncoderJumps(("index", "middle"), FINGER_M_S)
+    encoders = EncoderGlitches(("index", "middle"), FINGER_M_S)
     assert math.isnan(encoders.step(5.0, (0.001, 0.0))[0])
     assert encoders.step(5.010, (0.015, 0.0)) == (5.010 - 5.0, (0.015, 0.0))  # 14 mm, but in 10 ms
     assert encoders.step(5.012, (0.015, 0.008))[1] == (0.015, 0.0)

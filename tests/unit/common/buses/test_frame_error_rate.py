@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.frame_error_rate import MOST, WINDOW, FrameDamage
+from common.buses.frame_error_rate import MOST, WINDOW, FrameErrorRate
 from common.limits import GAP_S
 
 FRAME_S = 0.002
@@ -11,7 +11,7 @@ FRAME_S = 0.002
 
 @given(st.lists(st.booleans(), max_size=300))
 def test_a_fault_is_there_while_more_than_the_share_of_the_window_is_damaged(frames: list[bool]) -> None:
-    watched = FrameDamage("HandPose")
+    watched = FrameErrorRate("HandPose")
     for n, damaged in enumerate(frames):
         watched.step(n * FRAME_S, damaged)
         lately = frames[max(0, n + 1 - WINDOW) : n + 1]
@@ -20,11 +20,11 @@ def test_a_fault_is_there_while_more_than_the_share_of_the_window_is_damaged(fra
 
 
 def test_a_few_damaged_frames_without_a_good_one_for_the_gap_are_a_fault_of_a_slow_sender() -> None:
-    watched, period_s = FrameDamage("ExoskeletonState"), 0.030
+    watched, period_s = FrameErrorRate("ExoskeletonState"), 0.030
     for n in range(10):
         watched.step(n * period_s, damaged=False)
     assert watched.fault == ""
-    away = FrameDamage("ExoskeletonState")
+    away = FrameErrorRate("ExoskeletonState")
     for back_s in (0.0, 100.0):
         away.step(back_s, damaged=False)
     assert away.fault == "", "a bus that was away for long and comes back sound is sound"
@@ -41,7 +41,7 @@ def test_a_few_damaged_frames_without_a_good_one_for_the_gap_are_a_fault_of_a_sl
 
 def test_all_damaged_is_found_within_25_ms_and_30_percent_within_the_gap() -> None:
     for every, within_s in ((1, 0.025), (3, GAP_S)):
-        watched, n = FrameDamage("FingerHeights"), 0
+        watched, n = FrameErrorRate("FingerHeights"), 0
         while not watched.fault:
             n += 1
             watched.step(n * FRAME_S, damaged=n % every == 0)

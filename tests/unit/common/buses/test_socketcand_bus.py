@@ -12,7 +12,7 @@ import pytest
 
 import common.buses.socketcand_bus
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanLine
+from common.buses.can_port import CanAddress, CanPort
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus, TakenFrame
 from common.buses.tcp_options import DEAD_S
@@ -188,7 +188,7 @@ def test_what_is_no_frame_ends_the_connection_with_its_reason(words: bytes, ther
 
 
 def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(there: Gateway, stage: ExitStack) -> None:
-    line = CanLine(CanAddress(interface="socketcand", port=there.port), (FrameReceiver("HandPose"),))
+    line = CanPort(CanAddress(interface="socketcand", port=there.port), (FrameReceiver("HandPose"),))
     stage.callback(line.close)
     wait_until(lambda: (line.poll(), line.connected)[1])
     sender = FrameSender("HandPose")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.exploration.contact_detector import CONTACT_OFF_N, TAP_S
-from common.exploration.exploration_mode import DWELL_S, REST_S, STROKE_DISTANCE_M, STROKE_ON_M_S, Exploration
+from common.exploration.exploration_mode import DWELL_S, REST_S, STROKE_DISTANCE_M, STROKE_ON_M_S, ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.exploration.stroke_speed import WINDOW_S
 from common.wire.messages import ExplorationMode
@@ -25,7 +25,7 @@ class Finger:
 
     def __init__(self) -> None:
         self.hand = HandMotion()
-        self.machine = Exploration(self.hand)
+        self.machine = ModeDetector(self.hand)
         self.time_s = self.x_m = 0.0
         self.modes: list[ExplorationMode] = []
         self.taps = 0

@@ -5,16 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from common.exploration.approach_speed import Descent
-from common.exploration.position_spread import EVERY_S, LATELY_S, Whereabouts
-from common.exploration.stroke_speed import MotionEstimate
+from common.exploration.approach_speed import ApproachSpeed
+from common.exploration.position_spread import EVERY_S, LATELY_S, PositionSpread
+from common.exploration.stroke_speed import HandSpeed
 
 TICK_S = 0.002
 
 
 @pytest.mark.parametrize("step_m", [20e-6, 60e-6])
 def test_stroke_speed_survives_quantisation(step_m: float) -> None:
-    motion, speeds = MotionEstimate(), []
+    motion, speeds = HandSpeed(), []
     for tick in range(100):
         time_s = TICK_S * tick
         motion.step(time_s, round(0.03 * time_s / step_m) * step_m, round(-0.04 * time_s / step_m) * step_m)
@@ -23,7 +23,7 @@ def test_stroke_speed_survives_quantisation(step_m: float) -> None:
 
 
 def test_a_still_hand_is_slow_with_three_times_the_noise() -> None:
-    draw, motion, speeds = np.random.default_rng(0), MotionEstimate(), []
+    draw, motion, speeds = np.random.default_rng(0), HandSpeed(), []
     for tick in range(5000):
         x_m, y_m = np.round(30e-6 * draw.standard_normal(2) / 60e-6) * 60e-6
         motion.step(TICK_S * tick, x_m, y_m)
@@ -36,7 +36,7 @@ def test_descent_stands_readings_that_come_twice_or_late(speed_m_s: float) -> No
     """Devices and loop keep their own time: a tick may get the last reading again, and the next one two at once."""
     draw, told = np.random.default_rng(1), []
     for _ in range(200):
-        descent, phase = Descent(), draw.uniform()
+        descent, phase = ApproachSpeed(), draw.uniform()
         for tick in range(12):
             time_s = TICK_S * (tick + phase) + draw.uniform(0.0, 0.001)
             descent.step(time_s, round(-speed_m_s * TICK_S * (time_s // TICK_S) / 5e-6) * 5e-6)
@@ -46,7 +46,7 @@ def test_descent_stands_readings_that_come_twice_or_late(speed_m_s: float) -> No
 
 
 def test_late_ticks_and_a_clock_set_back() -> None:
-    motion, descent = MotionEstimate(), Descent()
+    motion, descent = HandSpeed(), ApproachSpeed()
     for time_s in (0.0, 0.002, 0.004, 0.060):
         motion.step(time_s, 0.05 * time_s, 0.0)
         descent.step(time_s, -0.05 * time_s)
@@ -59,7 +59,7 @@ def test_late_ticks_and_a_clock_set_back() -> None:
 
 
 def test_whereabouts_tell_a_shaking_finger_from_one_that_goes_somewhere() -> None:
-    shaking, going = Whereabouts(), Whereabouts()
+    shaking, going = PositionSpread(), PositionSpread()
     for tick in range(500):
         time_s = TICK_S * tick
         shaking.step(time_s, 0.5e-3 * math.sin(2.0 * math.pi * 8.0 * time_s), 0.0)
@@ -70,7 +70,7 @@ def test_whereabouts_tell_a_shaking_finger_from_one_that_goes_somewhere() -> Non
 
 
 def test_whereabouts_need_time_and_forget() -> None:
-    lately = Whereabouts()
+    lately = PositionSpread()
     for tick in range(round(LATELY_S / TICK_S) - 10):
         lately.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
     assert lately.reach_m() == math.inf

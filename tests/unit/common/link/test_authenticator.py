@@ -5,7 +5,7 @@ import pytest
 import zmq
 import zmq.utils.z85
 
-from common.link.authenticator import KNOCKS_AT_ONCE, KNOCKS_PER_S, Doorkeeper
+from common.link.authenticator import KNOCKS_AT_ONCE, KNOCKS_PER_S, Authenticator
 
 GOOD, OTHER = b"g" * 32, b"o" * 32
 GOOD_TEXT = zmq.utils.z85.encode(GOOD).decode()
@@ -18,7 +18,7 @@ class Door:
         self.context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self.trusted = {("motion", GOOD_TEXT), ("control", GOOD_TEXT)}
         self.now_s = 1000.0
-        self.keeper = Doorkeeper(self.context, lambda domain, key: (domain, key) in self.trusted, lambda: self.now_s)
+        self.keeper = Authenticator(self.context, lambda domain, key: (domain, key) in self.trusted, lambda: self.now_s)
         self.asker = self.context.socket(zmq.REQ)
         self.asker.setsockopt(zmq.RCVTIMEO, 5000)
         self.asker.connect("inproc://zeromq.zap.01")

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from common.link.dead_reckoning import ONWARDS_S, TOGETHER_S, MotionPrediction
+from common.link.dead_reckoning import ONWARDS_S, TOGETHER_S, DeadReckoning
 from common.link.deadband import Deadband
 from common.link.perception_thresholds import HEIGHT_M, PLANE_M, motion_felt
 from common.timing.timeouts import REFRESH_S
@@ -21,15 +21,15 @@ def block(x_m: float, z_m: float = 0.0) -> Places:
     return np.tile(np.array([x_m, 0.0, z_m], np.float32), (5, 1))
 
 
-def after(*packets: tuple[float, float]) -> MotionPrediction:
+def after(*packets: tuple[float, float]) -> DeadReckoning:
     """A prediction that was told x at some times."""
-    prediction = MotionPrediction()
+    prediction = DeadReckoning()
     for t_s, x_m in packets:
         prediction.take(t_s, block(x_m))
     return prediction
 
 
-def x_at(prediction: MotionPrediction, t_s: float) -> float:
+def x_at(prediction: DeadReckoning, t_s: float) -> float:
     """Where it takes x to be."""
     place = prediction.at(t_s)
     assert place is not None
@@ -45,7 +45,7 @@ def test_it_goes_on_at_the_speed_between_the_last_packets_and_stands_after_two_r
 
 
 def test_there_is_a_speed_only_between_packets_that_belong_together() -> None:
-    assert MotionPrediction().at(1.0) is None, "before the first packet nothing is known"
+    assert DeadReckoning().at(1.0) is None, "before the first packet nothing is known"
     assert x_at(after((1.0, 0.1)), 1.01) == pytest.approx(0.1)
     assert x_at(after((1.0, 0.1), (1.002, 0.1002)), 1.01) == pytest.approx(0.1002)
     assert x_at(after((1.0, 0.1), (1.012, 0.1012), (1.014, 0.1014)), 1.02) == pytest.approx(0.1020, abs=1e-7)
@@ -63,7 +63,7 @@ def test_without_loss_no_receiver_is_ever_further_off_than_what_may_be_felt(
     walk: list[tuple[float, ...]], tick_s: float
 ) -> None:
     """Whatever the hand does, jumps through its whole range included; times are those of a session of weeks."""
-    deadband, sender, receiver = Deadband(tick_s), MotionPrediction(), MotionPrediction()
+    deadband, sender, receiver = Deadband(tick_s), DeadReckoning(), DeadReckoning()
     place, sent_s = np.zeros((5, 3)), 0.0
     for tick, (*steps, size) in enumerate(walk):
         t_s = 1e6 + tick_s * tick

@@ -9,7 +9,7 @@ import pytest
 
 from common.link.curve import LinkProblem
 from common.link.keys import load_keys
-from common.link.local_control import Desk, ask_desk, stop_from_desk
+from common.link.local_control import LocalControlSocket, ask_desk, stop_from_desk
 from common.link.session_state import Refused
 from tests.conftest import Keys
 
@@ -17,7 +17,7 @@ from tests.conftest import Keys
 class Site:
     """Serves a desk until the test is over."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: LocalControlSocket) -> None:
         self.desk = desk
         self.asked: list[tuple[str, dict[str, Any]]] = []
         self.estop = ""
@@ -42,7 +42,7 @@ class Site:
 
 @pytest.fixture
 def site(keys: Keys, base_port: int) -> Iterator[Site]:
-    with Desk(base_port, load_keys(keys.operator)) as desk:
+    with LocalControlSocket(base_port, load_keys(keys.operator)) as desk:
         made = Site(desk)
         yield made
         made.close()
@@ -60,8 +60,8 @@ def test_nobody_there_is_said_and_so_is_a_port_in_use(keys: Keys, base_port: int
     own = load_keys(keys.operator)
     with pytest.raises(LinkProblem, match="is it running"):
         ask_desk(base_port, own, "status")
-    with Desk(base_port, own), pytest.raises(LinkProblem, match="choose another desk_port"):
-        Desk(base_port, own)
+    with LocalControlSocket(base_port, own), pytest.raises(LinkProblem, match="choose another desk_port"):
+        LocalControlSocket(base_port, own)
 
 
 def test_another_key_reaches_nothing(site: Site, keys: Keys, base_port: int) -> None:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.link.packet_filter import FUTURE_TOLERANCE_NS, MOST_AHEAD, Acceptance
+from common.link.packet_filter import FUTURE_TOLERANCE_NS, MOST_AHEAD, PacketFilter
 
 MS = 1_000_000
 MAX_AGE = 150 * MS
@@ -18,7 +18,7 @@ class Packet:
 
 
 def accept(
-    acceptance: Acceptance, packet: Packet, now_ns: int, offset_ns: int = 0, uncertainty_ns: int | None = 0
+    acceptance: PacketFilter, packet: Packet, now_ns: int, offset_ns: int = 0, uncertainty_ns: int | None = 0
 ) -> bool:
     return acceptance.accept(packet, 1, now_ns, offset_ns, uncertainty_ns)
 
@@ -28,7 +28,7 @@ arrivals = st.lists(st.tuples(st.integers(0, 3), st.integers(0, 30), st.integers
 
 @given(arrivals, st.integers(0, 20))
 def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, int, int]], uncertainty_ms: int) -> None:
-    acceptance = Acceptance(MAX_AGE)
+    acceptance = PacketFilter(MAX_AGE)
     now_ns, highest, accepted = 10**12, -1, 0
     for session, sequence, age_ms in arrivals:
         now_ns += 2 * MS
@@ -71,7 +71,7 @@ def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, in
 def test_each_reason_is_counted_and_a_refused_packet_blocks_nothing(
     packet: Packet, uncertainty: int | None, reason: str
 ) -> None:
-    acceptance = Acceptance(MAX_AGE)
+    acceptance = PacketFilter(MAX_AGE)
     assert accept(acceptance, Packet(1, 4, 0), 0)
     assert accept(acceptance, packet, 0, 0, uncertainty) is not bool(reason)
     assert dict(acceptance.refused) == ({reason: 1} if reason else {})
@@ -81,7 +81,7 @@ def test_each_reason_is_counted_and_a_refused_packet_blocks_nothing(
 
 
 def test_a_stream_may_begin_with_0_and_is_judged_from_there() -> None:
-    acceptance = Acceptance(MAX_AGE)
+    acceptance = PacketFilter(MAX_AGE)
     assert accept(acceptance, Packet(1, 0, 0), 0)
     assert not accept(acceptance, Packet(1, 1 + MOST_AHEAD, 0), 0)
     assert accept(acceptance, Packet(1, 3, 0), 0)
@@ -89,7 +89,7 @@ def test_a_stream_may_begin_with_0_and_is_judged_from_there() -> None:
 
 
 def test_superseded_packets_are_counted_and_a_new_session_starts_over() -> None:
-    acceptance = Acceptance(MAX_AGE)
+    acceptance = PacketFilter(MAX_AGE)
     assert acceptance.gap_ns(5) is None
     for sequence in (1, 2, 6, 7):
         assert accept(acceptance, Packet(1, sequence, 0), 0)
@@ -105,7 +105,7 @@ def test_superseded_packets_are_counted_and_a_new_session_starts_over() -> None:
 
 @given(st.integers(-(10**15), 10**15), st.integers(0, 149))
 def test_another_hosts_clock_makes_no_difference(offset_ns: int, age_ms: int) -> None:
-    acceptance = Acceptance(MAX_AGE)
+    acceptance = PacketFilter(MAX_AGE)
     now_ns = 2 * 10**15
     assert accept(acceptance, Packet(1, 1, now_ns - age_ms * MS + offset_ns), now_ns, offset_ns)
     assert acceptance.age_ns == age_ms * MS

@@ -10,7 +10,7 @@ from common.link.session_state import Happening
 from common.recording.recorded_row import Row
 from operator_site.recorded_rows import Clock, Played, Rendered, Skin
 from operator_site.rendering_input import RecordedInput
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from tests.places import GOLDEN
 from tests.unit.teletaction.held_recordings import held
@@ -27,11 +27,11 @@ ROWS: list[tuple[type[Row], list[Any]]] = [
     (Gate, [0.0, -0.5, ONES, ONES, LIMITS, None]),
     (SentEvent, [1, 0, 1, 2 * 10**15, 0.5, "pvc"]),
     (Thermal, [1, 3, "pvc", 0.9, 22.0, 0.3, None, None, None, None, 0.1, None]),
-    (Sensed, [1.0, 0.0, 0.1, ONES, ONES, [b"\0\1", None, None, None, b""], PLATES, HAND]),
+    (SensorFrame, [1.0, 0.0, 0.1, ONES, ONES, [b"\0\1", None, None, None, b""], PLATES, HAND]),
     (RecordedInput, [1.0, 7, False, True, 0, 5, 0.1, 0.2, ONES, -math.inf, 1.0, ONES, ONES, ["thumb: silent"]]),
 ]
 GOLDEN_ROWS: dict[str, type[Row]] = {
-    "remote/sensed": Sensed,
+    "remote/sensed": SensorFrame,
     "operator/input": RecordedInput,
     "operator/rendered": Rendered,
 }
@@ -78,8 +78,8 @@ def test_a_field_of_another_type_is_refused_by_name(kind: type[Row], fields: lis
         (Rendered, 12, 2**63),
         (Played, 2, 5),
         (SentEvent, 4, math.nan),
-        (Sensed, 6, [[33.0, 23.0, "", 0]] * 5),
-        (Sensed, 7, [1, 0.0]),
+        (SensorFrame, 6, [[33.0, 23.0, "", 0]] * 5),
+        (SensorFrame, 7, [1, 0.0]),
     ],
 )
 def test_a_value_that_no_writer_records_is_refused(kind: type[Row], number: int, wrong: object) -> None:
@@ -90,10 +90,10 @@ def test_a_value_that_no_writer_records_is_refused(kind: type[Row], number: int,
 
 
 def test_an_odd_number_of_texture_bytes_is_refused() -> None:
-    fields = list(dict(ROWS)[Sensed])
+    fields = list(dict(ROWS)[SensorFrame])
     fields[5] = [b"\0\1\2", None, None, None, None]
     with pytest.raises(ValueError, match="16-bit"):
-        Sensed.unpack(msgpack.packb(fields))
+        SensorFrame.unpack(msgpack.packb(fields))
 
 
 def test_a_schema_names_the_fields() -> None:
@@ -101,4 +101,4 @@ def test_a_schema_names_the_fields() -> None:
         "type": "array",
         "description": f"[offset_ns, uncertainty_ns or null, round_trip_ns]: {Clock.__doc__}",
     }
-    assert "plates x 5 ([sensor_c, ambient_c, fault, device_us, heater_permille]) or null" in str(Sensed.schema())
+    assert "plates x 5 ([sensor_c, ambient_c, fault, device_us, heater_permille]) or null" in str(SensorFrame.schema())

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.runtime.periodic_loop import PeriodicLoop
-from common.runtime.rate_monitor import HELD, HELD_AGAIN, WINDOW_S, HeldRate, Spent, spent
+from common.runtime.rate_monitor import HELD, HELD_AGAIN, WINDOW_S, RateMonitor, Spent, spent
 
 RATE_HZ = 500.0
 LOOP = PeriodicLoop(1.0 / RATE_HZ)
@@ -19,7 +19,7 @@ LOOP = PeriodicLoop(1.0 / RATE_HZ)
 
 def looks(shares: list[float], waited: float | None = 0.0) -> list[dict[str, object]]:
     """What is told after each second, of which the loop made so large a share of its ticks."""
-    held, ticks, told = HeldRate(RATE_HZ), 0, []
+    held, ticks, told = RateMonitor(RATE_HZ), 0, []
     for second, share in enumerate([0.0, *shares]):
         ticks += round(share * RATE_HZ)
         wait_s = None if waited is None else waited * second
@@ -28,7 +28,7 @@ def looks(shares: list[float], waited: float | None = 0.0) -> list[dict[str, obj
 
 
 def test_a_loop_on_time_has_its_rate_and_nothing_to_say_and_at_first_nothing_is_known() -> None:
-    told = HeldRate(RATE_HZ).look(3.0, Spent(0, 0.0, None))
+    told = RateMonitor(RATE_HZ).look(3.0, Spent(0, 0.0, None))
     assert told == {"rate_hz": None, "works": None, "behind": "", "behind_s": 0.0}
     assert looks([1.0] * 10)[-1] == {"rate_hz": 500.0, "works": 0.25, "behind": "", "behind_s": 0.0}
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.runtime.realtime_priority import MOST_WORK, Precedence
+from common.runtime.realtime_priority import MOST_WORK, RealtimePriority
 from common.runtime.scheduling import policy
 
 BUSY, EASY = MOST_WORK + 0.01, MOST_WORK
@@ -32,8 +32,8 @@ class System:
         assert self.first, "only who came first can stand back"
         self.first = False
 
-    def precedence(self) -> Precedence:
-        return Precedence(self.come_first, self.stand_in_line)
+    def precedence(self) -> RealtimePriority:
+        return RealtimePriority(self.come_first, self.stand_in_line)
 
 
 @given(st.lists(st.tuples(st.booleans(), st.none() | st.floats(0.0, 1.0)), max_size=30))
@@ -71,7 +71,7 @@ def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> N
         pytest.skip("the tests themselves run with a policy of their own")
     os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     try:
-        assert not Precedence().look(True, EASY)
+        assert not RealtimePriority().look(True, EASY)
         assert os.sched_getscheduler(0) == os.SCHED_BATCH
     finally:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
@@ -80,12 +80,12 @@ def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> N
 def test_real_time_priority_that_somebody_else_gave_is_told_and_never_taken() -> None:
     code = f"""
 import os, sys
-from common.runtime.realtime_priority import Precedence
+from common.runtime.realtime_priority import RealtimePriority
 try:
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
 except PermissionError:
     sys.exit("denied")
-precedence = Precedence()
+precedence = RealtimePriority()
 print(precedence.first, precedence.look(True, {EASY}), precedence.look(False, None), os.sched_getscheduler(0))
 """
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

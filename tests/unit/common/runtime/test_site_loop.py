@@ -12,7 +12,7 @@ import pytest
 
 from common.link.curve import LinkProblem
 from common.runtime.containment import Containment
-from common.runtime.realtime_priority import Precedence
+from common.runtime.realtime_priority import RealtimePriority
 from common.runtime.site_loop import in_words, run_site_loop
 from common.runtime.systemd_notify import Supervisor
 from common.runtime.watchdog import LoopWatchdog
@@ -64,7 +64,7 @@ class Heard(Supervisor):
         self.lines.append(lines)
 
 
-class Asked(Precedence):
+class Asked(RealtimePriority):
     """What the loop told of itself; the system is left alone."""
 
     def __init__(self) -> None:

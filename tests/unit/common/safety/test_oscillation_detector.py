@@ -11,15 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FORGIVEN_W, PRODUCED_J, SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
-from common.safety.oscillation_detector import Oscillation
-from operator_site.safety.passivity_controller import PortEnergy
+from common.safety.oscillation_detector import OscillationDetector
+from operator_site.safety.passivity_controller import PassivityController
 
 T = 0.002
 
 
 def found(forces: Iterable[float], fed: Callable[[int], bool] = lambda tick: False) -> tuple[float, str]:
     """When a swinging force is told, s, and the words; infinite when it is not."""
-    watch = Oscillation()
+    watch = OscillationDetector()
     for tick, force_n in enumerate(forces):
         told = watch.step(T * tick, force_n, fed(tick))
         if told is not None:
@@ -36,7 +36,7 @@ Peaks = list[tuple[float, float]]
 
 
 def found_first(
-    watch: Oscillation, peaks: Peaks, fed: Sequence[bool] = (), base_n: float = 1.0
+    watch: OscillationDetector, peaks: Peaks, fed: Sequence[bool] = (), base_n: float = 1.0
 ) -> tuple[int, str] | None:
     """Which peak of a course is found first, and the words; `fed` is of each peak's cycle."""
     watch.step(peaks[0][0] - 0.001, base_n, False)
@@ -63,16 +63,19 @@ AT_ONCE = SWING_CYCLES, "force swings at 12 Hz by 2.0 N"
 
 
 def test_as_many_cycles_in_as_short_a_time_as_the_limit_says_are_found() -> None:
-    assert found_first(Oscillation(), evenly(FASTEST_S)) == AT_ONCE
-    assert found_first(Oscillation(), evenly(1.0001 * FASTEST_S, 30)) is None
-    small = found_first(Oscillation(), evenly(FASTEST_S, swing_n=SWING_N), base_n=0.0)
+    assert found_first(OscillationDetector(), evenly(FASTEST_S)) == AT_ONCE
+    assert found_first(OscillationDetector(), evenly(1.0001 * FASTEST_S, 30)) is None
+    small = found_first(OscillationDetector(), evenly(FASTEST_S, swing_n=SWING_N), base_n=0.0)
     assert small == (SWING_CYCLES, "force swings at 12 Hz by 0.4 N")
-    assert found_first(Oscillation(), evenly(FASTEST_S, 30, SWING_N - 1e-6), base_n=0.0) is None
+    assert found_first(OscillationDetector(), evenly(FASTEST_S, 30, SWING_N - 1e-6), base_n=0.0) is None
 
 
 def test_only_the_last_cycles_count_and_none_from_before_it_began_anew() -> None:
-    assert found_first(Oscillation(), after(10 * [0.125] + 10 * [1 / 16])) == (14, "force swings at 12 Hz by 2.0 N")
-    watch = Oscillation()
+    assert found_first(OscillationDetector(), after(10 * [0.125] + 10 * [1 / 16])) == (
+        14,
+        "force swings at 12 Hz by 2.0 N",
+    )
+    watch = OscillationDetector()
     assert found_first(watch, evenly(FASTEST_S, SWING_CYCLES - 1)) is None
     watch.begin_anew()
     assert found_first(watch, [(0.5 + t_s, swing_n) for t_s, swing_n in evenly(FASTEST_S)]) == AT_ONCE
@@ -88,13 +91,13 @@ def test_only_the_last_cycles_count_and_none_from_before_it_began_anew() -> None
 )
 def test_cycles_belong_together_when_they_last_about_as_long(periods: list[float], expected: int, hz: int) -> None:
     words = f"force swings at {hz} Hz by 2.0 N"
-    assert found_first(Oscillation(), after(period / 32 for period in periods)) == (expected, words)
+    assert found_first(OscillationDetector(), after(period / 32 for period in periods)) == (expected, words)
 
 
 @pytest.mark.parametrize(("low_n", "expected"), [(2.0, True), (1.9375, False)])
 def test_cycles_belong_together_while_they_do_not_die_down(low_n: float, expected: bool) -> None:
     peaks = [(t_s, low_n if number % 2 else 4.0) for number, (t_s, _) in enumerate(evenly(1 / 16, 30))]
-    assert found_first(Oscillation(), peaks) == ((6, "force swings at 16 Hz by 4.0 N") if expected else None)
+    assert found_first(OscillationDetector(), peaks) == ((6, "force swings at 16 Hz by 4.0 N") if expected else None)
 
 
 SLOWEST = [(0.0, 2.0), (1.0 / SWING_SLOW_HZ, 2.0), (2.0 / SWING_SLOW_HZ, 2.0), (0.999, 2.0)]
@@ -114,7 +117,7 @@ SLOWEST = [(0.0, 2.0), (1.0 / SWING_SLOW_HZ, 2.0), (2.0 / SWING_SLOW_HZ, 2.0), (
 def test_slow_cycles_are_found_when_enough_in_a_row_are_fed(
     peaks: Peaks, fed: list[bool], expected: tuple[int, str] | None
 ) -> None:
-    assert found_first(Oscillation(), peaks, fed) == expected
+    assert found_first(OscillationDetector(), peaks, fed) == expected
 
 
 @pytest.mark.parametrize("hz", [12.5, 23.0, 60.0, 125.0])
@@ -151,7 +154,7 @@ def test_what_rings_after_an_impact_dies_down_and_is_not_told() -> None:
 
 
 def test_a_clock_that_was_set_back_only_delays_it() -> None:
-    watch, told = Oscillation(), []
+    watch, told = OscillationDetector(), []
     for tick, force_n in enumerate(sine(25.0, 2.0, 4.0)):
         told.append(watch.step(T * tick - (500.0 if tick >= 100 else 0.0), force_n, False))
     assert told[99] is None
@@ -217,7 +220,7 @@ def coupled(
         when it is told that the force swings, s; what truly came out, J; how far the force swings in the end, N.
     """
     kg, ns_m, n_m = hand
-    port, watch = PortEnergy(stiffest_n_m, 0.005, damping_n_s_m=0.5), Oscillation()
+    port, watch = PassivityController(stiffest_n_m, 0.005, damping_n_s_m=0.5), OscillationDetector()
     late = deque([0.0] * (round(round_trip_s / period_s) + 1), maxlen=round(round_trip_s / period_s) + 1)
     place_m, speed, given_j, most_j, step_s, told_s = -0.005, 0.0, 0.0, 0.0, 1e-4, math.inf
     forces = []

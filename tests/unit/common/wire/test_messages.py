@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from common.wire.messages import MAX_EVENTS, TOUCH_BLOCK, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
 from common.wire.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.wire.session_messages import REQUESTS, Answer, Heartbeat, Request
-from common.wire.touch_summary import MAX_CANDIDATES, NOTHING, Told
+from common.wire.touch_summary import MAX_CANDIDATES, NOTHING, TouchSummary
 
 KINDS: dict[str, Any] = {
     "motion": Motion,
@@ -242,7 +242,7 @@ def test_something_is_told_of_each_finger(golden: dict[str, bytes]) -> None:
 
 def test_nothing_is_told_that_would_be_refused() -> None:
     block = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
-    for wrong in (Told((("pvc", 1.5),)), Told((), math.nan), Told(groove_m=1.0)):
+    for wrong in (TouchSummary((("pvc", 1.5),)), TouchSummary((), math.nan), TouchSummary(groove_m=1.0)):
         with pytest.raises(BadPacket, match="told"):
             Touch(1, 1, 1, LinkState.ENGAGED, block, ("",) * 5, (), (wrong, *(NOTHING,) * 4)).encode()
 
@@ -250,7 +250,7 @@ def test_nothing_is_told_that_would_be_refused() -> None:
 def test_the_fullest_touch_packet_fits() -> None:
     block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
     events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
-    told = (Told((("m" * 40, 0.25),) * MAX_CANDIDATES, 1.0, 1.0, 0.1, 0.1),) * 5
+    told = (TouchSummary((("m" * 40, 0.25),) * MAX_CANDIDATES, 1.0, 1.0, 0.1, 0.1),) * 5
     touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("n" * 40,) * 5, events, told)
     read = Touch.decode(touch.encode())
     assert (read.events, read.told) == (events, told)

@@ -8,12 +8,12 @@ from common.fingers import FINGERS
 from common.link.session_state import Happening
 from common.wire.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
 from common.wire.packets import LinkState
-from common.wire.touch_summary import NOTHING, Told
+from common.wire.touch_summary import NOTHING, TouchSummary
 from operator_site.console.model import Console
 
 S = 1_000_000_000
 INDEX = 1
-TOLD = Told((("pvc", 0.91), ("acrylic", 0.05)), 0.12, 0.01, 4e-3, 1e-4)
+TOLD = TouchSummary((("pvc", 0.91), ("acrylic", 0.05)), 0.12, 0.01, 4e-3, 1e-4)
 TOUCHING = {
     "mode": 2.0,
     "contact": 1.0,
@@ -29,7 +29,7 @@ TOUCHING = {
 }
 
 
-def touch(sequence: int, time_ns: int, told: Told = TOLD, **values: float) -> bytes:
+def touch(sequence: int, time_ns: int, told: TouchSummary = TOLD, **values: float) -> bytes:
     """A touch packet of the index finger."""
     rows = [NO_TOUCH._replace(**TOUCHING | values) if finger == INDEX else NO_TOUCH for finger in range(len(FINGERS))]
     names, tolds = ("", "pvc", "", "", ""), (NOTHING, told, NOTHING, NOTHING, NOTHING)

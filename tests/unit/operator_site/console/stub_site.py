@@ -5,7 +5,7 @@ import time
 from typing import Any
 
 from common.link.keys import load_keys
-from common.link.local_control import Desk
+from common.link.local_control import LocalControlSocket
 from common.link.session_state import Refused
 from tests.conftest import Keys
 
@@ -16,7 +16,7 @@ class Site:
     def __init__(self, port: int, keys: Keys):
         self.asked: list[str] = []
         self.mute = False
-        self._desk = Desk(port, load_keys(keys.operator))
+        self._desk = LocalControlSocket(port, load_keys(keys.operator))
         self._on = True
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()

@@ -4,7 +4,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.wire.messages import ThermalStatus
-from common.wire.touch_summary import Told
+from common.wire.touch_summary import TouchSummary
 from operator_site.console import texts as words
 from operator_site.console.state.site_now import DEVICES
 
@@ -53,7 +53,7 @@ def test_the_decision_is_said_with_how_sure_it_is(
     status: ThermalStatus, candidates: tuple[tuple[str, float], ...], probability: float, line: str
 ) -> None:
     best = candidates[0][0] if candidates else ""
-    assert words.decision(status, best, Told(candidates), probability)[1] == line
+    assert words.decision(status, best, TouchSummary(candidates), probability)[1] == line
 
 
 def test_a_probability_is_never_certain() -> None:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from common.fingers import FINGERS
 from common.scenes.scene import SCENES, load_scene
-from operator_site.devices.encoder_checks import HandEncoders
-from operator_site.devices.stuck_joint import LIVELY_S, PUSHED_N, STILL_S, STOP_M, StillFingers
+from operator_site.devices.encoder_checks import EncoderChecks
+from operator_site.devices.stuck_joint import LIVELY_S, PUSHED_N, STILL_S, STOP_M, StuckJoints
 from sim_sensors.operator_hand.hand import ScriptedHand
 
 TICK_S = 0.002
@@ -34,7 +34,7 @@ def worked(scene: str, seed: int, wall_n_m: float) -> list[Frame]:
 
 
 def watch(frames: list[Frame], taking_part: tuple[bool, ...] = (True,) * 5) -> list[tuple[float, list[str]]]:
-    encoders, told = HandEncoders(taking_part), []
+    encoders, told = EncoderChecks(taking_part), []
     for sent_s, x_m, y_m, z_m, force_n in frames:
         encoders.pose(sent_s, x_m, y_m)
         encoders.heights(sent_s, z_m, force_n)
@@ -72,25 +72,25 @@ def test_a_finger_that_is_not_in_the_exoskeleton_may_stand_still() -> None:
 
 
 def step_still(
-    fingers: StillFingers, seconds: float, z_m: float = 0.0, pushed_n: tuple[float, ...] = (0.0,) * 5
+    fingers: StuckJoints, seconds: float, z_m: float = 0.0, pushed_n: tuple[float, ...] = (0.0,) * 5
 ) -> None:
     for _ in range(round(seconds / TICK_S)):
         fingers.step(TICK_S, [z_m] * 5, (0.0, 0.0), pushed_n)
 
 
 def test_where_nobody_is_nothing_is_stuck_but_what_is_pushed_and_does_not_give_before_its_stop() -> None:
-    fingers = StillFingers()
+    fingers = StuckJoints()
     step_still(fingers, 20.0)
     assert fingers.faults == []
     step_still(fingers, STILL_S + TICK_S, pushed_n=(0.0, PUSHED_N, 0.0, 0.0, 0.0))
     assert [fault.partition(":")[0] for fault in fingers.faults] == ["index"]
-    at_its_stop = StillFingers()
+    at_its_stop = StuckJoints()
     step_still(at_its_stop, 20.0, z_m=STOP_M, pushed_n=(10.0,) * 5)
     assert at_its_stop.faults == []
 
 
 def test_a_hand_that_lies_down_for_a_moment_starts_no_clock_for_longer_than_it_was_lively() -> None:
-    fingers, random = StillFingers(), np.random.default_rng(0)
+    fingers, random = StuckJoints(), np.random.default_rng(0)
     for _ in range(500):
         fingers.step(TICK_S, [0.0, *(COUNT_M * random.integers(0, 5, 4)).tolist()], (0.0, 0.0), (0.0,) * 5)
     before_s = fingers.stuck_s[0]
@@ -100,7 +100,7 @@ def test_a_hand_that_lies_down_for_a_moment_starts_no_clock_for_longer_than_it_w
 
 @given(st.lists(st.floats(allow_nan=True), min_size=1, max_size=20))
 def test_no_gap_between_frames_is_more_than_a_frame(gaps_s: list[float]) -> None:
-    fingers = StillFingers()
+    fingers = StuckJoints()
     for gap_s in gaps_s:
         fingers.step(gap_s, [0.0] * 5, (0.0, 0.0), (1.0,) * 5)
     assert max(fingers.stuck_s) <= 0.010 * len(gaps_s) + 1e-9

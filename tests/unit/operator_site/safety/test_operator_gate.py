@@ -36,7 +36,7 @@ from operator_site.safety.limit_flags import Limit, limit_names
 from operator_site.safety.operator_gate import TEST_DRIVE, OperatorGate
 from operator_site.safety.plate_following import CHECK_S
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.plate_controller import PlateLoop
+from operator_site.thermal.plate_controller import PlateController
 
 DT = 0.002
 NOT_FINITE = (math.nan, math.inf, -math.inf)
@@ -581,7 +581,7 @@ class Plate:
 @pytest.mark.parametrize("fault", ["none", "reversed", "dead", "frozen"])
 @pytest.mark.parametrize(("start_c", "goal_c"), [(40.0, 41.5), (40.0, 20.0), (33.0, 41.5), (33.0, 22.0)])
 def test_single_fault_is_found_and_stays_below_the_peak(fault, start_c, goal_c):
-    rig, plate, loop = Rig(WIDE), Plate(start_c), PlateLoop()
+    rig, plate, loop = Rig(WIDE), Plate(start_c), PlateController()
     noise = np.random.default_rng(1)
     reading, drive, hot_s, found_s = start_c, 0.0, None, None
     set_c, frozen_c = start_c, start_c

@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FORGIVEN_W, PRODUCED_J
-from operator_site.safety.passivity_controller import FADE_S, FASTEST_M_S, LONGEST_STEP_S, MOST_FORCES, PortEnergy
+from operator_site.safety.passivity_controller import (
+    FADE_S,
+    FASTEST_M_S,
+    LONGEST_STEP_S,
+    MOST_FORCES,
+    PassivityController,
+)
 
 T = 0.001
 STIFFEST_N_M = 1000.0
@@ -22,7 +28,7 @@ class Finger:
     """A finger on a port, moved by the test; `wanted_n` is what is asked for."""
 
     def __init__(self, **about: float) -> None:
-        self.port = PortEnergy(STIFFEST_N_M, KEPT_J, **about)
+        self.port = PassivityController(STIFFEST_N_M, KEPT_J, **about)
         self.tick, self.t_s, self.z_m, self.force_n = 0, 0.0, 0.0, 0.0
         self.out_j = 0.0
         self.port.observe(0.0, 0.0)
@@ -54,9 +60,9 @@ def test_it_counts_the_work_of_the_force_that_was_held() -> None:
 TICK_S = 1 / 64
 
 
-def pushed(*forces_n: float, delay_s: float = 0.0) -> PortEnergy:
+def pushed(*forces_n: float, delay_s: float = 0.0) -> PassivityController:
     """A port that has shown a force for a tick each, the first from 0 s on, since its first height there."""
-    port = PortEnergy(STIFFEST_N_M, 1.0, delay_s=delay_s)
+    port = PassivityController(STIFFEST_N_M, 1.0, delay_s=delay_s)
     port.observe(0.0, 0.0)
     for tick, force_n in enumerate(forces_n):
         port.command(TICK_S * tick, force_n)
@@ -77,7 +83,7 @@ def test_each_force_counts_for_as_long_as_it_acted(late_ticks: float, mean_n: fl
 
 
 def test_before_any_force_none_acts_and_only_what_may_be_produced_can_be_paid() -> None:
-    port = PortEnergy(STIFFEST_N_M, 1.0)
+    port = PassivityController(STIFFEST_N_M, 1.0)
     assert port.limit_n() == pytest.approx(AT_REST_N)
     port.observe(0.0, 0.0)
     port.command(TICK_S, 3.0)
@@ -168,7 +174,7 @@ def test_work_under_a_force_that_comes_late_is_counted_with_that_force() -> None
     """Pressed in and out evenly, a late spring gives out what its delay makes: counted without it, nothing is seen."""
     delay_s, seen = 0.004, {}
     for told_s in (0.0, delay_s):
-        port = PortEnergy(STIFFEST_N_M, 1.0, delay_s=told_s)
+        port = PassivityController(STIFFEST_N_M, 1.0, delay_s=told_s)
         true_j = 0.0
         for tick in range(2000):
             t_s = T * tick
@@ -185,7 +191,7 @@ def test_work_under_a_force_that_comes_late_is_counted_with_that_force() -> None
 
 
 def test_a_lost_height_is_made_up_by_the_next() -> None:
-    whole, gappy = PortEnergy(STIFFEST_N_M, 1.0), PortEnergy(STIFFEST_N_M, 1.0)
+    whole, gappy = PassivityController(STIFFEST_N_M, 1.0), PassivityController(STIFFEST_N_M, 1.0)
     for tick in range(1000):
         z_m = -0.004 * math.sin(6.0 * T * tick)
         whole.observe(T * tick, z_m)
@@ -263,7 +269,7 @@ def test_what_a_contact_has_lost_fades_and_what_it_holds_stays() -> None:
 def test_a_contact_holds_its_force_over_the_way_up_to_where_it_was_highest(
     course: list[tuple[float, float]], held_j: float
 ) -> None:
-    port, t_s, z_m = PortEnergy(STIFFEST_N_M, 0.0), 0.0, 0.0
+    port, t_s, z_m = PassivityController(STIFFEST_N_M, 0.0), 0.0, 0.0
     for rise_m, force_n in course + [(0.0, course[-1][1])] * 1000:
         z_m, t_s = z_m + rise_m, t_s + TICK_S
         port.observe(t_s, z_m)

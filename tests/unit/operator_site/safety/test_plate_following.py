@@ -14,7 +14,7 @@ from operator_site.safety.plate_following import (
     STILL_HOT_S,
     STILL_K,
     STILL_S,
-    PlateFollow,
+    PlateFollowing,
 )
 
 AGAINST = "temperature moves against the drive"
@@ -29,7 +29,7 @@ OfTime = Callable[[float], float]
 
 def first_fault(drive: OfTime, reading_c: OfTime, dt_s: float) -> tuple[float | None, str | None]:
     """When a fault is found, s after the first reading, and which."""
-    follow = PlateFollow()
+    follow = PlateFollowing()
     for tick in range(round(LONGEST_S / dt_s) + 1):
         wrong = follow.step(dt_s, drive(tick * dt_s), reading_c(tick * dt_s))
         if wrong:
@@ -121,20 +121,20 @@ def test_a_reading_that_stands_still_as_long_as_the_limit_is_a_fault(drive, read
 )
 def test_what_is_as_much_as_the_limit_is_judged_as_the_limit_says(dt_s, drive, moved_k, fault):
     """One long step, with numbers that meet each limit without rounding."""
-    follow = PlateFollow()
+    follow = PlateFollowing()
     follow.step(dt_s, drive, 0.0)
     assert follow.step(dt_s, drive, moved_k) == fault
 
 
 def test_a_reading_is_the_same_that_differs_by_no_more_than_noise():
     for moved_k, still in ((STILL_K, True), (1.001 * STILL_K, False)):
-        follow = PlateFollow()
+        follow = PlateFollowing()
         faults = [follow.step(CHECK_S, 0.05, moved_k * (tick % 2)) for tick in range(400)]
         assert (STILL_HEATED in faults) == still
 
 
 def test_the_rate_follows_the_reading_with_a_tenth_of_a_second():
-    follow = PlateFollow()
+    follow = PlateFollowing()
     assert not follow.started
     for tick in range(8):
         follow.step(0.05, 0.0, 33.0 + 2.0 * 0.05 * tick)

@@ -8,7 +8,7 @@ import zmq
 
 from common.link.curve import LinkProblem
 from common.link.keys import load_keys
-from operator_site.session.console_feed import BATCH_S, STREAMS, Fed, Feed, FeedReader
+from operator_site.session.console_feed import BATCH_S, STREAMS, ConsoleFeedSocket, Fed, FeedReader
 from operator_site.site_recording import SCHEMAS
 from tests.conftest import Keys
 from tests.waiting import wait_until
@@ -17,12 +17,12 @@ MS = 1_000_000
 
 
 @pytest.fixture
-def feed(base_port: int, keys: Keys) -> Iterator[Feed]:
-    with Feed(base_port, load_keys(keys.operator)) as feed:
+def feed(base_port: int, keys: Keys) -> Iterator[ConsoleFeedSocket]:
+    with ConsoleFeedSocket(base_port, load_keys(keys.operator)) as feed:
         yield feed
 
 
-def joined(feed: Feed, reader: FeedReader) -> int:
+def joined(feed: ConsoleFeedSocket, reader: FeedReader) -> int:
     """Feed until the reader has got something; the last time that was fed, ns."""
     now_ns = 0
 
@@ -43,7 +43,7 @@ def test_every_stream_of_it_is_one_that_the_site_records() -> None:
     assert SCHEMAS.keys() >= STREAMS
 
 
-def test_what_is_written_arrives_in_order_batch_by_batch(feed: Feed, base_port: int, keys: Keys) -> None:
+def test_what_is_written_arrives_in_order_batch_by_batch(feed: ConsoleFeedSocket, base_port: int, keys: Keys) -> None:
     reader = FeedReader(base_port, load_keys(keys.operator))
     start_ns = joined(feed, reader) + 100 * MS
     written = [Fed("operator/rendered", start_ns + n * 2 * MS, msgpack.packb(n)) for n in range(100)]
@@ -61,7 +61,7 @@ def test_what_is_written_arrives_in_order_batch_by_batch(feed: Feed, base_port: 
 
 
 def test_a_batch_is_sent_thirty_times_a_second_and_nothing_is_kept_back_by_a_clock_set_back(
-    feed: Feed, monkeypatch: pytest.MonkeyPatch
+    feed: ConsoleFeedSocket, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sent: list[int] = []
 
@@ -80,7 +80,7 @@ def test_a_batch_is_sent_thirty_times_a_second_and_nothing_is_kept_back_by_a_clo
     assert len(sent) == before + 1
 
 
-def test_a_stranger_is_fed_nothing(feed: Feed, base_port: int, keys: Keys) -> None:
+def test_a_stranger_is_fed_nothing(feed: ConsoleFeedSocket, base_port: int, keys: Keys) -> None:
     own, stranger = load_keys(keys.operator), load_keys(keys.stranger)
     reader = FeedReader(base_port, own)
     context = zmq.Context()
@@ -97,6 +97,6 @@ def test_a_stranger_is_fed_nothing(feed: Feed, base_port: int, keys: Keys) -> No
     reader.close()
 
 
-def test_a_port_in_use_is_named(feed: Feed, base_port: int, keys: Keys) -> None:
+def test_a_port_in_use_is_named(feed: ConsoleFeedSocket, base_port: int, keys: Keys) -> None:
     with pytest.raises(LinkProblem, match=rf"{base_port} \(feed\).*feed_port"):
-        Feed(base_port, load_keys(keys.operator))
+        ConsoleFeedSocket(base_port, load_keys(keys.operator))

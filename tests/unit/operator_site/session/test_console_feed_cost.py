@@ -10,7 +10,7 @@ from pathlib import Path
 
 from common.link.keys import load_keys
 from common.recording.recorder import Recorder
-from operator_site.session.console_feed import Feed
+from operator_site.session.console_feed import ConsoleFeedSocket
 from operator_site.site_recording import SCHEMAS
 from tests.conftest import Keys
 from tests.unit.operator_site.virtual_touch import MS, Working
@@ -30,7 +30,7 @@ while True:
 """
 
 
-def median_ticks_us(recorder: Recorder, feed: Feed) -> tuple[float, float]:
+def median_ticks_us(recorder: Recorder, feed: ConsoleFeedSocket) -> tuple[float, float]:
     """Of a site that records, and of one that feeds a console besides; both do the same touches."""
     sites = Working(recorder=recorder), Working(recorder=recorder, feed=feed)
     for working in sites:
@@ -47,7 +47,10 @@ def median_ticks_us(recorder: Recorder, feed: Feed) -> tuple[float, float]:
 
 def test_a_console_that_is_fed_costs_the_loop_next_to_nothing(tmp_path: Path, keys: Keys, base_port: int) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with Recorder(tmp_path / "a.mcap", SCHEMAS, {}) as recorder, Feed(base_port, load_keys(keys.operator)) as feed:
+    with (
+        Recorder(tmp_path / "a.mcap", SCHEMAS, {}) as recorder,
+        ConsoleFeedSocket(base_port, load_keys(keys.operator)) as feed,
+    ):
         reader = subprocess.Popen([sys.executable, "-c", READER, str(base_port), str(keys.operator)], env=environment)
         try:
             without_us, with_us = median_ticks_us(recorder, feed)

@@ -3,13 +3,13 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.session.console_presence import Attendance
+from operator_site.session.console_presence import ConsolePresence
 
 MS = 1_000_000
 T0 = 5_000_000 * MS
 
 
-def away(attendance: Attendance, from_ms: int, to_ms: int) -> str:
+def away(attendance: ConsolePresence, from_ms: int, to_ms: int) -> str:
     """The first reason to pause in these ms of being engaged."""
     for ms in range(from_ms, to_ms, 2):
         if reason := attendance.step(T0 + ms * MS, engaged=True):
@@ -18,11 +18,11 @@ def away(attendance: Attendance, from_ms: int, to_ms: int) -> str:
 
 
 def test_nobody_has_to_watch_where_none_is_asked_for() -> None:
-    assert away(Attendance(0.0), 0, 60_000) == ""
+    assert away(ConsolePresence(0.0), 0, 60_000) == ""
 
 
 def test_an_acting_console_that_is_silent_pauses_the_session() -> None:
-    attendance = Attendance(3.0)
+    attendance = ConsolePresence(3.0)
     attendance.step(T0, engaged=False)
     for ms in range(0, 10_000, 1000):
         attendance.told(T0 + ms * MS, seen=True)
@@ -32,7 +32,7 @@ def test_an_acting_console_that_is_silent_pauses_the_session() -> None:
 
 
 def test_a_hidden_console_is_none() -> None:
-    attendance = Attendance(3.0)
+    attendance = ConsolePresence(3.0)
     attendance.step(T0, engaged=False)
     for ms in range(0, 4000, 500):
         attendance.told(T0 + ms * MS, seen=False)
@@ -41,7 +41,7 @@ def test_a_hidden_console_is_none() -> None:
 
 
 def test_who_engages_without_a_console_has_as_long_to_be_seen() -> None:
-    attendance = Attendance(3.0)
+    attendance = ConsolePresence(3.0)
     attendance.told(T0, seen=True)
     attendance.step(T0 + 60_000 * MS, engaged=False)
     assert away(attendance, 60_000, 63_000) == ""
@@ -50,7 +50,7 @@ def test_who_engages_without_a_console_has_as_long_to_be_seen() -> None:
 
 @given(st.integers(-(10**6), 10**6))
 def test_a_clock_that_is_set_back_pauses_no_later_than_it_should(step_ms: int) -> None:
-    attendance = Attendance(3.0)
+    attendance = ConsolePresence(3.0)
     attendance.told(T0, seen=True)
     at_ms = min(0, step_ms)
     assert away(attendance, at_ms, at_ms + 3004) != "" or step_ms > 0

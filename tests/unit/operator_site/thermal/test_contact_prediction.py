@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from operator_site.thermal.contact_prediction import SPEED_LAG_S, ApproachSpeed, contact_c, contact_in_s
+from operator_site.thermal.contact_prediction import SPEED_LAG_S, ContactPrediction, contact_c, contact_in_s
 from operator_site.thermal.skin_model import Touched
 
 
 def test_speed_downwards_follows_within_its_lag_and_begins_anew_after_a_pause() -> None:
-    approach = ApproachSpeed()
+    approach = ContactPrediction()
     speeds = [approach.step(0.002 * i, -0.05 * 0.002 * i) for i in range(100)]
     assert speeds[0] == 0.0
     assert speeds[round(SPEED_LAG_S / 0.002)] == pytest.approx(0.05 * (1.0 - math.exp(-1.0)), rel=0.15)

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from common.limits import COMFORT
 from common.scenes.materials import materials
-from operator_site.thermal.plate_setpoint import PlateDisplay
+from operator_site.thermal.plate_setpoint import PlateSetpoint
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched, skin_rates, skin_step
 from operator_site.thermal.tissue import Body, rest
@@ -23,7 +23,7 @@ FIVE = ("aluminium", "ceramic_tile", "pvc", "pine", "skin_dermis")
 def hand(fingers: int) -> tuple[SceneSkin, Callable[[], object]]:
     """Fingers in contact, and one whole step of them: skin and plates."""
     skin = SceneSkin(MODEL, fingers=fingers)
-    display = PlateDisplay(COMFORT, skin.state().surface_c)
+    display = PlateSetpoint(COMFORT, skin.state().surface_c)
     for finger in range(fingers):
         skin.touch(finger, Touched.of(FIVE[finger % 5]), 23.0)
     touching = [True] * fingers

@@ -9,8 +9,8 @@ from common.buses.thermometry import ntc_c
 from common.limits import COMFORT, WIDE
 from operator_site.devices.ntc import PlateSensor
 from operator_site.safety.limit_flags import Limit
-from operator_site.thermal.plate_controller import PlateLoop
-from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W, PlateDisplay
+from operator_site.thermal.plate_controller import PlateController
+from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W, PlateSetpoint
 from operator_site.thermal.scene_skin import SkinState
 from operator_site.thermal.skin_model import SkinModel
 from operator_site.thermal.tissue import LAYERS
@@ -27,7 +27,7 @@ def counts(temperature_c: float) -> int:
 
 def test_flux_is_matched_through_the_plates_own_contact():
     """On the commanded plate an equal skin takes the scene's flux, so it feels the scene's temperature."""
-    display = PlateDisplay(COMFORT, np.full(5, 33.0))
+    display = PlateSetpoint(COMFORT, np.full(5, 33.0))
     display.aim(state(30.0, -3000.0), [True] * 5)
     for _ in range(400):
         set_c = display.step(0.01)
@@ -38,7 +38,7 @@ def test_flux_is_matched_through_the_plates_own_contact():
 
 
 def test_free_finger_is_shown_its_own_temperature():
-    display = PlateDisplay(COMFORT, np.full(5, 31.0))
+    display = PlateSetpoint(COMFORT, np.full(5, 31.0))
     display.aim(state(33.0, -80.0), [False, True, False, False, False])
     for _ in range(400):
         set_c = display.step(0.01)
@@ -49,7 +49,7 @@ def test_free_finger_is_shown_its_own_temperature():
 
 @pytest.mark.parametrize("profile", [COMFORT, WIDE])
 def test_set_point_keeps_range_and_rate_and_says_so(profile):
-    display = PlateDisplay(profile, np.full(5, 33.0))
+    display = PlateSetpoint(profile, np.full(5, 33.0))
     for goal, rate, bound in ((-20.0, -2.5, profile.low_c), (80.0, 4.0, profile.high_c)):
         display.aim(state(goal, 0.0), [True] * 5)
         before = display.set_c[0]
@@ -63,7 +63,7 @@ def test_set_point_keeps_range_and_rate_and_says_so(profile):
 
 
 def test_display_restarts_from_the_plate():
-    display = PlateDisplay(COMFORT, np.full(5, 33.0))
+    display = PlateSetpoint(COMFORT, np.full(5, 33.0))
     display.restart(0, 25.0)
     display.restart(1, math.nan)
     display.restart(2, 5.0)
@@ -73,7 +73,7 @@ def test_display_restarts_from_the_plate():
 @pytest.mark.parametrize(("heating", "cooling", "lag"), [(4.0, 2.5, 0.15), (5.5, 2.7, 0.06), (3.5, 2.5, 0.3)])
 def test_loop_follows_ramps_and_holds(heating, cooling, lag):
     """Also where the plate is stronger, weaker or its sensor slower than the loop believes."""
-    loop, plate, reading, set_c, errors = PlateLoop(), 30.0, 30.0, 30.0, []
+    loop, plate, reading, set_c, errors = PlateController(), 30.0, 30.0, 30.0, []
     for tick in range(2500):
         t_s = tick * 0.01
         goal = 34.0 if t_s < 5.0 else 28.0 if t_s < 12.0 else 31.0
@@ -91,7 +91,7 @@ def test_what_the_finger_takes_is_fed_forward():
     """Cold metal draws up to some kW/m2 from a finger, and so from nothing into the plate: known, it costs no error."""
 
     def largest_error(told: float) -> float:
-        loop, plate, errors = PlateLoop(), 30.0, []
+        loop, plate, errors = PlateController(), 30.0, []
         for tick in range(400):
             flux = -3000.0 * math.exp(-tick * 0.01) if tick >= 100 else 0.0
             drive = loop.step(tick * 0.01, 30.0, plate, told * flux)
@@ -105,7 +105,7 @@ def test_what_the_finger_takes_is_fed_forward():
 
 
 def test_loop_does_not_wind_up_on_a_plate_that_cannot():
-    loop, plate, set_c, drive, behind = PlateLoop(), 30.0, 30.0, 0.0, []
+    loop, plate, set_c, drive, behind = PlateController(), 30.0, 30.0, 0.0, []
     for tick in range(3000):
         set_c = max(20.0, set_c - 0.025) if tick < 2000 else min(30.0, set_c + 0.035)
         drive = loop.step(tick * 0.01, set_c, plate)
@@ -118,7 +118,7 @@ def test_loop_does_not_wind_up_on_a_plate_that_cannot():
 
 
 def test_loop_without_a_reading_drives_nothing_and_starts_afresh():
-    loop = PlateLoop()
+    loop = PlateController()
     for tick in range(100):
         loop.step(tick * 0.01, 38.0, 30.0)
     assert loop.step(1.0, 38.0, math.nan) == 0.0

@@ -5,20 +5,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.devices.hand_path import KEPT_S, MOST, NEAR_M, FollowedHand, HandPlace
+from remote_site.devices.hand_path import KEPT_S, MOST, NEAR_M, HandPath, HandPlace
 
 MS = 1_000_000
 START_NS = 5_000_000_000
 
 
-def stroked(hand: FollowedHand, speed_m_s: float, seconds: float) -> None:
+def stroked(hand: HandPath, speed_m_s: float, seconds: float) -> None:
     for ms in range(0, round(1e3 * seconds), 2):
         hand.step(HandPlace(START_NS + ms * MS, 1e-3 * ms * speed_m_s, 0.02))
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.5])
 def test_the_moment_is_that_of_the_place_between_two_packets_whichever_came(lost: float) -> None:
-    hand, rng = FollowedHand(), np.random.default_rng(1)
+    hand, rng = HandPath(), np.random.default_rng(1)
     for ms in range(0, 400, 2):
         if rng.random() >= lost:
             hand.step(HandPlace(START_NS + ms * MS, 1e-4 * ms, 0.02))
@@ -27,7 +27,7 @@ def test_the_moment_is_that_of_the_place_between_two_packets_whichever_came(lost
 
 def test_after_a_turn_the_pass_counts_that_is_as_late_as_the_grooves_before_it() -> None:
     """To and fro at 100 mm/s, followed 60 ms late: each place is passed twice within 0.2 s."""
-    hand = FollowedHand()
+    hand = HandPath()
     place = [1e-4 * (ms % 200 if ms % 400 < 200 else 200 - ms % 200) for ms in range(2000)]
     for ms in range(0, 2000, 2):
         hand.step(HandPlace(START_NS + ms * MS, place[ms], 0.0))
@@ -37,19 +37,19 @@ def test_after_a_turn_the_pass_counts_that_is_as_late_as_the_grooves_before_it()
 
 
 def test_a_hand_that_rests_was_there_until_now() -> None:
-    hand = FollowedHand()
+    hand = HandPath()
     stroked(hand, 0.0, 0.3)
     assert hand.when_ns(0.0, 0.02) == pytest.approx(START_NS + 298 * MS, abs=2 * MS)
 
 
 def test_where_the_hand_never_was_the_newest_motion_counts() -> None:
-    hand = FollowedHand()
+    hand = HandPath()
     stroked(hand, 0.1, 0.2)
     assert hand.when_ns(0.01, 0.02 + 1.1 * NEAR_M) == START_NS + 198 * MS
 
 
 def test_a_way_is_bounded_when_its_clock_hardly_moves() -> None:
-    hand = FollowedHand()
+    hand = HandPath()
     hand.step(HandPlace(START_NS, 0.5, 0.0))
     for ns in range(1, 5 * MOST):
         hand.step(HandPlace(START_NS + ns, 0.0, 0.0))
@@ -59,7 +59,7 @@ def test_a_way_is_bounded_when_its_clock_hardly_moves() -> None:
 
 
 def test_the_way_is_whole_however_long_it_is_followed() -> None:
-    hand, kept = FollowedHand(), round(KEPT_S / 0.001)
+    hand, kept = HandPath(), round(KEPT_S / 0.001)
     for ms in range(6 * MOST):
         hand.step(HandPlace(START_NS + ms * MS, 1e-4 * ms, 0.0))
         if ms >= kept and ms % 97 == 0:
@@ -68,7 +68,7 @@ def test_the_way_is_whole_however_long_it_is_followed() -> None:
 
 
 def test_nothing_followed_is_no_time() -> None:
-    hand = FollowedHand()
+    hand = HandPath()
     assert hand.when_ns(0.0, 0.0) == 0
     stroked(hand, 0.1, 0.2)
     hand.step(None)
@@ -77,7 +77,7 @@ def test_nothing_followed_is_no_time() -> None:
 
 @given(st.lists(st.tuples(st.integers(0, 2**62), st.floats(-0.7, 0.7), st.floats(-0.7, 0.7)), max_size=30))
 def test_any_motion_gives_a_time_of_its_own_last_moments(told: list[tuple[int, float, float]]) -> None:
-    hand = FollowedHand()
+    hand = HandPath()
     for time_ns, x_m, y_m in told:
         hand.step(HandPlace(time_ns, x_m, y_m))
         found_ns = hand.when_ns(0.0, 0.0)

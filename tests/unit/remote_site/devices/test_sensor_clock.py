@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from remote_site.devices.sensor_clock import LOST_S, STEP_S, ReadingClock
+from remote_site.devices.sensor_clock import LOST_S, STEP_S, SensorClock
 
 PERIOD_S = 0.01
 WRAPS = 1 << 32
@@ -13,7 +13,7 @@ WRAPS = 1 << 32
 
 def times(arrived_s: list[float], taken_s: list[float] | None = None, powered_us: int = 0) -> list[float]:
     """Times of readings taken every 10 ms, or when the sensor says."""
-    clock = ReadingClock()
+    clock = SensorClock()
     taken = [PERIOD_S * n for n in range(len(arrived_s))] if taken_s is None else taken_s
     return [clock.step(a, (powered_us + round(t * 1e6)) % WRAPS) for a, t in zip(arrived_s, taken, strict=True)]
 

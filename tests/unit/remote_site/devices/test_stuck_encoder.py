@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remote_site.devices.stuck_encoder import PERSIST_S, SETTLE_S, HeldEncoder
+from remote_site.devices.stuck_encoder import PERSIST_S, SETTLE_S, StuckEncoder
 from tests.unit.remote_site.servo_finger import HOVER_M, TICK_S, Seen, follow, presses
 
 
 def watch(seen: Iterator[Seen], stuck_from_s: float = float("inf")) -> Iterator[tuple[float, str]]:
-    encoder, before_s, last_m = HeldEncoder(), -TICK_S, HOVER_M
+    encoder, before_s, last_m = StuckEncoder(), -TICK_S, HOVER_M
     for now in seen:
         if now.t_s < stuck_from_s:
             last_m = now.height_m
@@ -36,7 +36,7 @@ def test_a_stuck_encoder_is_named_soon_after_its_finger_was_sent_elsewhere(stiff
 
 
 def test_it_says_what_it_saw_and_a_new_count_ends_it() -> None:
-    encoder = HeldEncoder()
+    encoder = StuckEncoder()
     for tick in range(2000):
         encoder.step(TICK_S, 0.001, 0.0, 0.001 if tick < 500 else 0.003)
     assert encoder.fault == "joint or encoder stuck: it was sent 2.0 mm, and has not moved by a count"
@@ -44,6 +44,6 @@ def test_it_says_what_it_saw_and_a_new_count_ends_it() -> None:
 
 
 def test_a_finger_that_follows_nothing_may_stand_still_and_be_sent_where_it_stands() -> None:
-    encoder = HeldEncoder()
+    encoder = StuckEncoder()
     for set_m in [None] * 1000 + [HOVER_M] * 1000:
         assert encoder.step(TICK_S, HOVER_M, 0.0, set_m) == ""

@@ -8,8 +8,8 @@ import pytest
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD, ThermalStatus, TouchRow
 from common.wire.packets import Floats, LinkState
-from common.wire.touch_summary import NOTHING, TOLD_EVERY_S, Told
-from remote_site.devices.sensor_frame import Sensed
+from common.wire.touch_summary import NOTHING, TOLD_EVERY_S, TouchSummary
+from remote_site.devices.sensor_frame import SensorFrame
 from teletaction.recordings.recorded_session import RecordedSession
 from tests.places import GOLDEN
 from tests.unit.remote_site.shipped_tables import perception
@@ -23,7 +23,7 @@ class Tick(NamedTuple):
     time_s: float
     contact: bool
     line: TouchRow
-    told: tuple[Told, ...]
+    told: tuple[TouchSummary, ...]
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def ticks() -> list[Tick]:
     identified, found = perception(["thumb", "index"]), []
     with GOLDEN.open("rb") as file:
         for number, (_, _, _, data) in enumerate(RecordedSession(GOLDEN, file).messages(("remote/sensed",))):
-            sensed = Sensed.unpack(data)
+            sensed = SensorFrame.unpack(data)
             identified.step(sensed)
             identified.work()
             packet = identified.packet(1, number, number, LinkState.ENGAGED)

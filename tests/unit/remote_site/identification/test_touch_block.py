@@ -10,7 +10,7 @@ from common.wire.messages import TOUCH_BLOCK, TOUCH_COLUMN, TOUCH_HIGH, TOUCH_LO
 from common.wire.packets import BadPacket, Floats
 from remote_site.identification.finger_touch import FingerTouch
 from remote_site.identification.touch_block import touch_block
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 
 PRESSED = FingerTouch(
     mode=ExplorationMode.QUIESCENT,
@@ -27,7 +27,7 @@ PRESSED = FingerTouch(
     conductivity_w_mk=0.17,
     density_kg_m3=1400.0,
     specific_heat_j_kgk=900.0,
-    thermal=ThermalAnswer(
+    thermal=ThermalResult(
         ThermalStatus.IDENTIFIED, probability=1.0, object_c=-3.0, object_c_sd=0.2, effusivity_ln_sd=0.1
     ),
     measuring=True,

@@ -12,7 +12,7 @@ from remote_site.safety.following_error import (
     PERSIST_S,
     PLANE_MARGIN_M,
     STOPPING_S,
-    TelemanipulatorFollow,
+    FollowingError,
 )
 from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
 from remote_site.safety.sliding_extrema import MEMORY_S
@@ -31,15 +31,15 @@ def pressing(number: int, force_n: float) -> list[float]:
     return place(number, force_n)[2:]
 
 
-def sent(place_m: Sequence[float] = HERE, released: bool = False) -> TelemanipulatorFollow:
+def sent(place_m: Sequence[float] = HERE, released: bool = False) -> FollowingError:
     """One that was sent to a place."""
-    follow = TelemanipulatorFollow()
+    follow = FollowingError()
     assert follow.step(PERSIST_S, 0.0, place_m, IN_THE_AIR) is None
     follow.told(0.0, place_m, released)
     return follow
 
 
-def found(follow: TelemanipulatorFollow, place_m: Sequence[float], force_n: Sequence[float] = IN_THE_AIR) -> str:
+def found(follow: FollowingError, place_m: Sequence[float], force_n: Sequence[float] = IN_THE_AIR) -> str:
     """What is wrong with a place after PERSIST_S, and not earlier."""
     doubt_s = 0.0
     for _ in range(10):
@@ -136,10 +136,10 @@ def test_after_a_pause_one_report_counts_as_one_tick() -> None:
 
 
 def test_nothing_is_wrong_before_it_was_sent_anywhere() -> None:
-    assert found(TelemanipulatorFollow(), place(0, 9.0)) == ""
+    assert found(FollowingError(), place(0, 9.0)) == ""
 
 
-def release(follow: TelemanipulatorFollow, begin_s: float, rest_m: Sequence[float], force_n: Sequence[float]) -> None:
+def release(follow: FollowingError, begin_s: float, rest_m: Sequence[float], force_n: Sequence[float]) -> None:
     """Let go, come to rest at a place after STOPPING_S, and stay there as long as set-points are remembered."""
     for t_s, is_m in ((begin_s, HERE), (begin_s + 0.99 * STOPPING_S, rest_m), (begin_s + STOPPING_S, place(0, 0.5))):
         follow.step(DT, 1.0, is_m, force_n)

@@ -16,7 +16,7 @@ from remote_site.safety.height_setpoint import (
     ROUNDING_M,
     STOP_S,
     TOUCHING_N,
-    FingerHeight,
+    HeightSetpoint,
 )
 from remote_site.safety.limit_flags import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
 from remote_site.safety.servo import SERVO_N_M
@@ -29,9 +29,9 @@ BRAKED_N = BRAKE_N - 0.5 * APPROACH_DOWN_M_S * SERVO_N_M * REACTION_S
 """At this force a finger goes down at half the approach speed."""
 
 
-def finger_at(z_m: float, left_j: float = 0.0) -> FingerHeight:
+def finger_at(z_m: float, left_j: float = 0.0) -> HeightSetpoint:
     """A finger let go at a height, with the work, J, that it has left in what it touches."""
-    finger = FingerHeight(CONTACT_FORCE_N)
+    finger = HeightSetpoint(CONTACT_FORCE_N)
     finger.let_go(z_m)
     finger.observe(0.0, 0.0, 0.0, 1.0, False)
     finger.observe(0.0, 0.0, -left_j, 1.0, False)
@@ -39,7 +39,7 @@ def finger_at(z_m: float, left_j: float = 0.0) -> FingerHeight:
 
 
 def test_it_begins_clear_and_where_the_frames_can_say() -> None:
-    finger = FingerHeight(CONTACT_FORCE_N)
+    finger = HeightSetpoint(CONTACT_FORCE_N)
     assert finger.z_m == CLEAR_HEIGHT_M
     for z_m, begins_m in ((-1.0, HEIGHT_LOW_M), (0.001, 0.001), (1.0, HEIGHT_HIGH_M)):
         finger.let_go(z_m)

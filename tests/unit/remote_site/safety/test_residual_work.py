@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import LEFT_J, LEFT_W
-from remote_site.safety.residual_work import LeftWork
+from remote_site.safety.residual_work import ResidualWork
 
 DT = 0.002
 
 
 @given(st.lists(st.tuples(st.floats(-0.01, 0.01), st.floats(0.0, 5.0)), min_size=2, max_size=20))
 def test_it_is_the_force_on_the_way_down_less_what_may_lastingly_be_left(places: list[tuple[float, float]]) -> None:
-    left, expected_j = LeftWork(), 0.0
+    left, expected_j = ResidualWork(), 0.0
     left.step(DT, *places[0])
     for (before_m, before_n), (z_m, force_n) in itertools.pairwise(places):
         left.step(DT, z_m, force_n)
@@ -25,7 +25,7 @@ def test_it_is_the_force_on_the_way_down_less_what_may_lastingly_be_left(places:
 
 
 def test_what_was_left_drains_in_the_air() -> None:
-    left = LeftWork()
+    left = ResidualWork()
     for z_m, force_n in ((0.0, 1.0), (-0.01, 1.0), (0.0, 0.0), (0.001, 0.0)):
         left.step(DT, z_m, force_n)
     assert left.left_j == pytest.approx(0.010 - 0.005 - 3.0 * LEFT_W * DT)
@@ -34,7 +34,7 @@ def test_what_was_left_drains_in_the_air() -> None:
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_what_is_no_number_begins_anew(value: float) -> None:
     for wrong in ((value, 1.0), (0.0, value)):
-        left = LeftWork()
+        left = ResidualWork()
         assert (left.left_j, left.room_j) == (0.0, LEFT_J)
         left.step(DT, 0.0, 5.0)
         left.step(DT, -0.01, 5.0)

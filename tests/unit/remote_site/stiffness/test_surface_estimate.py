@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
-from remote_site.stiffness.surface_estimate import UNKNOWN_LN_SD, TouchedSurface
+from remote_site.stiffness.surface_estimate import UNKNOWN_LN_SD, SurfaceEstimate
 from studies.surfaces.felt_surface import STEPS, TICK_S, Felt, sense
 from studies.surfaces.surface_scenes import HAND_STEP_M, STROKE_M_S, Identified, identify, pressed, rested, stroked
 
@@ -131,7 +131,7 @@ def test_a_stroke_tells_the_slope_and_rest_does_not(stiffness_n_m: float) -> Non
 
 
 def test_each_contact_begins_anew_and_none_is_nothing() -> None:
-    surface = TouchedSurface()
+    surface = SurfaceEstimate()
 
     def neutral() -> bool:
         told = (surface.stiffness_n_m, surface.surface_z_m, surface.damping_n_s_m, surface.slope_x, surface.slope_y)
@@ -171,7 +171,7 @@ def test_each_contact_begins_anew_and_none_is_nothing() -> None:
     )
 )
 def test_whatever_is_felt_what_is_told_can_be_sent(samples: list[tuple[float, float, float, float, float]]) -> None:
-    surface, t_s, ever = TouchedSurface(), 0.0, False
+    surface, t_s, ever = SurfaceEstimate(), 0.0, False
     for force_n, z_m, x_m, y_m, dt_s in samples:
         t_s += dt_s
         surface.step(t_s, force_n, x_m, y_m, z_m)

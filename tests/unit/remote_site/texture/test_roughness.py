@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.texture.groove_detector import Impulses
+from remote_site.texture.groove_detector import GrooveDetector
 from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.roughness import Felt, Roughness
 from remote_site.texture.tip_path import CELL_M, Curve
@@ -35,7 +35,7 @@ def groove(values, at, depth):
 
 
 def found(values, least_v=0.001):
-    impulses, places = Impulses(least_v), []
+    impulses, places = GrooveDetector(least_v), []
     for k, value in enumerate(values):
         impulse = impulses.step(Curve(0.001 * k, k * CELL_M, value, 4.0), float(value))
         places += [] if impulse is None else [impulse.place_m / CELL_M]

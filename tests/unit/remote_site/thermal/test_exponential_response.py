@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.devices.thermometer_check import SsrPlausibility
+from remote_site.devices.thermometer_check import ThermometerCheck
 from remote_site.thermal.exponential_response import ExponentialResponse
 
 
@@ -39,7 +39,7 @@ def test_nothing_is_said_without_readings_or_change():
 
 def test_implausible_sensors_are_named():
     def last(counts, drive=0.0):
-        check = SsrPlausibility()
+        check = ThermometerCheck()
         return [check.step(0.01 * k, n, drive) for k, n in enumerate(counts)][-1]
 
     assert last([2000, 2001]) is None

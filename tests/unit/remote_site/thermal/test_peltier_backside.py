@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from remote_site.thermal.peltier_backside import LEAST_SD_K, LONGEST_S, PeltierBack
+from remote_site.thermal.peltier_backside import LEAST_SD_K, LONGEST_S, PeltierBackside
 from sim_sensors.physics.thermal_touch import CASE_LEAK_W_K, PELTIER_W_K, STEP_S, SensorSpread, ThermalTouch
 
 AMBIENT_C = 23.0
 SENSORS = 8
 
 
-def session(touches: int, seed: int = 0) -> tuple[PeltierBack, ThermalTouch]:
+def session(touches: int, seed: int = 0) -> tuple[PeltierBackside, ThermalTouch]:
     """Sensors that are heated to ambient + 10 K again and again, each time cooled by something for 8 s."""
     rng = np.random.default_rng(seed)
     world = ThermalTouch(SensorSpread.draw(SENSORS, rng), AMBIENT_C, rng)
-    back = PeltierBack()
+    back = PeltierBackside()
     for _ in range(touches):
         for _ in range(round(3.0 / STEP_S)):
             drive = np.clip(0.8 * (AMBIENT_C + 10.0 - world.plate_c), -1.0, 1.0)
@@ -35,7 +35,7 @@ def leaks_to_k(world: ThermalTouch) -> float:
 
 
 def test_a_sensor_at_rest_is_at_ambient() -> None:
-    back = PeltierBack()
+    back = PeltierBackside()
     for _ in range(1000):
         back.step(0.01, 0.0, 0.0)
     assert (back.above_k, back.sd_k) == (0.0, LEAST_SD_K)
@@ -58,11 +58,11 @@ def test_what_was_done_is_forgotten_in_minutes_and_doubted_until_then() -> None:
 
 
 def test_cooling_warms_it_and_a_hole_in_the_readings_counts_little() -> None:
-    back = PeltierBack()
+    back = PeltierBackside()
     back.step(0.1, -1.0, 0.0)
     assert back.above_k > 0.05
-    long = PeltierBack()
+    long = PeltierBackside()
     long.step(600.0, 1.0, 0.0)
-    short = PeltierBack()
+    short = PeltierBackside()
     short.step(LONGEST_S, 1.0, 0.0)
     assert long.above_k == short.above_k

@@ -5,7 +5,7 @@ import pytest
 from common.wire.messages import ThermalStatus
 from remote_site.thermal.shared_object import SharedObject
 from remote_site.thermal.thermal_identification import ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 from tests.unit.remote_site.made_touches import MadeTouch, made_touches
 from tests.unit.remote_site.played_touches import Hand, names
 
@@ -14,7 +14,7 @@ def same(name: str, seed: int, seconds: float = 3.0) -> list[MadeTouch]:
     return made_touches(name, 2, seed, seconds, start_c=(33.0, 37.0), same_piece=True)
 
 
-def first_name(answers: list[ThermalAnswer | None]) -> int | None:
+def first_name(answers: list[ThermalResult | None]) -> int | None:
     return next((k for k, answer in enumerate(answers) if answer is not None and answer.material), None)
 
 

@@ -6,13 +6,13 @@ from itertools import pairwise
 import pytest
 
 from common.fingers import FINGERS
-from remote_site.devices.sensor_frame import Sensed
+from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.thermal.shared_object import SharedObject
 from remote_site.thermal.solving_turns import LATE, NOTHING_DUE, POSTPONED_S, SolvingTurns
 from remote_site.thermal.thermal_identification import ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalAnswer
+from remote_site.thermal.thermal_result import ThermalResult
 from remote_site.thermal.touch_estimate import TouchEstimate
 from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, MadeTouch, made_touches
 from tests.unit.remote_site.played_touches import touching
@@ -22,7 +22,7 @@ PERIOD_S = 0.002
 FIVE = len(FINGERS)
 
 
-def five_plates(tick: int, contact: int) -> Sensed:
+def five_plates(tick: int, contact: int) -> SensorFrame:
     """A hand at rest whose fingers land all at once in the tick `contact`; readings come every fifth tick."""
     after_s = max(tick - contact, 0) * PERIOD_S
     plates: list[PlateReading | None] = [None] * FIVE
@@ -31,7 +31,7 @@ def five_plates(tick: int, contact: int) -> Sensed:
             sensor_c = AMBIENT_C + (OFFSETS_K[0] + stagger_k) * (0.6 + 0.4 * math.exp(-after_s))
             plates[finger] = PlateReading(sensor_c, AMBIENT_C, "", 2000 * tick, 0)
     forces_n = (1.2 if tick >= contact else 0.0,) * FIVE
-    return Sensed(5.0 + PERIOD_S * tick, 0.0, 0.0, (0.0,) * FIVE, forces_n, (None,) * FIVE, tuple(plates), None)
+    return SensorFrame(5.0 + PERIOD_S * tick, 0.0, 0.0, (0.0,) * FIVE, forces_n, (None,) * FIVE, tuple(plates), None)
 
 
 class Waiting:
@@ -47,7 +47,7 @@ def turns_of(turns: SolvingTurns, solvers: list[Waiting], ticks: int, period_s: 
     return [None if solver is None else [id(each) for each in solvers].index(id(solver)) for solver in found]
 
 
-def course(knowledge: ThermalKnowledge, touch: MadeTouch, late_until_s: float) -> tuple[list[ThermalAnswer], int]:
+def course(knowledge: ThermalKnowledge, touch: MadeTouch, late_until_s: float) -> tuple[list[ThermalResult], int]:
     """Answers to each reading, and in how many late ticks a solution waited."""
     identification, turns, t_s, answers = touching(knowledge, touch), SolvingTurns(PERIOD_S), 0.0, []
     for row in touch.until(4.0).after():

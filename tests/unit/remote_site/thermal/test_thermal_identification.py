@@ -8,7 +8,7 @@ import pytest
 from common.wire.messages import ThermalStatus
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import EARLIEST_S, NO_CONTACT, ThermalAnswer
+from remote_site.thermal.thermal_result import EARLIEST_S, NO_CONTACT, ThermalResult
 from tests.places import TABLES
 from tests.unit.remote_site.made_touches import (
     AMBIENT_C,
@@ -26,7 +26,7 @@ EACH = 4
 
 
 @pytest.fixture(scope="module")
-def answered(calibrated_knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, list[ThermalAnswer]]]:
+def answered(calibrated_knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, list[ThermalResult]]]:
     """Fresh touches and their answers, 100 a second, for 7 s."""
     return [
         (touch, play(calibrated_knowledge, touch.until(7.0)))
@@ -35,7 +35,7 @@ def answered(calibrated_knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, li
     ]
 
 
-Answered = list[tuple[MadeTouch, list[ThermalAnswer]]]
+Answered = list[tuple[MadeTouch, list[ThermalResult]]]
 
 
 def test_calibration_finds_the_sensor_and_the_materials(calibrated: tuple[MaterialTable, Path]) -> None:

@@ -21,8 +21,8 @@ from remote_site.thermal.thermal_result import (
     NOT_RULED_OUT,
     SET,
     SURE,
-    ThermalAnswer,
     ThermalConclusion,
+    ThermalResult,
     undecided,
 )
 
@@ -44,7 +44,7 @@ def conclusion() -> ThermalConclusion:
     return ThermalConclusion(NAMES, 2000.0)
 
 
-def play(concluded: ThermalConclusion, said: Posterior, from_s: float, to_s: float) -> list[ThermalAnswer]:
+def play(concluded: ThermalConclusion, said: Posterior, from_s: float, to_s: float) -> list[ThermalResult]:
     """Answers at 100 Hz from `from_s` to `to_s`, both included."""
     return [concluded.step(said, 0.01 * k) for k in range(round(100 * from_s), round(100 * to_s) + 1)]
 

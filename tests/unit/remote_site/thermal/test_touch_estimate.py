@@ -11,7 +11,7 @@ from remote_site.thermal.conduction import Array
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.touch_estimate import ANYWHERE_K, FORGET, TouchEstimate
-from remote_site.thermal.touch_hypotheses import SPACING, Guesses, Substances
+from remote_site.thermal.touch_hypotheses import SPACING, Substances, TouchHypotheses
 from remote_site.thermal.touch_model import Contacts, SensorConstants, TouchModel
 from tests.unit.remote_site.made_touches import (
     AMBIENT_C,
@@ -45,7 +45,7 @@ def test_with_all_but_the_temperatures_known_it_is_exact() -> None:
     e, h = (np.array([MATERIALS["stone"].effusivity]), np.array([MATERIALS["stone"].conductance_w_m2k]))
     contacts = Contacts(np.log(e / PLATE_J_M2K), np.log(h / PLATE_J_M2K), np.array([np.inf]))
     ln_lag, first = np.log([MADE_SENSOR.lag_s]), np.zeros(1, dtype=np.intp)
-    alone = Guesses(contacts, first, ln_lag, first, np.zeros(1), 1e-14 * np.eye(3)[None])
+    alone = TouchHypotheses(contacts, first, ln_lag, first, np.zeros(1), 1e-14 * np.eye(3)[None])
     known = Substances(contacts.ln_effusivity, np.array([1e-14]), np.ones(1), 1)
     found = TouchEstimate(TABLE, known, alone, touch.start_c, 0.0, AMBIENT_C)
     model = TouchModel(SENSOR, contacts, first, ln_lag)

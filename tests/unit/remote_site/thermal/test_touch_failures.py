@@ -8,7 +8,7 @@ import pytest
 
 from common.wire.messages import ThermalStatus
 from remote_site.thermal.thermal_identification import ThermalKnowledge
-from remote_site.thermal.thermal_result import NO_DIFFERENCE, NO_FIT, ThermalAnswer
+from remote_site.thermal.thermal_result import NO_DIFFERENCE, NO_FIT, ThermalResult
 from tests.unit.remote_site.made_touches import (
     MATERIALS,
     MadeMaterial,
@@ -129,7 +129,7 @@ STRANGERS = [MadeMaterial(110.0, 500.0), MadeMaterial(900.0, 1200.0), MadeMateri
 
 
 @pytest.fixture(scope="module")
-def strange(knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, list[ThermalAnswer]]]:
+def strange(knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, list[ThermalResult]]]:
     return [
         (touch, play(knowledge, touch))
         for stranger in STRANGERS
@@ -137,7 +137,7 @@ def strange(knowledge: ThermalKnowledge) -> list[tuple[MadeTouch, list[ThermalAn
     ]
 
 
-Strange = list[tuple[MadeTouch, list[ThermalAnswer]]]
+Strange = list[tuple[MadeTouch, list[ThermalResult]]]
 
 
 @pytest.mark.long

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from sim_sensors.physics.true_mode import FREE, QUIESCENT, STROKING, TAPPING
-from sim_sensors.traces.commanded_hand import TICK_S, ToldHand
+from sim_sensors.traces.commanded_hand import TICK_S, CommandedHand
 from sim_sensors.traces.simulated_exploration import FORCE_STEP_N, Explored, explore, sense
 
 STIFFNESS_N_M = 3000.0
 
 
-def lived(told: ToldHand, seed: int = 0) -> Explored:
+def lived(told: CommandedHand, seed: int = 0) -> Explored:
     return explore(told, STIFFNESS_N_M, np.random.default_rng(seed))
 
 
-def landed() -> ToldHand:
-    told = ToldHand()
+def landed() -> CommandedHand:
+    told = CommandedHand()
     told.stay(0.1)
     told.height(-0.0015, 0.3)
     told.stay(0.3)
@@ -63,7 +63,7 @@ def test_a_finger_goes_up_while_the_hand_goes_on() -> None:
 
 
 def test_noise_is_what_it_is_said_to_be() -> None:
-    told = ToldHand()
+    told = CommandedHand()
     told.stay(60.0)
     explored = lived(told)
     for noise in (1.0, 3.0):

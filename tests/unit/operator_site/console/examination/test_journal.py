@@ -11,7 +11,7 @@ from unittest.mock import Mock
 import msgpack
 import pytest
 
-from operator_site.console.examination.journal import AGAIN_S, Keeping
+from operator_site.console.examination.journal import AGAIN_S, Journal
 from tests.system.truth import written
 from tests.waiting import wait_until
 
@@ -20,7 +20,7 @@ def finding(ident: int, note: str = "") -> dict[str, Any]:
     return {"id": ident, "note": note}
 
 
-def until_saved(keeping: Keeping, ident: int, now_s: float) -> None:
+def until_saved(keeping: Journal, ident: int, now_s: float) -> None:
     def saved() -> bool:
         keeping.step(now_s)
         return keeping.is_saved(ident)
@@ -29,7 +29,7 @@ def until_saved(keeping: Keeping, ident: int, now_s: float) -> None:
 
 
 def test_a_finding_is_saved_when_its_newest_record_is_on_the_disk(tmp_path: Path) -> None:
-    keeping = Keeping(tmp_path / "console.mcap", {})
+    keeping = Journal(tmp_path / "console.mcap", {})
     for note in ("", "a", "ab"):
         keeping.write("console/finding", 1.0, finding(1, note))
     keeping.write("console/act", 1.0, {"verb": "finding"})
@@ -44,7 +44,7 @@ def test_a_finding_is_saved_when_its_newest_record_is_on_the_disk(tmp_path: Path
     keeping.close()
 
 
-def no_more_room(keeping: Keeping, path: Path) -> None:
+def no_more_room(keeping: Journal, path: Path) -> None:
     """The file may not grow any more, whatever its writer does."""
     assert keeping._recorder is not None
     size = path.stat().st_size
@@ -52,7 +52,7 @@ def no_more_room(keeping: Keeping, path: Path) -> None:
 
 
 def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
-    keeping = Keeping(tmp_path / "console.mcap", {})
+    keeping = Journal(tmp_path / "console.mcap", {})
     keeping.write("console/finding", 0.5, finding(1))
     until_saved(keeping, 1, 0.5)
     no_more_room(keeping, tmp_path / "console.mcap")
@@ -77,7 +77,7 @@ def test_a_console_starts_on_a_full_disk_which_is_tried_every_few_seconds(
     opening = Mock(side_effect=OSError(errno.ENOSPC, "No space left on device"))
     with monkeypatch.context() as patch:
         patch.setattr("operator_site.console.examination.journal.Recorder", opening)
-        keeping = Keeping(tmp_path / "console.mcap", {})
+        keeping = Journal(tmp_path / "console.mcap", {})
         for tenth in range(100, 200):
             keeping.step(0.1 * tenth)
             keeping.write("console/finding", 0.1 * tenth, finding(tenth))
@@ -89,7 +89,7 @@ def test_a_console_starts_on_a_full_disk_which_is_tried_every_few_seconds(
     assert keeping.unsaved == 0
     keeping.close()
     with pytest.raises(FileNotFoundError):
-        Keeping(tmp_path / "no such folder" / "console.mcap", {})
+        Journal(tmp_path / "no such folder" / "console.mcap", {})
 
 
 def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_once(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_onc
     if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("no disk can be mounted here")
     try:
-        keeping = Keeping(disk / "console.mcap", {})
+        keeping = Journal(disk / "console.mcap", {})
         keeping.write("console/finding", 0.5, finding(1))
         until_saved(keeping, 1, 0.5)
         (disk / "other").write_bytes(bytes(shutil.disk_usage(disk).free))
@@ -126,7 +126,7 @@ def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_onc
 
 def test_what_an_earlier_run_kept_is_not_written_over(tmp_path: Path) -> None:
     for number in range(3):
-        keeping = Keeping(tmp_path / "console.mcap", {})
+        keeping = Journal(tmp_path / "console.mcap", {})
         keeping.write("console/finding", 1.0, finding(number + 1))
         keeping.close()
     for number, name in enumerate(("console", "console-1", "console-2"), 1):
@@ -135,7 +135,7 @@ def test_what_an_earlier_run_kept_is_not_written_over(tmp_path: Path) -> None:
 
 
 def test_without_a_file_nothing_is_ever_saved() -> None:
-    keeping = Keeping(None, {})
+    keeping = Journal(None, {})
     keeping.write("console/finding", 1.0, finding(1))
     keeping.step(2.0)
     assert not keeping.is_saved(1)
@@ -144,7 +144,7 @@ def test_without_a_file_nothing_is_ever_saved() -> None:
 
 
 def test_a_note_of_ten_thousand_characters_comes_back(tmp_path: Path) -> None:
-    keeping = Keeping(tmp_path / "console.mcap", {})
+    keeping = Journal(tmp_path / "console.mcap", {})
     note = "<b>\u202e\x00💥" * 2000
     keeping.write("console/finding", 1.0, finding(1, note))
     until_saved(keeping, 1, 1.0)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from operator_site.console.examination import journal as keeping_module
-from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.resume import KeptBefore, boot, kept_before
 
 
@@ -23,7 +23,7 @@ STREAMS = {"what": "console/session", "samples": "console/felt", "note": "consol
 
 def run(path: Path, *kept: tuple[float, dict[str, Any]]) -> KeptBefore:
     """One run of a console, which keeps this; what it found to go on with."""
-    keeping = Keeping(path, {})
+    keeping = Journal(path, {})
     for now_s, record in kept:
         keeping.write(next(STREAMS[key] for key in STREAMS if key in record), now_s, record)
         keeping.write("console/act", now_s, {"verb": "anything"})
@@ -58,7 +58,7 @@ def test_what_was_felt_is_among_it(tmp_path: Path) -> None:
 def test_what_was_saved_by_an_earlier_run_is_saved_and_goes_into_the_report(tmp_path: Path) -> None:
     path = tmp_path / "console.mcap"
     run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))
-    keeping = Keeping(path, {})
+    keeping = Journal(path, {})
     assert keeping.is_saved(1)
     assert keeping.files == [path, tmp_path / "console-1.mcap"]
     keeping.forget()
@@ -69,7 +69,7 @@ def test_what_was_saved_by_an_earlier_run_is_saved_and_goes_into_the_report(tmp_
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8, 0.99])
 def test_a_killed_run_leaves_what_it_had_written(tmp_path: Path, share: float) -> None:
     path = tmp_path / "console.mcap"
-    keeping = Keeping(path, {})
+    keeping = Journal(path, {})
     keeping.write("console/session", 1.0, session("begin", 1.0))
     for ident in range(1, 21):
         keeping.write("console/finding", ident, finding(ident, float(ident), "x" * 500))
@@ -90,7 +90,7 @@ def test_what_another_run_of_the_machine_left_is_said_and_not_gone_on_with(
     with monkeypatch.context() as patch:
         patch.setattr(keeping_module, "boot", lambda: "another")
         run(path, (50_000.0, session("begin", 50_000.0)), (50_001.0, finding(1, 50_001.0)))
-    keeping = Keeping(path, {})
+    keeping = Journal(path, {})
     assert keeping.before.cut_off == "P-0417"
     assert keeping.before.findings == {1}
     assert keeping.before.files == (path,)

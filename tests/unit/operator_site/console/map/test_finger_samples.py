@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from common.wire.messages import NO_TOUCH, ExplorationMode, ThermalStatus
-from common.wire.touch_summary import NOTHING, Told
+from common.wire.touch_summary import NOTHING, TouchSummary
 from operator_site.console.map.finger_samples import (
     DWELL_EVERY_S,
     DWELL_S,
@@ -39,7 +39,7 @@ def stroke(
     while (x_m := speed_m_s * 0.002 * tick) <= length_m:
         if tick % 50 == 0:
             roughness_v = 0.1 if x_m - 5e-3 > border_m else 0.005
-            told = Told((), roughness_v + 1e-7 * tick, 0.07 * roughness_v)
+            told = TouchSummary((), roughness_v + 1e-7 * tick, 0.07 * roughness_v)
         found += samples.step(0.002 * tick, row(INDEX, x_m, 0.0, mode=STROKING), told)
         tick += 1
     return found
@@ -92,7 +92,7 @@ def test_a_press_tells_stiffness_once_it_is_known() -> None:
 
 
 def test_a_material_counts_where_it_is_identified() -> None:
-    samples, told = FingerSamples(INDEX), Told((("pvc", 0.99), ("fat", 0.01)))
+    samples, told = FingerSamples(INDEX), TouchSummary((("pvc", 0.99), ("fat", 0.01)))
     identified = row(INDEX, 0.0, 0.0, thermal_status=float(ThermalStatus.IDENTIFIED))
     assert [s for tick in range(5) for s in samples.step(0.1 * tick, row(INDEX, 0.0, 0.0), told)] == []
     (found,) = samples.step(0.6, identified, told)

@@ -9,7 +9,7 @@ import msgpack
 import pytest
 
 from common.recording.recorder import Recorder
-from operator_site.console.playback.checkpoints import ReadingAhead
+from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import CHECKPOINT_S, Recording
 from operator_site.console.playback.player import Player
 from operator_site.site_recording import SCHEMAS
@@ -44,7 +44,7 @@ class Reader:
 def test_a_jump_waits_for_what_it_starts_from_and_the_newest_counts(path: Path) -> None:
     with closing(Recording(path)) as recording:
         reader, all_made = Reader(), _read(path)
-        player = Player(recording, cast(ReadingAhead, reader))
+        player = Player(recording, cast(Checkpoints, reader))
         player.step(0.0)
         assert player.seek(0.5 * CHECKPOINT_S)
         assert player.step(0.1), "this needs nothing"
@@ -67,12 +67,12 @@ def test_a_jump_waits_for_what_it_starts_from_and_the_newest_counts(path: Path) 
 
 def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Path) -> None:
     with ExitStack() as opened, closing(Recording(path)) as recording:
-        ahead = ReadingAhead(path, opened)
+        ahead = Checkpoints(path, opened)
         jumped = Player(recording, ahead)
         jumped.seek(at_s := 3.5 * CHECKPOINT_S)
         while not jumped.step(0.0):  # until it is read
             pass
-        played = Player(recording, cast(ReadingAhead, Reader()))
+        played = Player(recording, cast(Checkpoints, Reader()))
         played._playback.play(0.0, 1.0)
         played.step(at_s)
         assert jumped.shown()["at_s"] == played.shown()["at_s"] == at_s
@@ -85,7 +85,7 @@ def _read(path: Path) -> list[bytes]:
     """All checkpoints of a recording."""
     found: list[bytes] = []
     with ExitStack() as opened:
-        ahead = ReadingAhead(path, opened)
+        ahead = Checkpoints(path, opened)
         while len(found) < SECONDS // CHECKPOINT_S:
             found += ahead.made()
     return found

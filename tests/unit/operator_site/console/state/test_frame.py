@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from common.wire.packets import LinkState
 from operator_site.console.state.fingers_now import FIELDS
-from operator_site.console.state.frame import BadPicture, Flags, Kind, Picture, Priority
+from operator_site.console.state.frame import BadFrame, Flags, Frame, Kind, Priority
 from operator_site.console.state.signals import BINS, SIGNALS
 
 fives = st.tuples(*[st.booleans()] * 5)
@@ -20,7 +20,7 @@ flags = st.builds(
 )
 floats = st.floats(width=32)
 pictures = st.builds(
-    Picture,
+    Frame,
     sequence=st.integers(0, 2**32 - 1),
     time_s=st.floats(-1e9, 1e9),
     flags=flags,
@@ -29,13 +29,13 @@ pictures = st.builds(
     session=st.integers(0, 2**32 - 1),
     kind=st.sampled_from((Kind.PICTURE, Kind.WHOLE)),
 )
-PLAIN = Picture(7, 12.5, Flags(), np.zeros((5, len(FIELDS)), np.float32))
+PLAIN = Frame(7, 12.5, Flags(), np.zeros((5, len(FIELDS)), np.float32))
 
 
 @given(pictures)
-def test_a_picture_comes_back(picture: Picture) -> None:
+def test_a_picture_comes_back(picture: Frame) -> None:
     packed = picture.encode()
-    read = Picture.decode(packed)
+    read = Frame.decode(packed)
     assert read.encode() == packed
     assert (read.sequence, read.time_s, read.flags, read.session, read.kind) == (
         picture.sequence,
@@ -49,7 +49,7 @@ def test_a_picture_comes_back(picture: Picture) -> None:
 
 
 @given(pictures, st.data())
-def test_a_damaged_picture_is_refused_or_is_another_picture(picture: Picture, data: st.DataObject) -> None:
+def test_a_damaged_picture_is_refused_or_is_another_picture(picture: Frame, data: st.DataObject) -> None:
     packed = bytearray(picture.encode())
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(packed) - 1))
@@ -57,14 +57,14 @@ def test_a_damaged_picture_is_refused_or_is_another_picture(picture: Picture, da
             packed[at] = data.draw(st.integers(0, 255))
         else:
             del packed[max(1, at) :]
-    with contextlib.suppress(BadPicture):
-        Picture.decode(bytes(packed))
+    with contextlib.suppress(BadFrame):
+        Frame.decode(bytes(packed))
 
 
 @given(st.binary(max_size=600))
 def test_any_bytes_raise_only_bad_picture(packed: bytes) -> None:
-    with contextlib.suppress(BadPicture):
-        Picture.decode(packed)
+    with contextlib.suppress(BadFrame):
+        Frame.decode(packed)
 
 
 def changed(at: int, value: bytes) -> bytes:
@@ -92,8 +92,8 @@ def changed(at: int, value: bytes) -> bytes:
     ],
 )
 def test_what_is_no_picture_is_refused(packed: bytes) -> None:
-    with pytest.raises(BadPicture):
-        Picture.decode(packed)
+    with pytest.raises(BadFrame):
+        Frame.decode(packed)
 
 
 def test_blocks_stand_where_typed_arrays_can_view_them() -> None:

@@ -11,13 +11,13 @@ import pytest
 
 from common.link.session_state import Refused
 from operator_site.console.examination.examination import LONGEST_NOTE
-from operator_site.console.examination.journal import Keeping
+from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
-from operator_site.console.local_control import DeskSilent
+from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.clients import Client
-from operator_site.console.web.commands import NOT_RECORDED, STOP_NOT_SENT, Acts, Answer
+from operator_site.console.web.commands import NOT_RECORDED, STOP_NOT_SENT, Answer, Commands
 from operator_site.console.web.control import Control
 from tests.conftest import Contained
 from tests.unit.operator_site.console.fed import fed, happen
@@ -43,7 +43,7 @@ class Desk:
         return answered
 
 
-class Keeper(Keeping):
+class Keeper(Journal):
     """Keeps in memory."""
 
     def __init__(self) -> None:
@@ -63,7 +63,7 @@ class Desktop:
 
     def __init__(self) -> None:
         self.console, self.desk, self.keeper, self.control = Console(), Desk(), Keeper(), Control()
-        self.acts = Acts(self.console, self.desk, self.keeper, self.control, None)
+        self.acts = Commands(self.console, self.desk, self.keeper, self.control, None)
         self.first, self.second = (Client(Visitor("OR-1", "act"), f"OR-1 {n}", 0.0) for n in (1, 2))
         self.observer = Client(Visitor("student", "observe"), "student 3", 0.0)
         for client in (self.observer, self.first, self.second):
@@ -119,8 +119,8 @@ def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
     ("verb", "fails", "text"),
     [
         ("engage", Refused("a fault is latched"), "a fault is latched"),
-        ("estop", DeskSilent("nobody"), STOP_NOT_SENT),
-        ("disengage", DeskSilent("nobody"), "The operator site does not answer."),
+        ("estop", LocalControlSilent("nobody"), STOP_NOT_SENT),
+        ("disengage", LocalControlSilent("nobody"), "The operator site does not answer."),
     ],
 )
 def test_why_the_site_did_not_do_it_is_answered(desktop: Desktop, verb: str, fails: Exception, text: str) -> None:
