@@ -41,7 +41,7 @@ _LATCH_SHOWN_S = 1.0
 _AFTERWARDS_S = 0.6
 _STATUS_S = 1.5
 """Time within which every process has reported its status, s."""
-Tell = Callable[[str], object]
+Progress = Callable[[str], object]
 
 REAL_ONLY = ("kill", "burn", "full", "cut", "half_open")
 """First words of faults that need real processes, a real disk or TCP, which the test bed lacks."""
@@ -52,38 +52,40 @@ def virtual(faults: Sequence[Fault]) -> tuple[Fault, ...]:
     return tuple(fault for fault in faults if fault.begin.split()[0] not in REAL_ONLY)
 
 
-def run(groups: Sequence[str] = tuple(GROUPS), tell: Tell = lambda _: None, *, real: bool = False) -> list[Finding]:
+def run(
+    groups: Sequence[str] = tuple(GROUPS), progress: Progress = lambda _: None, *, real: bool = False
+) -> list[Finding]:
     """Inject every fault of some groups, and judge each.
 
     Args:
         groups: keys of GROUPS.
-        tell: called with each fault's name when it begins, and with each problem.
+        progress: called with each fault's name when it begins, and with each problem.
         real: inject all into real processes; otherwise only those of REAL_ONLY, and the others on the test bed.
     """
     findings = []
     for group in groups:
         on_bed = () if real else virtual(GROUPS[group])
-        findings += run_apart(on_bed, tell, VirtualFaultSession.open)
-        findings += run_apart([fault for fault in GROUPS[group] if fault not in on_bed], tell)
+        findings += run_apart(on_bed, progress, VirtualFaultSession.open)
+        findings += run_apart([fault for fault in GROUPS[group] if fault not in on_bed], progress)
     return findings
 
 
 def run_apart(
     faults: Sequence[Fault],
-    tell: Tell = lambda _: None,
+    progress: Progress = lambda _: None,
     open_session: Callable[[Path], AbstractContextManager[FaultedSession]] = FaultSession.open,
 ) -> list[Finding]:
     """Inject some faults into a session of their own, which leaves no files; without faults there is no session."""
     if not faults:
         return []
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
-        return run_group(faults, Path(folder), tell, open_session)
+        return run_group(faults, Path(folder), progress, open_session)
 
 
 def run_group(
     faults: Sequence[Fault],
     out: Path,
-    tell: Tell = lambda _: None,
+    progress: Progress = lambda _: None,
     open_session: Callable[[Path], AbstractContextManager[FaultedSession]] = FaultSession.open,
 ) -> list[Finding]:
     """Inject some faults into one session that is recorded in `out`, and judge each."""
@@ -92,13 +94,13 @@ def run_group(
     with open_session(out) as session:
         session.wait_until_working()
         for fault in faults:
-            tell(fault.name)
+            progress(fault.name)
             begin_s = session.now_s()
             try:
                 done.append(_do(session, fault))
             except NotWorking as problem:
                 lost[fault.key] = str(problem)
-                tell(f"  {problem}")
+                progress(f"  {problem}")
                 done.append(Done(fault, begin_s, session.now_s(), session.now_s()))
                 if not recover(session):
                     break

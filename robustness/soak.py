@@ -19,7 +19,7 @@ from robustness.soak_growth import GROWTH_MIB_H, STEP_MIB, Life, lives
 from robustness.soak_judge import LIMITS, Episode, account, over_limits
 from robustness.soak_plan import FAULTS
 from robustness.soak_records import Records, read_records
-from robustness.soak_session import Soak, Tell
+from robustness.soak_session import Progress, Soak
 from robustness.soak_watch import Sample, read_samples
 from studies.compared import Compared
 
@@ -36,7 +36,7 @@ def run(
     seed: int = 0,
     seconds: float | None = None,
     out: Path | None = None,
-    tell: Tell = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> dict[str, Any]:
     """Run a session, inject random faults, and check these requirements.
 
@@ -51,7 +51,7 @@ def run(
         seed: seed of the faults, their order and the pauses.
         seconds: duration from when the session works, s. The last fault is still ended and judged.
         out: folder for the files of the processes, about 1 MB/s; must not hold a soak. None keeps nothing.
-        tell: receives a line for each fault.
+        progress: receives a line for each fault.
 
     Returns:
         Faults and findings. `problems` is empty when all is well, and `summary` is the result in one line.
@@ -64,7 +64,7 @@ def run(
     with tempfile.TemporaryDirectory(prefix="soak-") as spare:
         folder = (out or Path(spare)) / "session"
         folder.mkdir(parents=True)
-        soak = Soak(folder, tell)
+        soak = Soak(folder, progress)
         soak.live(length_s, seed)
         samples = read_samples(soak.log)
         records = read_records(folder, soak.ends_s)

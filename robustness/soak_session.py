@@ -20,7 +20,7 @@ _LATCH_SHOWN_S = 0.5
 """Reaction time of a person to a latched fault, s."""
 _LOOK_S = 5.0
 _MOST_CLEARED = 4
-Tell = Callable[[str], object]
+Progress = Callable[[str], object]
 
 
 class Soak:
@@ -34,13 +34,13 @@ class Soak:
         begin_s, end_s: time at which the session first worked, and end of the last turn, s.
     """
 
-    def __init__(self, folder: Path, tell: Tell):
+    def __init__(self, folder: Path, progress: Progress):
         self.log = folder / "samples.jsonl"
         self.episodes: list[Episode] = []
         self.ends_s: dict[str, list[float]] = {process: [] for process in PROCESSES}
         self.restarts: dict[str, int] = {}
         self.begin_s = self.end_s = 0.0
-        self._folder, self._tell = folder, tell
+        self._folder, self._tell = folder, progress
 
     def live(self, seconds: float, seed: int) -> None:
         """Start the session, run turns for `seconds`, and end the session."""

@@ -40,8 +40,8 @@ class OtherCode(ValueError):
 class Work(Protocol):
     """Runs pieces somewhere; returns their results in the order of the pieces, whatever the order of execution."""
 
-    def __call__(self, pieces: Sequence[Piece], tell: TellShare = ...) -> list[Any]:
-        """Run all pieces; `tell` is called with the share done, 0..1, kept ones first. Raises what a piece raises."""
+    def __call__(self, pieces: Sequence[Piece], progress: TellShare = ...) -> list[Any]:
+        """Run all pieces; `progress` gets the share done, 0..1, kept ones first. Raises what a piece raises."""
         ...
 
 
@@ -54,32 +54,32 @@ def here(packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
 def working(workers: Workers = here, kept: KeptPieces | None = None) -> Work:
     """Work that runs on `workers`; results that are already kept are not computed again."""
 
-    def work(pieces: Sequence[Piece], tell: TellShare = lambda _: None) -> list[Any]:
+    def work(pieces: Sequence[Piece], progress: TellShare = lambda _: None) -> list[Any]:
         packed = [pickle.dumps(piece, _PROTOCOL) for piece in pieces]
         keys = [hashlib.sha256(code_version().encode() + each).hexdigest() for each in packed]
         done = {place: found for place, key in enumerate(keys) if kept and (found := kept.find(key)) is not None}
         left = [place for place in range(len(pieces)) if place not in done]
-        tell(len(done) / max(1, len(pieces)))
+        progress(len(done) / max(1, len(pieces)))
         for number, result in workers([packed[place] for place in left]):
             place = left[number]
             if kept:
                 kept.keep(keys[place], result)
             done[place] = result
-            tell(len(done) / len(pieces))
+            progress(len(done) / len(pieces))
         return [pickle.loads(done[place]) for place in range(len(pieces))]
 
     return work
 
 
-def rows_of(pieces: Mapping[str, Sequence[Piece]], work: Work, tell: TellShare) -> dict[str, list[Any]]:
+def rows_of(pieces: Mapping[str, Sequence[Piece]], work: Work, progress: TellShare) -> dict[str, list[Any]]:
     """Run pieces that make rows, all at once; returns all rows of each name, in the order of its pieces."""
-    done = iter(work([piece for each in pieces.values() for piece in each], tell))
+    done = iter(work([piece for each in pieces.values() for piece in each], progress))
     return {name: [row for _ in each for row in next(done)] for name, each in pieces.items()}
 
 
-def part_of(tell: TellShare, begin: float, end: float) -> TellShare:
+def part_of(progress: TellShare, begin: float, end: float) -> TellShare:
     """Map the share done of a part, 0..1, to the range from `begin` to `end` of the whole, 0..1."""
-    return lambda share: tell(begin + (end - begin) * share)
+    return lambda share: progress(begin + (end - begin) * share)
 
 
 HERE = working()

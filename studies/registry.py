@@ -1,12 +1,12 @@
 """Lists the studies, runs one, and writes its data, its tables and its figure to a folder.
 
-A study is a module with `run(quick=..., seed=..., tell=..., work=...)`, which returns data for JSON, and `plot(data,
-path)`. Its `work` runs pieces wherever there are processors for them (studies/pieces.py). Whatever it times on this
-machine, it times in its own process while no piece runs. A study of such times alone has no `work`, and names them in
-`MEASURES_THIS_MACHINE`. `COMPARED` holds the numbers by which two runs are compared. `tables(data)` is optional: rows
-by name, written as CSV. `problems` in the data are optional: a line for each thing that is wrong. During the run the
-study calls `tell` with the share done, 0..1, or with its present step in words. The first line of its docstring says
-what it shows.
+A study is a module with `run(quick=..., seed=..., progress=..., work=...)`, which returns data for JSON, and
+`plot(data, path)`. Its `work` runs pieces wherever there are processors for them (studies/pieces.py). Whatever it
+times on this machine, it times in its own process while no piece runs. A study of such times alone has no `work`, and
+names them in `MEASURES_THIS_MACHINE`. `COMPARED` holds the numbers by which two runs are compared. `tables(data)` is
+optional: rows by name, written as CSV. `problems` in the data are optional: a line for each thing that is wrong.
+During the run the study calls `progress` with the share done, 0..1, or with its present step in words. The first line
+of its docstring says what it shows.
 """
 
 import csv
@@ -26,7 +26,7 @@ from studies.overview import overview_rows
 from studies.overview import plot as draw_overview
 from studies.overview_parts import parts_in
 from studies.pieces import Workers, code_version, here, working
-from studies.running import Tell, Unavailable
+from studies.running import Progress, Unavailable
 
 STUDIES = {
     "link": "benchmarks.link.link",
@@ -91,7 +91,7 @@ def run_study(
     *,
     quick: bool = False,
     seed: int = 0,
-    tell: Tell = lambda _: None,
+    progress: Progress = lambda _: None,
     workers: Workers = here,
 ) -> Result:
     """Run a study and write NAME.json, NAME-TABLE.csv and NAME.png to `out`.
@@ -102,7 +102,7 @@ def run_study(
             continues where it stopped.
         quick: whether to measure less.
         seed: seed of everything random in it.
-        tell: called with its progress.
+        progress: called with its progress.
         workers: runs its pieces.
 
     Raises:
@@ -114,7 +114,7 @@ def run_study(
     out.mkdir(parents=True, exist_ok=True)
     kept = KeptPieces(out / PIECES / name)
     who = {} if hasattr(module, "MEASURES_THIS_MACHINE") else {"work": working(workers, kept)}
-    data = {"quick": quick, "seed": seed} | module.run(quick=quick, seed=seed, tell=tell, **who)
+    data = {"quick": quick, "seed": seed} | module.run(quick=quick, seed=seed, progress=progress, **who)
     written = [out / f"{name}.json"]
     written[0].write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     for table, rows in module.tables(data).items() if hasattr(module, "tables") else ():
@@ -127,12 +127,17 @@ def run_study(
 
 
 def run_all(
-    out: Path, *, quick: bool, seed: int, telling: Callable[[str], AbstractContextManager[Tell]], workers: Workers
+    out: Path,
+    *,
+    quick: bool,
+    seed: int,
+    show_progress: Callable[[str], AbstractContextManager[Progress]],
+    workers: Workers,
 ) -> Iterator[tuple[str, Result | Unavailable]]:
     """Run every study, one after the other, and draw an overview; yields the result of each as soon as it is there.
 
-    Studies that the same code finished before an interruption are not run again. `telling` makes the function that
-    takes a study's progress. The other arguments are those of `run_study`.
+    Studies that the same code finished before an interruption are not run again. `show_progress` makes the function
+    that takes a study's progress. The other arguments are those of `run_study`.
     """
     finished = KeptPieces(out / PIECES / "all")
     for name in STUDIES:
@@ -141,8 +146,8 @@ def run_all(
             yield name, pickle.loads(before)
             continue
         try:
-            with telling(name) as tell:
-                result = run_study(name, out, quick=quick, seed=seed, tell=tell, workers=workers)
+            with show_progress(name) as progress:
+                result = run_study(name, out, quick=quick, seed=seed, progress=progress, workers=workers)
         except Unavailable as missing:
             yield name, missing
             continue

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-Tell = Callable[[float | str], object]
+Progress = Callable[[float | str], object]
 """Takes the progress of a study: the share done, 0..1, or what is being done, in words."""
 
 

@@ -32,7 +32,7 @@ from robustness.fault_session import read_figures
 from robustness.soak_growth import lives
 from robustness.soak_watch import Sample, sample
 from studies.compared import Compared
-from studies.running import Tell, Unavailable
+from studies.running import Progress, Unavailable
 from teletaction.recordings.recorded_session import RecordedSession
 from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses, die_with_parent
@@ -64,7 +64,7 @@ Row = dict[str, float]
 COMPARED = (Compared("", "core_per_page", "less", absolute=0.05),)
 
 
-def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(*, quick: bool, seed: int, progress: Progress) -> dict[str, Any]:
     """Measure the ways in turns, then the console's memory.
 
     Raises:
@@ -73,22 +73,22 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     if find_spec("starlette") is None:
         raise Unavailable("the console is not installed: pip install 'teletaction[console]'")
     if quick:
-        return measure(QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S, seed, tell)
-    return measure(TURN_S, TURNS, WATCHED_S, seed, tell)
+        return measure(QUICK_TURN_S, QUICK_TURNS, QUICK_WATCHED_S, seed, progress)
+    return measure(TURN_S, TURNS, WATCHED_S, seed, progress)
 
 
-def measure(turn_s: float, turns: int, watched_s: float, seed: int, tell: Tell) -> dict[str, Any]:
+def measure(turn_s: float, turns: int, watched_s: float, seed: int, progress: Progress) -> dict[str, Any]:
     """Measure each way for `turn_s`, `turns` times, and record memory for `watched_s` (at least 15 s)."""
     with TemporaryDirectory(prefix="consoles-") as spare:
         session = Watched(Path(spare), seed)
         with session.running():
-            session.take_turns(WAYS, turns, turn_s, tell)
-            tell(f"five pages for {watched_s:.0f} s")
+            session.take_turns(WAYS, turns, turn_s, progress)
+            progress(f"five pages for {watched_s:.0f} s")
             memory = session.watch(watched_s)
             if session.has_real_time():
-                session.take_turns(ORDINARY_WAYS, turns, turn_s, tell)
+                session.take_turns(ORDINARY_WAYS, turns, turn_s, progress)
             else:
-                tell("the loop has no real-time priority here: everything was measured with ordinary priority")
+                progress("the loop has no real-time priority here: everything was measured with ordinary priority")
         judged = session.judged()
         return judged | memory | {"problems": judged["problems"] + memory["memory"]["wrong"]}
 
@@ -128,10 +128,10 @@ class Watched:
         finally:
             self._processes.end()
 
-    def take_turns(self, ways: Sequence[str], turns: int, seconds: float, tell: Tell) -> None:
+    def take_turns(self, ways: Sequence[str], turns: int, seconds: float, progress: Progress) -> None:
         """Measure each of the ways for `seconds`, `turns` times, in changing order."""
         for turn, ordered in enumerate(islice(orders(ways), turns), 1):
-            tell(f"turn {turn} of {turns}")
+            progress(f"turn {turn} of {turns}")
             for way in ordered:
                 with ExitStack() as there:
                     if way not in _ALONE:

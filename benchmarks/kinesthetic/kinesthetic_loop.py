@@ -85,19 +85,19 @@ class Lane:
 
 
 def run(
-    *, quick: bool = False, seed: int = 0, tell: Callable[[float | str], object] = lambda _: None
+    *, quick: bool = False, seed: int = 0, progress: Callable[[float | str], object] = lambda _: None
 ) -> dict[str, Any]:
     """Measure; `seed` has no effect, since nothing is random."""
     become_timely()
     logging.getLogger("can").setLevel(logging.ERROR)  # a frame that the network splits needs no warning
-    return measure(seconds=1.0 if quick else 5.0, rounds=2 if quick else 6, tell=tell)
+    return measure(seconds=1.0 if quick else 5.0, rounds=2 if quick else 6, progress=progress)
 
 
 def measure(
     seconds: float,
     rounds: int,
     buses: Sequence[str] = ("virtual", "socketcand"),
-    tell: Callable[[float | str], object] = lambda _: None,
+    progress: Callable[[float | str], object] = lambda _: None,
 ) -> dict[str, Any]:
     """Run all loops in turn, `rounds` times `seconds` each; returns the result of each."""
     parts = part_costs_us(repeat=2000)
@@ -108,7 +108,7 @@ def measure(
         ends = [lane.end for lane in lanes if lane.end and lane.rate_hz == RATE_HZ]
         for number in range(rounds):
             for place, lane in enumerate(lanes):
-                tell((number + place / len(lanes)) / rounds)
+                progress((number + place / len(lanes)) / rounds)
                 lane.run(seconds, ends)
         rows = [_row(lane) for lane in lanes]
         ways = [(lane, lane.step, lane.end) for lane in lanes if isinstance(lane.step, KinestheticStep) and lane.end]

@@ -15,7 +15,7 @@ from benchmarks.link.link_faults import DEFAULT_FAULTS, safe_state_times
 from benchmarks.link.link_packets import size_table
 from studies.compared import Compared
 from studies.pieces import HERE, Work, part_of
-from studies.running import Tell
+from studies.running import Progress
 
 _RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
 COMPARED = (
@@ -25,7 +25,7 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Measure everything; measurements of this machine run by themselves.
 
     Findings of the fault matrix are left out, with a note, when their file is missing.
@@ -33,7 +33,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
     Args:
         quick: a minute and a quarter with coarse grids, instead of some ten minutes.
         seed: seed of the order of the ways, and of the networks.
-        tell: called with the share done, 0..1.
+        progress: called with the share done, 0..1.
         work: runs the pieces that are on virtual time: the age.
 
     Raises:
@@ -41,10 +41,10 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
         EndLost: a process of a measurement ended.
     """
     safe_states = safe_state_times(DEFAULT_FAULTS)
-    latency = link_latency.measure(25 if quick else 200, seed, part_of(tell, 0.0, 0.15))
-    cpu = link_load.compare(2 if quick else 6, 1.5 if quick else 4.0, part_of(tell, 0.15, 0.4))
-    scaling = link_load.scale(quick, 1.0 if quick else 4.0, part_of(tell, 0.4, 0.7))
-    age = work(link_age.sweep(quick, seed), part_of(tell, 0.7, 1.0))
+    latency = link_latency.measure(25 if quick else 200, seed, part_of(progress, 0.0, 0.15))
+    cpu = link_load.compare(2 if quick else 6, 1.5 if quick else 4.0, part_of(progress, 0.15, 0.4))
+    scaling = link_load.scale(quick, 1.0 if quick else 4.0, part_of(progress, 0.4, 0.7))
+    age = work(link_age.sweep(quick, seed), part_of(progress, 0.7, 1.0))
     return {
         "machine": {
             "processors": os.cpu_count(),

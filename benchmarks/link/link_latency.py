@@ -109,13 +109,13 @@ def _connect(place: Place) -> PlainTcp:
     raise EndLost("the sending process does not serve")
 
 
-def measure(rounds: int, seed: int, tell: Callable[[float], object] = lambda _: None) -> dict[str, Any]:
+def measure(rounds: int, seed: int, progress: Callable[[float], object] = lambda _: None) -> dict[str, Any]:
     """Measure `rounds` blocks of each way; returns the size of a message, and the `summary` of the times.
 
     Args:
         rounds: blocks of 50 messages of each way; one takes 0.4 s for all four.
         seed: seed of the order of the ways.
-        tell: called with the share done, 0..1.
+        progress: called with the share done, 0..1.
 
     Raises:
         EndLost: a process ended, or nothing arrives.
@@ -133,7 +133,7 @@ def measure(rounds: int, seed: int, tell: Callable[[float], object] = lambda _: 
                 blocks[way].append([encoded_to_checked_ns for encoded_to_checked_ns, _ in taken])
                 if way == LINK:
                     blocks[WITH_ENCODING].append([with_encoding_ns for _, with_encoding_ns in taken])
-                tell((number + 1) / (rounds * len(WAYS)))
+                progress((number + 1) / (rounds * len(WAYS)))
             size = int(sender.hear())
     return {"message_bytes": size, "rate_hz": STREAMS["touch"].rate_hz, "events": USUAL_EVENTS, **summary(blocks)}
 

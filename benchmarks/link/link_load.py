@@ -222,12 +222,12 @@ def measure(load: Load, seconds: float) -> dict[str, Any]:
     }
 
 
-def compare(rounds: int, seconds: float, tell: Callable[[float], object] = lambda _: None) -> list[dict[str, Any]]:
+def compare(rounds: int, seconds: float, progress: Callable[[float], object] = lambda _: None) -> list[dict[str, Any]]:
     """Measure the link, bare sockets and the loop alone in turn, `rounds` times each."""
     rows = []
     for number in range(rounds * len(WAYS)):
         rows.append(measure(Load(WAYS[number % len(WAYS)]), seconds))
-        tell((number + 1) / (rounds * len(WAYS)))
+        progress((number + 1) / (rounds * len(WAYS)))
     return rows
 
 
@@ -260,10 +260,10 @@ def scaling_loads(quick: bool) -> list[tuple[str, Load]]:
     ]
 
 
-def scale(quick: bool, seconds: float, tell: Callable[[float], object] = lambda _: None) -> list[dict[str, Any]]:
+def scale(quick: bool, seconds: float, progress: Callable[[float], object] = lambda _: None) -> list[dict[str, Any]]:
     """Measure each of `scaling_loads` once."""
     loads, rows = scaling_loads(quick), []
     for number, (varied, load) in enumerate(loads):
         rows.append({"varied": varied, **measure(load, seconds)})
-        tell((number + 1) / len(loads))
+        progress((number + 1) / len(loads))
     return rows

@@ -126,7 +126,7 @@ def accuracy(
     touches: int,
     strangers: int,
     seed: int,
-    tell: Callable[[float], object] = lambda _: None,
+    progress: Callable[[float], object] = lambda _: None,
     schedules: Sequence[Schedule] = SCHEDULES,
 ) -> list[dict[str, Any]]:
     """Return a row for each schedule, the costliest first.
@@ -135,7 +135,7 @@ def accuracy(
         touches: hands of five fingers on each calibrated material, at least 1.
         strangers: number of materials that are not calibrated, each touched once, 0 to 8.
         seed: seed of the touches.
-        tell: receives the share done, 0..1.
+        progress: receives the share done, 0..1.
         schedules: schedules with different names; the others are compared with the first.
     """
     table = MaterialTable.load(TABLES / "materials.json")
@@ -154,7 +154,7 @@ def accuracy(
                 for schedule, knowledge in known:
                     found[schedule.name].take(knowledge, schedule, hand)
                     reference_ns.append(timed(reference_step))
-            tell((place + 1) / len(situations))
+            progress((place + 1) / len(situations))
     reference = float(np.median(reference_ns))
     rows = [each.row(name, found[schedules[0].name], reference) for name, each in found.items()]
     return sorted(rows, key=lambda row: -float(row["reference_steps"]))

@@ -87,14 +87,14 @@ def timed(work: Callable[[], object]) -> int:
     return time.thread_time_ns() - begun_ns
 
 
-def measure(fingers: int, seed: int, folder: Path, tell: Callable[[float], object] = lambda _: None) -> Spent:
+def measure(fingers: int, seed: int, folder: Path, progress: Callable[[float], object] = lambda _: None) -> Spent:
     """Run one pass through the script.
 
     Args:
         fingers: number of fingers, 1 to 5.
         seed: seed of the simulated devices and the hand.
         folder: folder for keys, configurations and recordings.
-        tell: receives the share done, 0..1.
+        progress: receives the share done, 0..1.
 
     Raises:
         NotEngaged: the sites did not find their devices or each other.
@@ -118,7 +118,7 @@ def measure(fingers: int, seed: int, folder: Path, tell: Callable[[float], objec
                     spent.ticks[process, doing, TICK].append(ns)
                 if number % _REFERENCE_EVERY == 0:
                     spent.reference.append(timed(reference_step))
-                    tell(number / steps)
+                    progress(number / steps)
             assert lockstep.remote.server.both_engaged, lockstep.remote.figures()
     finally:
         simulators.close()

@@ -20,7 +20,7 @@ from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import measure
 from studies.compared import Compared
 from studies.pieces import part_of
-from studies.running import Tell
+from studies.running import Progress
 
 __all__ = ["COMPARED", "MEASURES_THIS_MACHINE", "plot", "run", "tables"]
 
@@ -39,13 +39,13 @@ _ACCURACY_FROM = 0.6
 """Share of the study's progress at which the accuracy part begins, 0..1."""
 
 
-def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(*, quick: bool, seed: int, progress: Progress) -> dict[str, Any]:
     """Measure sessions of different numbers of fingers.
 
     Args:
         quick: one and five fingers and few touches, little more than a minute; otherwise one to five fingers.
         seed: seed of the simulated devices, the hand and the touches.
-        tell: receives the share done, 0..1.
+        progress: receives the share done, 0..1.
 
     Raises:
         NotEngaged: the sites did not find their devices or each other.
@@ -55,7 +55,7 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
     reference_ns: list[int] = []
     for place, fingers in enumerate(numbers):
         with tempfile.TemporaryDirectory(prefix="runtime-cost-") as folder:
-            share = part_of(tell, *(_ACCURACY_FROM * done / len(numbers) for done in (place, place + 1)))
+            share = part_of(progress, *(_ACCURACY_FROM * done / len(numbers) for done in (place, place + 1)))
             spent = measure(fingers, seed, Path(folder), share)
         rows += spent.rows(fingers)
         reference_ns += spent.reference
@@ -64,7 +64,7 @@ def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
         "reference_step_us": round(float(np.median(reference_ns)) * 1e-3, 2),
         "cost": rows,
         "finger": finger_costs(rows),
-        "accuracy": accuracy(*touches, seed, part_of(tell, _ACCURACY_FROM, 1.0)),
+        "accuracy": accuracy(*touches, seed, part_of(progress, _ACCURACY_FROM, 1.0)),
         "problems": exceeded(rows, *load_budget()),
     }
 

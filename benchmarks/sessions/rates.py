@@ -18,7 +18,7 @@ from benchmarks.sessions.rates_figure import plot
 from common.runtime.parallel_map import processors
 from common.runtime.reference_step import reference_step_s
 from studies.compared import Compared
-from studies.running import Tell
+from studies.running import Progress
 from teletaction.session.session_rates import Rates
 
 __all__ = ["plot", "run", "tables"]
@@ -35,23 +35,23 @@ COMPARED = (
 Row = dict[str, Any]
 
 
-def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(*, quick: bool, seed: int, progress: Progress) -> dict[str, Any]:
     """Measure; quick: two pairs of rates, one short session each.
 
     Raises:
         RuntimeError: a session failed; the message says how.
     """
     if quick:
-        return measure(QUICK_RATES, [seed], QUICK_SECONDS, tell)
-    return measure(RATES, range(seed, seed + SEEDS), SECONDS, tell)
+        return measure(QUICK_RATES, [seed], QUICK_SECONDS, progress)
+    return measure(RATES, range(seed, seed + SEEDS), SECONDS, progress)
 
 
-def measure(choices: Sequence[Rates], seeds: Sequence[int], seconds: float, tell: Tell) -> dict[str, Any]:
+def measure(choices: Sequence[Rates], seeds: Sequence[int], seconds: float, progress: Progress) -> dict[str, Any]:
     """A row for each session and for each pair of rates: sums of its counts, and medians of everything else."""
     sessions: list[Row] = []
     for seed in seeds:
         for rates in choices:
-            tell(len(sessions) / (len(seeds) * len(choices)))
+            progress(len(sessions) / (len(seeds) * len(choices)))
             step_s = reference_step_s()
             sessions.append({"rates": str(rates), "seed": seed} | _figures(_summary(rates, seed, seconds), step_s))
     return {

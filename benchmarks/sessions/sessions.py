@@ -21,7 +21,7 @@ from common.runtime.machine import ProcessorTime
 from common.runtime.parallel_map import processors
 from common.runtime.rate_monitor import HELD
 from studies.compared import Compared
-from studies.running import Tell
+from studies.running import Progress
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 
@@ -46,14 +46,14 @@ COMPARED = (
 Row = dict[str, Any]
 
 
-def run(*, quick: bool, seed: int, tell: Tell) -> dict[str, Any]:
+def run(*, quick: bool, seed: int, progress: Progress) -> dict[str, Any]:
     """Measure all numbers of sessions, or only one and two if `quick`."""
     if quick:
-        return measure(QUICK_COUNTS, QUICK_SECONDS, seed, tell)
-    return measure(COUNTS, SECONDS, seed, tell)
+        return measure(QUICK_COUNTS, QUICK_SECONDS, seed, progress)
+    return measure(COUNTS, SECONDS, seed, progress)
 
 
-def measure(counts: Sequence[int], seconds: float, seed: int, tell: Tell) -> dict[str, Any]:
+def measure(counts: Sequence[int], seconds: float, seed: int, progress: Progress) -> dict[str, Any]:
     """Measure rising numbers of sessions, each for `seconds`.
 
     `does_not_fit` lists the rates that are not held, with the lacking resource. `problems` lists those of them that the
@@ -67,15 +67,15 @@ def measure(counts: Sequence[int], seconds: float, seed: int, tell: Tell) -> dic
             pairs: list[SessionProcesses] = []
             for count in counts:
                 for number in range(len(pairs), count):
-                    tell(f"session {number + 1} of {max(counts)} begins")
+                    progress(f"session {number + 1} of {max(counts)} begins")
                     pairs.append(SessionProcesses(folders[number]))
                     running.callback(pairs[-1].end)
                     if not _begin(pairs[-1], seed + number):
                         late.append(f"session {number + 1} did not start working within {_START_S:g} s")
-                tell(f"{count} at work")
+                progress(f"{count} at work")
                 time.sleep(_SETTLE_S)
                 stages.append(Stage.measured(pairs, seconds))
-            tell("all end")
+            progress("all end")
         recorded = [Recorded.read(folder) for folder in folders]
     loops = [row for stage in stages for row in stage.loops(recorded)]
     counted = [stage.counted(loops) for stage in stages]

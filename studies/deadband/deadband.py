@@ -23,7 +23,7 @@ from studies.deadband.deadband_figure import plot
 from studies.deadband.deadband_loss import LIMIT_M, LOSSES, REPEATS_TRIED, after_loss_rows, lossy_rows
 from studies.deadband.deadband_touch import force_rows, touch_rows
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Tell
+from studies.running import Progress
 
 __all__ = ["plot", "run", "tables"]
 
@@ -44,13 +44,13 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Send all motions and forces through deadbands; returns rows of TABLES. `skipped` names missing recordings.
 
     Args:
         quick: two recordings, one draw, and 2 to 3 s of simulated work.
         seed: seed of hands and losses.
-        tell: called with the share done, 0..1.
+        progress: called with the share done, 0..1.
         work: runs the pieces.
     """
     hands, forces_n = recorded(), recorded_forces_n()
@@ -77,7 +77,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
         ways = product(RECKONINGS, REPEATS_TRIED[:2])
         pieces["after_loss"] += [(after_loss_rows, (hands, way, repeats, draws, seed)) for way, repeats in ways]
     pieces["gaps"].append((_gaps, (seed,)))
-    found = rows_of(pieces, work, tell)
+    found = rows_of(pieces, work, progress)
     return {
         "quick": quick,
         "skipped": skipped,

@@ -33,7 +33,7 @@ from studies.exploration.mode_judge import (
 )
 from studies.exploration.plain_thresholds import PlainThresholds
 from studies.pieces import HERE, Work
-from studies.running import Tell
+from studies.running import Progress
 
 __all__ = ["plot", "run", "tables"]
 
@@ -120,10 +120,10 @@ class _Count:
 _Counts = dict[tuple[str, float], _Count]
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Explore, sense and judge; returns rows of TABLES. All tables but `barely` cover only SCENES."""
     counts, barely = _counts(), _counts()
-    for each, each_barely in work([(_explored, (seed, n)) for n in range(QUICK_SEEDS if quick else SEEDS)], tell):
+    for each, each_barely in work([(_explored, (seed, n)) for n in range(QUICK_SEEDS if quick else SEEDS)], progress):
         for key in counts:
             counts[key].add(each[key])
             barely[key].add(each_barely[key])

@@ -33,7 +33,7 @@ from studies.paper.thermal_comparison import (
     courses,
 )
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Tell
+from studies.running import Progress
 from studies.teleoperation.teleoperation import DELAY_S, SCENE
 
 __all__ = ["plot", "run", "tables"]
@@ -63,14 +63,14 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Repeat both experiments."""
     pieces: dict[str, list[Piece]] = {
         "strokes": [(_stroked, (seed + number,)) for number in range(STROKES_QUICK if quick else STROKES)],
         "touches": course_pieces(TOUCHES_QUICK if quick else TOUCHES, seed),
         "ablations": [(ablation_rows, ())],
     }
-    found = rows_of(pieces, work, tell)
+    found = rows_of(pieces, work, progress)
     sides = courses(found["touches"])
     return {
         "quick": quick,

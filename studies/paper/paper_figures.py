@@ -20,7 +20,7 @@ from studies.paper.rendered_stroke import VirtualSurface, rendered_stroke
 from studies.paper.skin_layers import layer_rows, start_rows
 from studies.paper.stroke_path import LENGTH_M
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Tell
+from studies.running import Progress
 
 __all__ = ["plot", "run", "tables"]
 
@@ -34,7 +34,7 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Compute all three figures; `quick` shortens nothing, since they are quick."""
     pieces: dict[str, list[Piece]] = {
         "motor": [(motor_rows, (seed,))],
@@ -48,7 +48,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
         "object_c": OBJECT_C,
         "effusivity_j_m2ks05": material(MATERIAL).effusivity,
         "paper_s": PAPER_S,
-        **rows_of(pieces, work, tell),
+        **rows_of(pieces, work, progress),
     }
 
 

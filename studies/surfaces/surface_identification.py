@@ -14,7 +14,7 @@ import numpy as np
 from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
-from studies.running import Tell
+from studies.running import Progress
 from studies.surfaces.felt_surface import STEPS, TICK_S, Felt, Floats, sense
 from studies.surfaces.surface_identification_figure import plot
 from studies.surfaces.surface_scenes import HAND_STEP_M, STROKE_FROM_S, Identified, identify, pressed, rested, stroked
@@ -48,7 +48,7 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Press, rest, breathe and stroke; return the rows of TABLES and two courses for the figure.
 
     The cost is measured in this process after all other work.
@@ -62,7 +62,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
         "nodule": [(_nodule, (edge_m, seed)) for edge_m in EDGES_M],
         "slope": [(_slope, (seed,))],
     }
-    found = rows_of(pieces, work, part_of(tell, 0.0, 0.95))
+    found = rows_of(pieces, work, part_of(progress, 0.0, 0.95))
     with one_thread():
         cost = _cost(_chance(seed, "cost"))
     breaths, lumps = ([course for _, course in found[name]] for name in ("moving", "nodule"))

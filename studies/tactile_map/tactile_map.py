@@ -20,7 +20,7 @@ from sim_sensors.operator_hand.hand import ScriptedHand
 from sim_sensors.operator_hand.hand_plan import Segment
 from studies.compared import Compared
 from studies.pieces import HERE, Work
-from studies.running import Tell
+from studies.running import Progress
 from studies.tactile_map.tactile_map_figure import plot
 from teletaction.report.found_targets import Found, find_highest, judged
 from teletaction.testbed.remote_fingers import RemoteFingers
@@ -44,9 +44,9 @@ COMPARED = (
 )
 
 
-def run(*, quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(*, quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Sweep once if `quick`, else SEEDS times; each session draws its own sensors, tissue and contacts."""
-    sessions = work([(_session, (quick, one)) for one in range(seed, seed + (1 if quick else SEEDS))], tell)
+    sessions = work([(_session, (quick, one)) for one in range(seed, seed + (1 if quick else SEEDS))], progress)
     rows = [row for session in sessions for row in session["targets"]]
     return {
         "quick": quick,

@@ -10,7 +10,7 @@ from typing import Any
 
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Tell
+from studies.running import Progress
 from studies.teleoperation.stability_cases import DEVICE_NS_M, HANDS
 from studies.teleoperation.stability_figure import plot
 from studies.teleoperation.stability_limits import (
@@ -44,7 +44,7 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Run all parts: the matrix, its summary, stability limits, sampled walls and recorded runs.
 
     `problems` lists those of the local model and of the limits. Recorded runs need recordings in the folder
@@ -57,7 +57,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
         "recorded": recorded_pieces(quick, seed),
         "matrix": matrix_pieces(matrix, seed),
     }
-    found = rows_of(pieces, work, tell)
+    found = rows_of(pieces, work, progress)
     data = {"quick": quick, "summary": list(summary(found["matrix"], 1e3 * PRODUCED_J, FORCE_MOST_N)), **found}
     return data | {"problems": list(_problems(data))}
 

@@ -22,7 +22,7 @@ from operator_site.vibration.vibration import PlayedEvents
 from remote_site.devices.hand_path import HandPath, HandPlace
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Tell
+from studies.running import Progress
 from teletaction.plotting.figure_style import BLUE, RED, STYLE
 
 Floats = NDArray[np.float64]
@@ -45,11 +45,11 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """A row for each network and way: standard deviation of the spacing, and lag behind the hand."""
     networks = product(LOSSES, JITTERS_S[:: 3 if quick else 1])
     pieces: dict[str, list[Piece]] = {"spacing": [(_rows, (jitter, loss, seed)) for loss, jitter in networks]}
-    found = rows_of(pieces, work, tell)
+    found = rows_of(pieces, work, progress)
     return {"quick": quick, "grooves_mm": 1e3 * GROOVES_M, "stroke_mm_s": 1e3 * STROKE_M_S, **found}
 
 

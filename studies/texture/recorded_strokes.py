@@ -27,7 +27,7 @@ from remote_site.traces.trace_files import StrokeTrace, read_stroke
 from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
-from studies.running import Tell, Unavailable
+from studies.running import Progress, Unavailable
 from studies.texture.recorded_strokes_figure import plot
 from studies.texture.texture_baselines import band_powers, classifiers, moments
 
@@ -62,7 +62,7 @@ def run(
     *,
     quick: bool = False,
     seed: int = 0,
-    tell: Tell = lambda _: None,
+    progress: Progress = lambda _: None,
     work: Work = HERE,
     folder: Path | None = None,
 ) -> dict[str, Any]:
@@ -71,7 +71,7 @@ def run(
     Args:
         quick: fewer baselines, no ablations.
         seed: seed of the random forests and random splits.
-        tell: called with the share done, 0..1.
+        progress: called with the share done, 0..1.
         work: runs the pieces.
         folder: holds groove_boards and fabric_strokes; None: the folder that TELETACTION_DATA names.
 
@@ -86,7 +86,7 @@ def run(
     board_strokes = read_strokes(folder / "groove_boards", BOARD)
     fabrics = read_strokes(folder / "fabric_strokes", FABRIC)
     methods: list[Piece] = [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)]
-    found, by_taxel, *by_method = work([(boards, (board_strokes,)), (taxels, (board_strokes,)), *methods], tell)
+    found, by_taxel, *by_method = work([(boards, (board_strokes,)), (taxels, (board_strokes,)), *methods], progress)
     return {
         "seed": seed,
         "surfaces": sorted({stroke.surface for stroke in fabrics}),

@@ -20,7 +20,7 @@ from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.paper.paper_texture import PaperRoughness, paper_felt
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
-from studies.running import Tell
+from studies.running import Progress
 from studies.texture.texture_figure import plot
 from studies.texture.texture_methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
 from studies.texture.texture_strokes import Asked, Drawn, changes, felt_blocks, grooves_counted, strokes, stroking
@@ -68,14 +68,14 @@ class Sizes(NamedTuple):
 FULL, QUICK = Sizes(16, 100, 300, 6), Sizes(2, 4, 8, 1)
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Run all parts, with fewer strokes if `quick`; measure the costs in this process after all other work."""
-    return {"quick": quick, **measure(QUICK if quick else FULL, seed, tell, work)}
+    return {"quick": quick, **measure(QUICK if quick else FULL, seed, progress, work)}
 
 
-def measure(sizes: Sizes, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def measure(sizes: Sizes, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Run all parts with these numbers of strokes."""
-    learned: Learned = work([(_learn, (sizes.learn, seed))], part_of(tell, 0.0, 0.1))[0]
+    learned: Learned = work([(_learn, (sizes.learn, seed))], part_of(progress, 0.0, 0.1))[0]
     table = learned.fit.table
     asked = list(strokes(sizes.judge, TIMES_S[-1], 2000 + seed))
     pieces: dict[str, list[Piece]] = {
@@ -84,11 +84,11 @@ def measure(sizes: Sizes, seed: int, tell: Tell, work: Work = HERE) -> dict[str,
         "grooves": [(_grooves, (table, number, sizes.grooves, 4000 + seed)) for number in range(len(CASES))],
         "courses": [(_course, (table, *pair, seed)) for pair in COURSES],
     }
-    found = rows_of(pieces, work, part_of(tell, 0.1, 0.95))
+    found = rows_of(pieces, work, part_of(progress, 0.1, 0.95))
     roughness = [row for _, row in found["judged"]]
     with one_thread():
         cost = _cost(asked[:COSTED], learned)
-    tell(1.0)
+    progress(1.0)
     return {
         "law": learned.fit.law.law.model_dump(),
         "accuracy": _accuracy([one.surface for one in asked], [names for names, _ in found["judged"]]),

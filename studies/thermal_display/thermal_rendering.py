@@ -20,7 +20,7 @@ from operator_site.thermal.skin_model import STEP_S, SkinModel, SkinStep, Touche
 from operator_site.thermal.tissue import Body, Floats, rest
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, part_of, rows_of
-from studies.running import Tell
+from studies.running import Progress
 from studies.thermal_display import plate_in_loop
 from studies.thermal_display.naive_inverse import inverse_rows
 from studies.thermal_display.plate_strategies import rate_rows, strategy_rows, told_apart_rows
@@ -66,15 +66,15 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Run all parts; `seed` sets the thermistors' noise, the only random part.
 
     Models and integrators are timed in this process before all other work.
     """
-    tell(0.0)
+    progress(0.0)
     unit_us = _product_us()
     models = list(_models(unit_us))
-    tell(0.1)
+    progress(0.1)
     integrators = list(_integrators(unit_us, 1.0 if quick else SECONDS))
     few: dict[str, Any] = {"names": QUICK_LOOP, "temperatures_c": (25.0,), "ticks_s": (0.002, 0.05)} if quick else {}
     pieces: dict[str, list[Piece]] = {
@@ -89,7 +89,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
         "product_us": unit_us,
         "models": models,
         "integrators": integrators,
-        **rows_of(pieces, work, part_of(tell, 0.3, 1.0)),
+        **rows_of(pieces, work, part_of(progress, 0.3, 1.0)),
     }
 
 

@@ -33,7 +33,7 @@ from remote_site.thermal.recorded.identify_thermal import identify_thermal
 from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
-from studies.running import Tell, Unavailable
+from studies.running import Progress, Unavailable
 from studies.thermal_identification.recorded_touches_figure import plot
 
 __all__ = ["plot", "run", "tables"]
@@ -74,7 +74,7 @@ def run(
     *,
     quick: bool = False,
     seed: int = 0,
-    tell: Tell = lambda _: None,
+    progress: Progress = lambda _: None,
     work: Work = HERE,
     folder: Path | None = None,
 ) -> dict[str, Any]:
@@ -84,7 +84,7 @@ def run(
         folder: of recordings `setNN_CLASS_K.csv`; None: `thermal_contact` in the folder that TELETACTION_DATA names.
         quick: judge the first set only; all others are still learned from.
         seed: seed of the noise.
-        tell: called with the share done, 0..1.
+        progress: called with the share done, 0..1.
         work: runs the pieces.
 
     Raises:
@@ -99,7 +99,7 @@ def run(
     groups = sorted({touch.group for touch in touches})[: 1 if quick else None]
     judges = (_judge_linear, _judge_heated, _judge_both)
     pieces: list[Piece] = [(_judge_set, (judge, touches, group)) for group in groups for judge in judges]
-    answers = [row for rows in work(pieces, tell) for row in rows]
+    answers = [row for rows in work(pieces, progress) for row in rows]
     return {
         "seed": seed,
         "noise_k": NOISE_K,

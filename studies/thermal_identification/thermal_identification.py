@@ -15,7 +15,7 @@ from remote_site.thermal.touch_hypotheses import FOREIGN
 from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, TellShare, Work, one_thread, part_of
-from studies.running import Tell
+from studies.running import Progress
 from studies.thermal_identification import thermal_figure, thermal_maps
 from studies.thermal_identification.thermal_answers import Answered, knowledge_of
 from studies.thermal_identification.thermal_bound import bounds
@@ -141,25 +141,25 @@ FULL = Sizes(
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Measure everything.
 
     Args:
         quick: less than two minutes on two processors instead of less than twenty.
         seed: seed of every touch.
-        tell: receives the share done, 0..1.
+        progress: receives the share done, 0..1.
         work: runs the pieces; the costs are measured in this process after all other work.
     """
-    return measure(QUICK if quick else FULL, seed, tell, work) | {"quick": quick}
+    return measure(QUICK if quick else FULL, seed, progress, work) | {"quick": quick}
 
 
-def measure(sizes: Sizes, seed: int, tell: TellShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
+def measure(sizes: Sizes, seed: int, progress: TellShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
-    prepared = _prepare(sizes, seed, work, part_of(tell, 0.0, 0.35))
-    found = _judge(sizes, seed, prepared, work, part_of(tell, 0.35, 0.95))
+    prepared = _prepare(sizes, seed, work, part_of(progress, 0.0, 0.35))
+    found = _judge(sizes, seed, prepared, work, part_of(progress, 0.35, 0.95))
     with one_thread():
         cost = _cost(sizes, seed, prepared, found.networks)
-    tell(1.0)
+    progress(1.0)
     accuracy, counted = [], []
     for count, answers in found.answers.items():
         accuracy += shares(answers, materials=count)
@@ -240,7 +240,7 @@ def _materials(sizes: Sizes) -> dict[int, tuple[str, ...]]:
     return {len(names): names for names, touches in zip((FOUR, TWELVE), sizes.test, strict=True) if touches}
 
 
-def _prepare(sizes: Sizes, seed: int, work: Work, tell: TellShare) -> _Prepared:
+def _prepare(sizes: Sizes, seed: int, work: Work, progress: TellShare) -> _Prepared:
     calibration_seed, learning_seed = (_seed(seed, what) for what in ("calibration", "learning"))
     usual = thermal_maps.default_noise(sizes.maps)
     noises_k = [noise_k for noise_k in sizes.maps.noises_k if noise_k != usual]
@@ -270,7 +270,7 @@ def _prepare(sizes: Sizes, seed: int, work: Work, tell: TellShare) -> _Prepared:
                 labels.append(what)
     learned = len(pieces)
     pieces += [(bounds, (name, plates_k, sizes.times_s)) for name in FOUR for plates_k in (EQUAL_K, STAGGERED_K)]
-    done = work(pieces, tell)
+    done = work(pieces, progress)
     parts: dict[str, list[Examples]] = {}
     for what, each in zip(labels, done[calibrations:learned], strict=True):
         parts.setdefault(what, []).append(each)
@@ -286,7 +286,7 @@ def _prepare(sizes: Sizes, seed: int, work: Work, tell: TellShare) -> _Prepared:
     )
 
 
-def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, tell: TellShare) -> _Found:
+def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: TellShare) -> _Found:
     keys = [(what, t_s) for what, each in prepared.learning.items() for t_s in each.rows]
     pieces: dict[str, list[Piece]] = {
         "networks": [
@@ -302,7 +302,7 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, tell: TellS
     pieces["contact"] = thermal_maps.change_pieces(axes, table, map_seed)
     pieces["spread"] = thermal_maps.spread_pieces(axes, table, map_seed)
     pieces["untrained"] = thermal_maps.foreign_pieces(axes, table, map_seed)
-    done = iter(work([piece for each in pieces.values() for piece in each], tell))
+    done = iter(work([piece for each in pieces.values() for piece in each], progress))
     results = {what: [next(done) for _ in each] for what, each in pieces.items()}
     networks = dict(zip(keys, results["networks"], strict=True))
     answers: dict[int, list[Answered]] = {}

@@ -25,7 +25,7 @@ from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.physics.motor import VibrationMotors
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Tell
+from studies.running import Progress
 from studies.vibration.vibration_figure import plot
 
 __all__ = ["plot", "run", "tables"]
@@ -61,7 +61,7 @@ COMPARED = (
 )
 
 
-def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Run all parts; `seed` has no effect, because nothing is random."""
     del seed
     every = 3 if quick else 1
@@ -72,7 +72,7 @@ def run(quick: bool, seed: int, tell: Tell, work: Work = HERE) -> dict[str, Any]
         "scales": [(_scales, ())],
         "motors": [(_motors, ())],
     }
-    return {"quick": quick, **rows_of(pieces, work, tell)}
+    return {"quick": quick, **rows_of(pieces, work, progress)}
 
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:

@@ -77,10 +77,10 @@ def _run(name: str | None, out: Path, how: dict[str, Any]) -> list[str]:
 
     results: Iterable[tuple[str, registry.Result | Unavailable]]
     if name is None:
-        results = registry.run_all(out, telling=progress_line, **how)
+        results = registry.run_all(out, show_progress=progress_line, **how)
     else:
-        with progress_line(name) as tell:
-            results = [(name, registry.run_study(name, out, tell=tell, **how))]
+        with progress_line(name) as progress:
+            results = [(name, registry.run_study(name, out, progress=progress, **how))]
     found = []
     for study_name, result in results:
         if isinstance(result, Unavailable):

@@ -34,7 +34,7 @@ SWAYING = course([0.02 * math.sin(0.03 * tick) for tick in range(3000)])
 
 @cache
 def data() -> dict[str, Any]:
-    return run(quick=True, seed=3, tell=lambda _: None)
+    return run(quick=True, seed=3, progress=lambda _: None)
 
 
 @pytest.mark.parametrize("reckoning", ["hold", "linear"])
@@ -163,7 +163,7 @@ def touch_rows(seconds: float, seed: int) -> list[dict[str, Any]]:
 def test_without_recordings_it_says_so_and_shows_the_rest(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(deadband_courses, "folder", lambda: tmp_path)
     monkeypatch.setattr(deadband, "touch_rows", touch_rows)
-    found = run(quick=True, seed=3, tell=lambda _: None)
+    found = run(quick=True, seed=3, progress=lambda _: None)
     assert len(found["skipped"]) == 1
     assert {row["motion"] for row in found["sweep"]} == {"scripted"}
     draw_figure(plot, found, tmp_path)

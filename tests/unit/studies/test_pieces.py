@@ -176,7 +176,7 @@ def test_a_run_that_is_ended_goes_on_where_it_was_and_comes_to_the_same(
         assert running.wait(20.0) == code
     assert not (tmp_path / "out" / "groove-spacing.json").exists()
     told: list[float | str] = []
-    registry.run_study("groove-spacing", tmp_path / "out", tell=told.append)
+    registry.run_study("groove-spacing", tmp_path / "out", progress=told.append)
     assert told[0] >= 2 / 14
     registry.run_study("groove-spacing", tmp_path / "anew")
     written = [(tmp_path / out / "groove-spacing.json").read_bytes() for out in ("out", "anew")]

@@ -22,10 +22,10 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """The only study there is: `plain`; what it was asked is kept."""
     asked: list[object] = []
 
-    def run(quick: bool, seed: int, tell: Callable[[object], object]) -> dict[str, Any]:
+    def run(quick: bool, seed: int, progress: Callable[[object], object]) -> dict[str, Any]:
         asked.append((quick, seed))
-        tell(0.5)
-        tell("in words")
+        progress(0.5)
+        progress("in words")
         return {"rows": [{"a": 1, "b": None}, {"a": 2, "b": "x,y"}]}
 
     module = ModuleType("plain_study", "What it shows.\n\nMore of it.")
@@ -46,7 +46,7 @@ def problems(told: list[object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     found: list[str] = []
     module = ModuleType("strict_study", "What it shows.")
     vars(module).update(
-        run=lambda quick, seed, tell, work: {"problems": found}, plot=lambda data, path: path.write_text("drawn")
+        run=lambda quick, seed, progress, work: {"problems": found}, plot=lambda data, path: path.write_text("drawn")
     )
     monkeypatch.setitem(sys.modules, "strict_study", module)
     monkeypatch.setattr(registry, "STUDIES", {"strict": "strict_study", **registry.STUDIES})

@@ -150,7 +150,7 @@ def test_the_figure_shows_sessions_that_fit_and_those_that_do_not(tmp_path: Path
 
 @pytest.mark.session
 def test_a_real_session_is_measured_and_ended(tmp_path: Path) -> None:
-    data = measure((1,), seconds=3.0, seed=0, tell=lambda _: None)
+    data = measure((1,), seconds=3.0, seed=0, progress=lambda _: None)
     write_tables(tables(data), tmp_path)
     assert [row["process"] for row in data["loops"]] == list(PROCESSES)
     assert all(row["rate_hz"] > 0.0 and row["core"] > 0.0 and row["memory_mib"] > 10.0 for row in data["loops"])

@@ -16,7 +16,7 @@ from tests.unit.studies.written import draw_panels, write_tables
 
 @cache
 def data() -> dict[str, Any]:
-    return run(quick=True, seed=83, tell=lambda _: None)
+    return run(quick=True, seed=83, progress=lambda _: None)
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ from tests.unit.studies.written import draw_figure, write_tables
 
 @cache
 def data() -> dict[str, Any]:
-    return measure(Sizes(learn=2, judge=3, changes=1, grooves=0), seed=0, tell=lambda _: None)
+    return measure(Sizes(learn=2, judge=3, changes=1, grooves=0), seed=0, progress=lambda _: None)
 
 
 @pytest.mark.long

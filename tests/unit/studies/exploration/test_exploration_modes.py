@@ -19,7 +19,7 @@ SEEDS = range(90_000, 90_008)
 
 @cache
 def data() -> dict[str, Any]:
-    return run(quick=True, seed=7, tell=lambda _: None)
+    return run(quick=True, seed=7, progress=lambda _: None)
 
 
 def level(method: str, noise: float = JUDGED) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from tests.unit.studies.written import draw_figure
 
 
 def test_at_their_time_grooves_stay_apart_as_they_are_whatever_the_jitter(tmp_path: Path) -> None:
-    data = run(quick=True, seed=1, tell=lambda _: None)
+    data = run(quick=True, seed=1, progress=lambda _: None)
     rows = {(row["way"], row["jitter_ms"], row["loss"]): row for row in data["spacing"]}
     for (way, jitter_ms, loss), row in rows.items():
         assert row["felt"] >= row["grooves"] - 2, "what was crossed last is still under way when it ends"

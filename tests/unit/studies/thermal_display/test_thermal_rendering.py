@@ -15,7 +15,7 @@ from tests.unit.studies.written import draw_figure, write_tables
 
 @cache
 def data() -> dict[str, Any]:
-    return run(quick=True, seed=0, tell=lambda _: None)
+    return run(quick=True, seed=0, progress=lambda _: None)
 
 
 @pytest.mark.long

@@ -92,7 +92,7 @@ def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Pa
     for path in found:
         (tmp_path / path.name).write_bytes(path.read_bytes())
     told: list[float] = []
-    data = recorded_touches.run(folder=tmp_path, quick=True, tell=told.append)
+    data = recorded_touches.run(folder=tmp_path, quick=True, progress=told.append)
     assert data["sets"] == [1]
     assert told == [0.0, 1 / 3, 2 / 3, 1.0]
     judged = {path.name for path in found if path.name.startswith("set01")}
