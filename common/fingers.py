@@ -18,9 +18,3 @@ def chosen_fingers(count: int) -> tuple[str, ...]:
         raise ValueError(f"fingers must be 1..{len(FINGERS)}, not {count}")
     by_use = ("index", "middle", "thumb", "ring", "little")
     return tuple(sorted(by_use[:count], key=FINGERS.index))
-
-
-def named_finger(fault: str) -> int | None:
-    """Number of the finger with which the text of a device's fault begins; None where it is another device's."""
-    word = fault.partition(":")[0].partition(" ")[0]
-    return FINGERS.index(word) if word in FINGERS else None

@@ -17,8 +17,8 @@ from common.link.session_display import ENDED, SILENT, seconds_old
 from common.timing.timeouts import SUPERVISOR_WATCHDOG_S
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
-_ILLS = ("fault", "missing", "stale", "keys")
-"""What a process says in its own words, and each is empty where there is none."""
+_ILLS = ("missing", "stale", "keys")
+"""What a process says in its own words beside a fault, and each is empty where there is none."""
 
 
 class NoStatus(ValueError):
@@ -61,6 +61,8 @@ def ill(status: Path, now_ns: int, state: str | None = None) -> str:
         return f"{status}: {SILENT}, {seconds_old(age_s)}, expected less than {OLDEST_S:g} s"
     if told.get("state") == ENDED:
         return f"{status}: the process has ended"
+    if fault := told.get("fault"):
+        return f"{status}: fault: {fault['text'] if isinstance(fault, dict) else fault}"
     for name in _ILLS:
         if told.get(name):
             return f"{status}: {name}: {told[name]}"

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+from common.faults.texts import fault_figures
 from common.fingers import FINGERS
 from common.link.packet_filter import PacketFilter
 from common.link.session_display import ENGAGING, shown_state
@@ -154,6 +155,7 @@ def site_figures(
     acceptance = end.acceptance
     return {
         **in_brief(end, devices.missing()),
+        "fault": fault_figures(end.session.fault),
         "stale": stale,
         "devices": devices.figures(),
         "limited": {FINGERS[finger]: limits for finger, limits in enumerate(limited) if limits},

@@ -1,7 +1,8 @@
 """Renderer and gate of the operator site in one step: from a tick's input to what may reach the devices."""
 
 from common.config import RenderingConfig
-from common.fingers import FINGERS, named_finger
+from common.faults.fault import Fault, contained
+from common.fingers import FINGERS
 from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from operator_site.fingertips import Fingertips
@@ -39,7 +40,7 @@ class GatedRendering:
         return self._rendering.wall
 
     @property
-    def fault(self) -> str | None:
+    def fault(self) -> Fault | None:
         """The fault that the gate has latched, if any."""
         return self._gate.fault
 
@@ -57,10 +58,10 @@ class GatedRendering:
             self._session = now.session
             gate.begin_session()
         for fault in now.device_faults:
-            gate.trip(fault, named_finger(fault))
+            gate.trip(fault)
         requested = rendering.step(now, self._pushed_n, gate.in_test)
         if rendering.broken:
-            gate.trip(rendering.broken)
+            gate.trip(contained(rendering.broken))
         gate.show(rendering.wall)
         output = gate.step(
             now.time_s,

@@ -1,5 +1,6 @@
 """Rows that the operator site records and consoles read."""
 
+from common.faults.fault import Fault
 from common.recording.recorded_row import FingerNumber, Finite, Five, FixedFive, Row, Whole
 
 
@@ -14,7 +15,7 @@ class Rendered(Row):
     plate_set_c: Five[Finite]
     peltier: Five[Finite]
     limits: Five[Whole]
-    fault: str | None
+    fault: Fault | None
     x_m: float
     y_m: float
     z_m: FixedFive[float]

@@ -6,6 +6,7 @@ from typing import Generic, TypeVar
 from msgspec import Struct
 from msgspec.structs import asdict
 
+from common.faults.fault import Fault
 from common.limits import GAP_S
 from common.recording.recorded_row import Finite, FixedFive, Row, Whole
 from common.wire.messages import Touch
@@ -35,8 +36,8 @@ class _Input(Struct, Generic[_T], array_like=True, forbid_unknown_fields=True):
     plate_c: FixedFive[float]
     plate_age_s: FixedFive[float]
     """Last reading of each plate, NaN where it is not to be believed, and its age, infinite where there was none."""
-    device_faults: tuple[str, ...]
-    """What modules do that they must not, and what of them is broken, for people to read."""
+    device_faults: tuple[Fault, ...]
+    """What modules do that they must not, and what of them is broken."""
 
 
 class RecordedInput(_Input[Whole], Row):

@@ -11,6 +11,8 @@ import numpy as np
 
 from common.buses.device_startup import wait_for_devices
 from common.config import OperatorConfig, to_toml
+from common.faults.fault import contained
+from common.faults.texts import fault_figures, fault_text
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
 from common.link.capabilities import capabilities
@@ -132,7 +134,7 @@ class OperatorSite:
         """Take what the person at the desk and the remote site sent, and go on with the session."""
         client = self.client
         missing = self._devices.missing()
-        not_ready = self.rendering.fault or missing
+        not_ready = fault_text(self.rendering.fault) or missing
         if self._desk is not None:
             self._desk.serve(now_ns, partial(self._answer_desk, now_ns, not_ready))
         client.session.equipped(missing)
@@ -152,8 +154,8 @@ class OperatorSite:
                 given = self._rendering_input(now_ns, now_s, self._hand)
                 return given, self.rendering.step(given)
             self._gate_raised_s = now_s
-            fault = self.contain.latest["gate"]
-        return None, GatedOutput.neutral(fault or None)
+            fault = contained(self.contain.latest["gate"])
+        return None, GatedOutput.neutral(fault)
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""
@@ -177,7 +179,7 @@ class OperatorSite:
             ),
             "stiffest_n_m": self.rendering.wall.stiffest_n_m,
             "produced_mj": self.rendering.produced_mj,
-            "remote_fault": client.remote_fault,
+            "remote_fault": fault_figures(client.remote_fault),
             "remote_recording": client.remote_recording,
             "refusal": client.refusal,
             "calibrated": client.calibrated,

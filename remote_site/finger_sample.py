@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from common.wire.messages import ThermalReason
+
 
 @dataclass(slots=True)
 class FingerSample:
@@ -18,7 +20,8 @@ class FingerSample:
     texture_v: list[float] | None = None
     sensor_c: float | None = None
     ambient_c: float | None = None
-    sensor_fault: str | None = None
+    sensor_fault: ThermalReason = ThermalReason.NONE
+    """What makes the reading implausible."""
     device_us: int | None = None
     heater_drive: float = 0.0
     """What the sensor's heater gets, as the sensor says, -1..1."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from common.fingers import FINGERS
+from common.wire.messages import THERMAL_REASONS
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.identification.finger_touch import FingerTouch
@@ -76,7 +77,7 @@ class FingerHeating:
         if reading is not None:
             self._reading_s = t_s
             self._drive = control.step(
-                t_s, reading.sensor_c, reading.ambient_c, touch.measuring, fault=reading.fault or None
+                t_s, reading.sensor_c, reading.ambient_c, touch.measuring, fault=THERMAL_REASONS[reading.fault]
             )
         elif touch.measuring or t_s - self._reading_s > STALE_S:
             self._drive = 0.0

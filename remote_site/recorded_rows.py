@@ -1,5 +1,6 @@
 """Rows that the remote site records."""
 
+from common.faults.fault import Fault
 from common.recording.recorded_row import FingerNumber, Finite, Five, Row, Whole
 
 
@@ -12,7 +13,7 @@ class Gate(Row):
     heater: Five[Finite]
     """Drive, -1..1."""
     limits: Five[Whole]
-    fault: str | None
+    fault: Fault | None
 
 
 class SentEvent(Row):

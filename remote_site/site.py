@@ -12,7 +12,9 @@ from msgspec import structs
 
 from common.buses.device_startup import wait_for_devices
 from common.config import RemoteConfig, to_toml
-from common.fingers import FINGERS, named_finger
+from common.faults.fault import contained
+from common.faults.texts import fault_text
+from common.fingers import FINGERS
 from common.link.capabilities import capabilities
 from common.link.clock_offset import ReadClock
 from common.link.deadband import Deadband
@@ -150,7 +152,7 @@ class RemoteSite:
         """Take what the person at the desk and the operator sent, and go on with the session."""
         server = self.server
         missing = self._devices.missing()
-        not_ready = self.gate.fault or missing
+        not_ready = fault_text(self.gate.fault) or missing
         if self._desk is not None:
             self._desk.serve(now_ns, partial(self._answer_desk, now_ns, not_ready))
         server.session.equipped(missing)
@@ -158,7 +160,7 @@ class RemoteSite:
         if self.gate.fault is not None and server.session.state is not LinkState.FAULT:
             self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
         for fault in self._devices.faults():
-            self.gate.trip(fault, named_finger(fault))
+            self.gate.trip(fault)
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):
@@ -173,9 +175,9 @@ class RemoteSite:
             with self.contain.step("gate"):
                 return self._gated(now, followed, heater_drive)
             self._gate_raised_s = now.time_s
-            fault = self.contain.latest["gate"]
+            fault = contained(self.contain.latest["gate"])
         limited = [Limit.RELEASED.value] * len(FINGERS)
-        return replace(self._command, released=True, heater_drive=[*_ZEROS], limited=limited, fault=fault or None)
+        return replace(self._command, released=True, heater_drive=[*_ZEROS], limited=limited, fault=fault)
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""

@@ -118,7 +118,7 @@ def _thermal(finger: int, touch: FingerTouch) -> Thermal:
         answer.rate_per_s,
         answer.exponential_object_c,
         answer.exponential_material,
-        answer.reason,
+        answer.reason.code or None,
         touch.roughness_v,
         touch.stiffness_n_m if touch.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD else None,
     )

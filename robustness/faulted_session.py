@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from typing import Any
 
+from common.faults.texts import said_fault
 from common.link.curve import LinkProblem
 from common.link.session_state import Refused
 
@@ -71,7 +72,7 @@ class FaultedSession(ABC):
             except (LinkProblem, Refused, OSError) as error:
                 said[site] = f"silent: {error}"
             else:
-                why = answer.get("fault") or answer.get("missing") or answer.get("refusal")
+                why = said_fault(answer.get("fault")) or answer.get("missing") or answer.get("refusal")
                 said[site] = answer["state"] + (f": {why}" if why else "")
         return said
 

@@ -11,6 +11,7 @@ import msgpack
 import numpy as np
 from mcap.records import Channel, Message
 
+from common.faults.texts import said_fault
 from common.fingers import FINGERS
 from common.link.session_state import Happening
 from common.recording.truncated_mcap import TruncatedMcap
@@ -208,7 +209,7 @@ def read_truth(out: Path) -> Truth:
         sensor_plate_c=five(patient, "plate_c"),
         hand_x_m=np.array([entry["x_m"] for _, entry in patient]),
         hand_z_m=five(patient, "z_m"),
-        faults=sorted((t, happening.text) for t, happening in sessions if happening.what == "fault"),
+        faults=sorted((t, said_fault(happening.fault)) for t, happening in sessions if happening.what == "fault"),
         ticks_s={process: np.array([t for t, _ in streams.get(stream, [])]) for process, stream in _EACH_TICK.items()},
     )
 

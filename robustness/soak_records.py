@@ -7,6 +7,7 @@ from pathlib import Path
 import msgpack
 from mcap.records import Channel, Message
 
+from common.faults.texts import said_fault
 from common.link.session_state import Happening
 from common.recording.truncated_mcap import TruncatedMcap
 from robustness.soak_judge import LIMITS, Extreme
@@ -77,7 +78,7 @@ def _take(topic: str, message: Message, records: Records) -> None:
     if topic in _SESSIONS:
         happening = Happening.unpack(message.data)
         if happening.what == "fault":
-            records.faults.append((time_s, happening.text))
+            records.faults.append((time_s, said_fault(happening.fault)))
     elif topic in ("truth_fingertips", "truth_contact"):
         entry = msgpack.unpackb(message.data)
         for (stream, field_name), (name, _) in LIMITS.items():

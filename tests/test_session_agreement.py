@@ -9,6 +9,7 @@ import msgpack
 import numpy as np
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.link.capabilities import OBSERVER, capabilities
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
@@ -22,6 +23,7 @@ from remote_site.session.session_server import SILENCE_NS, SessionServer
 SECOND = 1_000_000_000
 CLOCK_APART_NS = 7_200 * SECOND + 123
 """The two hosts were not started at the same time."""
+HOT = Fault(FaultCode.SENSOR_PLATE_TOO_HOT, "index", value=42.3, limit=42.0)
 TOUCH_NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
 AT_REST = np.zeros((5, 3), np.float32)
 
@@ -211,16 +213,16 @@ def test_disengaging_brings_both_to_neutral(make: Callable[..., Pair]) -> None:
 def test_an_emergency_stop_latches_both_until_it_is_cleared_and_engaged_anew(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
-    pair.client.stop(pair.operator_now(), "emergency stop by the operator")
+    pair.client.stop(pair.operator_now())
     assert not pair.client.session.engaged
     pair.until(lambda: pair.server.session.state is LinkState.FAULT)
-    pair.until(lambda: pair.client.remote_fault == "emergency stop by the operator")
+    pair.until(lambda: pair.client.remote_fault == Fault(FaultCode.OPERATOR_STOP))
     pair.until(lambda: pair.client.stopped.count("confirmed by every device") == 2)
     assert "confirmed by every device" in pair.server.stopped
     assert not pair.client.want_engaged, "engaging again must be asked for"
     pair.client.clear(pair.operator_now())
     pair.until(lambda: pair.server.session.state is LinkState.CONNECTED)
-    pair.until(lambda: pair.client.remote_fault == "")
+    pair.until(lambda: pair.client.remote_fault is None)
     assert pair.client.session.state is LinkState.CONNECTED
     for _ in range(100):
         pair.turn_remote()
@@ -236,7 +238,7 @@ def test_an_emergency_stop_is_answered_when_the_devices_confirm_and_names_those_
     pair = make()
     pair.until(lambda: both_engaged(pair))
     pair.remote_awake = "no report"
-    pair.client.stop(pair.operator_now(), "emergency stop by the operator")
+    pair.client.stop(pair.operator_now())
     pair.until(lambda: pair.server.stopped)
     assert "not confirmed within" in pair.server.stopped
     assert "index thermal_sensor" in pair.server.stopped
@@ -253,7 +255,7 @@ def test_an_emergency_stop_is_answered_when_the_devices_confirm_and_names_those_
 def test_an_emergency_stop_before_the_remote_site_answers_is_asked_again(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
-    pair.client.stop(pair.operator_now(), "emergency stop by the operator")
+    pair.client.stop(pair.operator_now())
     pair.turn_operator()
     for _ in pair.remote_link.requests("control"):
         pass  # lost
@@ -264,14 +266,14 @@ def test_an_emergency_stop_before_the_remote_site_answers_is_asked_again(make: C
 def test_what_was_latched_at_the_patients_side_is_cleared_there(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
-    pair.server.stop(pair.remote_now(), "emergency stop at the remote site", cleared_here_only=True)
-    pair.until(lambda: pair.client.remote_fault == "emergency stop at the remote site")
+    pair.server.stop(pair.remote_now(), here=True)
+    pair.until(lambda: pair.client.remote_fault == Fault(FaultCode.REMOTE_STOP))
     assert not pair.client.both_engaged
     pair.client.clear(pair.operator_now())
     pair.until(lambda: "to be cleared where it was latched" in pair.client.refusal)
     assert pair.server.session.state is LinkState.FAULT
     pair.server.session.clear()
-    pair.until(lambda: pair.client.remote_fault == "")
+    pair.until(lambda: pair.client.remote_fault is None)
     pair.client.want_engaged = True
     pair.until(lambda: both_engaged(pair))
 
@@ -491,14 +493,14 @@ def test_silence_of_the_remote_site_ends_the_session_and_it_is_found_again(make:
 def test_a_fault_outlives_the_operator_and_the_next_one_can_clear_it(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
-    pair.server.session.latch("plate too hot")
+    pair.server.session.latch(HOT)
     pair.remote_shift_ns += SILENCE_NS + 1
     pair.server.step(pair.remote_now(), "")
     pair.operator_shift_ns += SILENCE_NS + 1
     first = pair.client.session.ident
     pair.until(lambda: pair.client.session.ident not in (0, first))
     assert pair.server.session.state is LinkState.FAULT
-    pair.until(lambda: pair.client.remote_fault == "plate too hot")
+    pair.until(lambda: pair.client.remote_fault == HOT)
     pair.ask("clear_fault")
     pair.until(lambda: pair.client.touch is not None and pair.client.touch.state is LinkState.CONNECTED)
     pair.client.want_engaged = True

@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.kinesthetic.kinesthetic_ends import DeviceEnd, gateway_end, virtual_end
 from benchmarks.kinesthetic.kinesthetic_figure import plot
 from benchmarks.kinesthetic.kinesthetic_step import PARTS, STIFFNESS_N_M, BareStep, KinestheticStep, part_costs_us
+from common.faults.texts import fault_text
 from common.runtime.periodic_loop import PeriodicLoop
 from common.runtime.scheduling import become_timely
 from studies.compared import Compared
@@ -113,7 +114,7 @@ def measure(
         rows = [_row(lane) for lane in lanes]
         ways = [(lane, lane.step, lane.end) for lane in lanes if isinstance(lane.step, KinestheticStep) and lane.end]
         answers = [_answers(lane, step, end) for lane, step, end in ways]
-        faults = [f"{lane.name}: {step.fault}" for lane, step, _ in ways if step.fault]
+        faults = [f"{lane.name}: {fault_text(step.fault)}" for lane, step, _ in ways if step.fault]
     dear = [row for row in rows if row["rate_hz"] == RATE_HZ and row["step_us"] > BUDGET * 1e6 / RATE_HZ]
     problems = [
         f"{row['bus']}: five contacts and their limits cost {row['step_us']:.0f} us, more than {BUDGET:.0%} of 1 ms"

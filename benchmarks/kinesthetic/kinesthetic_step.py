@@ -14,6 +14,7 @@ import can
 from common.buses.can_frames import FrameReceiver, FrameSender, database
 from common.buses.can_port import CanAddress
 from common.config import RenderingConfig
+from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N
 from operator_site.devices.exoskeleton import Exoskeleton
@@ -76,7 +77,7 @@ class KinestheticStep:
     spent_s: list[tuple[float, ...]] = field(default_factory=list)
     answered_s: list[float] = field(default_factory=list)
     _contacts: list[PassiveContact] = field(init=False)
-    fault: str | None = None
+    fault: Fault | None = None
     _limits: list[ForceLimits] = field(init=False)
     _t_s: float = math.nan
     _heights_s: float = math.nan
@@ -133,7 +134,7 @@ class KinestheticStep:
 
 def let_through(
     limits: Sequence[ForceLimits], t_s: float, dt_s: float, age_s: float, force_n: Sequence[float], z_m: Sequence[float]
-) -> tuple[list[float], str | None]:
+) -> tuple[list[float], Fault | None]:
     """Forces that the gate passes of five wanted ones, N, and the fault that it finds."""
     wrong = None
     for finger, height_m in zip(limits, z_m, strict=True):

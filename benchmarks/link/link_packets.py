@@ -12,6 +12,7 @@ from common.wire.messages import (
     EventKind,
     ExplorationMode,
     Motion,
+    ThermalReason,
     ThermalStatus,
     Touch,
     TouchRow,
@@ -52,6 +53,7 @@ _IN_CONTACT = TouchRow(
     object_c_sd=0.4,
     probability=0.97,
     thermal_status=ThermalStatus.IDENTIFIED,
+    thermal_reason=ThermalReason.NONE,
 )
 
 # A message within CurveZMQ (RFC 26) within ZMTP: flags and length, "\x07MESSAGE", a short nonce, the box's

@@ -4,13 +4,14 @@ import time
 from collections.abc import Callable
 from types import TracebackType
 
+from common.faults.fault import Fault
 from common.runtime.containment import Containment, Step
 
 
 class StageClock(Containment):
     """Containment of the product that also sums the thread's processor time of each outermost step, ns."""
 
-    def __init__(self, latch: Callable[[str], None] = lambda name: None):
+    def __init__(self, latch: Callable[[Fault], None] = lambda fault: None):
         """Start with no time spent."""
         super().__init__(latch)
         self._spent_ns: dict[str, int] = {}

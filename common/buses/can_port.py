@@ -18,6 +18,7 @@ from common.buses.frame_error_rate import FrameErrorRate
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus, TakenFrame, taken_frame
 from common.buses.wiring import SYSTEM, Opener, Wiring
+from common.faults.fault import Fault, FaultCode
 from common.link.host_name import is_ipv6
 from common.link.rate_limiter import RateLimiters
 
@@ -136,18 +137,18 @@ class CanPort:
         return None if self.connected else self._opener.problem or self._lost
 
     @property
-    def fault(self) -> str:
-        """What is wrong on the open bus; empty when nothing is."""
+    def fault(self) -> Fault | None:
+        """What is wrong on the open bus; None when nothing is."""
         if self._bus is None:
-            return ""
+            return None
         if self.controller.off:
-            return f"CAN bus is off: the controller of {self.address} has left it after too many errors"
+            return Fault(FaultCode.BUS_OFF, detail=str(self.address))
         if self._own.fault:
             return self._own.fault
         for _, damage in self._by_id.values():
             if damage.fault:
                 return damage.fault
-        return ""
+        return None
 
     def figures(self) -> dict[str, object]:
         """What the status file tells of this bus."""

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from common.faults.fault import UNITS, Fault, FaultCode
 from common.fingers import FINGERS
 
 MEMORY_S = 0.15
@@ -54,10 +55,8 @@ class Doubt:
 class DriveMonitor:
     """Watches one output that takes one of the commanded values. Pure: numbers and times, s, in."""
 
-    name: str
-    """Of the output, for people."""
-    wrong: str = "is driven with {}, never asked for"
-    """What is said of a value that was not asked for."""
+    code: FaultCode
+    """Of an output that was not asked for."""
     _told: deque[tuple[float, int]] = field(default_factory=deque)
     _doubt: Doubt = field(default_factory=Doubt)
 
@@ -68,8 +67,8 @@ class DriveMonitor:
         self._told.append((t_s, drive))
         _forget(self._told, t_s)  # a device that is away for hours reports nothing, and is told all the same
 
-    def reported(self, t_s: float, drive: int) -> str:
-        """The device reported what it applies; returns what is wrong with that, empty when nothing is."""
+    def reported(self, t_s: float, drive: int) -> Fault | None:
+        """The device reported what it applies; returns what is wrong with that, None when nothing is."""
         _forget(self._told, t_s)
         wrong = drive != 0
         if wrong:
@@ -77,7 +76,9 @@ class DriveMonitor:
                 if sent == drive:
                     wrong = False
                     break
-        return f"{self.name} {self.wrong.format(drive)}" if self._doubt.step(t_s, wrong) else ""
+        if not self._doubt.step(t_s, wrong):
+            return None
+        return Fault(self.code, value=float(drive) if self.code in UNITS else None)
 
 
 class ForceMonitor:
@@ -98,7 +99,7 @@ class ForceMonitor:
         self._told.append((t_s, told_n))
         _forget(self._told, t_s)
 
-    def reported(self, t_s: float, force_n: Sequence[float]) -> list[str]:
+    def reported(self, t_s: float, force_n: Sequence[float]) -> list[Fault]:
         """The device reported the forces that it applies, (5,), N; returns what is wrong with them."""
         _forget(self._told, t_s)
         found = []
@@ -108,7 +109,8 @@ class ForceMonitor:
                 continue
             low_n, high_n = self._asked_n(index, applied_n)
             if doubt.step(t_s, not _near(applied_n, low_n, high_n)):
-                found.append(f"{finger}: {applied_n:.2f} N applied, {low_n:.2f} to {high_n:.2f} N asked for")
+                nearest_n = min(high_n, max(low_n, applied_n))
+                found.append(Fault(FaultCode.FORCE_UNASKED, finger, value=applied_n, limit=nearest_n))
         return found
 
     def _asked_n(self, index: int, applied_n: float) -> tuple[float, float]:
@@ -140,10 +142,10 @@ class ReportMonitor:
             self._states, self._places_at_state = states, places
 
     @property
-    def fault(self) -> str:
-        """What is wrong; empty when nothing is."""
+    def fault(self) -> Fault | None:
+        """What is wrong; None when nothing is."""
         missing = self._places - self._places_at_state > UNREPORTED_FRAMES
-        return "reports its place, but not what its outputs do" if missing else ""
+        return Fault(FaultCode.STATE_NOT_REPORTED) if missing else None
 
 
 def _near(applied_n: float, low_n: float, high_n: float) -> bool:

@@ -6,6 +6,7 @@ A bus brings nobody its own frames back. One that is heard was sent by another n
 from collections.abc import Sequence
 
 from common.buses.can_frames import packing
+from common.faults.fault import Fault, FaultCode
 
 SETTLING = 500
 """Frames of a new connection, some 0.4 s: what an earlier connection left on its way has come by then."""
@@ -42,8 +43,8 @@ class DuplicateSender:
         return True
 
     @property
-    def fault(self) -> str:
-        """What is wrong; empty when nothing is."""
+    def fault(self) -> Fault | None:
+        """What is wrong; None when nothing is."""
         if self._last is None or self._seen - self._last[0] > CLEAR_AFTER:
-            return ""
-        return f"another node sends {self._last[1]}: only this site may"
+            return None
+        return Fault(FaultCode.FOREIGN_FRAMES, self._last[1])

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from common.faults.fault import Fault, FaultCode
 from common.timing.timeouts import FRAME_S
 
 FINGER_M_S = 2.0
@@ -40,8 +41,8 @@ class EncoderGlitches:
     """
 
     def __init__(self, names: Sequence[str], fastest_m_s: float) -> None:
-        """What each measures, for people, and how fast it can move, m/s."""
-        self.faults: list[str] = []
+        """What each measures, as faults name it, and how fast it can move, m/s."""
+        self.faults: list[Fault] = []
         self.refused = 0
         self._names = names
         self._fastest_m_s = fastest_m_s
@@ -88,11 +89,13 @@ class EncoderGlitches:
             self.refused += 1
         else:
             del self._suspects[number]  # it begins anew from there: the fault is told
-            self.faults.append(f"{self._names[number]}: encoder jumped by {abs(read_m - place_m) * 1e3:.1f} mm")
+            jumped_mm = abs(read_m - place_m) * 1e3
+            self.faults.append(Fault(FaultCode.ENCODER_JUMPED, self._names[number], value=jumped_mm))
             return read_m
         lately = [t_s for t_s in suspect.glitches_s if self._sent_s - t_s <= WINDOW_S]
         if len(lately) > GLITCHES:
-            self.faults.append(f"{self._names[number]}: encoder jumps: {len(lately)} times in {WINDOW_S:g} s")
+            times, most = float(len(lately)), float(GLITCHES)
+            self.faults.append(Fault(FaultCode.ENCODER_JUMPS, self._names[number], value=times, limit=most))
         elif not lately:
             del self._suspects[number]
         return place_m

@@ -4,6 +4,7 @@ CAN's own checksum finds what happens on the wire. What still comes with a wrong
 wrong before it was sent.
 """
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 
 WINDOW = 50
@@ -17,14 +18,14 @@ class FrameErrorRate:
     """Watches one kind of frame.
 
     Attributes:
-        fault: what is wrong as of the last frame; empty when nothing is.
+        fault: what is wrong as of the last frame; None when nothing is.
     """
 
     __slots__ = ("_good_s", "_history", "_name", "_seen", "fault")
 
     def __init__(self, name: str) -> None:
         """A new connection; `name` is the frame's, for people."""
-        self.fault = ""
+        self.fault: Fault | None = None
         self._name = name
         self._history = self._seen = 0
         self._good_s: float | None = None
@@ -45,12 +46,14 @@ class FrameErrorRate:
         if self._good_s is None or not damaged:
             self._good_s = sent_s
         if not self._history:
-            self.fault = ""
+            self.fault = None
             return
         count = self._history.bit_count()
         if count > MOST:
-            self.fault = f"{count} of the last {self._seen} {self._name} frames damaged"
+            seen = str(self._seen)
+            self.fault = Fault(FaultCode.FRAMES_DAMAGED, self._name, value=float(count), limit=float(MOST), detail=seen)
         elif sent_s - self._good_s > GAP_S:
-            self.fault = f"no good {self._name} frame for {(sent_s - self._good_s) * 1e3:.0f} ms, only damaged ones"
+            away_ms = (sent_s - self._good_s) * 1e3
+            self.fault = Fault(FaultCode.NO_GOOD_FRAME, self._name, value=away_ms, limit=GAP_S * 1e3)
         else:
-            self.fault = ""
+            self.fault = None

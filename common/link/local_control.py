@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import zmq
 
+from common.faults.texts import said_fault
 from common.link.authenticator import Authenticator
 from common.link.curve import (
     Inbox,
@@ -125,10 +126,10 @@ def clear_from_desk(port: int, keys: KeyPair) -> None:
     until_s = time.monotonic() + _OUTCOME_S
     while True:
         told = ask_desk(port, keys, "status")
-        here, far, refusal = told["fault"], told.get("remote_fault", ""), told.get("refusal", "")
+        here, far = said_fault(told["fault"]), said_fault(told.get("remote_fault"))
         if not here and not far:
             return
-        if far and refusal:
+        if far and (refusal := told.get("refusal")):
             raise Refused(f"the far site says: {refusal}")
         if time.monotonic() >= until_s:
             raise Refused(f"still latched: {here or f'{far} (at the far site)'}")

@@ -68,6 +68,7 @@ TOUCH_STEPS: Mapping[str, Threshold] = {
     "object_c_sd": Threshold(0.10, 0.05),
     "probability": Threshold(0.0, 0.05),
     "thermal_status": _AT_ONCE,
+    "thermal_reason": _AT_ONCE,
 }
 """For each column of the touch block. 0.1 C is the best threshold of the hand; the last columns are read, not felt."""
 _SHARE = np.array([TOUCH_STEPS[name].share for name in TOUCH_FIELDS])

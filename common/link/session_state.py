@@ -4,6 +4,8 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from common.faults.fault import Fault
+from common.faults.texts import fault_text
 from common.files.printable import printable, printable_lines
 from common.recording.recorded_row import Row, Whole
 from common.wire.packets import LinkState
@@ -42,6 +44,8 @@ class Happening(Row):
     where no remote site takes notes, note."""
     session: Whole
     text: str
+    fault: Fault | None
+    """That was latched or cleared."""
 
 
 @dataclass(slots=True)
@@ -51,9 +55,10 @@ class Session:
     state: LinkState = LinkState.DISCONNECTED
     ident: int = 0
     """Number of the session, chosen by the remote site at hello; 0 while there is none."""
-    fault: str = ""
-    paused: str = ""
-    """Why it was disengaged; empty where it was not, or has been engaged again."""
+    fault: Fault | None = None
+    """The latched one."""
+    paused: str | None = None
+    """Why it was disengaged, empty where a person here asked for it; None where it was not, or is engaged again."""
     cleared_here_only: bool = False
     """The fault was latched by a person at this site, and only one at this site may clear it."""
     _happened: list[Happening] = field(default_factory=list)
@@ -81,7 +86,7 @@ class Session:
         self.ident = ident
         if self.state is not LinkState.FAULT:
             self.state = LinkState.CONNECTED
-        self.paused = ""
+        self.paused = None
         self.note("connected", text)
 
     def disconnect(self, why: str = "", *, left: bool = False) -> None:
@@ -104,33 +109,37 @@ class Session:
             Refused: there is no far side, or a fault is latched.
         """
         if self.state is LinkState.FAULT:
-            raise Refused(f"a fault is latched ({self.fault}): clear it first")
+            raise Refused(f"a fault is latched ({fault_text(self.fault)}): clear it first")
         if self.state is LinkState.DISCONNECTED:
             raise Refused("no far side is connected: say hello first")
         if self.state is not LinkState.ENGAGED:
             self.note("engaged", text)
         self.state = LinkState.ENGAGED
-        self.paused = ""
+        self.paused = None
 
     def disengage(self, why: str = "") -> None:
-        """Bring outputs to neutral; always allowed."""
+        """Bring outputs to neutral; always allowed.
+
+        Args:
+            why: for people to read; empty where a person at this site's own desk asks for it.
+        """
         if self.state is LinkState.ENGAGED:
             self.state = LinkState.CONNECTED
             self.paused = printable(why)
             self.note("disengaged", why)
 
-    def latch(self, why: str, *, cleared_here_only: bool = False) -> None:
-        """Latch a fault: neutral until it is deliberately cleared. The first fault's reason is kept.
+    def latch(self, fault: Fault, *, cleared_here_only: bool = False) -> None:
+        """Latch a fault: neutral until it is deliberately cleared. The first fault is kept.
 
         Args:
-            why: for people to read.
+            fault: what is wrong.
             cleared_here_only: a person at this site did it, and the far side must not undo it.
         """
         self.cleared_here_only = self.cleared_here_only or cleared_here_only
         if self.state is not LinkState.FAULT:
-            self.fault = printable(why)
+            self.fault = fault.bounded()
             self.state = LinkState.FAULT
-            self.note("fault", why)
+            self.note("fault", fault=self.fault)
 
     def clear(self, *, here: bool = True) -> None:
         """Clear a latched fault. Nothing moves by it: the session must be engaged again.
@@ -144,9 +153,9 @@ class Session:
         if self.state is not LinkState.FAULT:
             raise Refused("no fault is latched")
         if self.cleared_here_only and not here:
-            raise Refused(f"{self.fault}: to be cleared where it was latched")
-        self.note("cleared", self.fault)
-        self.fault = ""
+            raise Refused(f"{fault_text(self.fault)}: to be cleared where it was latched")
+        self.note("cleared", fault=self.fault)
+        self.fault = None
         self.cleared_here_only = False
         self.state = LinkState.CONNECTED if self.ident else LinkState.DISCONNECTED
 
@@ -172,12 +181,13 @@ class Session:
             self.note("missing" if missing else "complete", missing)
             self._missing = missing
 
-    def note(self, what: str, text: str = "") -> None:
+    def note(self, what: str, text: str = "", fault: Fault | None = None) -> None:
         """Log a happening, and keep it for the recording, its text as one printable line; a note keeps its lines."""
         level = logging.WARNING if what in _SERIOUS else logging.INFO
         said = printable_lines(text) if what == "note" else printable(text)
-        log.log(level, "%s%s", what, f": {said}" if said else "", extra={"happening": what})
-        self._happened.append(Happening(what, self.ident, said))
+        shown = said or fault_text(fault)
+        log.log(level, "%s%s", what, f": {shown}" if shown else "", extra={"happening": what})
+        self._happened.append(Happening(what, self.ident, said, fault))
 
     def take_happenings(self) -> list[Happening]:
         """What happened since the last call."""

@@ -76,6 +76,8 @@ class Recorder:
         """
         self._failed: str | None = None
         self._failed_ns: int | None = None
+        self.disk_full = False
+        """Whether the recording stopped since the disk is full."""
         self._written: Counter[str] = Counter()
         self._refused = 0
         self._slow_said = False
@@ -205,19 +207,19 @@ class Recorder:
         if not told:
             self._fail("the process that writes it has ended")
         self._told.feed(told)
-        for written, why, whole in self._told:
+        for written, why, full, whole in self._told:
             self._written = Counter(
                 {stream: count for stream, count in zip(self._streams, written, strict=False) if count}
             )
             self._ended = whole
             if why is not None:
-                self._fail(why)
+                self._fail(why, disk_full=full)
 
-    def _fail(self, why: str) -> None:
+    def _fail(self, why: str, *, disk_full: bool = False) -> None:
         self._ended = True
         self._waiting.clear()
         if self._failed is None:
-            self._failed, self._failed_ns = why, time.monotonic_ns()
+            self._failed, self._failed_ns, self.disk_full = why, time.monotonic_ns(), disk_full
             log.error("recording stopped: %s", why)
 
 
@@ -250,5 +252,6 @@ def recording_figures(recorder: Recorder | None) -> dict[str, object]:
         "recorded": {} if recorder is None else dict(recorder.written),
         "recording_lost": 0 if recorder is None else recorder.lost,
         "recording_failed": "" if recorder is None else recorder.failed or "",
+        "disk_full": recorder is not None and recorder.disk_full,
         "recording_failed_ns": None if recorder is None else recorder.failed_ns,
     }

@@ -4,9 +4,10 @@ Apart from the loop that it records, for both would want one interpreter: ticks 
 millisecond late, four times a second. Its standard output is the file, its standard input a stream socket on which both
 sides speak MessagePack: the recording's head, an object with `metadata`, `schemas`, `attachments` and `durable`; then
 lists of [stream's number, ns, payload]; null at the end. Back come [messages written of each stream so far, why it
-failed or null, whether this is the last].
+failed or null, whether the disk is full, whether this is the last].
 """
 
+import errno
 import os
 import select
 import socket
@@ -98,11 +99,12 @@ def write_recording(owner: socket.socket, file: IO[bytes]) -> None:
     try:
         _write(owner, writer)
         writer.finish()
-        why = None
+        why, full = None, False
     except Exception as error:  # whatever it is, it ends the recording, and the owner must know
         why = str(error) or type(error).__name__
+        full = isinstance(error, OSError) and error.errno == errno.ENOSPC
     with suppress(OSError):  # of an owner that is gone
-        owner.sendall(_told(writer, why, last=True))
+        owner.sendall(_told(writer, why, full=full, last=True))
 
 
 def _write(owner: socket.socket, writer: RecordingWriter) -> None:
@@ -126,8 +128,8 @@ def _write(owner: socket.socket, writer: RecordingWriter) -> None:
                 told = writer.written
 
 
-def _told(writer: RecordingWriter, why: str | None = None, *, last: bool = False) -> bytes:
-    packed: bytes = msgpack.packb([writer.written, why, last])
+def _told(writer: RecordingWriter, why: str | None = None, *, full: bool = False, last: bool = False) -> bytes:
+    packed: bytes = msgpack.packb([writer.written, why, full, last])
     return packed
 
 

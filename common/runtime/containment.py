@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
+from common.faults.fault import LONGEST_DETAIL, Fault, contained
 from common.files.printable import one_line
 from common.link.session_state import Refused
 from common.wire.packets import BadPacket
@@ -21,8 +22,6 @@ log = logging.getLogger(__name__)
 
 NAMED_IN = "TELETACTION_CONTAINED"
 """Environment variable: a file that gets one line for each contained exception that is logged. Tests read it."""
-LONGEST_NAME = 300
-"""Characters of a contained exception's name."""
 MOST_PLACES = 64
 """Places that are counted apart; exceptions of further places count as OTHERS."""
 OTHERS = "others"
@@ -39,8 +38,8 @@ class Containment:
         latest: name of the newest exception of each step, with its message.
     """
 
-    def __init__(self, latch: Callable[[str], None] = lambda name: None):
-        """Latch faults by `latch`, which is given a name of one line and at most LONGEST_NAME characters."""
+    def __init__(self, latch: Callable[[Fault], None] = lambda fault: None):
+        """Latch faults by `latch`."""
         self.count = 0
         self.places: Counter[str] = Counter()
         self.latest: dict[str, str] = {}
@@ -68,7 +67,7 @@ class Containment:
         """Count and log an exception, and latch a fault if it `latches`; returns its name."""
         frames = _frames(error.__traceback__)
         place = f"{step}: {type(error).__name__} in {frames[-1] if frames else 'nothing of ours'}"
-        name = self.latest[step] = one_line(f"{place}: {_message(error)}", LONGEST_NAME)
+        name = self.latest[step] = one_line(f"{place}: {_message(error)}", LONGEST_DETAIL)
         if place not in self.places and len(self.places) >= MOST_PLACES:
             place = OTHERS
         self.count += 1
@@ -78,7 +77,7 @@ class Containment:
             _note(name, frames)
         if latches:
             self._latched = True
-            self._latch(name)
+            self._latch(contained(name))
         return name
 
     def not_latched(self) -> None:
@@ -127,7 +126,7 @@ class _Request:
             raise Refused(f"this site failed at the request: {name}") from None
 
 
-MakeContainment = Callable[[Callable[[str], None]], Containment]
+MakeContainment = Callable[[Callable[[Fault], None]], Containment]
 
 
 def _frames(trace: TracebackType | None) -> list[str]:

@@ -47,7 +47,7 @@ class RateMonitor:
         self.works: float | None = None
 
     def look(self, now_s: float, spent: Spent) -> dict[str, object]:
-        """What the status tells: ticks a second, `works`, `behind`, and for how long in all the rate was not held.
+        """What the status tells: ticks a second, `wanted_hz`, `works`, `behind`, and for how long it was behind in all.
 
         The log has when it is so and when no more.
         """
@@ -63,6 +63,7 @@ class RateMonitor:
             self._judge(rate_hz, seconds, then, spent)
         return {
             "rate_hz": None if rate_hz is None else round(rate_hz, 1),
+            "wanted_hz": self._wanted_hz,
             "works": None if self.works is None else round(self.works, 3),
             "behind": self.behind,
             "behind_s": round(self._behind_s, 1),

@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
+from common.faults.texts import said_fault
 from common.link.curve import LinkProblem
 from common.link.session_display import ENDED, shown_state
 from common.runtime.containment import Containment
@@ -98,7 +99,7 @@ def run_site_loop(
 
 def in_words(figures: Mapping[str, object]) -> str:
     """A site's state in one line, with what is wrong or missing."""
-    told = ("fault", "missing", "refusal", "stale", "behind")
-    why = next((figures[name] for name in told if figures.get(name)), None)
+    told = ("missing", "refusal", "stale", "behind")
+    why = said_fault(figures.get("fault")) or next((figures[name] for name in told if figures.get(name)), "")
     state = shown_state(str(figures.get("state", "running")), link_silent=bool(figures.get("stale")))
     return state + (f": {why}" if why else "")

@@ -12,6 +12,7 @@ impact does, and the next impact comes at another time. What tells a loop that h
 import math
 from collections import deque
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
 
 SAME_PERIOD, SAME_SWING = 2.0, 0.5
@@ -51,8 +52,8 @@ class OscillationDetector:
         self._fed = False
         self._fed_cycles = 0
 
-    def step(self, t_s: float, force_n: float, fed: bool) -> str | None:
-        """Return how it swings, or None.
+    def step(self, t_s: float, force_n: float, fed: bool) -> Fault | None:
+        """Return that it swings, or None.
 
         Args:
             t_s: time, s.
@@ -73,7 +74,7 @@ class OscillationDetector:
         self._extreme_n, self._extreme_s = force_n, t_s
         return found
 
-    def _cycle(self) -> str | None:
+    def _cycle(self) -> Fault | None:
         """Count the cycle that ends with this peak."""
         peaks_s, before_s = self._peaks_s, self._period_s
         period_s, swing_n = self._extreme_s - peaks_s[-1], self._extreme_n - self._trough_n
@@ -90,11 +91,11 @@ class OscillationDetector:
         self._fed_cycles = self._fed_cycles + 1 if fed else 0
         self._fed = False
         if len(peaks_s) > SWING_CYCLES and peaks_s[-1] - peaks_s[0] <= SWING_S:
-            return _told(SWING_CYCLES / (peaks_s[-1] - peaks_s[0]), swing_n)
+            return _swings(SWING_CYCLES / (peaks_s[-1] - peaks_s[0]), swing_n)
         if self._fed_cycles >= SWING_SLOW_CYCLES:
-            return _told(1.0 / period_s, swing_n)
+            return _swings(1.0 / period_s, swing_n)
         return None
 
 
-def _told(hz: float, swing_n: float) -> str:
-    return f"force swings at {hz:.0f} Hz by {swing_n:.1f} N"
+def _swings(rate_hz: float, swing_n: float) -> Fault:
+    return Fault(FaultCode.FORCE_SWINGS, value=swing_n, rate_hz=rate_hz)

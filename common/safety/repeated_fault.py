@@ -22,8 +22,6 @@ SPACING_S = PULSE_S + 0.2
 ROUND_S = 2.0 * SPACING_S + WINDOW_S
 CALM_SHARE = 0.5
 """Without drive the reading may show at most this share of what the test needs."""
-STAYS_OFF = "again within 10 min: this plate stays off until a small test pulse has moved it"
-"""What is added to the text of a repeated fault."""
 
 
 class RepeatedFault:

@@ -1,6 +1,6 @@
 """The block of a packet: some numbers of each finger, packed little-endian float32, each within its column's range."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -26,8 +26,20 @@ class FingerBlock:
         low, high: what each column may hold, float32 (columns,).
     """
 
-    def __init__(self, ranges: Mapping[str, tuple[float, float]], codes: Sequence[str] = ()):
-        """Take each column's range; those in `codes` stand for words and hold whole numbers."""
+    def __init__(
+        self,
+        ranges: Mapping[str, tuple[float, float]],
+        codes: Sequence[str] = (),
+        agree: Callable[[Sequence[float]], bool] = lambda codes: True,
+    ):
+        """A block of columns.
+
+        Args:
+            ranges: of each column.
+            codes: columns that stand for words and hold whole numbers.
+            agree: whether the codes of one finger, in the order of the columns, may stand together.
+        """
+        self._agree = agree
         self.names = tuple(ranges)
         self.low: Floats = np.array([low for low, _ in ranges.values()], dtype=_FLOAT32)
         self.high: Floats = np.array([high for _, high in ranges.values()], dtype=_FLOAT32)
@@ -79,12 +91,15 @@ class FingerBlock:
             )
 
     def _learn(self, codes: int, block: Floats) -> None:
-        """Remember codes that are whole numbers: the same ones come again and again; raises BadPacket on others."""
+        """Remember codes that are whole numbers and agree: the same ones come again and again; raises BadPacket."""
         values = block[:, self._code_columns]
         if (values != np.round(values)).any():
             raise BadPacket(
                 f"block: {', '.join(self.names[column] for column in self._code_columns)}: not whole numbers"
             )
+        for finger, row in zip(FINGERS, values.tolist(), strict=True):
+            if not self._agree(row):
+                raise BadPacket(f"{finger}: codes {row} do not agree")
         if len(self._known_codes) >= _MOST_KNOWN:
             self._known_codes.clear()
         self._known_codes.add(codes)

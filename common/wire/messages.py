@@ -5,7 +5,7 @@ refuse is sent.
 """
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from functools import lru_cache
 from itertools import chain
@@ -43,6 +43,52 @@ class ThermalStatus(IntEnum):
     AMBIGUOUS = 4
     UNKNOWN = 5
     UNIDENTIFIABLE = 6
+
+
+class ThermalReason(IntEnum):
+    """Why a status is what it is: why nothing is named, or that what is named was found before.
+
+    A touch that ends keeps its status; the reason says how it ended.
+    """
+
+    NONE = 0
+    NO_DIFFERENCE = 1
+    NO_FIT = 2
+    NOT_CALIBRATED = 3
+    NOT_RULED_OUT = 4
+    CONTACT_LOST = 5
+    STROKED = 6
+    STILL_WARM = 7
+    TOUCHED_BEFORE = 8
+    NO_READING = 9
+    READINGS_MISSING = 10
+    NOT_A_NUMBER = 11
+    READING_STUCK = 12
+    SENSOR_SHORTED = 13
+    SENSOR_OPEN = 14
+    SENSOR_JUMPS = 15
+    SENSOR_FROZEN = 16
+
+    @property
+    def code(self) -> str:
+        """The reason as it stands in files, such as `no-difference`; empty for NONE."""
+        return self.name.lower().replace("_", "-") if self else ""
+
+
+THERMAL_REASONS = {reason.code: reason for reason in ThermalReason}
+"""Each reason by its code."""
+_ENDED = {ThermalReason.CONTACT_LOST, ThermalReason.STROKED, *list(ThermalReason)[ThermalReason.NO_READING :]}
+_EXPLAINS: dict[ThermalStatus, set[ThermalReason]] = {
+    ThermalStatus.IDENTIFIED: _ENDED | {ThermalReason.TOUCHED_BEFORE},
+    ThermalStatus.AMBIGUOUS: _ENDED | {ThermalReason.TOUCHED_BEFORE, ThermalReason.NOT_RULED_OUT},
+    ThermalStatus.UNKNOWN: {ThermalReason.TOUCHED_BEFORE, ThermalReason.NO_FIT, ThermalReason.NOT_CALIBRATED},
+    ThermalStatus.UNIDENTIFIABLE: _ENDED | {ThermalReason.STILL_WARM, ThermalReason.NO_DIFFERENCE},
+}
+
+
+def explains(reason: int, status: int) -> bool:
+    """Whether a status may have this reason; NONE goes with each."""
+    return not reason or ThermalReason(reason) in _EXPLAINS.get(ThermalStatus(status), ())
 
 
 class EventKind(IntEnum):
@@ -126,6 +172,9 @@ class TouchRow(NamedTuple):
     object_c_sd: Annotated[float, Column(0, 100, "K", "its standard deviation")]
     probability: Annotated[float, Column(0, 1, "1", "of the likeliest material")]
     thermal_status: Annotated[float, Column(0, len(ThermalStatus) - 1, "", _codes(ThermalStatus))]
+    thermal_reason: Annotated[
+        float, Column(0, len(ThermalReason) - 1, "", "why the status is so, below; 0 where nothing explains it")
+    ]
 
 
 NO_TOUCH = TouchRow._make(0.0 for _ in TouchRow._fields)
@@ -141,12 +190,19 @@ def _ranges(row: type[MotionRow] | type[TouchRow]) -> dict[str, tuple[float, flo
     return {name: (column.low, column.high) for name, column in columns(row).items()}
 
 
+def _codes_agree(codes: Sequence[float]) -> bool:
+    _, _, status, reason = codes
+    return explains(int(reason), int(status))
+
+
 MOTION_BLOCK = FingerBlock(_ranges(MotionRow))
 MOTION_FIELDS = MotionRow._fields
 TOUCH_RANGES = _ranges(TouchRow)
 TOUCH_FIELDS = TouchRow._fields
 TOUCH_COLUMN = {name: column for column, name in enumerate(TOUCH_FIELDS)}
-TOUCH_BLOCK = FingerBlock(TOUCH_RANGES, codes=("mode", "contact", "thermal_status"))
+TOUCH_BLOCK = FingerBlock(
+    TOUCH_RANGES, codes=("mode", "contact", "thermal_status", "thermal_reason"), agree=_codes_agree
+)
 TOUCH_LOW, TOUCH_HIGH = TOUCH_BLOCK.low, TOUCH_BLOCK.high
 _MOTION_ROW, _TOUCH_ROW = (struct.Struct(f"<{len(fields)}f") for fields in (MOTION_FIELDS, TOUCH_FIELDS))
 _TOUCH_ROWS = struct.Struct(f"<{N * len(TOUCH_FIELDS)}f")

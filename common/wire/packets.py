@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from common.fingers import FINGERS
 from common.wire.misfit import misfit
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 MAX_PACKET = 6144
 """No packet of this link is larger, bytes."""
 MAX_INTEGER = 2**63 - 1

@@ -3,12 +3,86 @@
 import re
 from collections.abc import Sequence
 
+from common.faults.fault import EXOSKELETON, TELEMANIPULATOR, Fault, FaultCode
+from common.faults.texts import filled
 from common.limits import PLATE_FAULT_C
-from common.wire.messages import ThermalStatus
+from common.wire.messages import ThermalReason, ThermalStatus
 from common.wire.touch_summary import TouchSummary
 
 LONGEST_ALARM = 60
-_PLATE_OVER = re.compile(r"(\w+): plate at ([\d.]+) C, above")
+_FAULTS = {
+    FaultCode.TIME_NOT_FINITE: "time is no number",
+    FaultCode.AGE_NOT_A_NUMBER: "age of the input is no number",
+    FaultCode.REQUEST_NOT_FINITE: "an output is no number",
+    FaultCode.MOTION_NOT_FINITE: "motion is no number",
+    FaultCode.MEASUREMENT_NOT_FINITE: "reading is no number",
+    FaultCode.PLATE_NOT_BELIEVED: "plate reading is wrong",
+    FaultCode.PLATE_TOO_HOT: "plate {value:.1f} °C, over {limit:.1f}",
+    FaultCode.PLATE_AGAINST_DRIVE: "plate against its drive",
+    FaultCode.PLATE_NOT_FOLLOWING: "plate not following",
+    FaultCode.PLATE_UNMOVED: "plate reading not moving",
+    FaultCode.PLATE_STILL_DRIVEN: "plate reading stands still",
+    FaultCode.PLATE_STILL_HOT: "hot plate reading is still",
+    FaultCode.PLATE_STILL_HEATED: "heated reading is still",
+    FaultCode.PLATE_THERMISTOR_SHORT: "plate sensor short",
+    FaultCode.PLATE_THERMISTOR_OPEN: "plate sensor open",
+    FaultCode.PLATE_THERMISTOR_JUMPS: "plate sensor jumps",
+    FaultCode.HOT_SIDE_THERMISTOR_SHORT: "hot side sensor short",
+    FaultCode.HOT_SIDE_THERMISTOR_OPEN: "hot side sensor open",
+    FaultCode.COOLING_LOST: "no water: {value:.0f}, was {limit:.0f} °C",
+    FaultCode.COOLING_TOO_COLD: "cold water: {value:.0f}, was {limit:.0f} °C",
+    FaultCode.MODULE_CUT_OUT: "module cut its plate off",
+    FaultCode.MOTOR_UNASKED: "motor unasked at {value:.0f} mV",
+    FaultCode.PELTIER_UNASKED: "plate unasked at {value:.0f} ‰",
+    FaultCode.SENSOR_PLATE_TOO_HOT: "plate {value:.1f} °C, over {limit:.1f}",
+    FaultCode.SENSOR_CUT_OUT: "sensor cut its heater off",
+    FaultCode.HEATER_UNASKED: "heater unasked at {value:.0f} ‰",
+    FaultCode.FORCE_SWINGS: "force swings {rate_hz:.0f} Hz, {value:.1f} N",
+    FaultCode.FORCE_UNASKED: "force {value:.2f} N, asked {limit:.2f}",
+    FaultCode.DRIVES_UNASKED: "drives on, never asked",
+    FaultCode.NOT_RELEASED: "does not release",
+    FaultCode.SET_POINT_MISSED: "{value:.1f} mm off, limit {limit:.1f}",
+    FaultCode.STATE_NOT_REPORTED: "outputs not reported",
+    FaultCode.ENCODER_JUMPED: "encoder jumped {value:.1f} mm",
+    FaultCode.ENCODER_JUMPS: "encoder jumps, {value:.0f} over {limit:.0f}",
+    FaultCode.ENCODER_STUCK: "encoder stuck for {value:.1f} mm",
+    FaultCode.FINGER_STILL: "still {value:.1f} s, limit {limit:.1f}",
+    FaultCode.FORCE_SENSOR_FROZEN: "force stuck at {value:.2f} N",
+    FaultCode.FORCE_SENSOR_DEAD: "force dead, {value:.1f} over {limit:.1f} mm",
+    FaultCode.FORCE_SENSOR_BIASED: "force {value:.2f} N, servo {limit:.2f}",
+    FaultCode.BUS_OFF: "CAN bus is off",
+    FaultCode.FOREIGN_FRAMES: "sent by another node",
+    FaultCode.FRAMES_DAMAGED: "{value:.0f} damaged, limit {limit:.0f}",
+    FaultCode.NO_GOOD_FRAME: "none for {value:.0f} ms, limit {limit:.0f}",
+    FaultCode.KEY_USED_TWICE: "key used at two places",
+    FaultCode.OPERATOR_STOP: "emergency stop by the operator",
+    FaultCode.REMOTE_STOP: "emergency stop there",
+    FaultCode.CONTAINED: "program error: {detail}",
+    FaultCode.UNKNOWN: "unknown fault {detail}",
+}
+"""What is wrong, short enough to stand in an alarm beside where it is."""
+_ACTS = {FaultCode.PLATE_TOO_HOT: "Heat is off.", FaultCode.FORCE_SWINGS: "Force is off."}
+"""What follows from a fault of the operator's site; from the others, that outputs are off."""
+_DEVICES = {EXOSKELETON: "exoskeleton", TELEMANIPULATOR: "arm"}
+_REASONS = {
+    ThermalReason.NONE: "no reason given",
+    ThermalReason.NO_DIFFERENCE: "no temperature difference",
+    ThermalReason.NO_FIT: "response fits no material",
+    ThermalReason.NOT_CALIBRATED: "matches nothing calibrated",
+    ThermalReason.NOT_RULED_OUT: "none calibrated",
+    ThermalReason.CONTACT_LOST: "contact lost",
+    ThermalReason.STROKED: "finger did not rest",
+    ThermalReason.STILL_WARM: "spot still warm, touch beside it",
+    ThermalReason.TOUCHED_BEFORE: "touched here just before",
+    ThermalReason.NO_READING: "no sensor reading",
+    ThermalReason.READINGS_MISSING: "sensor readings missing",
+    ThermalReason.NOT_A_NUMBER: "sensor reading no number",
+    ThermalReason.READING_STUCK: "sensor reading stuck",
+    ThermalReason.SENSOR_SHORTED: "sensor shorted",
+    ThermalReason.SENSOR_OPEN: "sensor open",
+    ThermalReason.SENSOR_JUMPS: "sensor jumps",
+    ThermalReason.SENSOR_FROZEN: "sensor frozen",
+}
 _ABBREVIATED = frozenset(("abs", "ptfe", "pu", "pvc"))
 _SURE = 0.995
 """From here a probability is said to be above 99 %."""
@@ -59,21 +133,25 @@ def named(material: str) -> str:
     return " ".join(word.upper() if word in _ABBREVIATED else word for word in material.split("_"))
 
 
-def fault(text: str) -> str:
+def fault(found: Fault) -> str:
     """A latched fault of the operator's site."""
-    if (over := _PLATE_OVER.match(text)) is not None:
-        return f"{finger(over[1])}: plate {over[2]} °C, over {PLATE_FAULT_C:.1f}. Heat is off."
-    where, _, what = text.partition(": ")
-    if what and any(word in what for word in ("swing", "force", "energy")):
-        return short(f"{finger(where)}: force not following. Force is off.")
-    if what:
-        return short(f"{finger(where.replace(' tacttip', ''))}: {what}. Outputs are off.")
-    return short(f"{finger(text)}. Outputs are neutral.")
+    device = "" if found.where else _DEVICES.get(found.device, "")
+    act = "Engage for a plate test." if found.needs_test else _ACTS.get(found.code, "Outputs are off.")
+    return _alarm(found, found.where or device, act)
 
 
-def remote_fault(text: str) -> str:
+def remote_fault(found: Fault) -> str:
     """A latched fault of the remote site."""
-    return short(f"Remote site: {text}. It stands still.")
+    where = found.where or _DEVICES.get(found.device, "site")
+    return _alarm(found, f"remote {where}", "It stands still.")
+
+
+def _alarm(found: Fault, where: str, act: str) -> str:
+    """Where, what, and what follows from it where there is room."""
+    what = filled(_FAULTS[found.code], found).rstrip()
+    said = short(finger(f"{where}: {what}." if where else f"{what}."))
+    whole = f"{said} {act}"
+    return whole if len(whole) <= LONGEST_ALARM else said
 
 
 def plate_over(name: str, plate_c: float) -> str:
@@ -86,9 +164,11 @@ def plate_held(name: str, limit_c: float) -> str:
     return f"{finger(name)}: plate held at {limit_c:.1f} °C limit. Lift the finger."
 
 
-def site_slow(behind: str) -> str:
-    """A loop that does not hold its rate, by what its site says of it: `442 of 500 ticks a second; ...`."""
-    return f"Site slow: {behind.partition(';')[0]}. Close other programs."
+def site_slow(rate_hz: object, wanted_hz: object) -> str:
+    """A loop that does not hold its rate, Hz; what is no number is left out."""
+    known = isinstance(rate_hz, float) and isinstance(wanted_hz, float)
+    said = f": {rate_hz:.0f} of {wanted_hz:g} ticks a second" if known else ""
+    return f"Site slow{said}. Close other programs."
 
 
 def link_slow(delay_ms: float, sd_ms: float) -> str:
@@ -136,11 +216,14 @@ def confirmed(devices: int, after_s: float) -> str:
     return f"STOPPED. All {devices} devices confirmed in {after_s:.2f} s."
 
 
-def decision(status: ThermalStatus, material: str, told: TouchSummary, probability: float) -> tuple[str, str]:
+def decision(
+    status: ThermalStatus, reason: ThermalReason, material: str, told: TouchSummary, probability: float
+) -> tuple[str, str]:
     """What is known of the object under a finger: a word, and a line.
 
     Args:
         status: of the identification.
+        reason: of the status.
         material: the likeliest one.
         told: its candidates.
         probability: of the likeliest.
@@ -156,9 +239,9 @@ def decision(status: ThermalStatus, material: str, told: TouchSummary, probabili
             between = " or ".join(candidates[:2]) if len(candidates) > 1 else f"{best} or none calibrated"
             return "AMBIGUOUS", f"AMBIGUOUS: {between}"
         case ThermalStatus.UNKNOWN:
-            return "UNKNOWN", "UNKNOWN: matches nothing calibrated"
+            return "UNKNOWN", f"UNKNOWN: {_REASONS[reason]}"
         case ThermalStatus.UNIDENTIFIABLE:
-            return "CANNOT TELL", "CANNOT TELL"  # there are many reasons, and touch packets name none
+            return "CANNOT TELL", f"CANNOT TELL: {_REASONS[reason]}"
         case _:
             return "NO CONTACT", "NO CONTACT"
 

@@ -6,6 +6,7 @@ from common.buses.ready_lines import ReadyLines
 from common.buses.serial_device import SerialDevice
 from common.buses.wiring import SYSTEM, Wiring
 from common.config import OperatorConfig
+from common.faults.fault import EXOSKELETON, Fault
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock
@@ -104,10 +105,10 @@ class OperatorDevices:
             found[module.name] = module.unconfirmed(since_s)
         return found
 
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         """What devices do that they must not, and what of them is broken; empty when all is well."""
         now_s = self.tick.began_s
-        found = [f"exoskeleton: {fault}" for fault in self.exoskeleton.faults(now_s)]
+        found = [fault._replace(device=EXOSKELETON) for fault in self.exoskeleton.faults(now_s)]
         for module in self.tacttips.values():
             if module.faults and now_s - module.measured_s <= GAP_S:
                 found += module.faults

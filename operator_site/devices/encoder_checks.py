@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 
 from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderGlitches
+from common.faults.fault import AXES, Fault
 from common.fingers import FINGERS
 from operator_site.devices.stuck_joint import StuckJoints
-
-_POSE = ("hand's x", "hand's y")
 
 
 class EncoderChecks:
@@ -14,7 +13,7 @@ class EncoderChecks:
 
     def __init__(self, taking_part: Sequence[bool] = (True,) * len(FINGERS)) -> None:
         """Watch the fingers that are in the exoskeleton for standing still, and all encoders for jumps."""
-        self._pose, self._heights = EncoderGlitches(_POSE, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
+        self._pose, self._heights = EncoderGlitches(AXES, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
         self._still = StuckJoints(taking_part)
         self._pose_m: tuple[float, float] = (0.0, 0.0)
 
@@ -31,6 +30,6 @@ class EncoderChecks:
         return tuple(believed_m)
 
     @property
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         """What is wrong with which; empty when all is well."""
         return self._pose.faults + self._heights.faults + self._still.faults

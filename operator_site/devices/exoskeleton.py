@@ -7,6 +7,7 @@ from common.buses.can_frames import FrameReceiver, FrameSender
 from common.buses.can_port import CanAddress, CanPort
 from common.buses.drive_monitor import DriveMonitor, ForceMonitor, ReportMonitor
 from common.buses.wiring import SYSTEM, Wiring
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock, Witness
@@ -65,9 +66,9 @@ class Exoskeleton:
         self._encoders = EncoderChecks(self._taking_part)
         self._forces = FrameSender("FingerForces")
         self._forces_obey = ForceMonitor()
-        self._enabled_obeys = DriveMonitor("the drives", "are enabled, never asked for")
+        self._enabled_obeys = DriveMonitor(FaultCode.DRIVES_UNASKED)
         self._state_comes = ReportMonitor()
-        self._disobeys: list[str] = []
+        self._disobeys: list[Fault] = []
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
@@ -105,7 +106,7 @@ class Exoskeleton:
         """How long the exoskeleton has taken for the frames that wait to be read, s."""
         return self.line.unread("HandPose") * FRAME_S
 
-    def faults(self, t_s: float) -> list[str]:
+    def faults(self, t_s: float) -> list[Fault]:
         """What is wrong on its bus, with its drives and encoders, at `t_s`; empty when all is well, or it is away."""
         found = [self.line.fault] if self.line.fault else []
         here = self.line.connected and t_s - self.hand.oldest_s <= GAP_S

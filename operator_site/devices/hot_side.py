@@ -8,6 +8,7 @@ seconds, since only water can hold its temperature.
 import math
 
 from common.buses.thermometry import ntc_c
+from common.faults.fault import Fault, FaultCode
 from operator_site.devices.ntc import ntc_fault
 
 WARMEST_C = 30.0
@@ -26,11 +27,11 @@ class HotSide:
         self._t_s = math.nan
         self._usual_c = math.nan
 
-    def step(self, t_s: float, counts: int) -> str:
-        """What is wrong with the cooling when the thermistor reads `counts` at `t_s`; empty when nothing."""
-        broken = ntc_fault(counts)
+    def step(self, t_s: float, counts: int) -> Fault | None:
+        """What is wrong with the cooling when the thermistor reads `counts` at `t_s`; None when nothing."""
+        broken = ntc_fault(counts, FaultCode.HOT_SIDE_THERMISTOR_SHORT, FaultCode.HOT_SIDE_THERMISTOR_OPEN)
         if broken is not None:
-            return f"the hot side's thermistor: {broken}"
+            return Fault(broken)
         hot_side_c = ntc_c(counts)
         since_s, self._t_s = t_s - self._t_s, t_s
         if not 0.0 <= since_s <= MEMORY_S:
@@ -38,9 +39,7 @@ class HotSide:
         else:
             self._usual_c += (hot_side_c - self._usual_c) * since_s / (MEMORY_S + since_s)
         if hot_side_c > WARMEST_C or hot_side_c - self._usual_c > MOVED_K:
-            return f"the cooling water is lost: hot side at {hot_side_c:.0f} C, {self._usual_c:.0f} C before"
+            return Fault(FaultCode.COOLING_LOST, value=hot_side_c, limit=self._usual_c)
         if hot_side_c < COLDEST_C or self._usual_c - hot_side_c > MOVED_K:
-            return (
-                f"the cooling water is lost or too cold: hot side at {hot_side_c:.0f} C, {self._usual_c:.0f} C before"
-            )
-        return ""
+            return Fault(FaultCode.COOLING_TOO_COLD, value=hot_side_c, limit=self._usual_c)
+        return None

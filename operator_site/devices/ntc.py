@@ -5,6 +5,7 @@ from collections import deque
 from typing import NamedTuple
 
 from common.buses.thermometry import ntc_c
+from common.faults.fault import FaultCode
 
 SHORT_BELOW = 100
 OPEN_ABOVE = 3995
@@ -19,20 +20,18 @@ HEAP_S = 0.002
 """Readings that arrive this close together were waiting; only the last one's time is true."""
 
 
-def ntc_fault(counts: int) -> str | None:
-    """Why a thermistor's counts are no temperature; None when they are one."""
+def ntc_fault(counts: int, short: FaultCode, opened: FaultCode) -> FaultCode | None:
+    """Which of two faults makes a thermistor's counts no temperature; None when they are one."""
     if counts <= SHORT_BELOW:
-        return "short circuit"
-    if counts >= OPEN_ABOVE:
-        return "open circuit"
-    return None
+        return short
+    return opened if counts >= OPEN_ABOVE else None
 
 
 class PlateReading(NamedTuple):
-    """A plate's temperature; NaN together with the reason where there is none."""
+    """A plate's temperature; NaN together with the fault where there is none."""
 
     plate_c: float
-    fault: str | None
+    fault: FaultCode | None
 
 
 class PlateSensor:
@@ -43,7 +42,7 @@ class PlateSensor:
 
     def step(self, t_s: float, counts: int) -> PlateReading:
         """Judge the reading taken at `t_s`."""
-        broken = ntc_fault(counts)
+        broken = ntc_fault(counts, FaultCode.PLATE_THERMISTOR_SHORT, FaultCode.PLATE_THERMISTOR_OPEN)
         if broken is not None:
             return self._refuse(broken)
         plate_c = ntc_c(counts)
@@ -57,9 +56,9 @@ class PlateSensor:
             recent.popleft()
         span_s = t_s - recent[0][0]
         if span_s >= RATE_WINDOW_S - 1e-9 and abs(plate_c - recent[0][1]) > RATE_LIMIT_K_S * span_s:
-            return PlateReading(math.nan, "changes faster than a plate can")
+            return PlateReading(math.nan, FaultCode.PLATE_THERMISTOR_JUMPS)
         return PlateReading(plate_c, None)
 
-    def _refuse(self, reason: str) -> PlateReading:
+    def _refuse(self, fault: FaultCode) -> PlateReading:
         self._recent.clear()
-        return PlateReading(math.nan, reason)
+        return PlateReading(math.nan, fault)

@@ -7,6 +7,7 @@ the exoskeleton pushes it, or other fingers or the hand move. At the ends of its
 
 from collections.abc import Sequence
 
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 
 STILL_S = 1.5
@@ -63,12 +64,12 @@ class StuckJoints:
                 self.stuck_s[finger] += passed_s
 
     @property
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         """What is wrong with which finger; empty when all is well."""
         if max(self.stuck_s) < STILL_S:
             return []
         return [
-            f"{FINGERS[finger]}: height has not changed for {since_s:.1f} s: joint or encoder stuck"
+            Fault(FaultCode.FINGER_STILL, FINGERS[finger], value=since_s, limit=STILL_S)
             for finger, since_s in enumerate(self.stuck_s)
             if since_s >= STILL_S
         ]

@@ -15,6 +15,7 @@ from common.buses.serial_messages import (
     TactTipState,
 )
 from common.buses.wiring import SYSTEM, Wiring
+from common.faults.fault import Fault, FaultCode
 from common.timing.standstill import HostClock
 from common.timing.timeouts import COMMAND_REFRESH_S
 from operator_site.devices.hot_side import HotSide
@@ -41,20 +42,20 @@ class TactTip:
         self.plate_c = math.nan
         self.measured_s = _NEVER
         """When the last reading came, s; -inf before the first."""
-        self.sensor_fault = ""
-        self.cooling_fault = ""
-        """What is wrong with the hot side or its thermistor; empty when nothing."""
+        self.sensor_fault: FaultCode | None = None
+        self.cooling_fault: Fault | None = None
+        """What is wrong with the hot side or its thermistor; None when nothing."""
         self.stood_still_s = 0.0
         """For how long the host's clock stood still before the last `read`, as the module's own clock shows, s."""
         self.cut_out = False
-        self.disobeys = ""
-        """What the module does that it was not told; empty when nothing."""
-        self.faults: list[str] = []
-        """What the last report says of these, for people; empty when all is well."""
+        self.disobeys: Fault | None = None
+        """An output that was not asked for; None when there is none."""
+        self.faults: list[Fault] = []
+        """What the last report says of these; empty when all is well."""
         self.applied = (0, 0)
         """What the module reported last that motor (mV) and Peltiers (thousandths) get."""
         self._sensor, self._hot_side = PlateSensor(), HotSide()
-        self._motor, self._peltier = DriveMonitor("the motor"), DriveMonitor("the Peltier element")
+        self._motor, self._peltier = DriveMonitor(FaultCode.MOTOR_UNASKED), DriveMonitor(FaultCode.PELTIER_UNASKED)
         self._motor_drive = MotorDrive()
         self._turning = False
         self._witness = DeviceClock(self.line, clock)
@@ -73,7 +74,7 @@ class TactTip:
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)
-            self.plate_c, self.sensor_fault = reading.plate_c, reading.fault or ""
+            self.plate_c, self.sensor_fault = reading.plate_c, reading.fault
             self.cooling_fault = self._hot_side.step(t_s, state.hot_side_counts)
             self.cut_out = bool(state.flags & _CUT_OUT)
             self.applied = (state.motor_mv, state.peltier_permille)
@@ -83,17 +84,14 @@ class TactTip:
             self.measured_s = t_s
         self.faults = self._faults()
 
-    def _faults(self) -> list[str]:
-        found = []
-        if self.sensor_fault:
-            found.append(f"{self._finger}: the plate's thermistor: {self.sensor_fault}")
-        if self.cooling_fault:
-            found.append(f"{self._finger}: {self.cooling_fault}")
-        if self.cut_out:
-            found.append(f"{self._finger}: the module's own temperature limit has switched its plate off")
-        if self.disobeys:
-            found.append(f"{self.name}: {self.disobeys}")
-        return found
+    def _faults(self) -> list[Fault]:
+        found = [
+            None if self.sensor_fault is None else Fault(self.sensor_fault),
+            self.cooling_fault,
+            Fault(FaultCode.MODULE_CUT_OUT) if self.cut_out else None,
+            self.disobeys,
+        ]
+        return [fault._replace(where=self._finger) for fault in found if fault is not None]
 
     def _states(self) -> list[TactTipState]:
         found: list[TactTipState] = []

@@ -2,6 +2,7 @@
 
 import math
 
+from common.faults.fault import Fault
 from common.limits import ACCOUNT_J, FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_RAMP_UP_N_S, FORCE_SAFE_S, GAP_S
 from common.safety.oscillation_detector import OscillationDetector
 from operator_site.safety.passivity_controller import PassivityController
@@ -47,7 +48,7 @@ class ForceLimits:
         self._oscillation.begin_anew()
         self._watched_n = math.nan
 
-    def observe(self, t_s: float, height_s: float, z_m: float) -> str | None:
+    def observe(self, t_s: float, height_s: float, z_m: float) -> Fault | None:
         """Return what the force does that it must not, or None.
 
         Args:

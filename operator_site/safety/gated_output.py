@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from common.faults.fault import Fault
 from common.fingers import FINGERS
 from operator_site.safety.limit_flags import Limit
 
@@ -19,10 +20,10 @@ class GatedOutput:
     peltier_drive: list[float]
     limited: list[int]
     """`Limit` bits of each finger."""
-    fault: str | None
+    fault: Fault | None
 
     @classmethod
-    def neutral(cls, fault: str | None) -> "GatedOutput":
+    def neutral(cls, fault: Fault | None) -> "GatedOutput":
         """Outputs of a tick without a gate: no force, no vibration, no drive; `fault` is the latched one, if any."""
         n = len(FINGERS)
         released = [Limit.RELEASED.value] * n

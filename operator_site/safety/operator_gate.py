@@ -8,6 +8,7 @@ then start from zero. Missing input means neutral, never the last value.
 import math
 from collections.abc import Sequence
 
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import (
     GAP_S,
@@ -19,7 +20,7 @@ from common.limits import (
     WIDE,
     PlateRange,
 )
-from common.safety.repeated_fault import STAYS_OFF, RepeatedFault
+from common.safety.repeated_fault import RepeatedFault
 from common.safety.thermal_dose import ThermalDose
 from common.timing.timeouts import TICK_AGE_S
 from operator_site.safety.force_limits import ForceLimits
@@ -65,7 +66,7 @@ class OperatorGate:
         n = len(FINGERS)
         self._profile = profile
         self._t_s = math.nan
-        self._fault: str | None = None
+        self._fault: Fault | None = None
         self._wall = wall
         self._force = [ForceLimits(wall) for _ in range(n)]
         self._set_c = [min(profile.high_c, max(profile.low_c, SKIN_NEUTRAL_C))] * n
@@ -79,7 +80,7 @@ class OperatorGate:
         self._checked_s = -math.inf
 
     @property
-    def fault(self) -> str | None:
+    def fault(self) -> Fault | None:
         """The latched fault, if any."""
         return self._fault
 
@@ -106,19 +107,18 @@ class OperatorGate:
             for force in self._force:
                 force.show(wall)
 
-    def trip(self, reason: str, plate: int | None = None) -> None:
-        """Latch a fault; the first reason is kept.
+    def trip(self, fault: Fault) -> None:
+        """Latch a fault; the first one is kept.
 
-        Args:
-            reason: for people to read.
-            plate: finger whose plate or module it names. A second such fault within ten minutes makes a test necessary;
-                until a person clears, further reasons count as the same fault.
+        A second fault of the same plate or module within ten minutes makes a test necessary. Until a person clears,
+        further faults of it count as the same one.
         """
+        plate = fault.plate
         if plate is not None and plate not in self._named:
             self._named.add(plate)
             if self._repeated[plate].named(self._t_s):
-                reason = f"{reason}; {STAYS_OFF}"
-        self._fault = self._fault or reason
+                fault = fault._replace(needs_test=True)
+        self._fault = self._fault or fault
 
     def clear_fault(self) -> None:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
@@ -180,7 +180,7 @@ class OperatorGate:
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
-            self.trip("time is not a finite number")
+            self.trip(Fault(FaultCode.TIME_NOT_FINITE))
             return math.inf  # whatever falls with time has fallen
         dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
         self._checked_s = min(self._checked_s, t_s)  # a clock that was set back must not put the checks off
@@ -207,9 +207,9 @@ class OperatorGate:
         # One sum is not finite as soon as one part is not; requests are far too small to overflow it.
         total = sum(force_n) + sum(motor_rpm) + sum(plate_set_c) + sum(peltier_drive)
         if not math.isfinite(total):
-            self.trip("a requested output is not a finite number")
+            self.trip(Fault(FaultCode.REQUEST_NOT_FINITE))
         if math.isnan(age_s):
-            self.trip("age of the input is not a number")
+            self.trip(Fault(FaultCode.AGE_NOT_A_NUMBER))
 
     def _watch_plates(self, t_s: float, known: list[bool], plate_measured_c: Sequence[float]) -> None:
         check = t_s - self._checked_s >= CHECK_S - _EPSILON
@@ -220,15 +220,15 @@ class OperatorGate:
                     self._follow[finger] = PlateFollowing()
                 continue
             if not math.isfinite(plate_c):
-                self.trip(f"{FINGERS[finger]}: plate temperature is not to be believed", finger)
+                self.trip(Fault(FaultCode.PLATE_NOT_BELIEVED, FINGERS[finger]))
                 continue
             if plate_c > PLATE_FAULT_C:
-                self.trip(f"{FINGERS[finger]}: plate at {plate_c:.1f} C, above {PLATE_FAULT_C:.1f} C", finger)
+                self.trip(Fault(FaultCode.PLATE_TOO_HOT, FINGERS[finger], value=plate_c, limit=PLATE_FAULT_C))
             self._spent[finger] = self._dose[finger].step(t_s, plate_c)
             if check:
                 wrong = self._follow[finger].step(since_s, self._drive[finger], plate_c)
                 if wrong and not self._repeated[finger].needs_test:  # else the test decides
-                    self.trip(f"{FINGERS[finger]}: plate {wrong}", finger)
+                    self.trip(Fault(wrong, FINGERS[finger]))
         if check:
             self._checked_s = t_s
 
@@ -237,7 +237,7 @@ class OperatorGate:
         for finger, force in enumerate(self._force):
             wrong = force.observe(t_s, measured_s, z_m[finger] if known else math.nan)
             if wrong:
-                self.trip(f"{FINGERS[finger]}: {wrong}")
+                self.trip(wrong._replace(where=FINGERS[finger]))
 
     def _forces(
         self, t_s: float, dt_s: float, live: bool, age_s: float, wanted_n: Sequence[float], limited: list[int]

@@ -7,6 +7,7 @@ A plate that runs away from a steady hold does so under a drive that hardly chan
 what a plate did lately must also not be the opposite of what it was driven to lately.
 """
 
+from common.faults.fault import FaultCode
 from common.limits import DOSE_ABOVE_C, PLATE_COOLING_K_S, PLATE_HEATING_K_S
 
 CHECK_S = 0.01
@@ -88,7 +89,7 @@ class PlateFollowing:
         """Whether any reading was given."""
         return self._plate_c is not None
 
-    def step(self, dt_s: float, drive: float, plate_c: float) -> str | None:
+    def step(self, dt_s: float, drive: float, plate_c: float) -> FaultCode | None:
         """Return what is wrong, or None.
 
         Args:
@@ -109,7 +110,7 @@ class PlateFollowing:
         expected, seen = self._expected.change_k, self._seen.change_k
         driven, moved = self._driven.step(dt_s, self._drive_k_s), self._moved.step(dt_s, rate)
         if max(min(driven, -moved), min(-driven, moved)) >= AGAINST_K:
-            return "temperature moves against the drive"
+            return FaultCode.PLATE_AGAINST_DRIVE
 
         if abs(plate_c - self._still_c) > STILL_K:
             self._still_c, self._still_s = plate_c, 0.0
@@ -122,13 +123,13 @@ class PlateFollowing:
             beyond = self._drive_k_s - min(high, max(low, self._drive_k_s))
             self._held_k += (beyond - self._held_k / STILL_MEMORY_S) * dt_s
         if self._still_s >= STILL_S and abs(expected - seen) >= STILL_EXPECTED_K:
-            return "temperature does not change although driven"
+            return FaultCode.PLATE_UNMOVED
         if abs(self._held_k) >= STILL_DRIVEN_K:
-            return "temperature stands still although the drive changes"
+            return FaultCode.PLATE_STILL_DRIVEN
         if self._still_s >= STILL_HOT_S and plate_c > DOSE_ABOVE_C:
-            return "temperature reading stands still"
+            return FaultCode.PLATE_STILL_HOT
         if self._still_s >= STILL_HEATED_S and self._drive_k_s > 0.0:
-            return "temperature reading stands still although heated"
+            return FaultCode.PLATE_STILL_HEATED
 
         enough = EXPECTED_HEATING_K
         if expected < 0.0:
@@ -138,5 +139,5 @@ class PlateFollowing:
         else:
             self._doubt_s = 0.0
         if self._doubt_s >= PERSIST_S:
-            return "temperature does not follow the drive"
+            return FaultCode.PLATE_NOT_FOLLOWING
         return None

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import AGE_MAX_S
 from common.link.emergency_stop import PATIENCE_NS, EmergencyStop, Unconfirmed
 from common.link.session_state import Session
@@ -57,9 +58,9 @@ class SessionEmergencyStop:
         here = self._devices.after_s
         return {**here, REMOTE: self._remote_s} if self._with_remote and self.asked_ns is not None else here
 
-    def begin(self, now_ns: int, why: str) -> None:
+    def begin(self, now_ns: int) -> None:
         """Latch this site; without a session there is nobody else to ask."""
-        self.session.latch(why)
+        self.session.latch(Fault(FaultCode.OPERATOR_STOP))
         self._devices.ask(now_ns)
         self._began_ns, self._asking = now_ns, bool(self.session.ident)
         self._with_remote, self._remote_s = self._asking, None

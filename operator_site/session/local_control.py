@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from common.faults.texts import fault_text
 from common.link.session_state import Refused, note_text
 from common.site_status import desk_answer
 from common.wire.packets import LinkState
@@ -38,12 +39,13 @@ def answer_desk(
             attendance.told(now_ns, details.get("seen") is True)
         case "engage":
             if session.state is LinkState.FAULT or client.remote_fault:
-                raise Refused(f"a fault is latched ({session.fault or client.remote_fault}): clear it first")
+                latched = fault_text(session.fault or client.remote_fault)
+                raise Refused(f"a fault is latched ({latched}): clear it first")
             client.want_engaged = True
         case "disengage":
             client.disengage(now_ns)
         case "estop":
-            client.stop(now_ns, "emergency stop by the operator")
+            client.stop(now_ns)
         case "clear_fault":
             client.clear(now_ns)
         case "annotate":

@@ -5,6 +5,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
+from common.faults.fault import Fault, read_fault
 from common.limits import AGE_MAX_S, GAP_S
 from common.link.capabilities import OBSERVER, OPERATOR, disagreement, misreading
 from common.link.clock_offset import ClockOffset, ReadClock
@@ -19,7 +20,7 @@ from common.link.session_state import Session
 from common.timing.timeouts import SESSION_SILENCE_S
 from common.wire.messages import MOTION_BLOCK, Motion, Touch
 from common.wire.packets import BadPacket, Floats, LinkState, WrongVersion
-from common.wire.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
+from common.wire.session_messages import Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
 from operator_site.session.remote_status import recording_stopped
@@ -69,8 +70,8 @@ class SessionClient:
     """Its bytes as they came."""
     remote: dict[str, Any] = field(default_factory=dict)
     """What the remote site said of itself at hello."""
-    remote_fault: str = ""
-    """The fault that is latched at the remote site; empty when there is none."""
+    remote_fault: Fault | None = None
+    """The fault that is latched at the remote site."""
     remote_recording: str = ""
     """Why the remote site's recording stopped; empty while it has not, or where that is not known."""
     acceptance: PacketFilter = field(init=False)
@@ -165,7 +166,7 @@ class SessionClient:
             if not self.remote_fault:
                 self._ask("status", now_ns, {})
         elif self.remote_fault:
-            self.remote_fault = self.refusal = ""
+            self.remote_fault, self.refusal = None, ""
         if now_ns - self._asked_ns.get("status", _LONG_AGO_NS) >= _STATUS_NS:
             self._ask("status", now_ns, {})
         if self._remote_let_go():
@@ -220,12 +221,12 @@ class SessionClient:
         if self.link.send("control", packet):
             self._asked = {**dict(list(self._asked.items())[-20:]), self._sequence: verb}
 
-    def stop(self, now_ns: int, why: str) -> None:
+    def stop(self, now_ns: int) -> None:
         """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
         self.want_engaged = False
-        self.stopping.begin(now_ns, why)
+        self.stopping.begin(now_ns)
 
-    def disengage(self, now_ns: int, why: str = "asked for") -> None:
+    def disengage(self, now_ns: int, why: str = "") -> None:
         """Bring both sites to neutral; engaging again is asked for anew."""
         self.want_engaged = False
         self.session.disengage(why)
@@ -256,7 +257,7 @@ class SessionClient:
     def _end(self, why: str) -> None:
         self.session.disconnect(why)
         self.want_engaged = self.want_engaged and self.engages_itself
-        self.remote_fault = self.remote_recording = ""
+        self.remote_fault, self.remote_recording = None, ""
         self.stopping.remote_gone(why)
 
     def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
@@ -303,9 +304,9 @@ class SessionClient:
             log.warning("clear_fault refused: %s", answer.refused)
 
     def _status(self, details: dict[str, Any]) -> None:
-        if self.touch is not None and self.touch.state is LinkState.FAULT:
-            self.remote_fault = str(details.get("fault", ""))[:LONGEST_REFUSAL]
         try:
+            if self.touch is not None and self.touch.state is LinkState.FAULT:
+                self.remote_fault = read_fault(details.get("fault"))
             recording = recording_stopped(details)
         except BadPacket as error:
             self._count_damaged("control", error)
@@ -344,7 +345,7 @@ class SessionClient:
         self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
         self.clock = ClockOffset()
         self.touch = None
-        self.remote_fault = self.remote_recording = ""
+        self.remote_fault, self.remote_recording = None, ""
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = 0

@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+from common.faults.fault import Fault
 from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import Unconfirmed
 from common.site_status import SessionEnd
@@ -28,8 +29,8 @@ class SessionProtocol(SessionEnd, Protocol):
         """The other end's clock against this site's."""
 
     @property
-    def remote_fault(self) -> str:
-        """The fault that is latched at the other end; empty when there is none."""
+    def remote_fault(self) -> Fault | None:
+        """The fault that is latched at the other end."""
 
     @property
     def remote_recording(self) -> str:
@@ -53,10 +54,10 @@ class SessionProtocol(SessionEnd, Protocol):
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
         """Say where the fingertips are, (5, 3), m; returns the packet, None where none was sent."""
 
-    def stop(self, now_ns: int, why: str) -> None:
+    def stop(self, now_ns: int) -> None:
         """Emergency stop: latch at once."""
 
-    def disengage(self, now_ns: int, why: str = "asked for") -> None:
+    def disengage(self, now_ns: int, why: str = "") -> None:
         """Bring everything to neutral; engaging again is asked for anew."""
 
     def clear(self, now_ns: int) -> None:

@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
@@ -36,7 +37,7 @@ class VirtualSession:
     stopping: EmergencyStop = field(default_factory=EmergencyStop)
     stopped: str = ""
     """What came of the last emergency stop; empty while it is under way."""
-    remote_fault: str = ""
+    remote_fault: Fault | None = None
     remote_recording: str = ""
     refusal: str = ""
     calibrated: str = "Virtual: everything is as its scene says."
@@ -89,14 +90,14 @@ class VirtualSession:
         self.acceptance.accept(self.touch, ident, now_ns, offset_ns=0, uncertainty_ns=0)
         return Motion(ident, self._sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
 
-    def stop(self, now_ns: int, why: str) -> None:
+    def stop(self, now_ns: int) -> None:
         """Emergency stop: latch at once."""
         self.want_engaged = False
-        self.session.latch(why)
+        self.session.latch(Fault(FaultCode.OPERATOR_STOP))
         self.stopping.ask(now_ns)
         self.stopped = ""
 
-    def disengage(self, now_ns: int, why: str = "asked for") -> None:
+    def disengage(self, now_ns: int, why: str = "") -> None:
         """Bring everything to neutral; engaging again is asked for anew."""
         self.want_engaged = False
         self.session.disengage(why)

@@ -6,6 +6,7 @@ from common.buses.ready_lines import ReadyLines
 from common.buses.serial_device import SerialDevice
 from common.buses.wiring import SYSTEM, Wiring
 from common.config import RemoteConfig
+from common.faults.fault import TELEMANIPULATOR, Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock
@@ -119,16 +120,16 @@ class RemoteDevices:
             found[f"{sensor.line.finger} {sensor.line.kind.name.lower()}"] = sensor.unconfirmed(since_s)
         return found
 
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         """What devices do that they must not, and what of them is broken; empty when all is well."""
-        found = [f"telemanipulator: {fault}" for fault in self.telemanipulator.faults(self.tick.began_s)]
+        found = [fault._replace(device=TELEMANIPULATOR) for fault in self.telemanipulator.faults(self.tick.began_s)]
         for finger, sensor in self.thermal.items():
             if not (sensor.cut_out or sensor.disobeys) or self.tick.began_s - sensor.measured_s > GAP_S:
                 continue
             if sensor.cut_out:
-                found.append(f"{FINGERS[finger]}: the sensor's own temperature limit has switched its heater off")
+                found.append(Fault(FaultCode.SENSOR_CUT_OUT, FINGERS[finger]))
             if sensor.disobeys:
-                found.append(f"{FINGERS[finger]} thermal_sensor: {sensor.disobeys}")
+                found.append(sensor.disobeys._replace(where=FINGERS[finger]))
         return found
 
     def figures(self) -> dict[str, object]:

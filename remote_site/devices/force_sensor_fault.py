@@ -8,6 +8,7 @@ A finger on a servo of known stiffness rests at its set-point and what the force
 it is at a mean of the recent ones, so that it is compared with the highest and the lowest of these.
 """
 
+from common.faults.fault import Fault, FaultCode
 from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
 from remote_site.safety.sliding_extrema import MEMORY_S, SlidingExtrema
 
@@ -27,13 +28,13 @@ class ForceSensorFault:
     """Watches one finger: `step` for what was measured, `told` for each set-point.
 
     Attributes:
-        fault: what is wrong as of the last reading; empty when nothing is.
+        fault: what is wrong as of the last reading; None when nothing is.
     """
 
     __slots__ = ("_following_s", "_force_n", "_same_s", "_set_m", "_t_s", "_wrong_s", "fault")
 
     def __init__(self) -> None:
-        self.fault = ""
+        self.fault: Fault | None = None
         self._set_m = SlidingExtrema()
         self._following_s: float | None = None
         self._t_s = 0.0
@@ -49,8 +50,8 @@ class ForceSensorFault:
             self._following_s = t_s
         self._set_m.add(t_s, set_m)
 
-    def step(self, dt_s: float, force_n: float, height_m: float) -> str:
-        """Take a reading; returns what is wrong, empty when nothing is.
+    def step(self, dt_s: float, force_n: float, height_m: float) -> Fault | None:
+        """Take a reading; returns what is wrong, None when nothing is.
 
         Args:
             dt_s: since the reading before, s; not above 0 where that is not known.
@@ -66,20 +67,19 @@ class ForceSensorFault:
         wrong = self._servo_disagrees(force_n, height_m, frozen)
         self._wrong_s = self._wrong_s + passed_s if wrong else 0.0
         if frozen and force_n >= LOADED_N:
-            self.fault = f"force sensor frozen at {force_n:.2f} N"
+            self.fault = Fault(FaultCode.FORCE_SENSOR_FROZEN, value=force_n)
         else:
-            self.fault = wrong if self._wrong_s >= PERSIST_S else ""
+            self.fault = wrong if self._wrong_s >= PERSIST_S else None
         return self.fault
 
-    def _servo_disagrees(self, force_n: float, height_m: float, frozen: bool) -> str:
+    def _servo_disagrees(self, force_n: float, height_m: float, frozen: bool) -> Fault | None:
         """Compare with the servo, once all set-points that still act were followed."""
         if self._following_s is None or self._t_s - self._following_s < MEMORY_S:
-            return ""
+            return None
         if frozen and (held_m := height_m - self._set_m.highest) > HELD_M:
-            return (
-                f"force sensor dead: {force_n:.2f} N, but the finger is held {held_m * 1e3:.1f} mm above its set-point"
-            )
+            reading = f"{force_n:.2f} N"
+            return Fault(FaultCode.FORCE_SENSOR_DEAD, value=held_m * 1e3, limit=HELD_M * 1e3, detail=reading)
         bent_n = SERVO_N_M * (height_m - self._set_m.lowest)
         if force_n * (1.0 - BIAS_SHARE) - BIAS_N > bent_n:
-            return f"force sensor biased: {force_n:.2f} N, of which the servo shows {max(0.0, bent_n):.2f} N"
-        return ""
+            return Fault(FaultCode.FORCE_SENSOR_BIASED, value=force_n, limit=max(0.0, bent_n))
+        return None

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 
 from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderGlitches
+from common.faults.fault import AXES, Fault
 from common.fingers import FINGERS
 from remote_site.devices.force_sensor_fault import ForceSensorFault
 from remote_site.devices.stuck_encoder import StuckEncoder
-
-_POSE = ("telemanipulator's x", "telemanipulator's y")
 
 
 class HandSensorChecks:
@@ -15,12 +14,12 @@ class HandSensorChecks:
 
     def __init__(self, fingers: Sequence[str] = FINGERS) -> None:
         """Watch all encoders for jumps, and the rest of the fingers that take part."""
-        self._pose, self._heights = EncoderGlitches(_POSE, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
+        self._pose, self._heights = EncoderGlitches(AXES, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
         taking_part = [FINGERS.index(finger) for finger in fingers]
         self._held = [(finger, StuckEncoder()) for finger in taking_part]
         self._sensors = [(finger, ForceSensorFault()) for finger in taking_part]
-        self._held_faults: list[str] = []
-        self._sensor_faults: list[str] = []
+        self._held_faults: list[Fault] = []
+        self._sensor_faults: list[Fault] = []
         self._z_m: Sequence[float] = ()
         self._force_n: Sequence[float] = (0.0,) * len(FINGERS)
         self._force_sent_s = self._height_sent_s = 0.0
@@ -47,7 +46,7 @@ class HandSensorChecks:
         force_n, set_m, found = self._force_n, self._set_m, []
         for finger, held in self._held:
             if fault := held.step(dt_s, z_m[finger], force_n[finger], None if set_m is None else set_m[finger]):
-                found.append(f"{FINGERS[finger]}: {fault}")
+                found.append(fault._replace(where=FINGERS[finger]))
         self._held_faults = found
 
     def forces(self, sent_s: float, force_n: Sequence[float]) -> None:
@@ -56,7 +55,7 @@ class HandSensorChecks:
         z_m, found = self._z_m, []
         for finger, sensor in self._sensors if z_m else ():
             if fault := sensor.step(dt_s, force_n[finger], z_m[finger]):
-                found.append(f"{FINGERS[finger]}: {fault}")
+                found.append(fault._replace(where=FINGERS[finger]))
         self._sensor_faults = found
 
     def told(self, t_s: float, z_m: Sequence[float], released: bool) -> None:
@@ -66,6 +65,6 @@ class HandSensorChecks:
             sensor.told(t_s, z_m[finger], released)
 
     @property
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         """What is wrong with which; empty when all is well."""
         return self._pose.faults + self._heights.faults + self._held_faults + self._sensor_faults

@@ -3,6 +3,7 @@
 from typing import Self
 
 from common.recording.recorded_row import Finite, FixedFive, Row
+from common.wire.messages import THERMAL_REASONS
 from remote_site.devices.hand_path import HandPlace
 from remote_site.devices.thermal_sensor import PlateReading
 
@@ -34,4 +35,6 @@ class SensorFrame(Row):
             raise ValueError(f"not a record of sensed values, or one of an earlier version: {error}") from None
         if any(counts is not None and len(counts) % 2 for counts in sensed.texture_counts):
             raise ValueError("not a record of sensed values: texture counts are not 16-bit numbers")
+        if any(plate is not None and plate.fault not in THERMAL_REASONS for plate in sensed.plates):
+            raise ValueError("not a record of sensed values: a plate's fault is no code of a thermal reason")
         return sensed

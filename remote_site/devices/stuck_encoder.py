@@ -5,6 +5,7 @@ further than friction and an unknown stiffness explain, and the reading is the s
 stuck. A joint that moves but not where it was sent is for `telemanipulator_follow`.
 """
 
+from common.faults.fault import Fault, FaultCode
 from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
 
 FRICTION_M = 0.08e-3
@@ -20,20 +21,20 @@ class StuckEncoder:
     """Watches one finger; `step` for each reading.
 
     Attributes:
-        fault: what is wrong as of the last reading; empty when nothing is.
+        fault: what is wrong as of the last reading; None when nothing is.
     """
 
     __slots__ = ("_bent_m", "_from", "_height_m", "_same_s", "_set_m", "_wrong_s", "fault")
 
     def __init__(self) -> None:
-        self.fault = ""
+        self.fault: Fault | None = None
         self._height_m: float | None = None
         self._set_m = self._bent_m = 0.0
         self._from: tuple[float, float] | None = None
         self._same_s = self._wrong_s = 0.0
 
-    def step(self, dt_s: float, height_m: float, force_n: float, set_m: float | None) -> str:
-        """Take a reading; returns what is wrong, empty when nothing is.
+    def step(self, dt_s: float, height_m: float, force_n: float, set_m: float | None) -> Fault | None:
+        """Take a reading; returns what is wrong, None when nothing is.
 
         Args:
             dt_s: since the reading before, s; not above 0 where that is not known.
@@ -46,16 +47,16 @@ class StuckEncoder:
             self._height_m = None if set_m is None else height_m
             self._set_m, self._bent_m = set_m or 0.0, force_n / SERVO_N_M
             if self._same_s:
-                self._from, self.fault = None, ""
+                self._from = self.fault = None
                 self._same_s = self._wrong_s = 0.0
-            return ""
+            return None
         passed_s = min(LONGEST_TICK_S, max(0.0, dt_s))
         share = passed_s / (SETTLE_S + passed_s)
         self._set_m += share * (set_m - self._set_m)
         self._bent_m += share * (force_n / SERVO_N_M - self._bent_m)
         self._same_s += passed_s
         if self._same_s < 4.0 * SETTLE_S:
-            return ""
+            return None
         if self._from is None:
             self._from = self._set_m, self._bent_m
         bent_m = self._bent_m - self._from[1]
@@ -63,5 +64,5 @@ class StuckEncoder:
         wrong = moved_m > FRICTION_M + STIFFNESS_SHARE * abs(bent_m)
         self._wrong_s = self._wrong_s + passed_s if wrong else 0.0
         if self._wrong_s >= PERSIST_S:
-            self.fault = f"joint or encoder stuck: it was sent {moved_m * 1e3:.1f} mm, and has not moved by a count"
+            self.fault = Fault(FaultCode.ENCODER_STUCK, value=moved_m * 1e3)
         return self.fault

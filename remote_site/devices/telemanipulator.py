@@ -7,6 +7,7 @@ from common.buses.can_frames import FrameReceiver, FrameSender
 from common.buses.can_port import CanAddress, CanPort
 from common.buses.drive_monitor import DriveMonitor, ReportMonitor
 from common.buses.wiring import SYSTEM, Wiring
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock, Witness
@@ -71,9 +72,9 @@ class Telemanipulator:
         self._watched = HandSensorChecks(fingers)
         self._hand = FrameSender("HandSetpoint")
         self._heights = FrameSender("HeightSetpoint")
-        self._release_obeys = DriveMonitor("it", "is not released, although asked for")
+        self._release_obeys = DriveMonitor(FaultCode.NOT_RELEASED)
         self._state_comes = ReportMonitor()
-        self._disobeys = ""
+        self._disobeys: Fault | None = None
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
         """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
@@ -111,7 +112,7 @@ class Telemanipulator:
         """How long the telemanipulator has taken for the frames that wait to be read, s."""
         return self.line.unread("HandPoseMeasured") * FRAME_S
 
-    def faults(self, t_s: float) -> list[str]:
+    def faults(self, t_s: float) -> list[Fault]:
         """What is wrong on its bus and with its sensors, as of `t_s`; empty when all is well, or when it is away."""
         found = [self.line.fault] if self.line.fault else []
         here = self.line.connected and t_s - self.measured.oldest_s <= GAP_S

@@ -16,6 +16,7 @@ from common.buses.serial_messages import (
 )
 from common.buses.thermometry import ssr_c
 from common.buses.wiring import SYSTEM, Wiring
+from common.faults.fault import Fault, FaultCode
 from common.recording.recorded_row import Row, Whole
 from common.timing.standstill import HostClock
 from remote_site.devices.thermometer_check import ThermometerCheck
@@ -32,7 +33,7 @@ class PlateReading(Row):
     Attributes:
         sensor_c: plate, C.
         ambient_c: ambient, C.
-        fault: what makes it implausible; empty when nothing does.
+        fault: code of the `ThermalReason` that makes it implausible; empty when nothing does.
         device_us: when it was taken, by the sensor's own clock, us modulo 2^32.
         heater_permille: what the heater got then, thousandths of full drive.
     """
@@ -59,9 +60,9 @@ class ThermalSensor:
         """What the sensor reported last that its heater gets."""
         self.cut_out = False
         """Whether the sensor's own temperature limit holds its heater off."""
-        self.disobeys = ""
-        """What the heater does that it was not told; empty when nothing."""
-        self._obeys = DriveMonitor("the heater")
+        self.disobeys: Fault | None = None
+        """An output of the heater that was not asked for; None when there is none."""
+        self._obeys = DriveMonitor(FaultCode.HEATER_UNASKED)
         self._plausible = ThermometerCheck()
         self._permille = 0
         self._witness = DeviceClock(self.line, clock)
@@ -95,7 +96,7 @@ class ThermalSensor:
         # A plate that cannot be measured is cut off as well; that finger goes without heat, and the others go on.
         self.cut_out = bool(newest.flags & _CUT_OUT) and not fault
         plate_c, ambient_c = ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts)
-        return PlateReading(plate_c, ambient_c, fault or "", newest.device_time_us, newest.heater_permille)
+        return PlateReading(plate_c, ambient_c, fault.code, newest.device_time_us, newest.heater_permille)
 
     @property
     def unread_s(self) -> float:

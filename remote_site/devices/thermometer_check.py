@@ -1,6 +1,7 @@
 """Whether a reading of the spreading-resistance sensor can be true."""
 
 from common.buses.thermometry import COUNT_MAX, ssr_c
+from common.wire.messages import ThermalReason
 
 FROZEN_S = 1.0
 """A plate being heated that repeats one count for this long is not being measured, s."""
@@ -19,8 +20,8 @@ class ThermometerCheck:
         self._t_s = 0.0
         self._since_s = 0.0
 
-    def step(self, t_s: float, counts: int, drive: float = 0.0) -> str | None:
-        """Return what is wrong with a reading at `t_s`, or None.
+    def step(self, t_s: float, counts: int, drive: float = 0.0) -> ThermalReason:
+        """Return what is wrong with a reading at `t_s`, or NONE.
 
         Args:
             t_s: time of the reading, s.
@@ -32,14 +33,14 @@ class ThermometerCheck:
         if before is None or counts != before or abs(drive) < 0.3:
             self._since_s = t_s
         if not counts > 0:
-            return "thermal sensor shorted"
+            return ThermalReason.SENSOR_SHORTED
         if not counts < COUNT_MAX:
-            return "thermal sensor open"
+            return ThermalReason.SENSOR_OPEN
         if before is not None and t_s > before_s:
             change_k = abs(ssr_c(counts) - ssr_c(before))
             # the floor is ten times the noise of one reading
             if change_k > max(self.MAX_RATE_K_S * (t_s - before_s), 0.3):
-                return "thermal sensor jumps"
+                return ThermalReason.SENSOR_JUMPS
         if t_s - self._since_s > FROZEN_S:
-            return "thermal sensor frozen"
-        return None
+            return ThermalReason.SENSOR_FROZEN
+        return ThermalReason.NONE

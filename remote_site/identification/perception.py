@@ -11,7 +11,7 @@ from common.exploration.hand_motion import HandMotion
 from common.exploration.sample_window import SampleWindow
 from common.fingers import FINGERS
 from common.runtime.containment import Containment
-from common.wire.messages import EVENT_MAX, MAX_EVENTS, Event, EventKind, Touch
+from common.wire.messages import EVENT_MAX, MAX_EVENTS, THERMAL_REASONS, Event, EventKind, Touch
 from common.wire.packets import LinkState
 from remote_site.devices.hand_path import HandPath
 from remote_site.devices.sensor_frame import SensorFrame
@@ -200,7 +200,7 @@ def _sample(sensed: SensorFrame, finger: int) -> FingerSample:
     sample = FingerSample(sensed.time_s, force_n, sensed.x_m, sensed.y_m, z_m, signal_v)
     if plate is not None:
         sample.sensor_c, sample.ambient_c, sample.device_us = plate.sensor_c, plate.ambient_c, plate.device_us
-        sample.sensor_fault = plate.fault or None
+        sample.sensor_fault = THERMAL_REASONS[plate.fault]
         sample.heater_drive = plate.heater_permille / DRIVE_FULL
     return sample
 

@@ -5,7 +5,16 @@ from collections.abc import Mapping
 import numpy as np
 
 from common.fingers import FINGERS
-from common.wire.messages import NO_TOUCH, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, TouchRow, pack_rows
+from common.wire.messages import (
+    NO_TOUCH,
+    TOUCH_BLOCK,
+    TOUCH_HIGH,
+    TOUCH_LOW,
+    ThermalReason,
+    TouchRow,
+    explains,
+    pack_rows,
+)
 from common.wire.packets import BadPacket, Floats
 from remote_site.identification.finger_touch import FingerTouch
 from remote_site.texture.surface_table import GROOVE_DECAY_PER_S, GROOVE_RAD_S, TAP_DECAY_PER_S, TAP_SPEED_PER_M_S
@@ -64,4 +73,5 @@ def _row(touch: FingerTouch, x_m: float, y_m: float) -> TouchRow:
         object_c_sd=(thermal.object_c_sd or 0.0) if known else _THERMAL_UNKNOWN_SD_K,
         probability=thermal.probability,
         thermal_status=thermal.status,
+        thermal_reason=thermal.reason if explains(thermal.reason, thermal.status) else ThermalReason.NONE,
     )

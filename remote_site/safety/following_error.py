@@ -7,6 +7,7 @@ servo. No model of the servo is needed, only how long it remembers.
 
 from collections.abc import Sequence
 
+from common.faults.fault import AXES, TELEMANIPULATOR, Fault, FaultCode
 from common.fingers import FINGERS
 from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
 from remote_site.safety.sliding_extrema import SlidingExtrema
@@ -21,7 +22,7 @@ FRESH_S = 0.020
 STOPPING_S = 0.25
 """Told to stay, it has come to rest after this; where it rests then it has to stay."""
 
-_NAMES = ("hand's x", "hand's y", *FINGERS)
+_NAMES = (*AXES, *FINGERS)
 _MARGIN_M = (PLANE_MARGIN_M, PLANE_MARGIN_M, *(HEIGHT_MARGIN_M,) * len(FINGERS))
 
 
@@ -46,7 +47,7 @@ class FollowingError:
         place_m: Sequence[float],
         force_n: Sequence[float],
         taking_part: Sequence[bool] = (True,) * len(FINGERS),
-    ) -> str | None:
+    ) -> Fault | None:
         """Return what is wrong, or None.
 
         Args:
@@ -89,14 +90,16 @@ class FollowingError:
             lately.add(t_s, value)
         self._told = True
 
-    def _outside(self, place_m: Sequence[float], bent_m: Sequence[float], watched: Sequence[bool]) -> str | None:
+    def _outside(self, place_m: Sequence[float], bent_m: Sequence[float], watched: Sequence[bool]) -> Fault | None:
         for name, margin_m, is_m, bent, looked_at, lately in zip(
             _NAMES, _MARGIN_M, place_m, bent_m, watched, self._lately, strict=True
         ):
             highest_m, lowest_m = lately.highest + bent, lately.lowest
             if looked_at and not lowest_m - margin_m <= is_m <= highest_m + margin_m:
                 away_m = max(lowest_m - is_m, is_m - highest_m)
-                return f"the telemanipulator does not obey: {name} is {away_m * 1e3:.1f} mm off its set-points"
+                return Fault(
+                    FaultCode.SET_POINT_MISSED, name, TELEMANIPULATOR, value=away_m * 1e3, limit=margin_m * 1e3
+                )
         return None
 
 

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from common.faults.fault import Fault
+
 
 @dataclass(slots=True)
 class GatedCommand:
@@ -17,4 +19,4 @@ class GatedCommand:
     heater_drive: list[float]
     limited: list[int]
     """`Limit` bits of each finger."""
-    fault: str | None
+    fault: Fault | None

@@ -2,6 +2,7 @@
 
 import math
 
+from common.faults.fault import Fault
 from common.limits import APPROACH_DOWN_M_S
 from common.safety.oscillation_detector import OscillationDetector
 from remote_site.safety.approach_limiter import ApproachLimiter
@@ -57,7 +58,7 @@ class HeightSetpoint:
         """A person has cleared the fault: what swung before counts no more."""
         self._oscillation.begin_anew()
 
-    def observe(self, t_s: float, dt_s: float, measured_m: float, pressed_n: float, live: bool) -> str | None:
+    def observe(self, t_s: float, dt_s: float, measured_m: float, pressed_n: float, live: bool) -> Fault | None:
         """Return what the finger does that it must not, or None.
 
         Args:

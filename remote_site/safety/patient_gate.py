@@ -9,9 +9,9 @@ telemanipulator that does not obey is a fault. Pure: numbers and a time in, numb
 import math
 from collections.abc import Sequence
 
+from common.faults.fault import TELEMANIPULATOR, Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
-from common.safety.repeated_fault import STAYS_OFF
 from common.timing.timeouts import TICK_AGE_S
 from remote_site.safety.approach_limiter import ApproachLimiter
 from remote_site.safety.following_error import FollowingError
@@ -51,7 +51,7 @@ class PatientGate:
         if not 0.0 < contact_force_n <= CONTACT_FORCE_N:
             raise ValueError(f"contact_force_n must be above 0 and at most {CONTACT_FORCE_N} N, not {contact_force_n}")
         self._t_s = math.nan
-        self._fault: str | None = None
+        self._fault: Fault | None = None
         self._ready = False
         self._live = False
         self._follow = FollowingError()
@@ -64,7 +64,7 @@ class PatientGate:
         self._named: set[int] = set()
 
     @property
-    def fault(self) -> str | None:
+    def fault(self) -> Fault | None:
         """The latched fault, if any."""
         return self._fault
 
@@ -73,19 +73,18 @@ class PatientGate:
         """Work that each finger has left in what it touches, beyond what may be left lastingly, mJ."""
         return [1e3 * finger.left.left_j for finger in self._fingers]
 
-    def trip(self, reason: str, heater: int | None = None) -> None:
-        """Latch a fault; the first reason is kept.
+    def trip(self, fault: Fault) -> None:
+        """Latch a fault; the first one is kept.
 
-        Args:
-            reason: for people to read.
-            heater: finger whose thermal sensor it names. A second such fault within ten minutes makes a test necessary;
-                until a person clears, further reasons count as the same fault.
+        A second fault of the same thermal sensor within ten minutes makes a test necessary. Until a person clears,
+        further faults of it count as the same one.
         """
-        if heater is not None and heater not in self._named:
-            self._named.add(heater)
-            if self._heaters[heater].repeated.named(self._t_s):
-                reason = f"{reason}; {STAYS_OFF}"
-        self._fault = self._fault or reason
+        plate = fault.plate
+        if plate is not None and plate not in self._named:
+            self._named.add(plate)
+            if self._heaters[plate].repeated.named(self._t_s):
+                fault = fault._replace(needs_test=True)
+        self._fault = self._fault or fault
 
     def clear_fault(self) -> None:
         """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
@@ -136,7 +135,7 @@ class PatientGate:
         self._watch_forces(dt_s, known, measured_z_m, force_n)
         for number, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
-                self.trip(f"{FINGERS[number]}: sensor plate at {plate_c:.1f} C, above {SENSOR_PLATE_C:.1f} C", number)
+                self.trip(Fault(FaultCode.SENSOR_PLATE_TOO_HOT, FINGERS[number], value=plate_c, limit=SENSOR_PLATE_C))
         live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None
         limits = (0 if live else RELEASED) | (0 if known else FORCE_UNKNOWN)
         self._stopped_s = 0.0 if live else self._stopped_s + dt_s
@@ -171,7 +170,7 @@ class PatientGate:
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
-            self.trip("time is not a finite number")
+            self.trip(Fault(FaultCode.TIME_NOT_FINITE))
             return 0.0
         dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
         self._t_s = t_s
@@ -180,7 +179,7 @@ class PatientGate:
     def _inspect_motion(self, total: float) -> None:
         # One sum is not finite as soon as one part is not; wanted values are far too small to overflow it.
         if not math.isfinite(total):
-            self.trip("a wanted motion or heater drive is not a finite number")
+            self.trip(Fault(FaultCode.MOTION_NOT_FINITE))
 
     def _inspect_measured(
         self,
@@ -200,7 +199,7 @@ class PatientGate:
                 self.trip(disobeys)
             return True
         if fresh:
-            self.trip("a measurement of the telemanipulator is not a finite number")
+            self.trip(Fault(FaultCode.MEASUREMENT_NOT_FINITE, device=TELEMANIPULATOR))
         self._follow = FollowingError()  # what was out of sight may stand anywhere
         return False
 
@@ -209,7 +208,7 @@ class PatientGate:
         for name, finger, measured_m, pressed_n in zip(FINGERS, self._fingers, z_m, force_n, strict=True):
             wrong = finger.observe(t_s, dt_s, measured_m if known else math.nan, pressed_n, live)
             if wrong:
-                self.trip(f"{name}: {wrong}")
+                self.trip(wrong._replace(where=name))
 
     def _start_from(self, measured: tuple[float, ...]) -> None:
         """Set-points begin where the hand is, not where it was last sent: it may have stopped by itself meanwhile."""

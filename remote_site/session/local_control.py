@@ -28,7 +28,7 @@ def answer_desk(
         case "disengage":
             server.session.disengage("asked for at the remote site")
         case "estop":
-            server.stop(now_ns, "emergency stop at the remote site", cleared_here_only=True)
+            server.stop(now_ns, here=True)
         case "clear_fault":
             server.session.clear()
         case _:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import AGE_MAX_S, GAP_S
 from common.link.capabilities import OBSERVER, disagreement
 from common.link.clock_offset import ReadClock
@@ -142,10 +143,16 @@ class SessionServer:
             return None
         return self._hand.at((self.motion.time_ns + gap_ns) * 1e-9)
 
-    def stop(self, now_ns: int, why: str, *, cleared_here_only: bool = False) -> None:
-        """Emergency stop: latch at once, and wait for the devices to confirm."""
+    def stop(self, now_ns: int, *, here: bool) -> None:
+        """Emergency stop: latch at once, and wait for the devices to confirm.
+
+        Args:
+            now_ns: this site's clock.
+            here: whether a person at this site asks for it; only one at this site may clear it then.
+        """
         self.stopped = ""
-        self.session.latch(why, cleared_here_only=cleared_here_only)
+        code = FaultCode.REMOTE_STOP if here else FaultCode.OPERATOR_STOP
+        self.session.latch(Fault(code), cleared_here_only=here)
         self.stopping.ask(now_ns)
 
     def cut(self, keys: set[str]) -> None:
@@ -208,7 +215,7 @@ class SessionServer:
             self._hand.take(motion.time_ns * 1e-9, motion.block)
             at_least_ns = motion.time_ns - offset_ns - (self._uncertainty_ns or 0) - FUTURE_TOLERANCE_NS
             if (second := self._connections.used_twice(at_least_ns)) is not None:
-                self.session.latch("the operator's key is in use at two places at once: revoke it and make a new one")
+                self.session.latch(Fault(FaultCode.KEY_USED_TWICE))
                 self._expel("motion", second, now_ns, "the operator's key sends motion on another connection already")
 
     def _motion_refused(self, now_ns: int) -> str:
@@ -312,7 +319,7 @@ class SessionServer:
             return {**told, "recording": self.recording_stopped()[:LONGEST_REFUSAL]}
         self._check(request, received.key)
         if request.verb == "estop":  # whatever its sequence and connection
-            self.stop(now_ns, "emergency stop by the operator")
+            self.stop(now_ns, here=False)
             return {}
         if not self._connections.own("control", received, now_ns):
             raise Refused("the session's operator asks on another connection")

@@ -7,16 +7,15 @@ from collections import deque
 
 from common.exploration.contact_detector import TAP_S
 from common.exploration.exploration_mode import ModeDetector
-from common.wire.messages import ExplorationMode
+from common.wire.messages import ExplorationMode, ThermalReason
 from remote_site.devices.sensor_clock import SensorClock
 from remote_site.finger_sample import FingerSample
 from remote_site.thermal.peltier_backside import PeltierBackside
-from remote_site.thermal.thermal_identification import CONTACT_LOST, ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import NO_CONTACT, NO_DIFFERENCE, ThermalResult
+from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
 from remote_site.thermal.touch_start import WARMING, reading_at_contact
 from remote_site.thermal.warmed_spot import TRACES, WARM, WarmedSpot
 
-STROKED = "stroked: the touch did not rest"
 READING_AGE_S = 0.10
 """A thermal reading older than this is none, s."""
 
@@ -85,11 +84,11 @@ class FingerThermal:
         if exploration.began:
             self._land(sample)
         elif exploration.ended and t_s - self._contact_s > TAP_S:
-            thermal.stop(CONTACT_LOST)
+            thermal.stop(ThermalReason.CONTACT_LOST)
         elif exploration.mode is ExplorationMode.STROKING:
-            thermal.stop(STROKED)
-        if sample.sensor_fault is not None:
-            thermal.stop(f"sensor fault: {sample.sensor_fault}")
+            thermal.stop(ThermalReason.STROKED)
+        if sample.sensor_fault:
+            thermal.stop(sample.sensor_fault)
         if exploration.contact:
             self._spot.press(t_s, sample.x_m, sample.y_m, exploration.began)
         elif thermal.touching and not thermal.running:
@@ -97,7 +96,7 @@ class FingerThermal:
         if sample.sensor_c is not None:
             self._take_reading(sample, sample.sensor_c, exploration.contact)
         elif t_s - self._sensor_s > READING_AGE_S:
-            thermal.stop("sensor fault: no reading")
+            thermal.stop(ThermalReason.NO_READING)
 
     def _land(self, sample: FingerSample) -> None:
         """A plate meets an object: it bounces on, is back where it has just been, or begins a touch."""
@@ -106,7 +105,7 @@ class FingerThermal:
         self._told = None
         self._shared = None
         # Where nothing differed, nothing was warmed.
-        differed = self._found.reason != NO_DIFFERENCE
+        differed = self._found.reason is not ThermalReason.NO_DIFFERENCE
         left = self._spot.left(sample.t_s, sample.x_m, sample.y_m) if differed else 0.0
         if left > WARM:
             self.thermal.again(self._found)
@@ -119,13 +118,13 @@ class FingerThermal:
         fresh = bool(self._free_c) and sample.t_s - self._sensor_s <= READING_AGE_S
         start_c, slope_k_s = reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)
         self.thermal.start(sample.t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
-        if not fresh or sample.sensor_fault is not None:
-            self.thermal.stop(f"sensor fault: {sample.sensor_fault or 'no reading before contact'}")
+        if not fresh or sample.sensor_fault:
+            self.thermal.stop(sample.sensor_fault or ThermalReason.NO_READING)
 
     def _end_touch(self) -> None:
         """The finger is free; what it has found holds for the spot."""
         self._found = self._joint
-        self.no_differences += self._found.reason == NO_DIFFERENCE
+        self.no_differences += self._found.reason is ThermalReason.NO_DIFFERENCE
         self.thermal.release()
         self._shared = None
         self._free_c.clear()
@@ -133,7 +132,7 @@ class FingerThermal:
     def _take_reading(self, sample: FingerSample, sensor_c: float, contact: bool) -> None:
         """Keep a reading for the touch, or as one before it."""
         t_s = sample.t_s
-        if self._ambient_c is not None and sample.sensor_fault is None:
+        if self._ambient_c is not None and not sample.sensor_fault:
             self._back.step(t_s - self._sensor_s, sample.heater_drive, sensor_c - self._ambient_c)
         self._sensor_s = t_s
         taken_s = t_s if sample.device_us is None else self._clock.step(t_s, sample.device_us)

@@ -5,6 +5,7 @@ last word; this loop never asks for what the gate would refuse.
 """
 
 from common.limits import SENSOR_PLATE_C
+from common.wire.messages import ThermalReason
 
 OFFSETS_K = (10.0, 17.0, 3.0)
 """Pre-heat above ambient, K, in the order in which they are tried on an object that offers no difference."""
@@ -60,7 +61,7 @@ class HeaterControl:
         in_contact: bool,
         *,
         age_s: float = 0.0,
-        fault: str | None = None,
+        fault: ThermalReason = ThermalReason.NONE,
     ) -> float:
         """Return the heater drive, -1..1 (negative cools); 0 in contact and whenever in doubt.
 
@@ -70,10 +71,10 @@ class HeaterControl:
             ambient_c: ambient sensor, C; None where there is no reading.
             in_contact: whether the finger touches anything.
             age_s: age of the reading, s.
-            fault: what is wrong with the sensor, if anything.
+            fault: what makes the reading implausible, if anything.
         """
         believable = (
-            fault is None
+            not fault
             and sensor_c is not None
             and ambient_c is not None
             and age_s <= STALE_S

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from common.exploration.contact_detector import CONTACT_OFF_N
-from common.wire.messages import ThermalStatus
+from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.exponential_response import ExponentialFit, ExponentialResponse
 from remote_site.thermal.material_posterior import MaterialPosterior
 from remote_site.thermal.material_table import MaterialTable
@@ -38,9 +38,6 @@ LASTS_S = 10.0
 HALF_READING_S = 0.005
 FIT_EVERY_S = 0.05
 """Between two fits of Eq. 11, s."""
-CONTACT_LOST = "contact lost"
-STILL_WARM = "the spot is still warm from the last touch: wait, or touch beside it"
-FELT_BEFORE = "felt here just before"
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +190,7 @@ class ThermalIdentification:
                 self._light_since_s = t_s
             landing = self._light_since_s - self._contact_s < LANDING_S
             if t_s - self._light_since_s >= (BOUNCE_S if landing else LOST_S):
-                self.stop(CONTACT_LOST)
+                self.stop(ThermalReason.CONTACT_LOST)
             if not landing or not self._running:
                 return
         else:
@@ -201,7 +198,7 @@ class ThermalIdentification:
         dt_s = t_s - self._before_s
         fault = self._fault(t_s, dt_s, sensor_c)
         if fault:
-            self.stop(f"sensor fault: {fault}")
+            self.stop(fault)
         elif dt_s > 0.0:
             self._before_s, self.since_s = t_s, t_s - self._contact_s
             self._exponential.add(self.since_s, sensor_c)
@@ -241,19 +238,19 @@ class ThermalIdentification:
         self._running = False
         self.waited_s = NOTHING_DUE
 
-    def _fault(self, t_s: float, dt_s: float, sensor_c: float) -> str:
-        """What makes a reading one that nothing can be learned from; empty when it is fine."""
+    def _fault(self, t_s: float, dt_s: float, sensor_c: float) -> ThermalReason:
+        """What makes a reading one that nothing can be learned from; NONE when it is fine."""
         if not 0.0 <= dt_s <= GAP_S:
-            return f"thermal readings missing before {t_s:.3f} s"
+            return ThermalReason.READINGS_MISSING
         if not np.isfinite(sensor_c):
-            return f"a reading at {t_s:.3f} s is no number"
+            return ThermalReason.NOT_A_NUMBER
         if sensor_c != self._before_c:
             self._before_c, self._changed_s = sensor_c, t_s
         elif t_s - self._changed_s > FLAT_S:
-            return "the reading does not change: saturated or stuck"
-        return ""
+            return ThermalReason.READING_STUCK
+        return ThermalReason.NONE
 
-    def stop(self, reason: str) -> None:
+    def stop(self, reason: ThermalReason) -> None:
         """End the touch; an answer that was reached is kept, otherwise it becomes `unidentifiable`."""
         if not self._running:
             return
@@ -270,9 +267,9 @@ class ThermalIdentification:
         self.warmed, self.since_s = True, 0.0
         holds = found.status in ANSWERED
         self.answer = (
-            replace(found, reason=FELT_BEFORE)
+            replace(found, reason=ThermalReason.TOUCHED_BEFORE)
             if holds
-            else ThermalResult(ThermalStatus.UNIDENTIFIABLE, reason=STILL_WARM)
+            else ThermalResult(ThermalStatus.UNIDENTIFIABLE, reason=ThermalReason.STILL_WARM)
         )
 
     def release(self) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from common.wire.messages import ThermalStatus
+from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.material_posterior import Posterior
 
 CAUTION = 25.0
@@ -29,9 +29,6 @@ MISFIT = 2.0
 """Mean square of the prediction errors over their variance beyond which not even the best guess fits."""
 SET = 0.95
 """Candidates are the smallest set of materials that holds this much of the probability."""
-NO_DIFFERENCE = "no temperature difference"
-NO_FIT = "the response is that of no material"
-NOT_RULED_OUT = "something that was not calibrated is not ruled out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +48,8 @@ class ThermalResult:
         rate_per_s: rate 1/tau of Eq. 11, 1/s.
         exponential_object_c: Eq. 11's steady-state temperature, C.
         exponential_material: material whose calibrated rate explains it best: the paper's method.
-        reason: why a touch is unidentifiable, unknown or ambiguous with one candidate, or older than the touch.
+        reason: why a touch is unidentifiable, unknown or ambiguous with one candidate, how it ended, or that
+            the answer is older than the touch.
     """
 
     status: ThermalStatus
@@ -66,7 +64,7 @@ class ThermalResult:
     rate_per_s: float | None = None
     exponential_object_c: float | None = None
     exponential_material: str | None = None
-    reason: str | None = None
+    reason: ThermalReason = ThermalReason.NONE
 
 
 NO_CONTACT = ThermalResult(ThermalStatus.NO_CONTACT)
@@ -100,9 +98,9 @@ class ThermalConclusion:
         undecided_now = seen.status in (ThermalStatus.DECIDING, ThermalStatus.AMBIGUOUS)
         kept = self._named is not None and seen.best == self._named and seen.probability >= KEEP * _doubt(posterior)
         if undecided_now and kept:
-            return replace(seen, status=ThermalStatus.IDENTIFIED, material=self._named, reason=None)
+            return replace(seen, status=ThermalStatus.IDENTIFIED, material=self._named, reason=ThermalReason.NONE)
         if not held and not undecided_now and seen.material != self._named:
-            return replace(seen, status=_waiting(since_s), material=None, reason=None)
+            return replace(seen, status=_waiting(since_s), material=None, reason=ThermalReason.NONE)
         self._named = seen.material
         return seen
 
@@ -116,18 +114,18 @@ class ThermalConclusion:
             if sum(candidates.values()) >= SET * calibrated:
                 break
         best, probability = self._names[order[0]], float(posterior.probability[order[0]])
-        status, reason = _waiting(since_s), None
+        status, reason = _waiting(since_s), ThermalReason.NONE
         if since_s >= GIVEN_UP_S - 1e-9 and posterior.no_difference > 0.5:
-            status, reason = ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE
+            status, reason = ThermalStatus.UNIDENTIFIABLE, ThermalReason.NO_DIFFERENCE
         elif since_s >= GIVEN_UP_S - 1e-9 and posterior.misfit > MISFIT:
-            status, reason = ThermalStatus.UNKNOWN, NO_FIT
+            status, reason = ThermalStatus.UNKNOWN, ThermalReason.NO_FIT
         elif since_s >= EARLIEST_S - 1e-9:
             if posterior.foreign > FOREIGN:
-                status = ThermalStatus.UNKNOWN
+                status, reason = ThermalStatus.UNKNOWN, ThermalReason.NOT_CALIBRATED
             elif probability >= SURE * _doubt(posterior) and posterior.misfit <= MISFIT:
                 status = ThermalStatus.IDENTIFIED
         if status is ThermalStatus.AMBIGUOUS and len(candidates) == 1:
-            reason = NOT_RULED_OUT
+            reason = ThermalReason.NOT_RULED_OUT
         return ThermalResult(
             status,
             material=best if status is ThermalStatus.IDENTIFIED else None,

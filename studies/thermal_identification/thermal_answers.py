@@ -170,5 +170,5 @@ def _answered(method: str, hand: Hand, t_s: float, answer: ThermalResult, named_
         None if answer.object_c is None else answer.object_c - hand.object_c,
         answer.object_c_sd,
         named_s,
-        answer.reason,
+        answer.reason.code or None,
     )

@@ -19,7 +19,13 @@ app = typer.Typer(name="session", help="What a person at a running site asks of 
 @app.command("status")
 def session_status(config: ConfigFile) -> None:
     """Print what a running site says of its session, as JSON."""
-    typer.echo(json.dumps(_ask_desk(config, "status")))
+    from common.faults.fault import read_fault
+    from common.faults.texts import fault_figures
+
+    told = _ask_desk(config, "status")
+    for name in {"fault", "remote_fault"} & told.keys():
+        told[name] = fault_figures(read_fault(told[name]))
+    typer.echo(json.dumps(told))
 
 
 @app.command("engage")

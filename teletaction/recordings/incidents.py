@@ -45,6 +45,7 @@ def _noted(data: SessionData, kinds: Container[str]) -> list[dict[str, Any]]:
             "site": entry["site"],
             "what": entry["what"],
             "fault": entry["text"],
+            "code": entry["fault"] and entry["fault"][0],
             "time_s": round(entry["time_s"] - start_s, 2),
         }
         for entry in sorted(data.happenings, key=lambda entry: float(entry["time_s"]))

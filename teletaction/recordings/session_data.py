@@ -9,6 +9,8 @@ import numpy as np
 from msgspec.structs import asdict
 from numpy.typing import NDArray
 
+from common.faults.texts import said_fault
+from common.link.session_state import Happening
 from common.recording.reader import RecordingReader
 from common.recording.recorded_row import Row
 from common.wire.messages import TOUCH_COLUMN, Touch
@@ -101,12 +103,24 @@ class SessionData:
             played=_timed(times["operator/played"], [asdict(row) for row in entries["operator/played"]]),
             motor_switches=_timed(times["truth_motor"], entries["truth_motor"]),
             happenings=[
-                {"time_s": t, "site": site, "what": happening.what, "text": happening.text}
+                {
+                    "time_s": t,
+                    "site": site,
+                    "what": happening.what,
+                    "text": _said(happening),
+                    "fault": happening.fault,
+                }
                 for site in ("remote", "operator")
                 for t, happening in zip(times[f"{site}/session"], entries[f"{site}/session"], strict=True)
             ],
             counts=counts,
         )
+
+
+def _said(happening: Happening) -> str:
+    """A happening's own text, that of its fault, or that a person asked for it."""
+    asked = "asked for" if happening.what == "disengaged" else ""
+    return happening.text or said_fault(happening.fault) or asked
 
 
 def _array(values: list[Any]) -> Floats:

@@ -14,6 +14,7 @@ from typing import IO, Annotated, Any
 from pydantic import BaseModel, Field, ValidationError
 
 from common.config import OperatorConfig, RenderingConfig
+from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.runtime.parallel_map import Progress, unseen
@@ -167,7 +168,7 @@ class _Replayed:
         for finger in map(FINGERS.index, self._fingers):
             row += [output.force_n[finger], output.motor_rpm[finger], output.plate_set_c[finger]]
             row.append(output.peltier_drive[finger])
-        self._rendering.writerow([*row, output.fault or ""])
+        self._rendering.writerow([*row, fault_text(output.fault)])
 
 
 def open_remote(session: RecordedSession, origin: str, *, waits: bool = True) -> RemoteReplay:

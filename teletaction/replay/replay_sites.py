@@ -134,7 +134,7 @@ def _answer(answer: ThermalResult) -> Line:
         "probability": answer.probability,
         "object_c": answer.object_c,
         "object_c_sd": answer.object_c_sd,
-        "reason": answer.reason,
+        "reason": answer.reason.code or None,
     }
 
 

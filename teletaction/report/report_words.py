@@ -5,6 +5,8 @@ from html import escape
 from itertools import pairwise
 from typing import Any
 
+from common.faults.texts import thermal_text
+from common.wire.messages import THERMAL_REASONS
 from operator_site.console.examination.findings import UNIT, signed, with_sd
 from teletaction.recordings.machine_verdict import WHAT_HELD_MEANS
 
@@ -87,7 +89,7 @@ def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
                 shown(contact.get("object")),
                 shown(contact.get("true_material")),
                 _judged(contact, "material"),
-                f"{status} <small>({escape(str(reason))})</small>" if reason else status,
+                f"{status} <small>({escape(_why(reason))})</small>" if reason else status,
                 shown(contact.get("best")),
                 shown(contact.get("probability")),
                 shown(contact.get("seconds")),
@@ -200,3 +202,9 @@ def packets_table(packets: Mapping[str, Any]) -> str:
     return table(
         ("stream", *counts), ([shown(name), *(shown(row.get(c)) for c in counts)] for name, row in packets.items())
     )
+
+
+def _why(code: object) -> str:
+    """The text of a thermal reason's code, the code itself where it is of another version."""
+    reason = THERMAL_REASONS.get(str(code))
+    return str(code) if reason is None else thermal_text(reason)

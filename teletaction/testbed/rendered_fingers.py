@@ -8,6 +8,7 @@ import numpy as np
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import DRIVE_FULL, MessageId, TactTipCommand
 from common.config import RenderingConfig
+from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.wire.messages import Touch
@@ -97,7 +98,7 @@ class RenderedFingers:
             )
         )
         if output.fault is not None:
-            raise RuntimeError(f"the gate stopped the study: {output.fault}")
+            raise RuntimeError(f"the gate stopped the study: {fault_text(output.fault)}")
         if self.time_s - self._commanded_s >= COMMAND_S - _ROUNDING_S:
             self._commanded_s = self.time_s
             self._command(output)

@@ -306,7 +306,7 @@ class Testbed:
 
     def emergency_stop(self) -> None:
         """Trigger the operator's emergency stop."""
-        self.operator.client.stop(self.operator_host.now_ns(), "emergency stop by the operator")
+        self.operator.client.stop(self.operator_host.now_ns())
 
     def clear_faults(self) -> None:
         """Clear a latched fault on either site, as a person does."""

@@ -304,11 +304,11 @@ def unknown() -> Scenario:
 
 
 def cannot_tell() -> Scenario:
-    """The remote site cannot tell, and does not say why."""
+    """The remote site cannot tell, and says why."""
     scenario = engaged()
     scenario.state["fingers"][1] |= {
         "decision": "CANNOT TELL",
-        "line": "CANNOT TELL",
+        "line": "CANNOT TELL: no temperature difference",
         "candidates": [],
     }
     return scenario

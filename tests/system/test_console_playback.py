@@ -7,6 +7,7 @@ import msgpack
 import numpy as np
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.recording.recorder import Recorder
 from operator_site.console.examination.journal import SCHEMAS as KEPT
 from operator_site.console.state.fingers_now import FIELDS
@@ -18,6 +19,7 @@ from tests.unit.operator_site.console.fed import INDEX, S, figures, rendered, to
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 
+SWINGS = Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0)
 SECONDS = 20
 START_S = 100
 CONTACT_N = FIELDS.index("contact_n")
@@ -38,18 +40,18 @@ def record(path: Path) -> None:
             "wall_clock": "2026-11-03T14:07:00+01:00",
         }
         write("console/session", 0.0, begun)
-        write("operator/session", 0.001, ["engaged", 7, ""])
+        write("operator/session", 0.001, ["engaged", 7, "", None])
         for n in range(SECONDS * 100):
             at_ns = START_S * S + n * S // 100
             force_n = 0.1 * (n // 100)
             recorder.write("operator/touch", at_ns, touch(n, at_ns - 20_000_000, contact_force_n=force_n))
             recorder.write("operator/rendered", at_ns, rendered())
             if n % 100 == 0:
-                fault = {"state": "fault", "fault": "index: the force swings"} if n >= 1500 else {}
+                fault = {"state": "fault", "fault": SWINGS} if n >= 1500 else {}
                 recorder.write("operator/figures", at_ns, figures(**fault))
         place = {"kind": "warm", "finger": "index", "x_m": 0.01, "y_m": 0.0, "text": "warm", "compare": "", "note": "n"}
         write("console/finding", 12.0, {"id": 1, "at_s": START_S + 11.5, **place})
-        write("operator/session", 15.0, ["fault", 7, "index: the force swings"])
+        write("operator/session", 15.0, ["fault", 7, "", SWINGS])
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +97,7 @@ def test_a_jump_ahead_and_back_is_the_same_as_playing(address: str) -> None:
         page.until(lambda: page.state, "a state")
         at(page, 16.0)
         assert page.state["session"]["state"] == "fault"
-        assert page.state["alarms"][0]["text"] == "Index: force not following. Force is off."
+        assert page.state["alarms"][0]["text"] == "Index: force swings 23 Hz, 1.2 N. Force is off."
         assert [finding["note"] for finding in page.state["findings"]] == ["n"]
         at(page, 5.0)
         assert page.state["session"]["state"] == "engaged"

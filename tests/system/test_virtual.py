@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from common.faults.texts import said_fault
 from common.fingers import FINGERS
 from common.limits import MOTOR_FLOOR_RPM
 from robustness.fault_session import read_figures
@@ -79,7 +80,10 @@ def test_its_recording_is_replayed_to_the_last_bit(session: Path, tmp_path: Path
 
 
 def test_what_happened_stands_in_the_recording(session: Path) -> None:
-    happened = [(what, text) for _, (what, _, text) in written(session / "operator.mcap", "operator/session")]
+    happened = [
+        (what, text or said_fault(fault))
+        for _, (what, _, text, fault) in written(session / "operator.mcap", "operator/session")
+    ]
     assert happened[0] == ("connected", f"scene {SCENE}, seed 3")
     assert ("note", "a rough spot") in happened
     assert ("fault", "emergency stop by the operator") in happened

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S, PLATE_FAULT_C, WIDE, PlateRange
 from common.timing.standstill import HostClock
@@ -42,7 +43,7 @@ class Fingertip:
             configurations.operator(AGE_DEFAULT_S), HostClock(lambda: round(self.time_s * 1e9)), wiring
         )
         self.gate = OperatorGate(profile, SampledWall(2.0, TICK_S))
-        self.fault: tuple[float, str] | None = None
+        self.fault: tuple[float, Fault] | None = None
         self.driven_s = 0.0
         self.watch()
         self._loop = PlateController()

@@ -15,6 +15,7 @@ class KeptRecord:
 
     failed: str | None = None
     failed_ns: int | None = None
+    disk_full = False
     lost = 0
 
     def __init__(self) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import FORCE_SAFE_S, GAP_S, THERMAL_SAFE_S
 from common.wire.packets import LinkState
 from operator_site.site_recording import SiteRecording
@@ -77,14 +78,16 @@ def test_a_step_that_raises_is_neutral_and_named_at_both_sites_and_work_resumes_
         check_operator_safe(now, now.time_s - began_s)
         assert now.time_s - began_s <= THERMAL_SAFE_S + REMOTE_LATE_S or now.heater == 0.0, now
     assert failed.state is LinkState.FAULT
-    assert failed.fault.startswith(f"{step}: ValueError in test_contained_step.py:")
-    assert failed.fault.isprintable()
+    assert failed.fault is not None
+    assert failed.fault.code is FaultCode.CONTAINED
+    assert failed.fault.detail.startswith(f"{step}: ValueError in test_contained_step.py:")
+    assert failed.fault.detail.isprintable()
     assert not working.both_engaged
     stood = working.now
     for now in working.run(0.3):
         assert abs(now.x_m - stood.x_m) <= STILL_M, now
         assert now.z_m >= stood.z_m - STILL_M, now
-    assert contained.take() == [failed.fault]
+    assert contained.take() == [failed.fault.detail]
 
     working.run(1.5)
     assert other.state is not LinkState.ENGAGED
@@ -104,7 +107,8 @@ def test_the_operator_is_told_what_the_remote_site_has_contained(
 ) -> None:
     fail(*PLACES["remote identify"](working))
     working.run(0.5)
-    assert working.operator.client.remote_fault == working.remote.server.session.fault == contained.take()[0]
+    latched = Fault(FaultCode.CONTAINED, detail=contained.take()[0])
+    assert working.operator.client.remote_fault == working.remote.server.session.fault == latched
 
 
 def test_what_raises_again_and_again_is_logged_once_a_clear(

@@ -4,6 +4,8 @@ import re
 
 import pytest
 
+from common.faults.fault import FaultCode
+from common.faults.texts import fault_text
 from common.limits import PLATE_FAULT_C, PLATE_PEAK_C, THERMAL_SAFE_S
 from tests.virtual.fingertip import Fingertip, fingertip
 from tests.virtual.judge import LATE_S
@@ -61,8 +63,8 @@ def test_a_fault_is_named_and_latched_and_the_plate_is_left_alone(fault: str, st
         tip.simulation.faults.apply(fault)
         tip.run(goal_c, within_s + 3.0)
         assert tip.fault is not None
-        latched_s, words = tip.fault
-        assert re.match(named, words)
+        latched_s, fault_found = tip.fault
+        assert re.match(named, fault_text(fault_found))
         assert latched_s - began_s <= within_s
         assert tip.driven_s - latched_s <= THERMAL_SAFE_S + LATE_S
         assert_not_burnt(tip)
@@ -88,8 +90,8 @@ def test_cooling_without_water_is_found_by_its_hot_side_long_before_that_can_hea
         tip.simulation.faults.apply("water index")
         tip.run(15.0, 60.0, COARSE_TICK_S)
         assert tip.fault is not None
-        latched_s, words = tip.fault
-        assert words.startswith("index: the cooling water is lost: hot side at 2")
+        latched_s, fault_found = tip.fault
+        assert (fault_found.code, fault_found.where) == (FaultCode.COOLING_LOST, "index")
         assert latched_s - began_s <= 20.0
         assert tip.driven_s - latched_s <= THERMAL_SAFE_S + COARSE_TICK_S
         assert_not_burnt(tip)

@@ -6,9 +6,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from common.fingers import FINGERS, named_finger
+from common.faults.fault import Fault, FaultCode
+from common.fingers import FINGERS
 from common.limits import PLATE_PEAK_C, WIDE
-from common.safety.repeated_fault import REPEATED_S, STAYS_OFF, TEST_EVERY_S
+from common.safety.repeated_fault import REPEATED_S, TEST_EVERY_S
 from common.wire.packets import N
 from operator_site.devices.ntc import PlateSensor
 from operator_site.safety.limit_flags import Limit
@@ -76,7 +77,7 @@ class Hand:
         read = [sensor.step(now_s, each) for sensor, each in zip(self._sensors, counts, strict=True)]
         for finger, each in enumerate(read):
             if each.fault:
-                self.gate.trip(f"{FINGERS[finger]}: the plate's thermistor: {each.fault}", finger)
+                self.gate.trip(Fault(each.fault, FINGERS[finger]))
         goal_c = self.goals_c[int(now_s / HELD_S) % len(self.goals_c)]
         wanted = []
         for finger, loop in enumerate(self._loops):
@@ -131,8 +132,8 @@ def test_ten_minutes_of_clearing_buy_a_bad_plate_two_drives_and_its_tests(fault:
     assert hand.driven_s[BAD] <= FIRST_TWO_S + PULSES_S
     assert max(hand.plate_peak_c[BAD], hand.skin_peak_c[BAD]) <= PLATE_PEAK_C
     assert len(hand.faults) == 2
-    assert hand.faults[-1].endswith(STAYS_OFF)
-    assert {named_finger(each) for each in hand.faults} == {BAD}
+    assert [each.needs_test for each in hand.faults] == [False, True]
+    assert {each.plate for each in hand.faults} == {BAD}
 
 
 @pytest.mark.parametrize("fault", [reverse, freeze])
@@ -171,7 +172,7 @@ def test_sound_plates_pass_their_test_at_once_whatever_they_did_before(noise_k: 
     for finger in FINGERS:  # as when all modules' cooling water was lost twice, and has come back
         for _ in range(2):
             hand.gate.clear_fault()
-            hand.gate.trip("the cooling water is lost", FINGERS.index(finger))
+            hand.gate.trip(Fault(FaultCode.COOLING_LOST, finger))
     assert hand.gate.in_test == [True] * N
     hand.run(CLEARED_AFTER_S + 10.0)
     assert hand.gate.in_test == [False] * N

@@ -27,5 +27,5 @@ def test_it_is_missed_by_name_and_found_again(working: VirtualSession, site: str
     working.until(lambda _: its_site.figures()["missing"] == "", 10.0)
     working.work()
     figures = its_site.figures()
-    assert (figures["state"], figures["fault"]) == ("engaged", "")
+    assert (figures["state"], figures["fault"]) == ("engaged", None)
     assert figures["devices"][name]["times_lost"] == 1

@@ -70,8 +70,10 @@ def causes(
     delay_ms, sd_ms = link["delay_ms"], link["delay_sd_ms"]
     if delay_ms is not None and sd_ms is not None and delay_ms > LINK_SLOW_MS and "link" not in found:
         found["link"] = Cause(Priority.MEDIUM, texts.link_slow(delay_ms, sd_ms))
-    if behind := str(site.figures.get("behind", "")):
-        found["behind"] = Cause(Priority.LOW, texts.site_slow(behind))
+    if site.figures.get("behind"):
+        found["behind"] = Cause(
+            Priority.LOW, texts.site_slow(site.figures.get("rate_hz"), site.figures.get("wanted_hz"))
+        )
     for name, what in site.bus.trouble(now_s).items():
         found[f"bus {name}"] = Cause(Priority.LOW, texts.bus_trouble(name, what))
     return found | _recording(site, around) | _lesser(around, live)
@@ -107,10 +109,9 @@ def _plates(now_s: float, site: SiteNow, fingers: FingersNow, used: Sequence[boo
 
 def _recording(site: SiteNow, around: Surroundings) -> dict[str, Cause]:
     found = {}
-    failed = str(site.figures.get("recording_failed", ""))
-    if "No space" in failed or (around.recording_failed and around.disk_used >= DISK_NEARLY_FULL):
+    if site.figures.get("disk_full") or (around.recording_failed and around.disk_used >= DISK_NEARLY_FULL):
         found["recording"] = Cause(Priority.MEDIUM, texts.DISK_FULL)
-    elif failed:
+    elif site.figures.get("recording_failed"):
         found["recording"] = Cause(Priority.MEDIUM, texts.NOT_RECORDED)
     elif around.recording_failed:
         found["recording"] = Cause(Priority.MEDIUM, texts.CONSOLE_NOT_RECORDED)

@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
+from common.faults.texts import said_fault
 from common.link.session_state import Happening
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import Fits, maybe, number, read_map, text, whole
@@ -105,7 +106,7 @@ class Recording:
                     case "console/alarm":
                         marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", entry["text"]))
                     case _ if entry.what == "fault":
-                        marks["fault", time_ns] = Mark(at_s, "fault", entry.text)
+                        marks["fault", time_ns] = Mark(at_s, "fault", said_fault(entry.fault))
         return sorted(marks.values())
 
     def examinations(self) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+from common.faults.fault import STOPS, Fault, FaultCode, read_fault
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.link.session_display import (
@@ -111,19 +112,24 @@ class SiteNow:
         state: of its session.
         both: whether both sites are engaged.
         wanted: it engages as soon as it can.
-        fault, remote_fault, refusal: in its own words; empty where there is none.
+        fault, remote_fault: latched here and at the far site; None where there is none.
+        refusal: in its own words; empty where there is none.
         figures: of its status file.
         calibrated: what its numbers rest on, for people; empty where that is not known.
         stop_asked_s: when the latched emergency stop was asked for; None where there is none.
         stop_after_s: how long after that each device confirmed; None while one has not.
         lost_engaged: the session ended while it was engaged, and no other has begun.
-        paused: why a session that was engaged was disengaged; empty where it was not.
+        paused: why a session that was engaged was disengaged, empty where the operator asked for it; None where it was
+            not.
     """
 
     def __init__(self) -> None:
         self.state = LinkState.DISCONNECTED
         self.both = self.wanted = self.lost_engaged = False
-        self.fault = self.remote_fault = self.refusal = self.paused = self.calibrated = ""
+        self.fault: Fault | None = None
+        self.remote_fault: Fault | None = None
+        self.paused: str | None = None
+        self.refusal = self.calibrated = ""
         self.session = 0
         self.gap_s: float | None = None
         self.figures: dict[str, Any] = {}
@@ -153,7 +159,7 @@ class SiteNow:
     @property
     def stopping(self) -> bool:
         """Whether an emergency stop of this site is latched."""
-        return self.stop_asked_s is not None or self.fault.startswith("emergency stop")
+        return self.stop_asked_s is not None or (self.fault is not None and self.fault.code in STOPS)
 
     def word(self, now_s: float, *, live: bool, pauses: bool) -> str:
         """The state to show.
@@ -172,7 +178,7 @@ class SiteNow:
 
     def _known(self, pauses: bool) -> str:
         """The last known state."""
-        if self.state is LinkState.FAULT or self.remote_fault:
+        if self.state is LinkState.FAULT or self.remote_fault is not None:
             return FAULT
         if self.state is LinkState.ENGAGED:
             return ENGAGED if self.both else ENGAGING
@@ -180,7 +186,7 @@ class SiteNow:
             return DISCONNECTED
         if self.wanted:
             return ENGAGING
-        return PAUSED if self.paused and pauses else CONNECTED
+        return PAUSED if self.paused is not None and pauses else CONNECTED
 
     def take_happening(self, t_s: float, happening: Happening) -> None:
         """Something happened to the session."""
@@ -190,16 +196,16 @@ class SiteNow:
             case "connected":
                 self.state, self.session, self.lost_engaged = self._unless_fault(LinkState.CONNECTED), session, False
             case "engaged":
-                self.state, self.paused = LinkState.ENGAGED, ""
+                self.state, self.paused = LinkState.ENGAGED, None
             case "disengaged":
                 self.state, self.paused = LinkState.CONNECTED, text
             case "disconnected" | "left":
                 self.lost_engaged = self.lost_engaged or self.state is LinkState.ENGAGED
                 self.state, self.session = self._unless_fault(LinkState.DISCONNECTED), 0
             case "fault":
-                self.state, self.fault = LinkState.FAULT, text
+                self.state, self.fault = LinkState.FAULT, happening.fault or Fault(FaultCode.UNKNOWN)
             case "cleared":
-                self.state, self.fault = LinkState.CONNECTED if session else LinkState.DISCONNECTED, ""
+                self.state, self.fault = LinkState.CONNECTED if session else LinkState.DISCONNECTED, None
                 self.stop_asked_s, self.stop_after_s = None, {}
 
     def take_rendered(self, t_s: float, both: bool, gap_s: float | None) -> None:
@@ -216,7 +222,7 @@ class SiteNow:
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))
             self.bus.take(t_s, device_named(name), line)
-        remote = self.session != 0 and not str(figures.get("remote_fault", ""))
+        remote = self.session != 0 and figures.get("remote_fault") is None
         self._device(REMOTE, "" if remote else "no remote site is connected")
 
     def take_brief(self, t_s: float, told: Mapping[str, Any]) -> None:
@@ -230,9 +236,9 @@ class SiteNow:
         self._told_s = t_s
         state = str(told.get("state", self.state.name))
         self.state = LinkState.ENGAGED if state in _ENGAGED_HERE else LinkState[state.upper()]
-        self.fault = str(told.get("fault", ""))
-        self.paused = str(told.get("paused", self.paused))
-        self.remote_fault = str(told.get("remote_fault", ""))
+        self.fault, self.remote_fault = read_fault(told.get("fault")), read_fault(told.get("remote_fault"))
+        paused = told.get("paused", self.paused)
+        self.paused = None if paused is None else str(paused)
         self.refusal = str(told.get("refusal", ""))
         self.wanted = bool(told.get("wanted", self.wanted))
         self.session = int(told.get("session", self.session))

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from common.fingers import FINGERS
-from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalStatus
+from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalReason, ThermalStatus
 from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import unconfirmed
@@ -72,7 +72,7 @@ def refusal(console: Console) -> str:
 def _session(console: Console, now_s: float) -> dict[str, Any]:
     return {
         "state": console.word(now_s),
-        "why": texts.finger(console.site.paused) if console.site.paused not in ("", "asked for") else "",
+        "why": texts.finger(console.site.paused or ""),
         "clock_s": _rounded(console.clock_s(now_s), 1),
         "pseudonym": console.book.pseudonym,
         "recording": console.recording,
@@ -109,7 +109,8 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
     told = fingers.told[finger]
     status = ThermalStatus(int(row.thermal_status)) if touching else ThermalStatus.NO_CONTACT
     material = fingers.touch.materials[finger] if fingers.touch is not None and touching else ""
-    word, line = texts.decision(status, material, told, row.probability)
+    reason = ThermalReason(int(row.thermal_reason))
+    word, line = texts.decision(status, reason, material, told, row.probability)
     known_c = touching and row.object_c_sd < 10.0 and status > ThermalStatus.NO_CONTACT
     stiffness = row.stiffness_n_m if touching else 0.0
     ready = console.site.ready

@@ -118,10 +118,10 @@ def _lines(label: Line, paths: list[Path], at: Sequence[float], knowledge: Therm
             if trace.reference_c is not None:
                 replays.append(_Replay(knowledge.reference or knowledge, reference_touch(touch)))
     if not replays:
-        answer = NO_CONTACT if not broken else ThermalResult(ThermalStatus.UNIDENTIFIABLE, reason=broken)
+        answer = NO_CONTACT if not broken else ThermalResult(ThermalStatus.UNIDENTIFIABLE)
         for t_s in sorted(at):
-            yield _line(label, t_s, False, answer)
-        yield _line(label, 0.0, True, answer)
+            yield _line(label, t_s, False, answer, broken)
+        yield _line(label, 0.0, True, answer, broken)
         return
     judged = _Joint(knowledge, replays)
     for t_s in sorted(at):
@@ -181,8 +181,8 @@ def _rounded(value: float | None, digits: int) -> float | None:
     return None if value is None else round(value, digits)
 
 
-def _line(label: Line, t_s: float, final: bool, answer: ThermalResult) -> Line:
-    """An answer as the line that is printed."""
+def _line(label: Line, t_s: float, final: bool, answer: ThermalResult, broken: str = "") -> Line:
+    """An answer as the line that is printed; `broken` is what is wrong with the trace."""
     return {
         **label,
         "t_s": round(t_s, 3),
@@ -201,5 +201,5 @@ def _line(label: Line, t_s: float, final: bool, answer: ThermalResult) -> Line:
             "object_c": _rounded(answer.exponential_object_c, 2),
             "material": answer.exponential_material,
         },
-        "reason": answer.reason,
+        "reason": broken or answer.reason.code or None,
     }

@@ -127,7 +127,7 @@ class Attacked:
 
         def noted(site: str, text: str) -> int:
             entries = written(self.out / f"{site}.mcap", f"{site}/session")
-            return sum(what == "estop" and said.startswith(text) for _, (what, _, said) in entries)
+            return sum(what == "estop" and said.startswith(text) for _, (what, _, said, _) in entries)
 
         found = {"operator": noted("operator", "here: "), "remote": noted("remote", "")}
         if self.page is not None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.wire.packets import LinkState
 from teletaction.testbed.network import OBSERVER_KEY, OPERATOR_KEY
 from tests.robustness.adversary.attacker import Attacker, attack
@@ -79,7 +80,7 @@ def run(session: VirtualSession, attacker: Attacker, what: str, until: Callable[
 def test_motion_of_a_copied_key_moves_nothing_and_is_a_latched_fault(working: VirtualSession) -> None:
     server = working.remote.server
     run(working, attacker_of(working, OPERATOR_KEY), "motion", lambda: working.latched[0])
-    assert "in use at two places at once" in server.session.fault
+    assert server.session.fault == Fault(FaultCode.KEY_USED_TWICE)
     working.network.visitors.clear()
     working.run(0.3)
     assert (working.now.force_n, working.now.motor_mv, working.now.heater) == (0.0, 0, 0.0)
@@ -91,7 +92,7 @@ def test_motion_of_a_copied_key_moves_nothing_and_is_a_latched_fault(working: Vi
 
 def test_a_stop_with_a_copied_key_counts_and_the_operator_works_on_after_it(working: VirtualSession) -> None:
     run(working, attacker_of(working, OPERATOR_KEY), "estop", lambda: working.latched[0])
-    assert working.remote.server.session.fault == "emergency stop by the operator"
+    assert working.remote.server.session.fault == Fault(FaultCode.OPERATOR_STOP)
     working.network.visitors.clear()
     working.run(0.3)
     working.clear_faults()

@@ -12,6 +12,7 @@ from pathlib import Path
 from threading import Event, Thread
 from typing import Any
 
+from common.faults.texts import fault_text
 from common.link.keys import load_keys
 from common.link.local_control import LocalControlSocket
 from common.runtime.periodic_loop import PeriodicLoop
@@ -56,7 +57,7 @@ class Victim:
         if server.motion is not None:
             self._moved_m = max(self._moved_m, float(abs(server.motion.block).max()))
         if server.session.state is LinkState.FAULT:
-            self._faults.add(server.session.fault)
+            self._faults.add(fault_text(server.session.fault))
             if self._stop_ns and server.stopping.asked_ns is not None:
                 self._stopped_ns = self._stopped_ns or time.monotonic_ns()
 
@@ -64,7 +65,7 @@ class Victim:
         client, now_ns = self._served.client, time.monotonic_ns()
         if verb == "estop":
             self._stop_ns, self._stopped_ns = details.get("asked_ns", now_ns), 0
-            client.stop(now_ns, "emergency stop")
+            client.stop(now_ns)
         elif verb == "clear_fault" and (client.remote_fault or client.session.state is LinkState.FAULT):
             client.clear(now_ns)
         elif verb == "engage":

@@ -14,6 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.faults import fault as faults
+from common.faults.texts import fault_text
 from common.limits import CONTACT_FORCE_N
 from common.recording.recorder import Recorder
 from robustness import soak
@@ -104,8 +106,9 @@ def test_a_restarted_process_begins_a_life_of_its_own() -> None:
     assert [each.growth()["rss_mib_h"] for each in lives(samples)] == [None, None]
 
 
+HOT = faults.Fault(faults.FaultCode.PLATE_TOO_HOT, "index", value=43.0, limit=42.0)
 CALM: dict[str, Any] = {
-    "fault": "",
+    "fault": None,
     "missing": "",
     "limited": {"middle": ["heater_contact"]},
     "texture_faults": {},
@@ -212,7 +215,7 @@ def recorded(tmp_path: Path) -> Path:
                 for stream in ("truth_fingertips", "truth_contact"):
                     recorder.write(stream, n * 10_000_000, msgpack.packb(forces))
             if process == "remote":
-                recorder.write("remote/session", 500_000_000, msgpack.packb(["fault", 1, "too hot"]))
+                recorder.write("remote/session", 500_000_000, msgpack.packb(["fault", 1, "", HOT]))
     return tmp_path
 
 
@@ -221,7 +224,7 @@ def test_recordings_are_read_to_their_ends_with_extremes_and_faults(recorded: Pa
     ends_s["remote"] = [1.0 + 0.9 * LOST_AT_MOST_S, 1.0]
     records = read_records(recorded, ends_s)
     assert records.wrong == []
-    assert records.faults == [(0.5, "too hot")]
+    assert records.faults == [(0.5, fault_text(HOT))]
     assert {extreme.value for extreme in records.extremes.values()} == {1.0}
     assert set(records.messages.values()) == {202, 203}
     assert read_records(recorded, {**ends_s, "operator": []}).wrong == ["operator: 1 recordings of 0 lives"]
@@ -241,7 +244,7 @@ def test_a_recording_that_ends_too_early_or_is_damaged_is_named(recorded: Path) 
 
 def test_the_watch_tells_what_a_process_uses_and_says(tmp_path: Path) -> None:
     """Of this very process, as if it were a remote site."""
-    status = {"pid": os.getpid(), "state": "engaged", "fault": "", "loop": {"overruns": 2}, "devices": {}}
+    status = {"pid": os.getpid(), "state": "engaged", "fault": None, "loop": {"overruns": 2}, "devices": {}}
     (tmp_path / "remote.json").write_text(json.dumps(status), "utf-8")
     (tmp_path / "operator.json").write_text(json.dumps({**status, "pid": 2**30}), "utf-8")
     log = tmp_path / "samples.jsonl"
@@ -255,4 +258,4 @@ def test_the_watch_tells_what_a_process_uses_and_says(tmp_path: Path) -> None:
     assert first.rss_mib > 10.0
     assert first.open_files >= 3
     assert first.threads >= 1
-    assert first.told == {"state": "engaged", "fault": "", "devices": {}, "overruns": 2}
+    assert first.told == {"state": "engaged", "fault": None, "devices": {}, "overruns": 2}

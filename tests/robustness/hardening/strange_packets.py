@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from common.link.capabilities import capabilities
 from common.wire.finger_block import FingerBlock
-from common.wire.messages import EVENT_MAX, MAX_EVENTS, MOTION_BLOCK, TOUCH_BLOCK, Event, EventKind
+from common.wire.messages import EVENT_MAX, MAX_EVENTS, MOTION_BLOCK, TOUCH_BLOCK, Event, EventKind, explains
 from common.wire.packets import MAX_INTEGER, MAX_TEXT, LinkState, N
 from common.wire.session_messages import REQUESTS
 from common.wire.touch_summary import NOTHING_TOLD, TouchSummary
@@ -56,11 +56,14 @@ def blocks(draw: st.DrawFn, block: FingerBlock, codes: tuple[str, ...] = ()) -> 
     rows[other] = choices[draw(st.integers(0, 5))]
     for code in codes:
         rows[:, block.names.index(code)] = np.floor(rows[:, block.names.index(code)])
+    if "thermal_reason" in codes:
+        status, reason = (block.names.index(name) for name in ("thermal_status", "thermal_reason"))
+        rows[:, reason] *= [explains(int(row[reason]), int(row[status])) for row in rows]
     return block.to_bytes(np.clip(rows.astype(np.float32), block.low, block.high))
 
 
 motion_blocks = blocks(MOTION_BLOCK)
-touch_blocks = blocks(TOUCH_BLOCK, ("mode", "contact", "thermal_status"))
+touch_blocks = blocks(TOUCH_BLOCK, ("mode", "contact", "thermal_status", "thermal_reason"))
 events = st.builds(
     Event,
     st.one_of(st.integers(0, 20), integers),

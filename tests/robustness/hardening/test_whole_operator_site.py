@@ -1,5 +1,6 @@
 """The whole operator's site against a trusted remote site that sends whatever its decoders accept."""
 
+import math
 from collections import defaultdict
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from common.buses.can_port import CanAddress
 from common.config import OperatorConfig, OperatorLinkConfig
+from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N, MOTOR_MAX_RPM
 from common.link.link import OperatorLink
@@ -94,13 +96,13 @@ class Devices:
     def read(self, t_s: float) -> Hand:
         hand = self.hand
         hand.pose_s = hand.heights_s = t_s
-        hand.x_m, hand.z_m = 0.1 + 0.01 * np.sin(6.0 * t_s), (-0.0005 + 0.0004 * np.sin(7.0 * t_s),) * len(FINGERS)
+        hand.x_m, hand.z_m = 0.1 + 0.01 * math.sin(6.0 * t_s), (-0.0005 + 0.0004 * math.sin(7.0 * t_s),) * len(FINGERS)
         return hand
 
     def missing(self) -> str:
         return ""
 
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         return []
 
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:

@@ -14,6 +14,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from common.buses.can_port import CanAddress
 from common.config import CalibrationConfig, RemoteConfig, RemoteLinkConfig
+from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.link.curve import Received
 from common.link.link import RemoteLink
@@ -119,7 +120,7 @@ class Devices:
         measured.pose_s = measured.heights_s = measured.force_s = t_s
         self.sensor_s = [t_s] * len(FINGERS)
         counts = (np.arange(8) * 7 % 5 + self.ticks % 3).astype("<i2").tobytes()
-        plate = PlateReading(30.0, 23.0, 0, self.ticks * 2000 % 2**32, 0)
+        plate = PlateReading(30.0, 23.0, "", self.ticks * 2000 % 2**32, 0)
         plates = (plate if self.ticks % 5 == 0 else None,) * len(FINGERS)
         return SensorFrame(
             t_s,
@@ -135,7 +136,7 @@ class Devices:
     def missing(self) -> str:
         return ""
 
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         return []
 
     def write(self, command: GatedCommand, sensed: SensorFrame) -> None:

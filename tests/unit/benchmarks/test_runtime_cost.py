@@ -9,6 +9,7 @@ from benchmarks.runtime_cost.budget import budget_text, exceeded, load_budget
 from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import DOING, TICK, measure
 from benchmarks.runtime_cost.stages import StageClock
+from common.faults.fault import Fault
 from common.runtime.reference_step import reference_step, reference_step_s
 from teletaction.session.demo_files import PROCESSES
 from tests.conftest import Contained
@@ -51,7 +52,7 @@ def test_a_reference_step_is_the_same_work_every_time() -> None:
 
 
 def test_stages_are_timed_and_contained(contained: Contained) -> None:
-    latched: list[str] = []
+    latched: list[Fault] = []
     clock = StageClock(latched.append)
     with clock.step("outer"), clock.step("inner"):
         begun_ns = time.thread_time_ns()
@@ -63,8 +64,8 @@ def test_stages_are_timed_and_contained(contained: Contained) -> None:
     assert set(spent) == {"outer", "broken"}
     assert spent["outer"] >= 2_000_000
     assert clock.take_spent_ns() == {}
-    assert "on purpose" in latched[0]
-    assert contained.take() == latched
+    assert "on purpose" in latched[0].detail
+    assert contained.take() == [latched[0].detail]
 
 
 @pytest.mark.session

@@ -163,6 +163,18 @@ PACKETS: dict[str, Any] = {
         },
     ),
     "engage": Request(SESSION, 2, T, "engage", {"max_age_s": 0.15}),
+    "status_answer": Answer(
+        SESSION,
+        3,
+        T + 77,
+        "",
+        {
+            "state": "fault",
+            "fault": ["sensor-plate-too-hot", "index", "", 42.25, 42.0, None, "", False],
+            "missing": "",
+            "recording": "",
+        },
+    ),
     "refusal": Answer(SESSION, 2, T + 77, "not ready: index thermal_sensor: opening", {}),
 }
 

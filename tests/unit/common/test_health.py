@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_figures
 from common.health import OLDEST_S, ill, main
 from common.limits_table import limits_page
 from tests.places import ROOT
@@ -40,18 +42,25 @@ def test_a_site_must_be_in_the_state_asked_for_and_its_process_must_not_have_end
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("fault", "thumb plate 42.3 C"),
         ("missing", "index texture sensor: opening"),
         ("stale", "no touch for 0.30 s"),
         ("keys", "/keys/trusted:2: not UTF-8; remove this line"),
     ],
 )
 def test_what_is_not_safe_or_not_fresh_is_not_healthy(tmp_path: Path, name: str, words: str) -> None:
-    sound = dict.fromkeys(("fault", "missing", "stale", "keys"), "")
+    sound = {"fault": None, **dict.fromkeys(("missing", "stale", "keys"), "")}
     assert ill(status(tmp_path, time_ns=NOW_NS, state="engaged", **sound), NOW_NS, "engaged") == ""
     path = status(tmp_path, time_ns=NOW_NS, state="engaged", **(sound | {name: words}))
     assert ill(path, NOW_NS).endswith(f"{name}: {words}")
     assert ill(path, NOW_NS, "engaged").endswith(f"{name}: {words}")
+
+
+def test_a_latched_fault_is_not_healthy_and_is_said(tmp_path: Path) -> None:
+    fault = fault_figures(Fault(FaultCode.PLATE_TOO_HOT, "thumb", value=42.3, limit=42.0))
+    path = status(tmp_path, time_ns=NOW_NS, state="fault", fault=fault)
+    assert ill(path, NOW_NS).endswith("fault: thumb: plate at 42.3 C, above 42.0 C")
+    path = status(tmp_path, time_ns=NOW_NS, state="fault", fault="of another version")
+    assert ill(path, NOW_NS).endswith("fault: of another version")
 
 
 @given(age_s=st.floats(OLDEST_S, 1e6), words=st.sampled_from(["engaged", "engaging", "connected"]))

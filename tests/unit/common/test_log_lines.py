@@ -10,6 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from common.faults.fault import Fault, FaultCode
 from common.files.printable import printable
 from common.link.session_state import Session
 from common.log_flood import AT_ONCE, PER_S, SAFETY_AT_ONCE, FloodFilter
@@ -115,9 +116,9 @@ def test_safety_is_heard_after_any_flood_of_other_happenings(kept: Kept) -> None
         session.equipped(f"missing {n}")
     for _ in range(40):
         session.engage()
-        session.latch("emergency stop")
+        session.latch(Fault(FaultCode.OPERATOR_STOP))
         session.clear()
-    assert sum("fault: emergency stop" in line for line in kept.lines) == 40
+    assert sum("fault: emergency stop by the operator" in line for line in kept.lines) == 40
     assert sum("engaged" in line for line in kept.lines) == 40
     for _ in range(1_000):
         session.engage()
@@ -130,7 +131,8 @@ def test_texts_of_a_session_are_printable() -> None:
     session.connect(7, FORGED)
     session.engage(FORGED)
     session.disengage(FORGED)
-    session.latch(FORGED)
+    session.latch(Fault(FaultCode.CONTAINED, FORGED, FORGED, detail=FORGED))
     assert session.paused.isprintable()
-    assert session.fault.isprintable()
+    assert session.fault is not None
+    assert all(text.isprintable() for text in (*session.fault[:3], session.fault.detail))
     assert all(happening.text.isprintable() for happening in session.take_happenings())

@@ -9,6 +9,7 @@ import pytest
 import sim_sensors.devices.can_node
 from common.buses.can_port import CanAddress
 from common.buses.serial_port import DeviceAbsent
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from operator_site.devices.exoskeleton import Exoskeleton as ExoskeletonDriver
 from remote_site.devices.telemanipulator import Telemanipulator as TelemanipulatorDriver
@@ -88,7 +89,7 @@ class CanContract:
     def test_a_bus_that_is_off_is_named_until_it_is_on_again_and_neither_start_nor_loss_is_a_fault(
         self, rig: Rig, driver: Driver
     ) -> None:
-        def faults() -> list[str]:
+        def faults() -> list[Fault]:
             self.newest_s(driver)
             return driver.faults(time.monotonic())
 
@@ -96,7 +97,7 @@ class CanContract:
         rig.bus.turn_off()
         rig.until(lambda: None, faults)
         assert faults() == [
-            f"CAN bus is off: the controller of {rig.can} has left it after too many errors",
+            Fault(FaultCode.BUS_OFF, detail=str(rig.can)),
         ]
         rig.bus.turn_on()
         rig.until(lambda: None, lambda: faults() == [])
@@ -107,20 +108,20 @@ class CanContract:
         self, rig: Rig, driver: Driver, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setattr(sim_sensors.devices.can_node, "STATE_EVERY", 10**9)
-        hidden = "reports its place, but not what its outputs do"
+        hidden = Fault(FaultCode.STATE_NOT_REPORTED)
         rig.until(lambda: self.newest_s(driver), lambda: hidden in driver.faults(time.monotonic()))
 
     def test_a_second_sender_of_the_sites_frames_is_a_fault(self, rig: Rig, driver: Driver) -> None:
         name = driver.line.sends[0]
         rig.bus.intruder = Intruder({name: dict.fromkeys(("enabled", "x", "y", *FINGERS), 0.0)})
         rig.bus.intruder.active = True
-        foreign = f"another node sends {name}: only this site may"
+        foreign = Fault(FaultCode.FOREIGN_FRAMES, name)
         rig.until(lambda: self.newest_s(driver), lambda: foreign in driver.faults(time.monotonic()))
 
     def test_frames_that_are_all_damaged_are_a_fault(self, rig: Rig, driver: Driver) -> None:
         rig.nodes[0].transmitter.damage = ("counter", 1.0)
         rig.until(lambda: self.newest_s(driver), lambda: driver.faults(time.monotonic()))
-        assert "frames damaged" in driver.faults(time.monotonic())[0]
+        assert driver.faults(time.monotonic())[0].code is FaultCode.FRAMES_DAMAGED
 
 
 class TestExoskeleton(CanContract):

@@ -17,7 +17,9 @@ from common.buses.serial_device import WrongDevice, open_line
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import DeviceKind, MessageId
 from common.buses.serial_port import DeviceAbsent
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
+from common.wire.messages import ThermalReason
 from operator_site.devices.tacttip import TactTip as TactTipDriver
 from remote_site.devices.texture_sensor import TextureSensor as TextureDriver
 from remote_site.devices.texture_sensor import texture_v
@@ -207,13 +209,17 @@ class TestThermal(DriverContract):
         rig.until(lambda: self.turn(driver_on), lambda: rig.module.flags)
         assert rig.module.drive == 0.0
 
-    @pytest.mark.parametrize(("counts", "fault"), [(0, "shorted"), (4095, "open")])
-    def test_a_broken_sensor_is_said(self, rig: ModuleRig, driver_on: ThermalDriver, counts: int, fault: str) -> None:
+    @pytest.mark.parametrize(
+        ("counts", "fault"), [(0, ThermalReason.SENSOR_SHORTED), (4095, ThermalReason.SENSOR_OPEN)]
+    )
+    def test_a_broken_sensor_is_said(
+        self, rig: ModuleRig, driver_on: ThermalDriver, counts: int, fault: ThermalReason
+    ) -> None:
         rig.module.measure(counts, 1000)
         found: list[str] = []
         rig.until(
             lambda: found.extend(r.fault for r in [driver_on.read(time.monotonic())] if r is not None),
-            lambda: found and fault in found[-1],
+            lambda: found and found[-1] == fault.code,
         )
 
 
@@ -257,12 +263,12 @@ class TestTactTip(DriverContract):
         assert 4 <= sum(sent(2.11 + n * 1e-3, 3000.0) for n in range(100)) <= 6  # nothing new: every 20 ms
 
     def test_a_cut_out_and_a_broken_ntc_are_seen(self, rig: ModuleRig, driver_on: TactTipDriver) -> None:
-        assert driver_on.cooling_fault == ""
+        assert driver_on.cooling_fault is None
         rig.module.measure(4095, 0)
         rig.until(lambda: self.turn(driver_on), lambda: driver_on.cut_out)
         assert math.isnan(driver_on.plate_c)
-        assert driver_on.sensor_fault == "open circuit"
-        assert driver_on.cooling_fault == "the hot side's thermistor: short circuit"
+        assert driver_on.sensor_fault is FaultCode.PLATE_THERMISTOR_OPEN
+        assert driver_on.cooling_fault == Fault(FaultCode.HOT_SIDE_THERMISTOR_SHORT)
 
 
 class Mute:

@@ -15,7 +15,6 @@ from operator_site.session.session_client import SessionClient
 MS = 1_000_000
 IDENT = 4711
 ABLE = capabilities(("index",), 500.0, calibration="abc")
-WHY = "emergency stop by the operator"
 NOWHERE = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
 
 
@@ -82,7 +81,7 @@ class Pair:
         assert self.client.session.state is LinkState.CONNECTED
 
     def stop(self) -> None:
-        self.client.stop(self.remote.now_ns, WHY)
+        self.client.stop(self.remote.now_ns)
         self.run(10)
 
     def answer(self, verb: str, refused: str = "", **details: Any) -> None:

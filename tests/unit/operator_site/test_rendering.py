@@ -6,6 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from common.config import RenderingConfig
+from common.faults.fault import Fault, FaultCode
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
 from common.wire.messages import Event, EventKind, ExplorationMode, Touch
 from common.wire.packets import N
@@ -16,7 +17,7 @@ from tests.unit.operator_site.touches import INDEX, tick_input, touch
 
 TICK_S = 0.002
 GAP_S = 0.1
-CUT_OUT = "index: the module's own temperature limit has switched its plate off"
+CUT_OUT = Fault(FaultCode.MODULE_CUT_OUT, "index")
 TAP = Event(1, EventKind.TAP, INDEX, 0, 0, 0.2)
 
 
@@ -97,8 +98,7 @@ def test_an_event_is_played_once_in_a_session_and_again_in_the_next() -> None:
 def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     run = Run()
     output = run(100, device_faults=(CUT_OUT,))
-    assert output.fault is not None
-    assert output.fault.startswith("index: ")
+    assert output.fault == CUT_OUT
     assert output.force_n == [0.0] * N
     assert all(bits & Limit.RELEASED for bits in output.limited)
     assert run(100, device_faults=()).fault == output.fault

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from common.wire.messages import Touch
 from common.wire.packets import N
 from operator_site.rendering_input import RenderingInput
+from tests.unit.common.any_fault import faults
 from tests.unit.operator_site.touches import tick_input, touch
 
 ANY = st.floats()
@@ -29,7 +30,7 @@ INPUTS = st.builds(
     heights_s=ANY,
     plate_c=FIVE,
     plate_age_s=FIVE,
-    device_faults=st.lists(st.text(max_size=60), max_size=3).map(tuple),
+    device_faults=st.lists(faults, max_size=3).map(tuple),
 )
 
 

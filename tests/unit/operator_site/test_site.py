@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from common.config import to_toml
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.link.link import OperatorLink
 from common.recording.recorder import Recorder
@@ -64,10 +65,10 @@ def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     session = operator.client.session
     now = run(operator, 0, 5)
     assert session.state is LinkState.DISCONNECTED
-    devices.cut = ["index: cut out"]
+    devices.cut = [Fault(FaultCode.MODULE_CUT_OUT, "index")]
     now = run(operator, now, 2)
     assert session.state is LinkState.FAULT
-    assert session.fault.startswith("index: ")
+    assert session.fault == Fault(FaultCode.MODULE_CUT_OUT, "index")
     session.clear()
     now = run(operator, now, 2)
     assert session.state is LinkState.FAULT, "the module still says so"
@@ -79,7 +80,7 @@ def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     assert session.state is LinkState.DISCONNECTED
     assert operator.rendering.fault is None
     figures: dict[str, Any] = operator.figures()
-    assert figures["fault"] == ""
+    assert figures["fault"] is None
     assert figures["limited"]["index"] == ("released", "plate_test"), "a second fault within ten minutes"
 
 
@@ -122,7 +123,7 @@ def test_a_replay_of_what_was_just_recorded_is_identical_to_the_last_bit(tmp_pat
                 client.session.engage()
                 client.touch = None
             if tick == 700:
-                devices.cut = ["index: cut out"]
+                devices.cut = [Fault(FaultCode.MODULE_CUT_OUT, "index")]
             if tick == 900:
                 devices.cut = []
                 client.session.clear()

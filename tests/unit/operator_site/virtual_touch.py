@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from common.buses.can_port import CanAddress
 from common.config import OperatorConfig, OperatorLinkConfig
+from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.recording.recorder import Recorder
 from common.scenes.scene import load_scene
@@ -39,7 +40,7 @@ class Devices:
     hand: Hand = field(default_factory=Hand)
     seen: bool = True
     lacking: str = ""
-    cut: list[str] = field(default_factory=list)
+    cut: list[Fault] = field(default_factory=list)
     on: dict[str, str] = field(default_factory=dict)
     written: list[GatedOutput] = field(default_factory=list)
     engaged: list[bool] = field(default_factory=list)
@@ -54,7 +55,7 @@ class Devices:
     def missing(self) -> str:
         return self.lacking
 
-    def faults(self) -> list[str]:
+    def faults(self) -> list[Fault]:
         return self.cut
 
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:

@@ -7,6 +7,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
+from common.wire.messages import ThermalReason
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.heating import FingerHeating, Heating
@@ -59,7 +60,7 @@ def test_a_reading_that_is_missing_too_long_or_not_to_be_believed_heats_nothing(
     assert heating.step(1.0, cool(5.0)[0], free) == 1.0
     assert heating.step(0.998 + STALE_S, None, free) == 1.0
     assert heating.step(1.002 + STALE_S, None, free) == 0.0
-    assert heating.step(2.0, cool(5.0, "open")[0], free) == 0.0
+    assert heating.step(2.0, cool(5.0, ThermalReason.SENSOR_OPEN.code)[0], free) == 0.0
 
 
 @pytest.mark.parametrize("preheat_k", sorted(set(PREHEATS_K)))

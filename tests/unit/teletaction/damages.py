@@ -11,6 +11,7 @@ import msgpack
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
+from common.faults.fault import Fault, FaultCode
 from operator_site.console.examination.journal import SCHEMAS as KEPT
 from operator_site.site_recording import SCHEMAS as OPERATOR
 from remote_site.site_recording import SCHEMAS as REMOTE
@@ -54,9 +55,9 @@ def _others(start_ns: int) -> Iterator[tuple[str, float, Any]]:
     yield "truth_motor", 0.21, {"finger": 1, "motor_mv": 700}
     yield "remote/event", 0.2, [1, 0, 1, start_ns + 200_000_000, 0.5, ""]
     yield "operator/played", 0.21, [1, 0, 1]
-    yield "remote/session", 0.01, ["connected", 7, "operator"]
-    yield "operator/session", 0.02, ["connected", 7, "remote"]
-    yield "operator/session", 0.8, ["fault", 7, "index: force swings"]
+    yield "remote/session", 0.01, ["connected", 7, "operator", None]
+    yield "operator/session", 0.02, ["connected", 7, "remote", None]
+    yield "operator/session", 0.8, ["fault", 7, "", Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0)]
     yield "operator/figures", 0.3, {"devices": {"index tacttip": {"serial": "TT1", "times_lost": 0}}, "recorded": {}}
     begun = {"pseudonym": "P-0417", "wall_clock": "2026-11-23T14:07:03+01:00", "who": "OR-1", "sides": {"top": "head"}}
     yield "console/session", 0.03, {"what": "begin", "at_s": zero_s, **begun}

@@ -5,6 +5,7 @@ from typing import Any
 
 import msgpack
 
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.recording.recorder import Recorder
 from common.wire.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
@@ -36,7 +37,8 @@ def record(out: Path, *, console: bool = True) -> Path:
         recorder.write("operator/clock", now_ns, msgpack.packb([0, 900_000, 46_000_000]))
         figures = {"devices": {HOSTILE[:40]: {"serial": "TT0001", "times_lost": 3}}}
         recorder.write("operator/figures", now_ns, msgpack.packb(figures))
-        recorder.write("operator/session", now_ns, msgpack.packb(["fault", 1, HOSTILE[:60]]))
+        fault = Fault(FaultCode.CONTAINED, detail=HOSTILE[:60])
+        recorder.write("operator/session", now_ns, msgpack.packb(["fault", 1, "", fault]))
         for stream, entry in _at_the_console() if console else ():
             recorder.write(stream, now_ns, msgpack.packb(entry))
     return out

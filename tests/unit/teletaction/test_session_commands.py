@@ -11,6 +11,8 @@ import pytest
 
 import common.link.local_control
 from common.config import ObserverConfig, OperatorConfig, OperatorLinkConfig, load_config, load_site, to_toml
+from common.faults.fault import Fault, FaultCode, read_fault
+from common.faults.texts import fault_text
 from common.link.keys import create_keys, load_keys
 from common.link.link import OperatorLink
 from common.link.local_control import LocalControlSocket, ask_desk
@@ -73,12 +75,22 @@ def test_a_wrong_key_folder_is_said(verb: str, configs: dict[str, Path], tmp_pat
     assert "no key; make one with `teletaction keys init" in one_line(ask(verb, configs["operator"]), 2)
 
 
+HOT = Fault(FaultCode.PLATE_TOO_HOT, "index", value=43.0, limit=42.0)
+HOT_SENSOR = Fault(FaultCode.SENSOR_PLATE_TOO_HOT, "index", value=43.0, limit=42.0)
+
+
 class Site:
     """Serves the desk of an operator's site until the test is over; `do` carries out what is asked."""
 
     def __init__(self, config: Path) -> None:
         self.asked: list[tuple[str, dict[str, Any]]] = []
-        self.state: dict[str, Any] = {"state": "connected", "fault": "", "remote_fault": "", "refusal": "", "estop": ""}
+        self.state: dict[str, Any] = {
+            "state": "connected",
+            "fault": None,
+            "remote_fault": None,
+            "refusal": "",
+            "estop": "",
+        }
         self.do: Callable[[str, dict[str, Any]], object] = lambda verb, details: None
         loaded = load_config(config, OperatorConfig)
         self._desk = LocalControlSocket(loaded.desk_port, load_keys(loaded.link.keys))
@@ -112,6 +124,10 @@ def test_the_status_is_json(site: Site, configs: dict[str, Path]) -> None:
     code, out, err = command("session", "status", "--config", configs["operator"]).said
     assert (code, err) == (0, "")
     assert json.loads(out) == site.state
+    site.state["fault"] = HOT
+    said = json.loads(command("session", "status", "--config", configs["operator"]).out)["fault"]
+    assert read_fault(said) == HOT
+    assert (said["unit"], said["text"]) == ("C", fault_text(HOT))
 
 
 @pytest.mark.parametrize(
@@ -183,13 +199,13 @@ def test_an_emergency_stop_gets_through_however_often_something_else_asks(site: 
 
 
 def test_clearing_waits_until_both_sites_are_clear(site: Site, configs: dict[str, Path]) -> None:
-    site.state |= {"fault": "hot plate", "remote_fault": "hot sensor"}
+    site.state |= {"fault": HOT, "remote_fault": HOT_SENSOR}
 
     def clear_later(verb: str, details: dict[str, Any]) -> None:
         if len(site.asked) == 3:
-            site.state["fault"] = ""
+            site.state["fault"] = None
         if len(site.asked) == 5:
-            site.state["remote_fault"] = ""
+            site.state["remote_fault"] = None
 
     site.do = clear_later
     assert command("session", "clear", "--config", configs["operator"]).said == (0, "", "")
@@ -197,7 +213,7 @@ def test_clearing_waits_until_both_sites_are_clear(site: Site, configs: dict[str
 
 
 def test_why_the_far_site_does_not_clear_is_said(site: Site, configs: dict[str, Path]) -> None:
-    site.state |= {"remote_fault": "emergency stop at the remote site", "refusal": "to be cleared where it was latched"}
+    site.state |= {"remote_fault": Fault(FaultCode.REMOTE_STOP), "refusal": "to be cleared where it was latched"}
     line = one_line(command("session", "clear", "--config", configs["operator"]), 1)
     assert line == "teletaction: clear: the far site says: to be cleared where it was latched"
 
@@ -205,12 +221,12 @@ def test_why_the_far_site_does_not_clear_is_said(site: Site, configs: dict[str, 
 @pytest.mark.parametrize(
     ("state", "words"),
     [
-        ({"fault": "index: plate at 43.0 C"}, "still latched: index: plate at 43.0 C"),
-        ({"remote_fault": "sensor at 43.0 C"}, "still latched: sensor at 43.0 C (at the far site)"),
+        ({"fault": HOT}, f"still latched: {fault_text(HOT)}"),
+        ({"remote_fault": HOT_SENSOR}, f"still latched: {fault_text(HOT_SENSOR)} (at the far site)"),
     ],
 )
 def test_a_fault_that_comes_back_at_once_is_said(
-    state: dict[str, str], words: str, site: Site, configs: dict[str, Path], hasty: None
+    state: dict[str, Fault], words: str, site: Site, configs: dict[str, Path], hasty: None
 ) -> None:
     site.state |= state
     assert one_line(command("session", "clear", "--config", configs["operator"]), 1) == f"teletaction: clear: {words}"

@@ -14,6 +14,7 @@ from can.interfaces.socketcan import SocketcanBus
 from common.buses.can_frames import FrameReceiver, FrameSender
 from common.buses.can_port import CanAddress, CanPort
 from common.buses.frame_error_rate import MOST
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from tests.waiting import wait_until
 
@@ -51,22 +52,22 @@ def error(kind: int, detail: int = 0) -> can.Message:
 def test_a_controller_that_left_the_bus_is_named_until_it_is_on_it_again(device: can.BusABC, line: CanPort) -> None:
     device.send(error(CONTROLLER))
     assert line.poll() == {}
-    assert (line.controller.off, line.controller.errors, line.fault, line.unknown) == (False, 1, "", 0)
+    assert (line.controller.off, line.controller.errors, line.fault, line.unknown) == (False, 1, None, 0)
     device.send(error(BUS_OFF))
     line.poll()
-    assert line.fault == f"CAN bus is off: the controller of {line.address} has left it after too many errors"
+    assert line.fault == Fault(FaultCode.BUS_OFF, detail=str(line.address))
     assert line.figures()["off"] is True
     device.send(error(CONTROLLER, ERROR_PASSIVE))
     line.poll()
     assert line.controller.off
     device.send(error(RESTARTED))
     line.poll()
-    assert (line.controller.off, line.fault) == (False, "")
+    assert (line.controller.off, line.fault) == (False, None)
     assert line.figures()["errors"] == 4
     device.send(error(BUS_OFF))
     device.send(FrameSender("FingerHeights").encode(HEIGHTS))
     assert "FingerHeights" in line.poll()
-    assert line.fault == "", "a bus that is heard is not off"
+    assert line.fault is None, "a bus that is heard is not off"
 
 
 def test_what_the_controller_reports_is_named_in_the_status_and_its_log_is_bounded(
@@ -78,7 +79,7 @@ def test_what_the_controller_reports_is_named_in_the_status_and_its_log_is_bound
         line.poll()
     assert line.figures()["controller"] == "error-passive"
     assert line.figures()["controller_errors"] == {"receive overflow": 1000, "error-passive": 1000}
-    assert line.fault == ""
+    assert line.fault is None
     assert [record.message for record in caplog.records] == [
         f"CAN {line.address}: controller: receive overflow",
         f"CAN {line.address}: controller: error-passive",
@@ -91,10 +92,10 @@ def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: ca
         device.send(heights.encode(HEIGHTS))
         line.send(forces.next_frame(FORCES))
         line.poll()
-    assert line.fault == "", "what a line sends itself it does not hear"
+    assert line.fault is None, "what a line sends itself it does not hear"
     device.send(FrameSender("FingerForces").encode(dict.fromkeys((*FINGERS, "enabled"), 1.0)))
     assert line.poll() == {}
-    assert line.fault == "another node sends FingerForces: only this site may"
+    assert line.fault == Fault(FaultCode.FOREIGN_FRAMES, "FingerForces")
     assert (line.figures()["foreign"], line.unknown) == (1, 0)
 
 
@@ -104,11 +105,13 @@ def test_damage_is_refused_counted_and_named_when_there_is_too_much_of_it(device
     device.send(first)
     assert line.poll()["FingerHeights"][0][1] == pytest.approx((1.0,) * 5)
     for n in range(MOST + 1):
-        assert line.fault == ""
+        assert line.fault is None
         device.send(first)
         assert line.poll() == {}
         assert line.receivers[0].refused == n + 1
-    assert line.fault == f"{MOST + 1} of the last {MOST + 2} FingerHeights frames damaged"
+    assert line.fault == Fault(
+        FaultCode.FRAMES_DAMAGED, "FingerHeights", value=MOST + 1, limit=MOST, detail=str(MOST + 2)
+    )
 
 
 def test_frames_that_were_lost_are_counted_and_are_no_fault(device: can.BusABC, line: CanPort) -> None:
@@ -119,7 +122,7 @@ def test_frames_that_were_lost_are_counted_and_are_no_fault(device: can.BusABC, 
             device.send(frame)
             line.poll()
     assert line.figures()["skipped"] == {"FingerHeights": 27}
-    assert (line.fault, line.receivers[0].refused) == ("", 0)
+    assert (line.fault, line.receivers[0].refused) == (None, 0)
 
 
 def test_all_frames_of_a_poll_are_there_in_their_order_with_the_buss_own_time(
@@ -169,7 +172,7 @@ def test_a_bus_whose_sends_fail_is_lost_and_says_why(
     assert line.problem is None
     failure = can.CanOperationError("Failed to transmit: Network is down", code)
     broken(line, monkeypatch, failure).send(FrameSender("FingerForces").next_frame(FORCES))
-    assert (line.connected, line.times_lost, line.unsent, line.fault) == (False, 1, 0, "")
+    assert (line.connected, line.times_lost, line.unsent, line.fault) == (False, 1, 0, None)
     assert str(line.problem) == f"CAN {line.address} lost: {failure}"
 
 

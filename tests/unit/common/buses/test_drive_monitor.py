@@ -15,25 +15,27 @@ from common.buses.drive_monitor import (
     ForceMonitor,
     ReportMonitor,
 )
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import FORCE_RAMP_DOWN_N_S, MODULE_TIMEOUT_S
 
+HEATER = FaultCode.HEATER_UNASKED
 TICK_S = 0.002
 
 
 @given(st.lists(st.integers(-1000, 1000), min_size=1, max_size=200), st.integers(0, 60))
 @example([700] * 500, 0)
 def test_whoever_applies_what_was_told_a_while_ago_is_never_doubted(told: list[int], late_ticks: int) -> None:
-    obeys, off = DriveMonitor("the heater"), DriveMonitor("the heater")
+    obeys, off = DriveMonitor(HEATER), DriveMonitor(HEATER)
     for tick, drive in enumerate(told):
         obeys.told(tick * TICK_S, drive)
         off.told(tick * TICK_S, drive)
-        assert obeys.reported(tick * TICK_S, told[max(0, tick - late_ticks)] if tick >= late_ticks else 0) == ""
-        assert off.reported(tick * TICK_S, 0) == "", "no drive is always right"
+        assert obeys.reported(tick * TICK_S, told[max(0, tick - late_ticks)] if tick >= late_ticks else 0) is None
+        assert off.reported(tick * TICK_S, 0) is None, "no drive is always right"
 
 
 def test_a_stuck_drive_is_found_soon_and_a_single_wrong_report_is_not() -> None:
-    obeys, found_s = DriveMonitor("the heater"), None
+    obeys, found_s = DriveMonitor(HEATER), None
     for tick in range(500):
         t_s = tick * TICK_S
         obeys.told(t_s, tick % 7)
@@ -42,7 +44,7 @@ def test_a_stuck_drive_is_found_soon_and_a_single_wrong_report_is_not() -> None:
             found_s = found_s or t_s
     assert found_s is not None
     assert 0.5 + PERSIST_S <= found_s <= 0.5 + MEMORY_S + PERSIST_S
-    wrong_by_turns = DriveMonitor("the heater")
+    wrong_by_turns = DriveMonitor(HEATER)
     wrong_by_turns.told(0.0, 0)
     assert any(wrong_by_turns.reported(tick * TICK_S, 1000 if tick % 2 else 0) for tick in range(500))
 
@@ -73,49 +75,46 @@ def test_wrong_reports_are_a_fault_at_the_named_time(before: Reports, every_s: f
 
 
 def test_a_command_is_in_force_for_the_named_time_after_the_next() -> None:
-    obeys = DriveMonitor("the heater")
+    obeys = DriveMonitor(HEATER)
     obeys.told(-1.0, 300)
     obeys.told(0.0, 0)
-    assert obeys.reported(MEMORY_S, 300) == ""
+    assert obeys.reported(MEMORY_S, 300) is None
     words = [obeys.reported(MEMORY_S + LONGEST_S * k, 300) for k in range(1, 7)]
     assert [bool(said) for said in words] == [False] * 5 + [True]
 
 
 @pytest.mark.parametrize(
-    ("own_words", "said"),
-    [
-        ((), "the heater is driven with 300, never asked for"),
-        (("is on, never asked for",), "the heater is on, never asked for"),
-    ],
+    ("code", "value"),
+    [(FaultCode.HEATER_UNASKED, 300.0), (FaultCode.DRIVES_UNASKED, None)],
 )
-def test_a_drive_that_stays_after_its_command_is_long_over_is_found(own_words: tuple[str, ...], said: str) -> None:
-    obeys = DriveMonitor("the heater", *own_words)
+def test_a_drive_that_stays_after_its_command_is_long_over_is_found(code: FaultCode, value: float | None) -> None:
+    obeys = DriveMonitor(code)
     obeys.told(0.0, 300)
     obeys.told(1.0, 0)
     words = [obeys.reported(1.0 + tick * TICK_S, 300) for tick in range(200)]
-    assert words[0] == ""
-    assert words[-1] == said
+    assert words[0] is None
+    assert words[-1] == Fault(code, value=value)
 
 
 def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told() -> None:
-    obeys = DriveMonitor("the drive")
+    obeys = DriveMonitor(HEATER)
     for n in range(10_000):
         obeys.told(n * 0.002, n % 1000)
     assert len(pickle.dumps(obeys)) < 2000 + 30 * MEMORY_S / 0.002
-    assert obeys.reported(20.0, 999) == ""
-    assert obeys.reported(20.1, 500) == ""
-    assert "500" in [obeys.reported(20.1 + tick * TICK_S, 500) for tick in range(100)][-1]
+    assert obeys.reported(20.0, 999) is None
+    assert obeys.reported(20.1, 500) is None
+    assert Fault(HEATER, value=500.0) == [obeys.reported(20.1 + tick * TICK_S, 500) for tick in range(100)][-1]
 
 
 def test_a_site_that_stood_still_between_two_reads_doubts_nobody() -> None:
     """Both reads are of reports that waited; only the first was late, and what it told is long over."""
-    obeys = DriveMonitor("the motor")
+    obeys = DriveMonitor(FaultCode.MOTOR_UNASKED)
     obeys.told(0.0, 836)
     for tick in range(100):
         obeys.told(0.5 + tick * TICK_S, tick)
-    assert obeys.reported(0.75, 836) == ""
-    assert obeys.reported(0.75 + 2.0 * PERSIST_S, 836) == ""
-    assert obeys.reported(0.752 + 2.0 * PERSIST_S, 99) == ""
+    assert obeys.reported(0.75, 836) is None
+    assert obeys.reported(0.75 + 2.0 * PERSIST_S, 836) is None
+    assert obeys.reported(0.752 + 2.0 * PERSIST_S, 99) is None
 
 
 REPORT_EVERY = 5
@@ -209,7 +208,7 @@ def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -
             found = obey.reported(t_s, [0.0, 0.0, 1.05, 10.2 if t_s >= 0.5 else 0.0, 0.0])
             if found and found_s is None:
                 found_s = t_s
-                assert found == ["ring: 10.20 N applied, 0.00 to 0.00 N asked for"]
+                assert found == [Fault(FaultCode.FORCE_UNASKED, "ring", value=10.2, limit=0.0)]
     assert found_s is not None
     assert 0.5 + PERSIST_S <= found_s <= 0.5 + PERSIST_S + 2 * REPORT_EVERY * TICK_S
 
@@ -220,25 +219,25 @@ def test_a_report_that_lacks_a_finger_is_refused() -> None:
 
 
 def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
-    found: dict[float, list[str]] = {}
+    found: dict[float, list[Fault]] = {}
     for applied_n in (0.0, 3.0, 4.9):
         obey = ForceMonitor()
         for tick in range(0, 500, REPORT_EVERY):
             obey.told(tick * TICK_S, [5.0] * 5)
             found[applied_n] = obey.reported(tick * TICK_S, [applied_n] * 5)
     assert (found[0.0], found[4.9]) == ([], [])
-    assert found[3.0][0] == "thumb: 3.00 N applied, 5.00 to 5.00 N asked for"
+    assert found[3.0][0] == Fault(FaultCode.FORCE_UNASKED, "thumb", value=3.0, limit=5.0)
 
 
 @pytest.mark.parametrize("asked", [False, True])
 def test_where_no_force_was_asked_for_next_to_none_is_right(asked: bool) -> None:
     for applied_n in (NEAR_N, NEAR_N + 0.01):
-        obey, found = ForceMonitor(), list[str]()
+        obey, found = ForceMonitor(), list[Fault]()
         for tick in range(100):
             if asked:
                 obey.told(tick * TICK_S, [0.0] * 5)
             found = obey.reported(tick * TICK_S, [applied_n] * 5)
-        wrong = [f"{finger}: 0.11 N applied, 0.00 to 0.00 N asked for" for finger in FINGERS]
+        wrong = [Fault(FaultCode.FORCE_UNASKED, finger, value=0.11, limit=0.0) for finger in FINGERS]
         assert found == (wrong if applied_n > NEAR_N else [])
 
 
@@ -246,8 +245,8 @@ def test_a_node_that_hides_its_outputs_is_found_by_its_frames_however_late_they_
     comes = ReportMonitor()
     comes.step(1000, 7)
     comes.step(1000 + UNREPORTED_FRAMES, 7)
-    assert comes.fault == ""
+    assert comes.fault is None
     comes.step(1001 + UNREPORTED_FRAMES, 7)
-    assert comes.fault == "reports its place, but not what its outputs do"
+    assert comes.fault == Fault(FaultCode.STATE_NOT_REPORTED)
     comes.step(1300 + UNREPORTED_FRAMES, 8)
-    assert comes.fault == ""
+    assert comes.fault is None

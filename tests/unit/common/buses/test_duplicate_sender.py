@@ -1,6 +1,7 @@
 """A second sender of one's own frames is found, and what an earlier connection left on its way is not one."""
 
 from common.buses.duplicate_sender import CLEAR_AFTER, SETTLING, DuplicateSender
+from common.faults.fault import Fault, FaultCode
 
 OWN, OTHER = 0x110, 0x100
 """Identifiers of FingerForces, and of HandPose."""
@@ -15,22 +16,22 @@ def settled() -> DuplicateSender:
 
 def test_one_own_frame_from_another_node_is_a_fault_until_that_has_been_silent_for_long() -> None:
     watch = settled()
-    assert watch.fault == ""
+    assert watch.fault is None
     assert watch.step(OWN)
-    assert watch.fault == "another node sends FingerForces: only this site may"
+    assert watch.fault == Fault(FaultCode.FOREIGN_FRAMES, "FingerForces")
     assert watch.heard == 1
     for _ in range(CLEAR_AFTER):
         watch.step(OTHER)
         assert watch.fault
     watch.step(OTHER)
-    assert watch.fault == ""
+    assert watch.fault is None
 
 
 def test_what_an_earlier_connection_left_on_its_way_is_no_fault_but_a_sender_that_stays_is() -> None:
     watch = DuplicateSender(["FingerForces"])
     for _ in range(SETTLING):
         assert watch.step(OWN)
-        assert watch.fault == ""
+        assert watch.fault is None
     watch.step(OWN)
     assert watch.fault
 
@@ -39,13 +40,13 @@ def test_a_new_connection_begins_anew_and_the_count_goes_on() -> None:
     watch = settled()
     watch.step(OWN)
     watch.begin()
-    assert watch.fault == ""
+    assert watch.fault is None
     watch.step(OWN)
-    assert (watch.fault, watch.heard) == ("", 1)
+    assert (watch.fault, watch.heard) == (None, 1)
 
 
 def test_without_own_frames_nothing_is_foreign() -> None:
     watch = DuplicateSender([])
     for _ in range(2 * SETTLING):
         assert not watch.step(OWN)
-    assert watch.fault == ""
+    assert watch.fault is None

@@ -7,6 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.buses.encoder_glitches import FINGER_M_S, GLITCHES, RETURN_S, UNSEEN_S, WINDOW_S, EncoderGlitches
+from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_text
 from common.timing.timeouts import FRAME_S
 
 COUNT_M = 5e-6
@@ -48,7 +50,7 @@ def test_a_jump_that_stays_is_a_fault_before_it_is_acted_on(jump_m: float) -> No
     index = Index()
     assert {index.read(jump_m) for _ in range(int(RETURN_S / FRAME_S))} == {0.0}
     assert index.read(jump_m) == jump_m
-    assert index.faults == [f"index: encoder jumped by {abs(jump_m) * 1e3:.1f} mm"]
+    assert list(map(fault_text, index.faults)) == [f"index: encoder jumped by {abs(jump_m) * 1e3:.1f} mm"]
     assert index.read(jump_m) == jump_m
     assert index.faults == []  # it begins anew from there: the gate has latched it
 
@@ -61,7 +63,10 @@ def test_glitches_again_and_again_are_a_fault_as_long_as_they_go_on(jump_m: floa
         found.append(index.faults)
     fits = GLITCHES * apart * FRAME_S <= WINDOW_S - FRAME_S
     if fits:
-        assert found.index([f"index: encoder jumps: {GLITCHES + 1} times in {WINDOW_S:g} s"]) == GLITCHES * apart
+        assert (
+            found.index([Fault(FaultCode.ENCODER_JUMPS, "index", value=GLITCHES + 1, limit=GLITCHES)])
+            == GLITCHES * apart
+        )
         for _ in range(round(WINDOW_S / FRAME_S) + 1):
             index.read(0.0)
         assert index.faults == []
@@ -92,6 +97,6 @@ def test_encoders_are_timed_by_the_bus_and_fail_one_by_one() -> None:
     assert encoders.step(5.012, (0.015, 0.008))[1] == (0.015, 0.0)
     encoders.step(5.014, (0.0151, 0.008))
     assert encoders.step(5.017, (0.0152, 0.008))[1] == (0.0152, 0.008)
-    assert encoders.faults == ["middle: encoder jumped by 8.0 mm"]
+    assert list(map(fault_text, encoders.faults)) == ["middle: encoder jumped by 8.0 mm"]
     encoders.step(1.0, (0.0, 0.0))
     assert encoders.faults == []

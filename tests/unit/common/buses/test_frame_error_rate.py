@@ -4,6 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.buses.frame_error_rate import MOST, WINDOW, FrameErrorRate
+from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_text
 from common.limits import GAP_S
 
 FRAME_S = 0.002
@@ -15,28 +17,29 @@ def test_a_fault_is_there_while_more_than_the_share_of_the_window_is_damaged(fra
     for n, damaged in enumerate(frames):
         watched.step(n * FRAME_S, damaged)
         lately = frames[max(0, n + 1 - WINDOW) : n + 1]
-        expected = f"{sum(lately)} of the last {len(lately)} HandPose frames damaged"
-        assert watched.fault == (expected if sum(lately) > MOST else "")
+        seen = str(len(lately))
+        expected = Fault(FaultCode.FRAMES_DAMAGED, "HandPose", value=sum(lately), limit=MOST, detail=seen)
+        assert watched.fault == (expected if sum(lately) > MOST else None)
 
 
 def test_a_few_damaged_frames_without_a_good_one_for_the_gap_are_a_fault_of_a_slow_sender() -> None:
     watched, period_s = FrameErrorRate("ExoskeletonState"), 0.030
     for n in range(10):
         watched.step(n * period_s, damaged=False)
-    assert watched.fault == ""
+    assert watched.fault is None
     away = FrameErrorRate("ExoskeletonState")
     for back_s in (0.0, 100.0):
         away.step(back_s, damaged=False)
-    assert away.fault == "", "a bus that was away for long and comes back sound is sound"
+    assert away.fault is None, "a bus that was away for long and comes back sound is sound"
     found = []
     for n in range(10, 15):
         watched.step(n * period_s, damaged=True)
         found.append(watched.fault)
     late = next(n for n, fault in enumerate(found) if fault)
     assert (late + 1) * period_s > GAP_S >= late * period_s
-    assert found[late] == "no good ExoskeletonState frame for 120 ms, only damaged ones"
+    assert fault_text(found[late]) == "ExoskeletonState: no good frame for 120 ms, at most 100 ms: only damaged ones"
     watched.step(15 * period_s, damaged=False)
-    assert watched.fault == ""
+    assert watched.fault is None
 
 
 def test_all_damaged_is_found_within_25_ms_and_30_percent_within_the_gap() -> None:

@@ -1,12 +1,17 @@
 import logging
+import re
 
 import msgpack
 import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
+from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_text
 from common.link.session_state import Happening, Refused, Session
 from common.wire.packets import LinkState
+
+HOT = Fault(FaultCode.PLATE_TOO_HOT, "index", value=43.0, limit=42.0)
 
 
 class Sessions(RuleBasedStateMachine):
@@ -16,11 +21,11 @@ class Sessions(RuleBasedStateMachine):
         super().__init__()
         self.session = Session()
         self.far_side = 0
-        self.fault = ""
+        self.fault: Fault | None = None
         self.here_only = False
         self.asked = self.silent = False
         self.missing = ""
-        self.happened: list[tuple[str, int, str]] = []
+        self.happened: list[tuple[str, int, str | Fault]] = []
 
     @rule(ident=st.integers(1, 2**62), text=st.sampled_from(["", "operator curve:abc"]))
     def connect(self, ident: int, text: str) -> None:
@@ -43,7 +48,7 @@ class Sessions(RuleBasedStateMachine):
     @rule()
     def engage(self) -> None:
         if self.fault or not self.far_side:
-            with pytest.raises(Refused, match=self.fault or "hello"):
+            with pytest.raises(Refused, match=fault_text(self.fault) or "hello"):
                 self.session.engage()
             return
         if not self.asked:
@@ -58,12 +63,12 @@ class Sessions(RuleBasedStateMachine):
         self.session.disengage("asked for")
         self.asked = False
 
-    @rule(why=st.sampled_from(["hot plate", "emergency stop"]), here_only=st.booleans())
-    def latch(self, why: str, here_only: bool) -> None:
+    @rule(fault=st.sampled_from([HOT, Fault(FaultCode.OPERATOR_STOP)]), here_only=st.booleans())
+    def latch(self, fault: Fault, here_only: bool) -> None:
         if not self.fault:
-            self.happened.append(("fault", self.far_side, why))
-        self.session.latch(why, cleared_here_only=here_only)
-        self.fault, self.asked = self.fault or why, False
+            self.happened.append(("fault", self.far_side, fault))
+        self.session.latch(fault, cleared_here_only=here_only)
+        self.fault, self.asked = self.fault or fault, False
         self.here_only = self.here_only or here_only
 
     @rule(here=st.booleans())
@@ -72,12 +77,14 @@ class Sessions(RuleBasedStateMachine):
             with pytest.raises(Refused, match="no fault"):
                 self.session.clear(here=here)
         elif self.here_only and not here:
-            with pytest.raises(Refused, match=f"{self.fault}: to be cleared where it was latched"):
+            with pytest.raises(
+                Refused, match=f"{re.escape(fault_text(self.fault))}: to be cleared where it was latched"
+            ):
                 self.session.clear(here=here)
         else:
             self.happened.append(("cleared", self.far_side, self.fault))
             self.session.clear(here=here)
-            self.fault, self.here_only = "", False
+            self.fault, self.here_only = None, False
 
     @rule(gap_ms=st.one_of(st.none(), st.sampled_from([-1, 0, 100, 101])))
     def hear(self, gap_ms: int | None) -> None:
@@ -99,7 +106,10 @@ class Sessions(RuleBasedStateMachine):
 
     @rule()
     def tell(self) -> None:
-        told = [(happening.what, happening.session, happening.text) for happening in self.session.take_happenings()]
+        told = [
+            (happening.what, happening.session, happening.fault or happening.text)
+            for happening in self.session.take_happenings()
+        ]
         assert told == self.happened
         assert self.session.take_happenings() == []
         self.happened.clear()
@@ -124,9 +134,9 @@ def test_a_happening_is_recorded_with_its_session() -> None:
     session.connect(7, "operator curve:abc")
     session.note("estop", "confirmed by every device")
     first, second = session.take_happenings()
-    assert first == Happening("connected", 7, "operator curve:abc")
-    assert msgpack.unpackb(first.pack()) == ["connected", 7, "operator curve:abc"]
-    assert msgpack.unpackb(second.pack()) == ["estop", 7, "confirmed by every device"]
+    assert first == Happening("connected", 7, "operator curve:abc", None)
+    assert msgpack.unpackb(first.pack()) == ["connected", 7, "operator curve:abc", None]
+    assert msgpack.unpackb(second.pack()) == ["estop", 7, "confirmed by every device", None]
 
 
 def test_faults_and_stops_stand_out_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
@@ -134,12 +144,12 @@ def test_faults_and_stops_stand_out_in_the_log(caplog: pytest.LogCaptureFixture)
     session = Session()
     session.connect(7)
     session.engage("150 ms")
-    session.latch("hot plate")
+    session.latch(HOT)
     session.note("estop", "confirmed")
     levels = {record.getMessage(): record.levelno for record in caplog.records}
     assert levels == {
         "connected": logging.INFO,
         "engaged: 150 ms": logging.INFO,
-        "fault: hot plate": logging.WARNING,
+        "fault: index: plate at 43.0 C, above 42.0 C": logging.WARNING,
         "estop: confirmed": logging.WARNING,
     }

@@ -16,11 +16,12 @@ from tests.places import GOLDEN
 from tests.unit.teletaction.held_recordings import held
 
 ONES, LIMITS = [1.0] * 5, [1] * 5
+FAULT = ["force-swings", "index", "", 1.5, None, 12.0, "", False]
 HAND = [10**15, 0.1, -0.2]
 PLATES = [[33.0, 23.0, "", 2**32 - 1, -250], None, None, None, None]
 ROWS: list[tuple[type[Row], list[Any]]] = [
-    (Happening, ["fault", 7, "index: force swings"]),
-    (Rendered, [True, None, ONES, ONES, ONES, ONES, LIMITS, "why", 0.0, 0.5, ONES, [math.inf] * 5, None, 1.5]),
+    (Happening, ["fault", 7, "", FAULT]),
+    (Rendered, [True, None, ONES, ONES, ONES, ONES, LIMITS, FAULT, 0.0, 0.5, ONES, [math.inf] * 5, None, 1.5]),
     (Skin, [ONES, ONES, ONES]),
     (Played, [2**62, 1, 4]),
     (Clock, [-5_000_000, None, 46_000_000]),
@@ -28,7 +29,7 @@ ROWS: list[tuple[type[Row], list[Any]]] = [
     (SentEvent, [1, 0, 1, 2 * 10**15, 0.5, "pvc"]),
     (Thermal, [1, 3, "pvc", 0.9, 22.0, 0.3, None, None, None, None, 0.1, None]),
     (SensorFrame, [1.0, 0.0, 0.1, ONES, ONES, [b"\0\1", None, None, None, b""], PLATES, HAND]),
-    (RecordedInput, [1.0, 7, False, True, 0, 5, 0.1, 0.2, ONES, -math.inf, 1.0, ONES, ONES, ["thumb: silent"]]),
+    (RecordedInput, [1.0, 7, False, True, 0, 5, 0.1, 0.2, ONES, -math.inf, 1.0, ONES, ONES, [FAULT]]),
 ]
 GOLDEN_ROWS: dict[str, type[Row]] = {
     "remote/sensed": SensorFrame,
@@ -74,6 +75,7 @@ def test_a_field_of_another_type_is_refused_by_name(kind: type[Row], fields: lis
     [
         (Rendered, 2, [math.nan] * 5),
         (Rendered, 2, [1.0] * 4),
+        (Rendered, 7, ["no-such-code", *FAULT[1:]]),
         (Rendered, 13, math.inf),
         (Rendered, 12, 2**63),
         (Played, 2, 5),

@@ -47,6 +47,7 @@ def figures(recorded: dict[str, int], lost: int, failed: str, failed_ns: int | N
         "recorded": recorded,
         "recording_lost": lost,
         "recording_failed": failed,
+        "disk_full": False,
         "recording_failed_ns": failed_ns,
     }
 
@@ -271,12 +272,12 @@ def test_an_owner_that_never_listens_does_not_stop_the_writer(monkeypatch: pytes
             ours.sendall(msgpack.packb([[0, n, b"x"]]))
         ours.sendall(msgpack.packb(None))
         told = msgpack.Unpacker()
-        last = [[], None, False]
-        while not last[2]:
+        last = [[], None, False, False]
+        while not last[3]:
             told.feed(ours.recv(1 << 16))
             last = [last, *told][-1]
         writer.join(30.0)
-    assert last == [[2000], None, True]
+    assert last == [[2000], None, False, True]
 
 
 def test_an_unknown_stream_is_the_callers_error_and_the_recording_goes_on(tmp_path: Path) -> None:

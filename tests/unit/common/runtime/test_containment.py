@@ -4,8 +4,9 @@ import logging
 
 import pytest
 
+from common.faults.fault import LONGEST_DETAIL, Fault, FaultCode
 from common.link.session_state import Refused
-from common.runtime.containment import LONGEST_NAME, MOST_PLACES, OTHERS, Containment
+from common.runtime.containment import MOST_PLACES, OTHERS, Containment
 from common.wire.packets import BadPacket
 from tests.conftest import Contained
 
@@ -20,19 +21,21 @@ def look_up(key: str) -> int:
 
 
 def test_an_exception_is_counted_named_with_its_place_and_latched(contained: Contained) -> None:
-    latched = list[str]()
+    latched = list[Fault]()
     contain = Containment(latched.append)
     with contain.step("render"):
         look_up("unknown")
     assert contain.count == 1
-    [name] = latched
+    [fault] = latched
+    assert fault.code is FaultCode.CONTAINED
+    name = fault.detail
     assert name.startswith("render: KeyError in test_containment.py:")
     assert name.endswith(" look_up: 'unknown'")
     assert contained.take() == [name]
     assert contain.latest == {"render": name}
     with contain.step("record", latches=False):
         look_up("unknown")
-    assert latched == [name], "what latches nothing is still named"
+    assert latched == [fault], "what latches nothing is still named"
     assert contained.take() == [contain.latest["record"]]
 
 
@@ -53,12 +56,14 @@ def test_every_other_exception_is_contained(error: type[Exception], contained: C
 
 
 def test_what_a_peer_sent_makes_no_second_line_and_no_long_one(contained: Contained) -> None:
-    latched = list[str]()
+    latched = list[Fault]()
     with Containment(latched.append).step("session"):
         look_up("\x1b[31m\nERROR a forged line\r" + "x" * 10_000)
-    [name] = latched
+    [fault] = latched
+    assert fault.code is FaultCode.CONTAINED
+    name = fault.detail
     assert name.isprintable()
-    assert len(name) <= LONGEST_NAME
+    assert len(name) <= LONGEST_DETAIL
     assert contained.take() == [name]
 
 
@@ -97,7 +102,7 @@ def test_places_without_end_are_counted_together(contained: Contained) -> None:
 
 
 def test_a_request_that_raises_is_refused_and_latches_nothing_and_a_refusal_stays_one(contained: Contained) -> None:
-    latched = list[str]()
+    latched = list[Fault]()
     contain = Containment(latched.append)
     with pytest.raises(Refused, match="this site failed at the request: control: KeyError"), contain.request("control"):
         look_up("unknown")

@@ -29,15 +29,21 @@ def looks(shares: list[float], waited: float | None = 0.0) -> list[dict[str, obj
 
 def test_a_loop_on_time_has_its_rate_and_nothing_to_say_and_at_first_nothing_is_known() -> None:
     told = RateMonitor(RATE_HZ).look(3.0, Spent(0, 0.0, None))
-    assert told == {"rate_hz": None, "works": None, "behind": "", "behind_s": 0.0}
-    assert looks([1.0] * 10)[-1] == {"rate_hz": 500.0, "works": 0.25, "behind": "", "behind_s": 0.0}
+    assert told == {"rate_hz": None, "wanted_hz": RATE_HZ, "works": None, "behind": "", "behind_s": 0.0}
+    assert looks([1.0] * 10)[-1] == {
+        "rate_hz": 500.0,
+        "wanted_hz": RATE_HZ,
+        "works": 0.25,
+        "behind": "",
+        "behind_s": 0.0,
+    }
 
 
 def test_a_rate_that_is_not_held_is_told_with_what_the_loop_did_instead() -> None:
     told = looks([0.8] * 8, waited=0.7)
     assert [bool(each["behind"]) for each in told] == [False] * 4 + [True] * 4
     words = "400 of 500 ticks a second; it works 25% of the time and waits for a processor 70%"
-    assert told[-1] == {"rate_hz": 400.0, "works": 0.25, "behind": words, "behind_s": 3.0}
+    assert told[-1] == {"rate_hz": 400.0, "wanted_hz": RATE_HZ, "works": 0.25, "behind": words, "behind_s": 3.0}
     assert [each["works"] for each in told] == [None] * 4 + [0.25] * 4
     without_waiting = "400 of 500 ticks a second; it works 25% of the time"
     assert looks([0.8] * 8, waited=None)[-1]["behind"] == without_waiting, "where the system does not tell who waits"

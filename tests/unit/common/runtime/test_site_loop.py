@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_text
 from common.link.curve import LinkProblem
 from common.runtime.containment import Containment
 from common.runtime.realtime_priority import RealtimePriority
@@ -18,6 +20,7 @@ from common.runtime.systemd_notify import Supervisor
 from common.runtime.watchdog import LoopWatchdog
 from tests.conftest import Contained
 
+CUT_OUT = fault_text(Fault(FaultCode.MODULE_CUT_OUT))
 MS = 1_000_000
 
 
@@ -50,7 +53,7 @@ class Site:
             raise RuntimeError("as the test says")
 
     def figures(self) -> dict[str, object]:
-        return {"state": "engaged", "fault": "", "made": len(self.ticked_ns)}
+        return {"state": "engaged", "fault": None, "made": len(self.ticked_ns)}
 
 
 class Heard(Supervisor):
@@ -226,8 +229,8 @@ def test_a_real_supervisor_is_found_in_the_environment(tmp_path: Path, monkeypat
 @pytest.mark.parametrize(
     ("figures", "words"),
     [
-        ({"state": "engaged", "fault": "", "missing": ""}, "engaged"),
-        ({"state": "fault", "fault": "thumb: too hot", "missing": "x"}, "fault: thumb: too hot"),
+        ({"state": "engaged", "fault": None, "missing": ""}, "engaged"),
+        ({"state": "fault", "fault": Fault(FaultCode.MODULE_CUT_OUT), "missing": "x"}, f"fault: {CUT_OUT}"),
         ({"state": "disconnected", "missing": "index tacttip: opening"}, "disconnected: index tacttip: opening"),
         ({"state": "engaged", "behind": "400 of 500 ticks a second"}, "engaged: 400 of 500 ticks a second"),
         ({"state": "engaged", "stale": "no touch for 0.30 s"}, "lost: no touch for 0.30 s"),

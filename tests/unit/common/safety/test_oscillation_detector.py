@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.faults.texts import fault_text
 from common.limits import FORGIVEN_W, PRODUCED_J, SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
 from common.safety.oscillation_detector import OscillationDetector
 from operator_site.safety.passivity_controller import PassivityController
@@ -23,7 +24,7 @@ def found(forces: Iterable[float], fed: Callable[[int], bool] = lambda tick: Fal
     for tick, force_n in enumerate(forces):
         told = watch.step(T * tick, force_n, fed(tick))
         if told is not None:
-            return T * tick, told
+            return T * tick, fault_text(told)
     return math.inf, ""
 
 
@@ -44,9 +45,9 @@ def found_first(
         watch.step(t_s, base_n + swing_n, number < len(fed) and fed[number])
         if number:  # a peak is where it was reached
             watch.step(t_s + 0.001, base_n + swing_n, False)
-        words = watch.step(t_s + 0.002, base_n, False)
-        if words is not None:
-            return number, words
+        swings = watch.step(t_s + 0.002, base_n, False)
+        if swings is not None:
+            return number, fault_text(swings)
     return None
 
 

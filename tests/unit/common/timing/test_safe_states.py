@@ -10,6 +10,7 @@ import pytest
 from common.buses.can_frames import FrameSender
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import COMFORT
 from common.timing.safe_states import SAFE_STATES, TICK_S, SafeState
@@ -38,7 +39,7 @@ def operator_outputs(tick_s: float, age: Callable[[float], float], fault_s: floa
     t_s = -1.0
     while t_s < 0.5:
         if t_s >= fault_s - 1e-9:
-            gate.trip("as the test says")
+            gate.trip(Fault(FaultCode.TIME_NOT_FINITE))
         output = gate.step(
             NOW_S + t_s,
             True,
@@ -86,7 +87,7 @@ def test_the_patients_gate_is_as_fast_as_the_table_says(tick_s: float, cause: st
     t_s = -1.0
     while t_s < 0.5:
         if cause == "fault" and t_s >= -1e-9:
-            gate.trip("as the test says")
+            gate.trip(Fault(FaultCode.TIME_NOT_FINITE))
         command = gate.step(
             NOW_S + t_s,
             True,

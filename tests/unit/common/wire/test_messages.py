@@ -10,7 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.wire.messages import MAX_EVENTS, TOUCH_BLOCK, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Motion, Touch
+from common.wire.messages import (
+    MAX_EVENTS,
+    TOUCH_BLOCK,
+    TOUCH_FIELDS,
+    TOUCH_RANGES,
+    Event,
+    EventKind,
+    Motion,
+    ThermalReason,
+    ThermalStatus,
+    Touch,
+    explains,
+)
 from common.wire.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.wire.session_messages import REQUESTS, Answer, Heartbeat, Request
 from common.wire.touch_summary import MAX_CANDIDATES, NOTHING, TouchSummary
@@ -23,6 +35,7 @@ KINDS: dict[str, Any] = {
     "hello": Request,
     "hello_answer": Answer,
     "engage": Request,
+    "status_answer": Answer,
     "refusal": Answer,
 }
 names = st.sampled_from(sorted(KINDS))
@@ -130,6 +143,7 @@ def test_each_touch_column_out_of_range_is_neither_taken_nor_sent(golden: dict[s
     low, high = TOUCH_RANGES[name]
     fields = msgpack.unpackb(golden["touch"])
     for finger in (0, 4):
+        _put(fields, len(TOUCH_FIELDS) * finger + TOUCH_FIELDS.index("thermal_status"), ThermalStatus.UNIDENTIFIABLE)
         for value in (low, high):
             _put(fields, len(TOUCH_FIELDS) * finger + column, value)
             Touch.decode(msgpack.packb(fields))
@@ -140,6 +154,25 @@ def test_each_touch_column_out_of_range_is_neither_taken_nor_sent(golden: dict[s
             with pytest.raises(BadPacket, match=name):
                 Touch(1, 1, 1, LinkState.ENGAGED, fields[5], ("",) * 5, ()).encode()
         _put(fields, len(TOUCH_FIELDS) * finger + column, low)
+
+
+@pytest.mark.parametrize("status", ThermalStatus)
+@pytest.mark.parametrize("reason", ThermalReason)
+def test_a_reason_that_does_not_explain_its_status_is_neither_taken_nor_sent(
+    golden: dict[str, bytes], status: ThermalStatus, reason: ThermalReason
+) -> None:
+    fields = msgpack.unpackb(golden["touch"])
+    for name, value in (("thermal_status", status), ("thermal_reason", reason)):
+        _put(fields, len(TOUCH_FIELDS) * 3 + TOUCH_FIELDS.index(name), value)
+    packet, sent = msgpack.packb(fields), Touch(1, 1, 1, LinkState.ENGAGED, fields[5], ("",) * 5, ())
+    if explains(reason, status):
+        assert Touch.decode(packet).floats == fields[5]
+        sent.encode()
+        return
+    with pytest.raises(BadPacket, match=r"ring: codes .* do not agree"):
+        Touch.decode(packet)
+    with pytest.raises(BadPacket, match=r"ring: codes .* do not agree"):
+        sent.encode()
 
 
 @pytest.mark.parametrize(("column", "limit"), [(0, 0.66), (1, 0.66), (2, 0.0103)])
@@ -161,7 +194,7 @@ def _put(fields: list[Any], index: int, value: float) -> None:
 
 @pytest.mark.parametrize("block", [b"", bytes(499), bytes(501), "text", None, [0.0] * 125])
 def test_a_block_of_another_size_is_refused(golden: dict[str, bytes], block: object) -> None:
-    with pytest.raises(BadPacket, match=r"expected 500 bytes|field floats"):
+    with pytest.raises(BadPacket, match=r"expected 520 bytes|field floats"):
         Touch.decode(touch_with(golden, 5, block))
 
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import msgpack
 
+from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.link.session_state import Happening
 from common.wire.messages import NO_TOUCH, ThermalStatus, Touch, pack_rows
@@ -50,12 +51,12 @@ def rendered(engaged: bool = True, gap_s: float | None = 0.004, limited: int = 0
 def figures(**given: Any) -> bytes:
     """Of the status file, with two fingers in use and all there."""
     devices = {name: {"missing": ""} for name in ("exoskeleton", "index tacttip", "middle tacttip")}
-    usual = {"state": "engaged", "fault": "", "devices": devices, "session": 7, "recorded": {"operator/touch": 5}}
+    usual = {"state": "engaged", "fault": None, "devices": devices, "session": 7, "recorded": {"operator/touch": 5}}
     return bytes(msgpack.packb(usual | given))
 
 
-def happen(console: Console, at_s: float, what: str, text: str = "") -> None:
-    console.take("operator/session", round(at_s * S), Happening(what, 7, text).pack())
+def happen(console: Console, at_s: float, what: str, text: str = "", fault: Fault | None = None) -> None:
+    console.take("operator/session", round(at_s * S), Happening(what, 7, text, fault).pack())
 
 
 def fed(console: Console, from_s: float, to_s: float, **values: float) -> None:

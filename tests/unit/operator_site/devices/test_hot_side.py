@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from common.faults.texts import fault_text
 from operator_site.devices.hot_side import COLDEST_C, MEMORY_S, MOVED_K, WARMEST_C, HotSide
 from sim_sensors.devices.tacttip import ntc_counts
 from sim_sensors.physics import finger_plate
@@ -22,7 +23,7 @@ from sim_sensors.physics.finger_plate import FingerPlates
     ],
 )
 def test_it_is_named_what_is_wrong(counts: int, fault: str) -> None:
-    assert HotSide().step(0.0, counts) == fault
+    assert fault_text(HotSide().step(0.0, counts)) == fault
 
 
 @pytest.mark.parametrize(("rate_k_s", "found"), [(0.2, "lost: hot"), (-0.2, "too cold"), (0.03, ""), (-0.03, "")])
@@ -31,7 +32,7 @@ def test_a_block_that_moves_as_only_one_without_water_does_is_found_at_once(rate
     for n in range(3000):
         t_s = 0.01 * n
         faults.append(side.step(t_s, ntc_counts(20.0 + rate_k_s * t_s)))
-    assert found in faults[-1] if found else not any(faults)
+    assert found in fault_text(faults[-1]) if found else not any(faults)
     if found:
         first_s = 0.01 * next(n for n, fault in enumerate(faults) if fault)
         assert MOVED_K / abs(rate_k_s) <= first_s <= 1.2 * MOVED_K / abs(rate_k_s)
@@ -39,9 +40,9 @@ def test_a_block_that_moves_as_only_one_without_water_does_is_found_at_once(rate
 
 def test_a_module_that_was_away_for_long_begins_anew() -> None:
     side = HotSide()
-    assert side.step(0.0, ntc_counts(18.0)) == ""
-    assert side.step(1.0 + MEMORY_S, ntc_counts(24.0)) == ""
-    assert side.step(1.01 + MEMORY_S, ntc_counts(24.0)) == ""
+    assert side.step(0.0, ntc_counts(18.0)) is None
+    assert side.step(1.0 + MEMORY_S, ntc_counts(24.0)) is None
+    assert side.step(1.01 + MEMORY_S, ntc_counts(24.0)) is None
 
 
 @pytest.mark.parametrize("water_c", [15.0, 25.0])
@@ -55,4 +56,4 @@ def test_whatever_a_plate_is_driven_with_water_keeps_the_hot_side_normal_with_a_
     for n in range(12_000):
         plates.step(0.01, np.array([drive if n < 6000 else -drive]))
         for wrong_k, side in sides.items():
-            assert side.step(0.01 * n, ntc_counts(float(plates.hot_side_c[0]) + wrong_k)) == ""
+            assert side.step(0.01 * n, ntc_counts(float(plates.hot_side_c[0]) + wrong_k)) is None

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.scenes.scene import SCENES, load_scene
 from operator_site.devices.encoder_checks import EncoderChecks
@@ -33,7 +34,7 @@ def worked(scene: str, seed: int, wall_n_m: float) -> list[Frame]:
     return frames
 
 
-def watch(frames: list[Frame], taking_part: tuple[bool, ...] = (True,) * 5) -> list[tuple[float, list[str]]]:
+def watch(frames: list[Frame], taking_part: tuple[bool, ...] = (True,) * 5) -> list[tuple[float, list[Fault]]]:
     encoders, told = EncoderChecks(taking_part), []
     for sent_s, x_m, y_m, z_m, force_n in frames:
         encoders.pose(sent_s, x_m, y_m)
@@ -62,7 +63,8 @@ def test_no_hand_at_work_is_ever_a_fault(scene: str, seed: int, wall_n_m: float)
 def test_a_stuck_encoder_of_a_hand_at_work_is_named_within_its_time(finger: int, from_s: float) -> None:
     told = watch(freeze(worked("materials", 0, 400.0), finger, from_s))
     found_s, faults = next((t_s, faults) for t_s, faults in told if faults)
-    assert faults == [f"{FINGERS[finger]}: height has not changed for {STILL_S:.1f} s: joint or encoder stuck"]
+    assert [fault[:3] for fault in faults] == [(FaultCode.FINGER_STILL, FINGERS[finger], "")]
+    assert faults[0].limit == STILL_S == pytest.approx(faults[0].value, abs=0.01)
     assert found_s - from_s == pytest.approx(STILL_S, abs=0.05)
 
 
@@ -83,7 +85,7 @@ def test_where_nobody_is_nothing_is_stuck_but_what_is_pushed_and_does_not_give_b
     step_still(fingers, 20.0)
     assert fingers.faults == []
     step_still(fingers, STILL_S + TICK_S, pushed_n=(0.0, PUSHED_N, 0.0, 0.0, 0.0))
-    assert [fault.partition(":")[0] for fault in fingers.faults] == ["index"]
+    assert [fault.where for fault in fingers.faults] == ["index"]
     at_its_stop = StuckJoints()
     step_still(at_its_stop, 20.0, z_m=STOP_M, pushed_n=(10.0,) * 5)
     assert at_its_stop.faults == []

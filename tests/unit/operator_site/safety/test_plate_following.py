@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
+from common.faults.fault import FaultCode
 from common.limits import DOSE_ABOVE_C, PLATE_HEATING_K_S
 from operator_site.safety.operator_gate import LONGEST_CHECK_S
 from operator_site.safety.plate_following import (
@@ -17,17 +18,17 @@ from operator_site.safety.plate_following import (
     PlateFollowing,
 )
 
-AGAINST = "temperature moves against the drive"
-UNDRIVEN = "temperature does not follow the drive"
-UNCHANGED = "temperature does not change although driven"
-STILL = "temperature stands still although the drive changes"
-STILL_HOT = "temperature reading stands still"
-STILL_HEATED = "temperature reading stands still although heated"
+AGAINST = FaultCode.PLATE_AGAINST_DRIVE
+UNDRIVEN = FaultCode.PLATE_NOT_FOLLOWING
+UNCHANGED = FaultCode.PLATE_UNMOVED
+STILL = FaultCode.PLATE_STILL_DRIVEN
+STILL_HOT = FaultCode.PLATE_STILL_HOT
+STILL_HEATED = FaultCode.PLATE_STILL_HEATED
 LONGEST_S = 5.0
 OfTime = Callable[[float], float]
 
 
-def first_fault(drive: OfTime, reading_c: OfTime, dt_s: float) -> tuple[float | None, str | None]:
+def first_fault(drive: OfTime, reading_c: OfTime, dt_s: float) -> tuple[float | None, FaultCode | None]:
     """When a fault is found, s after the first reading, and which."""
     follow = PlateFollowing()
     for tick in range(round(LONGEST_S / dt_s) + 1):

@@ -4,10 +4,12 @@ from typing import Any
 
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.wire.packets import LinkState
 from common.wire.session_messages import LONGEST_REFUSAL
 from tests.unit.operator_site.session_pair import Pair
 
+DEAD = Fault(FaultCode.FORCE_SENSOR_DEAD, "index", "telemanipulator", 1.2, 0.8)
 STOPPED = "the process that writes it has ended"
 
 
@@ -20,11 +22,11 @@ def test_a_recording_that_stopped_at_the_remote_site_is_known_until_it_is_well_a
 ) -> None:
     for recording in (STOPPED, STOPPED, ""):
         pair.run(1_000)
-        pair.answer("status", state="engaged", fault="", missing="", recording=recording)
+        pair.answer("status", state="engaged", fault=None, missing="", recording=recording)
         assert pair.client.remote_recording == recording
     assert caplog.text.count(STOPPED) == 1
     pair.run(1_000)
-    pair.answer("status", state="connected", fault="", missing="")
+    pair.answer("status", state="connected", fault=None, missing="")
     assert pair.client.remote_recording == "", "an older remote site says nothing of it"
 
 
@@ -61,10 +63,10 @@ def test_a_fault_is_still_asked_for_at_once_and_is_none_once_touch_says_so(pair:
     pair.run(1_000)
     pair.remote.state = LinkState.FAULT
     assert pair.asked("status", 500) >= 2
-    pair.answer("status", fault="index: force sensor dead", recording=STOPPED)
-    assert (pair.client.remote_fault, pair.client.remote_recording) == ("index: force sensor dead", STOPPED)
+    pair.answer("status", fault=DEAD, recording=STOPPED)
+    assert (pair.client.remote_fault, pair.client.remote_recording) == (DEAD, STOPPED)
     pair.remote.state = LinkState.CONNECTED
     pair.run(1_000)
-    pair.remote.answer("status", fault="index: force sensor dead", recording="")
+    pair.remote.answer("status", fault=DEAD, recording="")
     pair.run(20)
-    assert (pair.client.remote_fault, pair.client.remote_recording) == ("", "")
+    assert (pair.client.remote_fault, pair.client.remote_recording) == (None, "")

@@ -4,10 +4,11 @@ from typing import Any
 
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import AGE_MAX_S
 from common.link.emergency_stop import PATIENCE_NS
 from common.link.session_state import Refused
-from common.wire.packets import LinkState
+from common.wire.packets import MAX_TEXT, LinkState
 from common.wire.session_messages import Answer
 from operator_site.session.session_client import SILENCE_NS
 from tests.unit.operator_site.session_pair import ABLE, IDENT, MS, Pair
@@ -133,18 +134,24 @@ def test_an_answer_without_a_confirmation_is_none(
     assert pair.client.stopped == f"{HERE}; remote site: not confirmed, {words}"
 
 
-def test_a_fault_of_the_remote_site_is_not_believed_to_be_short(pair: Pair) -> None:
+def test_a_fault_of_the_remote_site_is_taken_bounded_and_something_else_is_damaged(pair: Pair) -> None:
     pair.remote.state = LinkState.FAULT
     pair.run(20)
-    pair.answer("status", fault="x" * 3000)
-    assert len(pair.client.remote_fault) == 400
+    pair.answer("status", fault=["made-up", "x" * 3000, "", 1.0, None, None, "y" * 3000, False])
+    assert pair.client.remote_fault == Fault(FaultCode.UNKNOWN, "x" * MAX_TEXT, value=1.0, detail="made-up")
+    for fault in ("hot", ["plate-too-hot"], {"code": "plate-too-hot"}, 7):
+        damaged = pair.client.damaged["control"]
+        pair.run(1_000)
+        pair.answer("status", fault=fault)
+        assert pair.client.damaged["control"] == damaged + 1
+        assert pair.client.remote_fault is not None, "it is still latched there"
 
 
 def test_why_the_remote_site_does_not_clear_is_known_until_its_fault_is_gone(pair: Pair) -> None:
     pair.remote.state = LinkState.FAULT
     pair.run(20)
-    pair.answer("status", fault="emergency stop at the remote site")
-    assert pair.client.remote_fault == "emergency stop at the remote site"
+    pair.answer("status", fault=Fault(FaultCode.REMOTE_STOP))
+    assert pair.client.remote_fault == Fault(FaultCode.REMOTE_STOP)
     pair.client.refusal = "of something long ago"
     pair.client.clear(pair.remote.now_ns)
     assert pair.client.refusal == ""
@@ -153,7 +160,7 @@ def test_why_the_remote_site_does_not_clear_is_known_until_its_fault_is_gone(pai
     assert pair.client.refusal == "to be cleared where it was latched"
     pair.remote.state = LinkState.CONNECTED
     pair.run(20)
-    assert (pair.client.remote_fault, pair.client.refusal) == ("", "")
+    assert (pair.client.remote_fault, pair.client.refusal) == (None, "")
     with pytest.raises(Refused, match="no fault is latched"):
         pair.client.clear(pair.remote.now_ns)
 

@@ -94,7 +94,7 @@ def test_the_status_file_has_the_figures_of_any_operator_site() -> None:
     working = Working()
     working.press(ALUMINIUM_M)
     figures = working.site.figures()
-    assert (figures["state"], figures["fault"], figures["remote_fault"]) == ("engaged", "", "")
+    assert (figures["state"], figures["fault"], figures["remote_fault"]) == ("engaged", None, None)
     assert figures["received"] == {"touch": 500}
     assert figures["refused"] == {"touch": {}, "damaged": {}}
     working.site.goodbye()

@@ -6,11 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from common.faults.fault import Fault
+from common.faults.texts import fault_text
 from remote_site.devices.stuck_encoder import PERSIST_S, SETTLE_S, StuckEncoder
 from tests.unit.remote_site.servo_finger import HOVER_M, TICK_S, Seen, follow, presses
 
 
-def watch(seen: Iterator[Seen], stuck_from_s: float = float("inf")) -> Iterator[tuple[float, str]]:
+def watch(seen: Iterator[Seen], stuck_from_s: float = float("inf")) -> Iterator[tuple[float, Fault | None]]:
     encoder, before_s, last_m = StuckEncoder(), -TICK_S, HOVER_M
     for now in seen:
         if now.t_s < stuck_from_s:
@@ -23,7 +25,7 @@ def watch(seen: Iterator[Seen], stuck_from_s: float = float("inf")) -> Iterator[
 @given(st.floats(0.0, 400_000.0), st.integers(0, 2**32), st.integers(1, 8))
 def test_a_sound_encoder_is_never_a_fault(stiffness_n_m: float, seed: int, late: int) -> None:
     for _, fault in watch(follow(presses(seed, 6.0), stiffness_n_m, seed, late)):
-        assert fault == ""
+        assert fault is None
 
 
 @pytest.mark.parametrize("stiffness_n_m", [0.0, 500.0, 2000.0])
@@ -39,11 +41,11 @@ def test_it_says_what_it_saw_and_a_new_count_ends_it() -> None:
     encoder = StuckEncoder()
     for tick in range(2000):
         encoder.step(TICK_S, 0.001, 0.0, 0.001 if tick < 500 else 0.003)
-    assert encoder.fault == "joint or encoder stuck: it was sent 2.0 mm, and has not moved by a count"
-    assert encoder.step(TICK_S, 0.001005, 0.0, 0.003) == ""
+    assert fault_text(encoder.fault) == "joint or encoder stuck: it was sent 2.0 mm, and has not moved by a count"
+    assert encoder.step(TICK_S, 0.001005, 0.0, 0.003) is None
 
 
 def test_a_finger_that_follows_nothing_may_stand_still_and_be_sent_where_it_stands() -> None:
     encoder = StuckEncoder()
     for set_m in [None] * 1000 + [HOVER_M] * 1000:
-        assert encoder.step(TICK_S, HOVER_M, 0.0, set_m) == ""
+        assert encoder.step(TICK_S, HOVER_M, 0.0, set_m) is None

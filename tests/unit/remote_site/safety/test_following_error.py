@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from common.buses.can_frames import FrameSender
+from common.faults.fault import FaultCode
+from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import LEFT_J
 from common.scenes.scene import load_scene
@@ -151,7 +153,7 @@ def test_servos_that_die_or_are_no_longer_reached_under_way_are_a_fault(broken: 
     setattr(loop, broken, True)
     faults = [loop.tick(swinging(tick)).fault for tick in range(500, 1000)]
     why = next(fault for fault in faults if fault is not None)
-    assert "hand's x" in why
+    assert (why.code, why.where) == (FaultCode.SET_POINT_MISSED, "hand's x")
     assert faults.index(why) * DT < within_s
 
 
@@ -164,7 +166,7 @@ def test_one_finger_that_stands_still_while_it_is_sent_down_is_a_fault(joint: bo
     loop.held_m = loop.report()[2][INDEX]
     faults = [loop.tick((0.0, 0.0, 0.006 - 0.00002 * tick)).fault for tick in range(500)]
     why = next(fault for fault in faults if fault is not None)
-    assert "index is" in why
+    assert (why.code, why.where) == (FaultCode.SET_POINT_MISSED, "index")
     sent_2_mm = 100
     assert (faults.index(why) - sent_2_mm) * DT < 0.45
 
@@ -203,7 +205,7 @@ def test_set_points_that_shake_in_contact_as_no_hand_does_are_a_fault_and_the_fi
         if command.fault:
             break
     assert command.fault is not None
-    assert f": force swings at {hz:.0f} Hz by " in command.fault
+    assert f": force swings at {hz:.0f} Hz by " in fault_text(command.fault)
     assert t_s - 1.5 < 0.6
     for _ in range(500):
         loop.tick((-0.165, 0.0, -0.002))

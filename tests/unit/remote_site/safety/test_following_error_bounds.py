@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from remote_site.safety.following_error import (
     FRESH_S,
@@ -40,12 +41,12 @@ def sent(place_m: Sequence[float] = HERE, released: bool = False) -> FollowingEr
 
 
 def found(follow: FollowingError, place_m: Sequence[float], force_n: Sequence[float] = IN_THE_AIR) -> str:
-    """What is wrong with a place after PERSIST_S, and not earlier."""
+    """The text of what is wrong with a place after PERSIST_S, and not earlier; empty when nothing is."""
     doubt_s = 0.0
     for _ in range(10):
         assert follow.step(DT, 0.0, place_m, force_n) is None
         doubt_s += DT
-    return follow.step(PERSIST_S - doubt_s, 0.0, place_m, force_n) or ""
+    return fault_text(follow.step(PERSIST_S - doubt_s, 0.0, place_m, force_n))
 
 
 @pytest.mark.parametrize("number", range(7))
@@ -53,9 +54,9 @@ def found(follow: FollowingError, place_m: Sequence[float], force_n: Sequence[fl
 def test_each_place_may_be_off_by_its_margin_and_no_more(number: int, sign: float) -> None:
     margin_m = MARGINS_M[number]
     assert found(sent(), place(number, sign * margin_m)) == ""
-    off = f"{NAMES[number]} is {1e3 * margin_m + 1.0:.1f} mm off its set-points"
+    off = f"{NAMES[number]}: does not obey: {1e3 * margin_m + 1.0:.1f} mm off its set-points"
     wrong = found(sent(), place(number, sign * (margin_m + 0.001)))
-    assert wrong == f"the telemanipulator does not obey: {off}"
+    assert wrong == f"telemanipulator: {off}, at most {1e3 * margin_m:.1f} mm"
 
 
 @pytest.mark.parametrize("number", range(7))
@@ -67,7 +68,7 @@ def test_a_place_is_judged_by_the_range_of_its_set_points(number: int) -> None:
         assert bool(found(follow, place(number, is_m))) == wrong
     follow = sent()
     follow.told(1.01 * MEMORY_S, place(number, 0.02), False)
-    assert "is 20.0 mm off" in found(follow, HERE)
+    assert "20.0 mm off its set-points" in found(follow, HERE)
 
 
 @pytest.mark.parametrize("number", range(7))
@@ -77,7 +78,7 @@ def test_a_force_bends_its_own_finger_upwards_only(number: int) -> None:
         force_n = pressing(pressed, 2.0)
         own_m = bent_m if pressed == number else 0.0
         assert found(sent(), place(number, MARGINS_M[number] + own_m), force_n) == ""
-        assert "is 5.0 mm off" in found(sent(), place(number, 0.005 + own_m), force_n)
+        assert "5.0 mm off its set-points" in found(sent(), place(number, 0.005 + own_m), force_n)
         assert found(sent(), place(number, -MARGINS_M[number] - 1e-6), force_n)
         assert found(sent(), place(number, MARGINS_M[number] + 1e-6), pressing(pressed, -2.0))
         assert found(sent(), place(number, -MARGINS_M[number]), pressing(pressed, -2.0)) == ""
@@ -95,7 +96,7 @@ def test_a_finger_that_takes_no_part_may_stand_anywhere_and_the_hand_may_not() -
 def test_the_first_place_that_is_off_is_named() -> None:
     for number in range(7):
         is_m = [-margin_m if i < number else 0.5 for i, margin_m in enumerate(MARGINS_M)]
-        assert f"{NAMES[number]} is 500.0 mm off" in found(sent(), is_m)
+        assert f"{NAMES[number]}: does not obey: 500.0 mm off its set-points" in found(sent(), is_m)
 
 
 def test_places_and_forces_of_another_length_are_refused() -> None:
@@ -156,7 +157,7 @@ def test_released_it_stays_where_it_comes_to_rest(number: int, sign: float) -> N
         expected_m = rest_m if number < 2 or sign > 0.0 else HERE  # no finger may sink below its set-point
         off_m = [value_m + off_m for value_m, off_m in zip(expected_m, place(number, 0.005), strict=True)]
         assert found(follow, expected_m) == ""
-        assert f"{NAMES[number]} is 5.0 mm off" in found(follow, off_m)
+        assert f"{NAMES[number]}: does not obey: 5.0 mm off its set-points" in found(follow, off_m)
         assert found(follow, expected_m) == ""
         follow.told(begin_s + 2.0, HERE, False)
 
@@ -166,7 +167,7 @@ def test_a_released_finger_comes_to_rest_where_its_servo_was_held_off(number: in
     follow = sent()
     release(follow, 1.0, place(number, 0.02), pressing(number, 5.0))
     assert found(follow, place(number, 0.015 - HEIGHT_MARGIN_M)) == ""
-    assert "is 2.5 mm off" in found(follow, place(number, 0.0125))
+    assert "2.5 mm off its set-points" in found(follow, place(number, 0.0125))
 
 
 def test_released_at_a_time_that_is_no_number_it_is_never_judged() -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from common.wire.messages import ThermalReason
 from remote_site.devices.thermometer_check import ThermometerCheck
 from remote_site.thermal.exponential_response import ExponentialResponse
 
@@ -42,9 +43,9 @@ def test_implausible_sensors_are_named():
         check = ThermometerCheck()
         return [check.step(0.01 * k, n, drive) for k, n in enumerate(counts)][-1]
 
-    assert last([2000, 2001]) is None
-    assert "short" in last([0])
-    assert "open" in last([4095])
-    assert "jumps" in last([2000, 2200])
-    assert "frozen" in last([2000] * 150, drive=1.0)
-    assert last([2000] * 150) is None
+    assert last([2000, 2001]) is ThermalReason.NONE
+    assert last([0]) is ThermalReason.SENSOR_SHORTED
+    assert last([4095]) is ThermalReason.SENSOR_OPEN
+    assert last([2000, 2200]) is ThermalReason.SENSOR_JUMPS
+    assert last([2000] * 150, drive=1.0) is ThermalReason.SENSOR_FROZEN
+    assert last([2000] * 150) is ThermalReason.NONE

@@ -5,6 +5,7 @@ from itertools import pairwise
 import pytest
 
 from common.fingers import FINGERS
+from common.wire.messages import ThermalReason
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
 from tests.unit.remote_site.made_touches import AMBIENT_C
 
@@ -39,7 +40,7 @@ def test_the_heater_is_off_in_contact_and_in_doubt() -> None:
     assert control.step(0.2, None, 23.0, False) == 0.0
     assert control.step(0.3, 25.0, None, False) == 0.0
     assert control.step(0.4, 25.0, 23.0, False, age_s=0.2) == 0.0
-    assert control.step(0.5, 25.0, 23.0, False, fault="open") == 0.0
+    assert control.step(0.5, 25.0, 23.0, False, fault=ThermalReason.SENSOR_OPEN) == 0.0
     assert control.step(0.6, float("nan"), 23.0, False) == 0.0
     assert control.step(0.7, 42.5, 23.0, False) == 0.0
 

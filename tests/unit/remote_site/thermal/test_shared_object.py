@@ -2,7 +2,7 @@
 
 import pytest
 
-from common.wire.messages import ThermalStatus
+from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.shared_object import SharedObject
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.thermal_result import ThermalResult
@@ -55,7 +55,7 @@ def test_what_was_found_together_stays_when_the_touch_is_over(knowledge: Thermal
     hand = Hand(knowledge, same("stone", 5, 2.5))
     answer = hand.play()[-1]
     for finger in hand.fingers.values():
-        finger.stop("contact lost")
+        finger.stop(ThermalReason.CONTACT_LOST)
     kept = hand.shared.step(hand.fingers)
     assert [said is not None and said.material for said in (answer, kept)] == ["stone", "stone"]
 
@@ -64,14 +64,14 @@ def test_a_touch_that_ends_undecided_leaves_each_finger_its_reason(knowledge: Th
     hand = Hand(knowledge, same("stone", 6))
     hand.play(0.15)
     for finger in hand.fingers.values():
-        finger.stop("contact lost")
+        finger.stop(ThermalReason.CONTACT_LOST)
     assert hand.shared.step(hand.fingers) is None
-    assert {finger.answer.reason for finger in hand.fingers.values()} == {"contact lost"}
+    assert {finger.answer.reason for finger in hand.fingers.values()} == {ThermalReason.CONTACT_LOST}
 
 
 def test_a_finger_whose_sensor_fails_at_once_does_not_count(knowledge: ThermalKnowledge) -> None:
     hand = Hand(knowledge, same("stone", 7))
-    hand.fingers[1].stop("sensor fault: open")
+    hand.fingers[1].stop(ThermalReason.SENSOR_OPEN)
     assert set(hand.play(0.5)) == {None}
 
 

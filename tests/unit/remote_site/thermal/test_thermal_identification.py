@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from common.wire.messages import ThermalStatus
+from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge
 from remote_site.thermal.thermal_result import EARLIEST_S, NO_CONTACT, ThermalResult
@@ -123,7 +123,7 @@ def test_a_touch_is_done_in_the_end(knowledge: ThermalKnowledge) -> None:
         identification.step(*row)
     assert not identification.running
     done = identification.answer
-    identification.stop("contact lost")
+    identification.stop(ThermalReason.CONTACT_LOST)
     assert identification.answer is done
     identification.release()
     assert identification.answer is NO_CONTACT

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.wire.messages import ThermalStatus
+from common.wire.messages import ThermalReason, ThermalStatus, explains
 from remote_site.thermal.material_posterior import Posterior
 from remote_site.thermal.thermal_result import (
     CAUTION,
@@ -16,9 +16,6 @@ from remote_site.thermal.thermal_result import (
     KEEP,
     LATEST_S,
     MISFIT,
-    NO_DIFFERENCE,
-    NO_FIT,
-    NOT_RULED_OUT,
     SET,
     SURE,
     ThermalConclusion,
@@ -102,20 +99,20 @@ def test_what_stays_undecided_is_ambiguous_in_the_end_and_the_set_is_named() -> 
     answer = concluded.step(said, LATEST_S)
     assert (answer.status, answer.material) == (ThermalStatus.AMBIGUOUS, None)
     assert answer.candidates == {"stone": 0.5, "plastic": 0.46}
-    assert answer.reason is None
+    assert answer.reason is ThermalReason.NONE
 
 
 def test_one_candidate_is_ambiguous_for_what_was_not_calibrated() -> None:
     answer = conclusion().step(posterior(0.0, 0.99, 0.0), LATEST_S)
     assert (answer.status, list(answer.candidates)) == (ThermalStatus.AMBIGUOUS, ["stone"])
-    assert answer.reason == NOT_RULED_OUT
+    assert answer.reason == ThermalReason.NOT_RULED_OUT
 
 
 def test_a_name_that_is_kept_to_the_end_needs_no_reason() -> None:
     concluded = conclusion()
     play(concluded, stone(CERTAIN), 0.5, 1.0)
     answer = concluded.step(posterior(0.0, 0.97, 0.0), LATEST_S)
-    assert (answer.material, answer.reason) == ("stone", None)
+    assert (answer.material, answer.reason) == ("stone", ThermalReason.NONE)
 
 
 def test_an_object_of_no_calibrated_material_is_unknown_with_its_effusivity() -> None:
@@ -126,15 +123,16 @@ def test_an_object_of_no_calibrated_material_is_unknown_with_its_effusivity() ->
 
 
 @pytest.mark.parametrize(
-    ("said", "status", "reason"),
+    ("found", "status", "reason"),
     [
-        (posterior(0.0, CERTAIN, 1.0 - CERTAIN, no_difference=0.6), ThermalStatus.UNIDENTIFIABLE, NO_DIFFERENCE),
-        (posterior(0.0, CERTAIN, 1.0 - CERTAIN, misfit=MISFIT + 0.1), ThermalStatus.UNKNOWN, NO_FIT),
+        ({"no_difference": 0.6}, ThermalStatus.UNIDENTIFIABLE, ThermalReason.NO_DIFFERENCE),
+        ({"misfit": MISFIT + 0.1}, ThermalStatus.UNKNOWN, ThermalReason.NO_FIT),
     ],
 )
-def test_a_touch_is_not_given_up_at_once(said: Posterior, status: ThermalStatus, reason: str) -> None:
+def test_a_touch_is_not_given_up_at_once(found: dict[str, float], status: ThermalStatus, reason: ThermalReason) -> None:
+    said = posterior(0.0, CERTAIN, 1.0 - CERTAIN, **found)
     concluded = conclusion()
-    assert all(answer.reason is None for answer in play(concluded, said, 0.01, GIVEN_UP_S - 0.01))
+    assert all(answer.reason is ThermalReason.NONE for answer in play(concluded, said, 0.01, GIVEN_UP_S - 0.01))
     given_up = play(concluded, said, GIVEN_UP_S, GIVEN_UP_S + HELD_S)[-1]
     assert (given_up.status, given_up.reason, given_up.material) == (status, reason, None)
 
@@ -189,8 +187,10 @@ def test_what_holds_for_every_course_of_posteriors(course: list[tuple[Posterior,
                 assert window[-1][0] - window[0][0] >= HELD_S - 1e-9
             assert answer.status is not ThermalStatus.DECIDING or since_s < LATEST_S
             assert answer.status is not ThermalStatus.AMBIGUOUS or since_s >= LATEST_S - 1e-9
-            assert answer.status is not ThermalStatus.UNIDENTIFIABLE or answer.reason == NO_DIFFERENCE
-            assert answer.reason is None or since_s >= GIVEN_UP_S - 1e-9
+            assert answer.status is not ThermalStatus.UNIDENTIFIABLE or answer.reason == ThermalReason.NO_DIFFERENCE
+            assert answer.reason in (ThermalReason.NONE, ThermalReason.NOT_CALIBRATED) or since_s >= GIVEN_UP_S - 1e-9
+            assert explains(answer.reason, answer.status)
+            assert (answer.status is ThermalStatus.UNKNOWN) <= bool(answer.reason)
             together = list(answer.candidates.values())
             assert together == sorted(together, reverse=True)
             wanted = SET * (1.0 - said.foreign)

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.fingers import FINGERS
-from common.wire.messages import ThermalStatus
-from remote_site.thermal.thermal_identification import FELT_BEFORE, STILL_WARM
+from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.warmed_spot import LONGEST_S, SPOT_M, TRACES, WARM, WarmedSpot
 from tests.unit.remote_site.landings import Felt, Landing, land, named
 
@@ -72,7 +71,7 @@ def test_a_finger_that_stumbles_is_not_taken_in_by_its_own_warmth(name: str, see
     felt = land(name, STUMBLED, seed, THUMB)
     assert named(felt) <= {TRUE[name]}
     last = felt[-200].touches[0].thermal
-    assert (last.status, last.reason) == (ThermalStatus.UNIDENTIFIABLE, STILL_WARM)
+    assert (last.status, last.reason) == (ThermalStatus.UNIDENTIFIABLE, ThermalReason.STILL_WARM)
 
 
 @cache
@@ -88,7 +87,7 @@ def test_what_was_found_holds_for_a_hand_that_comes_back_at_once(name: str) -> N
     assert named(retouched(name), 0) == {TRUE[name]}
     for moment in again[10:-10]:
         for touch in moment.touches.values():
-            assert (touch.thermal.material, touch.thermal.reason) == (TRUE[name], FELT_BEFORE)
+            assert (touch.thermal.material, touch.thermal.reason) == (TRUE[name], ThermalReason.TOUCHED_BEFORE)
 
 
 @pytest.mark.long
@@ -109,8 +108,8 @@ def test_beside_the_last_spot_a_hand_begins_anew(name: str) -> None:
     felt = land(name, (Landing(2.0, 2.5), Landing(3.0, beside_m=0.03)))
     assert named(felt, 1) == {TRUE[name]}
     reasons = {touch.thermal.reason for moment in felt if moment.landing == 1 for touch in moment.touches.values()}
-    assert FELT_BEFORE not in reasons
-    assert STILL_WARM not in reasons
+    assert ThermalReason.TOUCHED_BEFORE not in reasons
+    assert ThermalReason.STILL_WARM not in reasons
 
 
 @pytest.mark.long
@@ -120,7 +119,7 @@ def test_a_finger_that_bounces_as_it_lands_touches_once(name: str) -> None:
     assert named(felt) == {TRUE[name]}
     began = [b.time_s for a, b in pairwise(felt) if b.touches[0].contact > a.touches[0].contact]
     assert len(began) == 2, "the hand did not bounce"
-    assert {felt[-100].touches[finger].thermal.reason for finger in range(5)} == {None}
+    assert {felt[-100].touches[finger].thermal.reason for finger in range(5)} == {ThermalReason.NONE}
 
 
 def test_the_heater_waits_for_a_finger_that_may_bounce_and_warms_the_plate_of_one_that_left() -> None:

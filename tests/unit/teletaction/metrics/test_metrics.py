@@ -38,7 +38,7 @@ STATUS: dict[str, Any] = {
         "cpu": 0.2,
     },
     "state": "fault",
-    "fault": "thumb: plate at 42.3 C, above 42.0 C",
+    "fault": {"code": "plate-too-hot", "where": "thumb"},
     "missing": "",
     "age_ms": 4.5,
     "max_age_ms": 150.0,

@@ -204,7 +204,7 @@ def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(
         recorder.write("touch", n, n.to_bytes(4, "little") * 25)
     recorder.close()
     disk.file.close()
-    assert recorder.failed == "[Errno 28] No space left on device"
+    assert (recorder.failed, recorder.disk_full) == ("[Errno 28] No space left on device", True)
     assert 0 < recorder.lost <= COUNT
     result = recovered(path)
     times = [time_ns for _, time_ns, _ in held(result.out)]

@@ -7,6 +7,7 @@ from typing import Any
 import msgpack
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.recording.recorder import Recorder, recording_figures
 from operator_site.console.alarms.alarm_rules import Surroundings
 from operator_site.console.model import Console
@@ -79,7 +80,7 @@ def test_a_slow_link_is_an_alarm_of_medium_priority(console: Console) -> None:
 
 def test_a_plate_over_its_limit_is_one_alarm_and_its_fault_is_none_beside_it(console: Console) -> None:
     console.take("operator/rendered", 102 * S, rendered(plate_c=42.3))
-    happen(console, 102.0, "fault", "index: plate at 42.3 C, above 42.0 C")
+    happen(console, 102.0, "fault", fault=Fault(FaultCode.PLATE_TOO_HOT, "index", value=42.3, limit=42.0))
     over = [(Priority.HIGH, f"{finger}: plate 42.3 °C, over 42.0. Heat is off.") for finger in ("Index", "Middle")]
     assert sorted(shown(console, 102.0)) == over
 
@@ -90,8 +91,8 @@ def test_a_plate_at_its_limit_is_one_to_act_on_soon(console: Console) -> None:
 
 
 def test_a_fault_is_told_until_it_is_cleared(console: Console) -> None:
-    happen(console, 102.0, "fault", "middle: the force swings")
-    assert shown(console, 102.0) == [(Priority.HIGH, "Middle: force not following. Force is off.")]
+    happen(console, 102.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "middle", value=1.2, rate_hz=23.0))
+    assert shown(console, 102.0) == [(Priority.HIGH, "Middle: force swings 23 Hz, 1.2 N. Force is off.")]
     happen(console, 102.1, "cleared")
     assert shown(console, 102.1) == [(Priority.HIGH, "Fault is over. Hold C to clear.")]
 
@@ -100,7 +101,7 @@ def stop(console: Console, at_s: float, now_s: float, **after_s: float | None) -
     """What the desk says of a stop that was asked for at `at_s`."""
     names = {"index": "index tacttip", "arm": "remote hand", "exo": "exoskeleton"}
     devices = [names[name] for name in after_s]
-    told = {"state": "fault", "fault": "emergency stop by the operator", "session": 7}
+    told = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "session": 7}
     console.desk(
         now_s, told | {"stop_asked_ns": round(at_s * S), "stop_devices": devices, "stop_after_s": [*after_s.values()]}
     )
@@ -109,9 +110,9 @@ def stop(console: Console, at_s: float, now_s: float, **after_s: float | None) -
 def test_an_answer_of_the_desk_that_was_overtaken_is_not_taken(console: Console) -> None:
     stop(console, 101.0, 101.9, index=0.01)
     happen(console, 102.0, "cleared")
-    fault = {"state": "fault", "fault": "emergency stop by the operator", "stop_asked_ns": 101 * S}
+    fault = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "stop_asked_ns": 101 * S}
     console.desk(102.1, {**fault, "time_ns": round(101.99 * S)})
-    assert (console.site.fault, console.site.stop_asked_s) == ("", None)
+    assert (console.site.fault, console.site.stop_asked_s) == (None, None)
     console.desk(102.2, {**fault, "time_ns": round(102.19 * S)})
     assert console.site.stop_asked_s == 101.0
 
@@ -177,14 +178,17 @@ BEHIND = "442 of 500 ticks a second; it works 32% of the time and waits for a pr
     ("said", "expected"),
     [
         (bus(controller="error-passive"), [(Priority.LOW, "Exoskeleton: CAN bus error-passive. Check its cable.")]),
-        ({"recording_failed": "[Errno 28] No space left on device"}, [DISK_FULL]),
+        ({"recording_failed": "[Errno 28] No space left on device", "disk_full": True}, [DISK_FULL]),
         ({"remote_recording": ENDED}, [REMOTE_NOT_RECORDED]),
         ({"remote_recording": ENDED, "recording_failed": ENDED}, [NOT_RECORDED, REMOTE_NOT_RECORDED]),
         ({"remote_recording": 7}, [REMOTE_NOT_RECORDED]),
         ({"remote_recording": ["x"]}, [REMOTE_NOT_RECORDED]),
         ({"remote_recording": {"a": 1}}, [REMOTE_NOT_RECORDED]),
         ({"remote_recording": None}, []),
-        ({"behind": BEHIND}, [(Priority.LOW, "Site slow: 442 of 500 ticks a second. Close other programs.")]),
+        (
+            {"behind": BEHIND, "rate_hz": 442.4, "wanted_hz": 500.0},
+            [(Priority.LOW, "Site slow: 442 of 500 ticks a second. Close other programs.")],
+        ),
     ],
 )
 def test_what_a_sites_figures_say_is_an_alarm_until_they_say_otherwise(

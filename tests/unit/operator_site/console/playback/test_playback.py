@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from common.faults.fault import Fault, FaultCode
 from common.recording.recorder import Recorder
 from operator_site.console.playback import playback
 from operator_site.console.playback.playback import Playback, Recording
@@ -42,7 +43,9 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
             for stream in ticking:
                 recorder.write(stream, time_ns, msgpack.packb(tick))
             if tick == 200:
-                recorder.write("operator/session", time_ns, msgpack.packb(["fault", 1, "link lost"]))
+                recorder.write(
+                    "operator/session", time_ns, msgpack.packb(["fault", 1, "", Fault(FaultCode.OPERATOR_STOP)])
+                )
             if tick in {300, 320}:
                 alarm = {"id": "plate-index", "since_s": 22.0, "text": "Index: plate 42.3 °C"}
                 recorder.write("console/alarm", time_ns, msgpack.packb(alarm))
@@ -145,7 +148,7 @@ def test_what_is_prepared_costs_a_jump_no_more_than_one_checkpoint(recording: Re
 def test_marks_are_where_things_were(recording: Recording) -> None:
     marks = recording.marks()
     assert [mark[1:] for mark in marks] == [
-        ("fault", "link lost"),
+        ("fault", "emergency stop by the operator"),
         ("alarm", "Index: plate 42.3 °C"),
         ("finding", "warm, 36.4 ± 0.2 °C"),
     ]

@@ -9,6 +9,7 @@ from typing import Any
 import msgpack
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.link.session_state import Refused
 from operator_site.console.examination.examination import LONGEST_NOTE
 from operator_site.console.examination.journal import Journal
@@ -193,7 +194,7 @@ def test_what_was_felt_at_a_place_is_told_with_how_well(desktop: Desktop) -> Non
 def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Desktop) -> None:
     console = desktop.console
     assert desktop.ask("clear_fault").text == "There is nothing to clear."
-    happen(console, 101.0, "fault", "index: the force swings")
+    happen(console, 101.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
     console.step(101.0)
     assert desktop.ask("clear_fault").ok
     assert desktop.desk.asked == ["clear_fault"]
@@ -201,7 +202,7 @@ def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Deskt
     desktop.acts.step(101.1)
     (alarm,) = console.alarms.listed
     assert (alarm.cleared_by, alarm.ended_s) == ("OR-1 1", 101.1)
-    happen(console, 110.0, "fault", "index: the force swings")
+    happen(console, 110.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
     console.step(110.0)
     happen(console, 110.0, "cleared")
     console.step(110.1)

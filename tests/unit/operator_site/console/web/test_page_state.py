@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 from common.wire.packets import LinkState
 from operator_site.console.model import Console
@@ -89,7 +90,7 @@ def test_a_desk_that_answers_is_no_proof_of_what_is_drawn() -> None:
 def test_a_stop_is_judged_by_the_desk_where_nothing_else_comes() -> None:
     console = engaged()
     now_s = AT_S + 1.0
-    told = {"state": "fault", "fault": "emergency stop by the operator", "time_ns": round(now_s * S)}
+    told = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "time_ns": round(now_s * S)}
     asked = {"stop_asked_ns": round((now_s - 0.4) * S), "stop_devices": ["exoskeleton"], "stop_after_s": [None]}
     console.desk(now_s, told | asked)
     assert words(console, now_s)[0] == "stopped"
