@@ -1,1 +1,1 @@
-"""The command line, and the launcher that runs a whole session on one machine."""
+"""Provides the command line and the launcher that runs a whole session on one machine."""

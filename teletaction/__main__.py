@@ -1,4 +1,4 @@
-"""`python -m teletaction` is the command line."""
+"""Runs the command line: `python -m teletaction`."""
 
 import sys
 

@@ -1,4 +1,7 @@
-"""The command line. Human text to stderr, data to stdout; exit 0, 1 (failed) or 2 (bad input, one clear line)."""
+"""Runs the command line.
+
+Text for people goes to stderr, data to stdout. Exit code 0 is success, 1 a failure, 2 bad input (one clear line).
+"""
 
 import typer
 
@@ -29,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-# The help lists them in this order.
+# The help lists the commands in this order.
 for module in (
     demo,
     processes,
@@ -50,19 +53,19 @@ for module in (
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run one command; returns its exit code."""
+    """Run one command and return its exit code."""
     try:
-        # Only a command that was interrupted, or that ends early, has a code of its own.
+        # Only a command that is interrupted or ends early returns a code of its own.
         return app(args=arguments, standalone_mode=False) or 0
     except typer.TyperException as error:
         message = error.format_message()
-        if "\n" in message:  # a command without arguments: the message is its help
+        if "\n" in message:  # For a command without arguments the message is its help.
             typer.echo(message, err=True)
             return 2
         return _complain(message, 2)
     except (ValueError, KeyError, OSError) as error:
         if isinstance(error, BrokenPipeError):
-            return 0  # whoever read our output has enough
+            return 0  # The reader closed our output.
         return _complain(str(error.args[0]) if isinstance(error, KeyError) else str(error), 2)
     except Failed as failure:
         return _complain(str(failure), 1)

@@ -1,4 +1,4 @@
-"""The commands, a file for each group of them.
+"""The commands; each file holds one group.
 
-They import what they need when they run: a site's process must not carry the weight of the others.
+A command imports its modules when it runs, so that a site's process does not load those of other commands.
 """

@@ -1,4 +1,4 @@
-"""`calibrate`: look-up tables from labelled recordings."""
+"""Command `calibrate`: makes look-up tables from labelled recordings."""
 
 from datetime import date
 from pathlib import Path
@@ -17,10 +17,12 @@ def calibrate_thermal_command(
     traces: Annotated[Path, typer.Option(help="Folder with traces and labels.csv (file,material[,object_c]).")],
     out: Annotated[Path, typer.Option(help="Table to write.")],
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
-    report: Annotated[Path | None, typer.Option(help="Folder for report.txt and fit.png: how well it fits.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Folder for report.txt and fit.png, which show the quality of the fit.")
+    ] = None,
     processes: Processes = 0,
 ) -> None:
-    """Material look-up table from labelled touches."""
+    """Make a material look-up table from labelled touches."""
     from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
     from teletaction.report.calibration_report import calibration_text, write_calibration_report
 
@@ -43,11 +45,11 @@ def calibrate_texture_command(
     strokes: Annotated[Path, typer.Option(help="Folder with strokes and labels.csv (file,surface[,speed_mm_s]).")],
     out: Annotated[Path, typer.Option(help="Table to write.")],
     signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
-    speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where no file has one.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Stroke speed for files without one, mm/s.")] = None,
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
-    report: Annotated[Path | None, typer.Option(help="Folder for report.txt: how well it tells them apart.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Folder for report.txt with the recognition rates.")] = None,
 ) -> None:
-    """Surface look-up table from labelled strokes."""
+    """Make a surface look-up table from labelled strokes."""
     from remote_site.texture.calibration.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
     from remote_site.texture.calibration.texture_calibration import calibrate_texture
     from teletaction.report.spectrum_report import spectrum_text, write_spectrum_report

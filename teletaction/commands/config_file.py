@@ -1,4 +1,4 @@
-"""The option that names a process's configuration."""
+"""Defines the option that names a process's configuration file."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`demo`: a whole session on one machine."""
+"""Command `demo`: runs a whole session on one machine."""
 
 from pathlib import Path
 from typing import Annotated
@@ -15,20 +15,22 @@ def demo(
     headless: Annotated[
         bool, typer.Option("--headless", help="No console: engage, run for --seconds, report.")
     ] = False,
-    seconds: Annotated[float | None, typer.Option(help="How long the hand works; 60 when headless.")] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Time that the simulated hand explores, s; 60 when headless.")
+    ] = None,
     scene: Annotated[str, typer.Option(help="Scene of the simulated world.")] = "materials",
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in the simulated world.")] = 0,
-    fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
+    fingers: Annotated[int, typer.Option(min=1, max=5, help="Number of fingers, 1 to 5.")] = 5,
     network: Annotated[
         str | None, typer.Option(help="Network between the sites: a name, a TOML file, or recorded round trips as CSV.")
     ] = None,
     rates: Annotated[
         str | None,
-        typer.Option(help="Ticks a second, REMOTE,OPERATOR; by default the fastest that this machine holds now."),
+        typer.Option(help="Ticks a second, REMOTE,OPERATOR; by default the fastest that this machine can hold now."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
 ) -> None:
-    """A whole telediagnosis session on this machine with simulated devices over the real transports."""
+    """Run a whole telediagnosis session on this machine with simulated devices over the real transports."""
     from teletaction.session.demo import run_demo
     from teletaction.session.demo_files import DemoOptions
     from teletaction.session.session_rates import Rates, fitting_here

@@ -1,4 +1,4 @@
-"""`doctor`: whether a site could work, and what is on this host."""
+"""Command `doctor`: checks a site's configuration, or lists the devices on this host."""
 
 from pathlib import Path
 from typing import Annotated
@@ -20,10 +20,10 @@ WARNING = (
 @app.command()
 def doctor(
     config: Annotated[
-        Path | None, typer.Option("--config", help="TOML file of a site; without it: what is on this host.")
+        Path | None, typer.Option("--config", help="TOML file of a site; without it, list the devices on this host.")
     ] = None,
     exercise: Annotated[
-        bool, typer.Option("--exercise", help="Also drive each device a little; asked for first.")
+        bool, typer.Option("--exercise", help="Also drive each device a little; asks for confirmation first.")
     ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask; nobody touches the devices.")] = False,
     ports: Annotated[Path, typer.Option(help="Folder of serial ports to look for devices in.")] = Path(
@@ -38,7 +38,7 @@ def doctor(
     quiet_libraries()
     if config is None:
         if exercise:
-            raise ValueError("--exercise needs --config: what is not known is not driven")
+            raise ValueError("--exercise needs --config: only configured devices are driven")
         _list(ports)
         return
     if exercise and not yes:

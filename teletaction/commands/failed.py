@@ -1,5 +1,5 @@
-"""How a command says that it has failed."""
+"""Defines the exception with which a command reports a failure."""
 
 
 class Failed(Exception):
-    """Work that was asked for rightly and did not succeed: exit 1."""
+    """The arguments were valid, but the command did not succeed: exit code 1."""

@@ -1,4 +1,4 @@
-"""`identify`: what recorded traces and strokes are of, as JSON lines."""
+"""Command `identify`: identifies materials and surfaces in recorded traces, as JSON lines."""
 
 import json
 import sys
@@ -19,10 +19,12 @@ def identify_thermal_command(
     table: Annotated[Path, typer.Option(help="Calibrated table.")],
     traces: Annotated[list[Path] | None, typer.Argument(help="Trace files.")] = None,
     at: Annotated[str, typer.Option(help="Times after contact to answer at, s.")] = "0.5,1,2,3,5,7",
-    touches: Annotated[Path | None, typer.Option(help="CSV `touch,trace`: traces judged jointly.")] = None,
+    touches: Annotated[
+        Path | None, typer.Option(help="CSV `touch,trace`: traces of one touch are identified jointly.")
+    ] = None,
     processes: Processes = 0,
 ) -> None:
-    """Material and object temperature of recorded touches."""
+    """Identify material and object temperature of recorded touches."""
     from remote_site.thermal.material_table import MaterialTable
     from remote_site.thermal.recorded.identify_thermal import identify_thermal
 
@@ -38,10 +40,10 @@ def identify_texture_command(
     strokes: Annotated[list[Path], typer.Argument(help="Stroke files.")],
     table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces.")] = None,
     signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
-    speed: Annotated[float | None, typer.Option(help="Stroke speed in mm/s where the file has none.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Stroke speed for files without one, mm/s.")] = None,
     processes: Processes = 0,
 ) -> None:
-    """Mode, surface, grooves and rendering constants of recorded strokes."""
+    """Identify mode, surface, grooves and rendering constants of recorded strokes."""
     from remote_site.texture.recorded.identify_texture import identify_texture, load_surfaces
 
     surfaces = None if table is None else load_surfaces(table)

@@ -1,4 +1,4 @@
-"""`keys`: who may connect to a site."""
+"""Command `keys`: manages a site's key pair and its list of trusted keys."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,7 @@ KeyFolder = Annotated[Path, typer.Option("--keys", help="Key folder of the site.
 
 @app.command("init")
 def keys_init(keys: KeyFolder) -> None:
-    """Make a key pair; prints the public key."""
+    """Make a key pair and print the public key."""
     from common.link.keys import create_keys
 
     typer.echo(create_keys(keys))
@@ -20,7 +20,7 @@ def keys_init(keys: KeyFolder) -> None:
 
 @app.command("show")
 def keys_show(keys: KeyFolder) -> None:
-    """Print the site's public key, its fingerprint, and whom it trusts."""
+    """Print the site's public key, its fingerprint, and the keys that it trusts."""
     from common.link.keys import TrustedKeys, fingerprint, load_keys
 
     own = load_keys(keys)
@@ -34,9 +34,9 @@ def keys_trust(
     name: str,
     public_key: str,
     keys: KeyFolder,
-    observer: Annotated[bool, typer.Option("--observer", help="The owner may look on, and change nothing.")] = False,
+    observer: Annotated[bool, typer.Option("--observer", help="The owner may watch the session only.")] = False,
 ) -> None:
-    """Allow a public key under a name."""
+    """Trust a public key under a name."""
     from common.link.keys import Role, TrustedKeys
 
     TrustedKeys(keys).trust(name, public_key, Role.OBSERVER if observer else Role.PARTNER)
@@ -44,7 +44,7 @@ def keys_trust(
 
 @app.command("revoke")
 def keys_revoke(name: str, keys: KeyFolder) -> None:
-    """Allow the keys of a name no longer; a running site cuts their connections within about a second."""
+    """Revoke the keys of a name. A running site closes their connections within about a second."""
     from common.link.keys import TrustedKeys
 
     count = TrustedKeys(keys).revoke(name)

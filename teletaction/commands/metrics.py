@@ -1,4 +1,4 @@
-"""`metrics`: figures of running processes for Prometheus."""
+"""Command `metrics`: serves figures of running processes to Prometheus."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +16,7 @@ def metrics_command(
         Path | None, typer.Option(help="File (mode 0600) with the token that a request must carry.")
     ] = None,
 ) -> None:
-    """Serve the figures of running processes to Prometheus, from their status files alone."""
+    """Serve the figures of running processes to Prometheus. Only their status files are read."""
     from common.logs import log_to_stderr
     from common.process import StopSignal
 

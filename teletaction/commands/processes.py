@@ -1,4 +1,4 @@
-"""`remote`, `operator`, `virtual`, `observe` and the simulations: one process each, until it is told to stop."""
+"""Commands that run one process of a session each until it is stopped: sites, console, observer, simulations."""
 
 from pathlib import Path
 from typing import Annotated
@@ -33,8 +33,8 @@ def operator(config: ConfigFile) -> None:
 @app.command()
 def virtual(
     config: ConfigFile,
-    scene: Annotated[str, typer.Option(help="What to touch: a scene's name, or a path that ends in .toml.")],
-    seed: Annotated[int, typer.Option(min=0, help="Of all that is drawn: temperatures, arbitrary grooves.")] = 0,
+    scene: Annotated[str, typer.Option(help="Scene to touch: its name, or a path that ends in .toml.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all random values: temperatures, arbitrary grooves.")] = 0,
 ) -> None:
     """Run the operator site on a virtual environment, without any remote site."""
     from functools import partial
@@ -50,10 +50,12 @@ def virtual(
 @app.command()
 def console(
     config: Annotated[Path | None, typer.Option(help="TOML file of the console of a running site.")] = None,
-    play: Annotated[Path | None, typer.Option(help="A recording to look at instead, as a session leaves it.")] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page of a recording; 0 takes a free one.")] = 8090,
+    play: Annotated[Path | None, typer.Option(help="Merged recording of a session to play back instead.")] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port of the page with --play; 0 takes a free one.")
+    ] = 8090,
 ) -> None:
-    """Serve the console, a web page: of a running operator site, or of a recording."""
+    """Serve the console, a web page, for a running operator site or for a recording."""
     from importlib.util import find_spec
 
     if find_spec("starlette") is None:
@@ -74,7 +76,7 @@ def console(
 
 @app.command()
 def observe(config: ConfigFile) -> None:
-    """Look on at a session: what the remote site identifies, as JSON lines whenever it changes."""
+    """Watch a session read-only: print what the remote site identifies as JSON lines whenever it changes."""
     from common.config import ObserverConfig
     from common.process import run_process
     from operator_site.session.read_only_client import run_observer
@@ -103,7 +105,7 @@ def sim_operator(config: ConfigFile) -> None:
 
 
 @app.command()
-@app.command("network", hidden=True)  # a demo names its processes by what they are
+@app.command("network", hidden=True)  # The demo starts this process under the name network.
 def sim_network(config: ConfigFile) -> None:
     """Run a simulated network between the two sites."""
     from common.config import SimNetworkConfig

@@ -1,4 +1,4 @@
-"""What long work has in common on the command line: how far it is, and how many processes share it."""
+"""Shows the progress of long commands and defines their option --processes."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -7,12 +7,15 @@ from typing import Annotated
 
 import typer
 
-Processes = Annotated[int, typer.Option(min=0, help="Processes that share the work; 0: one for each processor.")]
+Processes = Annotated[int, typer.Option(min=0, help="Number of worker processes; 0: one for each processor.")]
 
 
 @contextmanager
 def progress_line(label: str) -> Iterator[Callable[[float | str], None]]:
-    """A line on a terminal that says how far something is, the share done (0..1) or in words; nothing elsewhere."""
+    """Show a progress line on a terminal; show nothing elsewhere.
+
+    Yields a function that takes the share done (0..1) or a text.
+    """
     if not sys.stderr.isatty():
         yield lambda _: None
         return

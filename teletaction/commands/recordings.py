@@ -1,4 +1,4 @@
-"""`summarise`, `report`, `recover` and `replay`: what is done with the recordings of a session."""
+"""Commands on the recordings of a session: `summarise`, `report`, `recover` and `replay`."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,9 +18,9 @@ def summarise_command(
     out: Annotated[Path, typer.Option(help="Folder for session.mcap, summary.json and report.html.")],
     scene: Annotated[str, typer.Option(help="Scene that was explored.")] = "materials",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated world.")] = 0,
-    fingers: Annotated[int, typer.Option(min=1, max=5, help="How many fingers, 1 to 5.")] = 5,
+    fingers: Annotated[int, typer.Option(min=1, max=5, help="Number of fingers, 1 to 5.")] = 5,
 ) -> None:
-    """Recording, summary and report of a session whose processes were started one by one."""
+    """Merge the recordings of a session whose processes were started one by one; write summary and report."""
     from teletaction.session.conclude import conclude
     from teletaction.session.demo_files import DemoOptions
 
@@ -33,7 +33,7 @@ def report_command(
     recordings: Annotated[list[Path], typer.Argument(help="A merged session.mcap, or the recordings to merge.")],
     out: Annotated[Path, typer.Option(help="HTML file to write.")],
 ) -> None:
-    """Write a session's report: map, findings, figures, link, audit trail; with summary.json beside it, that too."""
+    """Write a session's report: map, findings, figures, link, audit trail. A summary.json beside it is included."""
     from teletaction.report.session_report import report
 
     report(recordings, out)
@@ -42,10 +42,10 @@ def report_command(
 
 @app.command("recover")
 def recover_command(
-    recording: Annotated[Path, typer.Argument(help="Recording of a process that did not end by itself.")],
+    recording: Annotated[Path, typer.Argument(help="Recording of a process that crashed or was killed.")],
     out: Annotated[Path | None, typer.Option(help="File to write; by default NAME-recovered.mcap beside it.")] = None,
 ) -> None:
-    """Make a whole recording out of a cut or damaged one; the original stays as it is."""
+    """Make a whole recording out of a truncated or damaged one. The original is not changed."""
     from teletaction.recordings.recover import recover
 
     recovered = recover(recording, out)
@@ -67,11 +67,14 @@ def recover_command(
 def replay_command(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings of sessions, or of one site each.")],
     out: Annotated[
-        Path, typer.Option(help="Folder for identification.jsonl, rendering.csv and replay.json; of several, one each.")
+        Path,
+        typer.Option(
+            help="Folder for identification.jsonl, rendering.csv and replay.json; one subfolder for each of several."
+        ),
     ],
     processes: Processes = 0,
 ) -> None:
-    """Run identification and rendering again on recordings, and compare with what was computed then."""
+    """Run identification and rendering again on recordings and compare with the recorded results."""
     from teletaction.replay.replay_each import replay_each
 
     with progress_line("replay") as progress:
@@ -83,7 +86,7 @@ def replay_command(
 
 
 def _compared(result: dict[str, Any]) -> Iterator[str]:
-    """What a replay found, in words."""
+    """Describe the results of a replay, line by line."""
     from teletaction.replay.replay_named import in_words
 
     for site, what in (("remote", "touch_packets"), ("operator", "rendered_rows")):

@@ -1,4 +1,4 @@
-"""`render`: what the operator's finger is made to feel, as CSV."""
+"""Command `render`: computes the display at the operator's finger off line, as CSV."""
 
 import sys
 from collections.abc import Iterable, Sequence
@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(name="render", help="What the operator's finger is made to feel, as CSV.", no_args_is_help=True)
+app = typer.Typer(
+    name="render", help="Thermal and vibration display at the operator's finger, as CSV.", no_args_is_help=True
+)
 
 
 @app.command("thermal")
@@ -18,12 +20,14 @@ def render_thermal_command(
     seconds: Annotated[float, typer.Option(help="Length of the run, s; contact at 1.0 s.", min=0.01, max=3600.0)],
     model: Annotated[
         str | None,
-        typer.Option(help="Cells: epidermis+dermis+subcutis+object. By default the fewest that are right enough."),
+        typer.Option(
+            help="Cells: epidermis+dermis+subcutis+object. By default the smallest model within the tolerance."
+        ),
     ] = None,
-    plate: Annotated[bool, typer.Option("--plate", help="Add the plate temperature that shows it.")] = False,
+    plate: Annotated[bool, typer.Option("--plate", help="Add the plate temperature that displays it.")] = False,
     parameters: Annotated[Path | None, typer.Option(help="Write every constant used, as JSON.")] = None,
 ) -> None:
-    """What a fingertip feels in contact with an object, through the skin model."""
+    """Compute skin temperatures of a fingertip in contact with an object, by the skin model."""
     from operator_site.offline_rendering import PLATE_COLUMN, THERMAL_COLUMNS, render_thermal, write_parameters
 
     rows = render_thermal(object_name, object_c, air_c, seconds, model=model, plate=plate)
@@ -39,7 +43,7 @@ def render_vibration_command(
         Path | None, typer.Option(help="Calibrated table of surfaces; by default the shipped one.")
     ] = None,
 ) -> None:
-    """Motor speed that a recorded stroke makes the operator feel."""
+    """Compute the motor speed that displays a recorded stroke."""
     from operator_site.offline_rendering import VIBRATION_COLUMNS
     from remote_site.texture.surface_table import SurfaceTable
     from teletaction.replay.render_vibration import render_stroke

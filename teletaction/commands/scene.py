@@ -1,4 +1,4 @@
-"""`scene`: what a scene asks of the operator site."""
+"""Command `scene`: checks how well the operator site can display a scene."""
 
 import csv
 import sys
@@ -6,20 +6,20 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(name="scene", help="What a scene asks of the operator site.", no_args_is_help=True)
+app = typer.Typer(name="scene", help="Check how well the operator site can display a scene.", no_args_is_help=True)
 
 
 @app.callback()
 def scene() -> None:
-    """What a scene asks of the operator site."""
+    """Check how well the operator site can display a scene."""
 
 
 @app.command("check")
 def check_command(
     name: Annotated[str, typer.Argument(help="A scene's name, or a path that ends in .toml.")],
-    dwell: Annotated[float, typer.Option(help="How long each object is touched, s.", min=0.1, max=10.0)] = 10.0,
+    dwell: Annotated[float, typer.Option(help="Contact time with each object, s.", min=0.1, max=10.0)] = 10.0,
 ) -> None:
-    """The skin model chosen for each object, its predicted error and its cost, as CSV."""
+    """Print the skin model chosen for each object, its predicted error and its cost, as CSV."""
     from common.scenes.scene import load_scene
     from teletaction.doctor.scene_check import COLUMNS, check_scene
 

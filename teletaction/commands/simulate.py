@@ -1,4 +1,4 @@
-"""`simulate`: traces and strokes of the simulated sensors, as CSV."""
+"""Command `simulate`: writes traces and strokes of the simulated sensors, as CSV."""
 
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +22,7 @@ def simulate_thermal_command(
     ] = None,
     block: Annotated[bool, typer.Option(help="Touch one block each time, not a new piece of the material.")] = False,
 ) -> None:
-    """Touches of the simulated thermal sensor."""
+    """Simulate touches of the thermal sensor."""
     from common.scenes.materials import material as look_up
     from sim_sensors.traces.simulate import simulate_thermal_set
 
@@ -48,11 +48,11 @@ def simulate_stroke_command(
     surface: Annotated[str, typer.Option(help="Surface stroked.")],
     out: Annotated[Path, typer.Option(help="Folder for the strokes and labels.csv.")],
     strokes: Annotated[int, typer.Option(min=1)] = 1,
-    speed: Annotated[float, typer.Option(help="mm/s", min=5.0, max=200.0)] = 50.0,
-    force: Annotated[float, typer.Option(help="N", min=0.3, max=5.0)] = 1.2,
+    speed: Annotated[float, typer.Option(help="Stroke speed, mm/s.", min=5.0, max=200.0)] = 50.0,
+    force: Annotated[float, typer.Option(help="Contact force, N.", min=0.3, max=5.0)] = 1.2,
     seed: Annotated[int, typer.Option(min=0)] = 0,
 ) -> None:
-    """Strokes of the simulated texture sensor."""
+    """Simulate strokes of the texture sensor."""
     from sim_sensors.traces.simulate import simulate_stroke_set
 
     simulate_stroke_set(surface, strokes, speed_mm_s=speed, force_n=force, seed=seed, out=out)
