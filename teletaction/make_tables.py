@@ -1,4 +1,4 @@
-"""The tables that ship with the remote site, calibrated on simulated touches and strokes."""
+"""Makes the tables that ship with the remote site, calibrated on simulated touches and strokes."""
 
 import tempfile
 from pathlib import Path
@@ -10,17 +10,24 @@ from remote_site.thermal.calibration.thermal_calibration import calibrate_therma
 from sim_sensors.traces.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
 
 TOUCHES = 40
-"""Of each material at each of FORCES_N."""
+"""Number of calibration touches of each material at each force."""
 FORCES_N = (0.7, 1.2, 1.8)
-"""A session presses with all of these: how a contact conducts more under more force has to be seen in calibration."""
+"""Forces of the calibration touches, N.
+
+They cover the forces of a session because contact conductance rises with force.
+"""
 SECONDS = 8.1
+"""Time in contact of a calibration touch, s."""
 AIR_SECONDS = 12.0
+"""Length of a free cool-down, s."""
 SERIAL = "simulated"
+"""Sensor serial number in the tables."""
 LIVING = "skin_dermis"
-"""Is calibrated as warm as it is; all else lies about at room temperature."""
+"""Living material, calibrated at body temperature. All other materials are calibrated near room temperature."""
 BODY_OFFSETS_C = (9.0, 13.0)
+"""Temperature range of living skin above ambient, K."""
 BODY_PREHEAT_K = 17.0
-"""Living skin is calibrated as warm as it is, ambient + 9..13 K, hence with the warmer pre-heat."""
+"""Pre-heat of the sensor above ambient for living skin, K. It must exceed the skin's temperature."""
 STROKED = (
     "foam",
     "plain_pvc",
@@ -29,15 +36,15 @@ STROKED = (
     "widely_grooved_pvc",
     "arbitrarily_grooved_pvc",
 )
-"""The reference surfaces."""
+"""Reference surfaces of the texture calibration."""
 STROKES = ((25.0, 1.2), (50.0, 1.2), (100.0, 1.2), (50.0, 0.6), (80.0, 2.5), (140.0, 3.5))
-"""Speeds, mm/s, and forces, N, of the calibration strokes."""
+"""Pairs of speed (mm/s) and force (N) of the calibration strokes."""
 
 
 def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
-    """Write the tables of materials and phantom, of the blocks of `materials`, and of surfaces into `out`.
+    """Write the tables of materials, material blocks, phantom and surfaces into `out`.
 
-    It takes about a minute.
+    This takes about a minute.
 
     Raises:
         OSError: `out` cannot be written.
@@ -71,7 +78,10 @@ def make_tables(out: Path, *, made_on: str = "") -> list[Path]:
 
 
 def _touches(folder: Path, materials: tuple[str, ...], seed: int, *, block: bool = False) -> None:
-    """Touches at room temperature, of many pieces or of one block of each material, and free cool-downs."""
+    """Simulate touches near room temperature and free cool-downs.
+
+    With `block`, all touches of a material meet one block; otherwise each meets a new piece.
+    """
     for number, material in enumerate(materials):
         for variant, force_n in enumerate(FORCES_N):
             simulate_thermal_set(
@@ -87,7 +97,7 @@ def _touches(folder: Path, materials: tuple[str, ...], seed: int, *, block: bool
 
 
 def _skin(folder: Path, seed: int) -> None:
-    """Touches of body-warm skin, added to the labels of `folder`."""
+    """Simulate touches of skin at body temperature and add them to the labels of `folder`."""
     traces = [
         trace
         for variant, force_n in enumerate(FORCES_N)

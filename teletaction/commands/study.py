@@ -1,4 +1,4 @@
-"""`study`: measurements of the system under conditions set on purpose."""
+"""Command `study`: runs the studies and compares their results."""
 
 import csv
 import sys
@@ -16,29 +16,27 @@ app = typer.Typer()
 
 @app.command("study")
 def study_command(
-    name: Annotated[str | None, typer.Argument(help="Which study; --list tells what there are.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of a study; --list shows all names.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for NAME.json, NAME-TABLE.csv and NAME.png.")] = None,
-    list_studies: Annotated[bool, typer.Option("--list", help="Print each study's name and what it shows.")] = False,
-    all_studies: Annotated[
-        bool, typer.Option("--all", help="Run all studies, one after the other, and draw an overview.")
-    ] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Measure less, and sooner.")] = False,
+    list_studies: Annotated[bool, typer.Option("--list", help="Print the name and subject of each study.")] = False,
+    all_studies: Annotated[bool, typer.Option("--all", help="Run all studies in turn and draw an overview.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Use fewer samples to finish sooner.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random in a study.")] = 0,
     processes: Annotated[
-        int | None, typer.Option(min=1, help="Processes that share the work.", show_default="one for each processor")
+        int | None, typer.Option(min=1, help="Number of worker processes.", show_default="one for each processor")
     ] = None,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Share the work on the Dask cluster with this scheduler.")
     ] = None,
     compare: Annotated[
         tuple[Path, Path] | None,
-        typer.Option(metavar="OLD NEW", help="Print what differs between the results in two folders; 1 if worse."),
+        typer.Option(metavar="OLD NEW", help="Print differences between the results in two folders; exit 1 if worse."),
     ] = None,
 ) -> None:
-    """Measure the system under conditions set on purpose: data as JSON and CSV, and a figure.
+    """Run a study: measure the system under chosen conditions; write data as JSON and CSV, and a figure.
 
-    What is random comes from the seed alone: the same seed gives the same data on any number of processors. A run that
-    was interrupted goes on where it was when it is called again with the same folder.
+    All random values derive from the seed. The same seed gives the same data on any number of processors. An
+    interrupted run continues from its last result when it is called again with the same folder.
     """
     from studies import registry
 
@@ -56,14 +54,14 @@ def study_command(
     if out is None:
         raise ValueError("a study needs --out DIR")
     if processes is not None and dask is not None:
-        raise ValueError("--processes are of this machine: not with --dask")
+        raise ValueError("--processes applies to this machine only and excludes --dask")
     from studies.workers import WorkersLost, workers
 
     try:
         with workers(processes, dask) as who:
             found = _run(name, out, {"quick": quick, "seed": seed, "workers": who})
     except WorkersLost as lost:
-        raise Failed(f"{lost}; the same command goes on where this was") from None
+        raise Failed(f"{lost}; the same command continues this run") from None
     for problem in found:
         typer.echo(problem, err=True)
     if found:
@@ -71,7 +69,7 @@ def study_command(
 
 
 def _run(name: str | None, out: Path, how: dict[str, Any]) -> list[str]:
-    """Run a study, or all where none is named; the problems that were found."""
+    """Run one study, or all if `name` is None; return the problems found."""
     from studies import registry
     from studies.running import Unavailable
 
@@ -92,7 +90,7 @@ def _run(name: str | None, out: Path, how: dict[str, Any]) -> list[str]:
 
 
 def _compare(old: Path, new: Path, name: str | None) -> None:
-    """Print what changed between two folders as CSV; raises Failed where something became worse."""
+    """Print the differences between two folders as CSV; raise Failed if a number became worse."""
     from studies import comparison
 
     changes, alone = comparison.compare_folders(old, new, *([] if name is None else [[name]]))

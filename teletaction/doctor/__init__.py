@@ -1,4 +1,4 @@
 """Checks before a session: devices, keys, tables, scenes.
 
-The commands use both.
+The commands use both modules.
 """

@@ -1,4 +1,4 @@
-"""What keeps a site from working: each device found and named, keys, tables, the network; and what to do."""
+"""Checks a site's devices, keys, tables, clock and loop rate, and says what to do about each failure."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -25,14 +25,17 @@ from teletaction.conformance.node_talk import EXOSKELETON, TELEMANIPULATOR, Node
 from teletaction.session.session_rates import LARGEST, taken
 
 RATE_S = 1.0
-"""How long a device's own rate is measured."""
+"""Time over which a device's message rate is measured, s."""
 EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2"})
-"""Duties of docs/protocols.md that show that a device works: it obeys, the right way round, and lets go by itself."""
+"""Numbers of the duties in docs/protocols.md that `exercise` checks.
+
+They show that a device obeys, moves in the right direction and releases by itself.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One check and its result for a person."""
+    """One check and its result as text."""
 
     what: str
     good: bool
@@ -41,7 +44,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class _Serial:
-    """A serial device of a configuration."""
+    """One serial device of a configuration."""
 
     kind: DeviceKind
     finger: str
@@ -53,12 +56,12 @@ class _Serial:
 
 
 def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterator[Finding]:
-    """Check everything that a site's configuration names, telling of each check once it is done.
+    """Check everything that a site's configuration names; yield each check once it is done.
 
     Args:
         config: TOML file of a site.
-        exercise: also drive each device that is well, a little.
-        ports: folder of serial ports in which a device that is not where it should be is looked for.
+        exercise: also drive each device that passes its check a little.
+        ports: folder of serial ports to search for devices that do not answer at their addresses.
 
     Raises:
         ConfigProblem: the file is neither a remote nor an operator configuration.
@@ -106,9 +109,9 @@ def _operator(config: OperatorConfig) -> Iterator[Finding]:
     yield _priority()
 
 
-def _exercised(name: str, address: str, told: DeviceKind | NodeName) -> Finding:
+def _exercised(name: str, address: str, expected: DeviceKind | NodeName) -> Finding:
     def move() -> str:
-        with opened(address, told) as device:
+        with opened(address, expected) as device:
             results = device.only(EXERCISES).tried({How.LISTEN, How.EXERCISE}, lambda _: None)
         words = [f"{tried.duty.number} {tried.verdict}: {tried.came}" for tried in results]
         if any(tried.verdict is not Verdict.PASS for tried in results):
@@ -119,7 +122,7 @@ def _exercised(name: str, address: str, told: DeviceKind | NodeName) -> Finding:
 
 
 def _elsewhere(lost: list[_Serial], ports: Path) -> Iterator[Finding]:
-    """Where devices that did not answer at their addresses answer instead."""
+    """Find lost devices at other serial ports."""
     if not lost:
         return
     for found in find_modules(ports):
@@ -156,7 +159,7 @@ def _device(device: _Serial) -> Finding:
             received, until_s = 0, time.monotonic() + RATE_S
             while time.monotonic() < until_s:
                 if line.port.wait(0.05):
-                    # Every frame ends with a zero byte that stands nowhere else.
+                    # Each frame ends with a zero byte; no other byte of a frame is zero.
                     received += line.port.read().count(0)
             rate_hz = received / RATE_S
             if not 0.7 * found.rate_hz <= _values(found.kind, rate_hz) <= 1.3 * found.rate_hz:
@@ -169,7 +172,7 @@ def _device(device: _Serial) -> Finding:
 
 
 def _values(kind: DeviceKind, messages_hz: float) -> float:
-    """Readings a second: a texture message carries ten."""
+    """Convert messages per second to readings per second. A texture message carries ten readings."""
     return messages_hz * 10.0 if kind is DeviceKind.TEXTURE_SENSOR else messages_hz
 
 
@@ -202,7 +205,7 @@ def _clock() -> Finding:
 
 
 def _rate(process: str, rate_hz: float) -> Finding:
-    """Whether this machine is fast enough for the loop's rate, with five fingers in contact."""
+    """Check that this machine is fast enough for the loop's rate with five fingers in contact."""
     step_s = reference_step_s()
     share, fastest = taken(process, rate_hz, step_s), taken(process, FASTEST_RATE_HZ, step_s)
     words = f"{rate_hz:g} ticks a second take {share:.2f} of a processor of this machine"
@@ -214,11 +217,13 @@ def _rate(process: str, rate_hz: float) -> Finding:
 
 
 def _priority() -> Finding:
-    """What the loop would get from whoever asks here; ordinary priority is no fault."""
+    """Find the scheduling priority that a loop would get here. Ordinary priority is no failure."""
     if has_real_time():
-        return Finding("loop's priority", True, "real-time, given by whoever started this; a loop started so keeps it")
+        return Finding(
+            "loop's priority", True, "real-time, inherited from the parent process; a loop started this way keeps it"
+        )
     if come_first():
         stand_in_line()
-        return Finding("loop's priority", True, "real-time may be had: the loop comes before all ordinary work")
+        return Finding("loop's priority", True, "real-time is allowed: the loop runs before all ordinary work")
     words = "ordinary: beside other work the loop is late more often. LimitRTPRIO=10 in its unit, or `ulimit -r 10`"
     return Finding("loop's priority", True, words)

@@ -1,4 +1,4 @@
-"""Which skin model each object of a scene needs, how wrong it will be, and what it costs."""
+"""Finds the skin model that each object of a scene needs, with its predicted error and computing cost."""
 
 from dataclasses import dataclass
 
@@ -14,25 +14,25 @@ from operator_site.thermal.tissue import Body, rest
 from teletaction.session.step_cost import quickest_s
 
 STEPS = 200
-"""Timed together."""
+"""Number of model steps in one timing round."""
 
 
 @dataclass(frozen=True, slots=True)
 class CheckedObject:
-    """One object of a scene, in the order of the columns that are printed.
+    """One object of a scene. The attributes are in the order of the printed columns.
 
     Attributes:
-        name: of the object.
-        material: what it is of.
-        object_c: its temperature that differs most from the skin's, C.
-        difference_k: that difference.
-        dwell_s: how long it is touched, s.
-        model: what the runtime chooses.
-        states: of the model.
-        error_k: largest error of the felt temperature while touched, K, against a model of 100 cells.
-        share: of the tolerance, at its worst moment.
-        step_us: what a step of five fingers with this model takes here, us.
-        why: why this model.
+        name: name of the object.
+        material: material of the object.
+        object_c: the temperature in the object's range that differs most from the skin's, C.
+        difference_k: `object_c` minus the skin's temperature at rest, K.
+        dwell_s: contact time, s.
+        model: the model that the runtime chooses.
+        states: number of states of the model.
+        error_k: largest error of the felt temperature during contact, K, against a model of 100 cells.
+        share: largest ratio of the error to its tolerance during contact.
+        step_us: time of one step of five fingers with this model on this machine, us.
+        why: reason for the choice of this model.
     """
 
     name: str
@@ -52,7 +52,11 @@ COLUMNS = ("object", *CheckedObject.__slots__[1:])
 
 
 def check_scene(scene: Scene, dwell_s: float = LONGEST_S) -> list[CheckedObject]:
-    """Every object of a scene, touched for `dwell_s` (s)."""
+    """Check every object of a scene in a contact of `dwell_s` (s).
+
+    Raises:
+        ValueError: the constants of a material are out of the displayable range.
+    """
     skin_c = rest(Body(air_c=scene.ambient_c)).surface_c
     within = dwell_s + 1e-9 >= TIMES_S
     costs: dict[SkinModel, float] = {}
@@ -67,7 +71,7 @@ def check_scene(scene: Scene, dwell_s: float = LONGEST_S) -> list[CheckedObject]
         kind = scene.material(thing.material)
         touched = touched_object(kind.conductivity_w_mk, kind.density_kg_m3, kind.specific_heat_j_kgk)
         if touched is None:
-            raise ValueError(f"{thing.name}: constants of {kind.name} are out of range: no finger can be shown them")
+            raise ValueError(f"{thing.name}: constants of {kind.name} are out of range: they cannot be displayed")
         difference_k = object_c - skin_c
         choice = choose(touched, difference_k, dwell_s)
         true = difference_k * felt_per_k(FINE, touched, TIMES_S)[within]
@@ -94,7 +98,7 @@ def check_scene(scene: Scene, dwell_s: float = LONGEST_S) -> list[CheckedObject]
 
 
 def _step_us(model: SkinModel, touched: Touched) -> float:
-    """Time of one step of a hand, us."""
+    """Time of one step of the models of all fingers, us."""
     skin = SceneSkin(model)
     for finger in range(len(FINGERS)):
         skin.touch(finger, touched, 20.0)

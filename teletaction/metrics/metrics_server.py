@@ -1,4 +1,4 @@
-"""Serves metrics over HTTP: to this machine, or to whoever knows the token."""
+"""Serves metrics over HTTP to this machine, or to clients with the token."""
 
 import hmac
 import ipaddress
@@ -20,19 +20,21 @@ from prometheus_client.registry import Collector
 log = logging.getLogger(__name__)
 
 LEAST_TOKEN = 16
-"""Characters of a token."""
+"""Minimum length of a token, characters."""
 _LOOK_AT_STOP_S = 0.2
+"""Interval between checks of the stop signal, s."""
 
 
 class ListenProblem(ValueError):
-    """An address that cannot, or must not, be served."""
+    """The address cannot or must not be served, or the token file is not usable."""
 
 
 def read_token(path: Path) -> str:
-    """The token in a file of its own.
+    """Read the token from its file.
 
     Raises:
-        ListenProblem: others can read the file, or what it holds is too short or no plain text.
+        ListenProblem: other users can read the file, or the token is too short or no plain ASCII word.
+        OSError: the file cannot be read.
     """
     mode = stat.S_IMODE(path.stat().st_mode)
     if mode & 0o077:
@@ -56,8 +58,8 @@ class MetricsServer(socketserver.ThreadingTCPServer):
         """Listen at `HOST:PORT` (`[HOST]:PORT` for IPv6); port 0 takes a free one.
 
         Raises:
-            ListenProblem: no such address, or one that others can reach and there is no token.
-            OSError: the address is taken, or not this machine's.
+            ListenProblem: the address does not exist, or others can reach it and there is no token.
+            OSError: the address is in use, or does not belong to this machine.
         """
         family, address = _resolve(listen)
         self.registry = CollectorRegistry()
@@ -71,28 +73,28 @@ class MetricsServer(socketserver.ThreadingTCPServer):
 
     @property
     def url(self) -> str:
-        """Where the metrics are."""
+        """Address of the metrics page."""
         host, port = self.server_address[:2]
         name = host.decode() if isinstance(host, bytes) else str(host)
         return f"http://{f'[{name}]' if ':' in name else name}:{port}/metrics"
 
     def serve(self, stop: Callable[[], bool]) -> None:
-        """Answer requests until `stop()`."""
+        """Answer requests until `stop()` returns True."""
         log.info("metrics at %s%s", self.url, "" if self.token is None else ", with the token only")
         while not stop():
             self.handle_request()
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A client that went away, or a bug: neither ends the process."""
+        """Log a request that failed. It never ends the process."""
         log.warning("a request failed: %r", sys.exception())
 
 
 class _Handler(BaseHTTPRequestHandler):
     server: MetricsServer
-    timeout: ClassVar[float] = 5.0  # s: who connects and says nothing does not hold a thread for longer
+    timeout: ClassVar[float] = 5.0  # s. A silent client holds a thread no longer.
 
     def do_GET(self) -> None:
-        """The metrics, to those who may see them."""
+        """Send the metrics to an authorized client."""
         if not self._allowed():
             self._answer(HTTPStatus.UNAUTHORIZED, b"token needed\n", {"WWW-Authenticate": "Bearer"})
         elif self.path.partition("?")[0] != "/metrics":

@@ -1,4 +1,4 @@
-"""Width and margins, in inches, of the report's figures."""
+"""Defines width and margins of the report's figures, in inches."""
 
 from collections.abc import Sequence
 
@@ -6,10 +6,11 @@ from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 WIDTH_IN = 11.5
+"""Width of a figure, inches."""
 
 
 class Margins:
-    """Margins in inches, which a figure of any height keeps, and the legend in the upper one."""
+    """Margins in inches, the same at any figure height, with the legend in the top margin."""
 
     def __init__(
         self, figure: Figure, top_in: float = 0.4, right_in: float = 0.15, between_in: float = 0.12, rows: int = 1
@@ -27,7 +28,7 @@ class Margins:
         }
 
     def legend(self, handles: Sequence[Artist]) -> None:
-        """One line of keys at the top left."""
+        """Draw the legend as one line at the top left."""
         self._figure.legend(
             handles=handles,
             loc="upper left",

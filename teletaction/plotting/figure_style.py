@@ -1,4 +1,7 @@
-"""Colours, names and fonts of the figures: distinct without colour vision (Okabe and Ito's set), and in grey."""
+"""Defines colours, names and fonts of the figures.
+
+The colours are distinct for colour-blind readers (Okabe and Ito's set) and in greyscale.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -24,7 +27,7 @@ BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = (
 PALE, PLUM = "#E3E6EA", "#A23B7C"
 FINGER_COLOURS = (ORANGE, BLUE, GREEN, PURPLE, RED)
 FINGER_DASHES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)))
-"""Of thumb to little: a finger is told from its neighbours without colour too."""
+"""Line styles of thumb to little finger. They distinguish the fingers without colour."""
 MODE_COLOURS = {
     ExplorationMode.FREE: PALE,
     ExplorationMode.TAPPING: RED,
@@ -56,29 +59,32 @@ STYLE: dict[Any, Any] = {
     "text.parse_math": False,
     "figure.facecolor": "white",
 }
-"""For `matplotlib.rc_context`: names come from scenes, so a `$` in one is a letter and no formula."""
+"""Settings for `matplotlib.rc_context`.
+
+Formulas are off because scene names may contain `$`.
+"""
 
 
 def plain_ticks(axis: Axis, values: Sequence[float]) -> None:
-    """Ticks of a logarithmic axis as plain numbers."""
+    """Label the ticks of a logarithmic axis with plain numbers."""
     axis.set_major_locator(FixedLocator(list(values)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".lstrip("0") or "0"))
     axis.set_minor_locator(NullLocator())
 
 
 def absent(axes: Axes, text: str) -> None:
-    """Say in place of curves that nothing was recorded."""
+    """Show a text in place of missing curves."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="#5A5A5A")
 
 
 def shown_name(name: str, longest: int = 22) -> str:
-    """A name that the figures' font can show, not too long to stand in one."""
+    """Replace letters that the figures' font lacks, and shorten the name to `longest` letters."""
     plain = "".join(letter if letter.isprintable() and ord(letter) < 0x250 else "?" for letter in name)
     return plain if len(plain) <= longest else plain[: longest - 1] + "…"
 
 
 def label_once(axes: Axes, **how: Any) -> None:
-    """A legend in which each label stands once; none when nothing has a label."""
+    """Draw a legend with each label once; draw none without labels."""
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
     if unique:
@@ -86,17 +92,17 @@ def label_once(axes: Axes, **how: Any) -> None:
 
 
 def mode_keys() -> list[Patch]:
-    """Legend entries of the modes."""
+    """Return the legend entries of the modes."""
     return [Patch(facecolor=colour, label=mode.name.lower()) for mode, colour in MODE_COLOURS.items()]
 
 
 def status_keys() -> list[Patch]:
-    """Legend entries of the thermal statuses."""
+    """Return the legend entries of the thermal statuses."""
     return [Patch(facecolor=colour, label=status.name.lower()) for status, colour in STATUS_COLOURS.items()]
 
 
 def finger_keys(fingers: tuple[int, ...], names: tuple[str, ...]) -> list[Line2D]:
-    """Legend entries of the fingers."""
+    """Return the legend entries of the fingers."""
     return [
         Line2D([], [], color=FINGER_COLOURS[f], linestyle=FINGER_DASHES[f], label=names[f])  # type: ignore[arg-type]
         for f in fingers

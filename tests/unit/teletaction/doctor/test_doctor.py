@@ -136,4 +136,4 @@ def test_real_time_priority_that_is_there_is_no_ordinary_one(configs: dict[str, 
         pytest.skip("no real-time policy may be set here")
     doctor = (chrt, "--rr", "1", sys.executable, "-m", "teletaction", "doctor", "--config", configs["remote"])
     told = subprocess.run(doctor, capture_output=True, text=True, check=False)
-    assert "loop's priority: real-time, given by whoever started this" in told.stdout
+    assert "loop's priority: real-time, inherited from the parent process" in told.stdout
