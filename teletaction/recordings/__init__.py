@@ -1,4 +1,4 @@
-"""Recordings of a session: merged, recovered, read as arrays, summarised.
+"""Merges, recovers, reads and summarises the recordings of a session.
 
-Others use `session_data` and `summary`.
+Other folders use `session_data` and `summary`.
 """

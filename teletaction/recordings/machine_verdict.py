@@ -1,4 +1,4 @@
-"""Whether a machine was fast enough for a session, and what it means for the session's figures, in plain words."""
+"""Describes in text if a machine was fast enough for a session, and the consequences for the session's figures."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,20 +6,20 @@ from typing import Any
 from common.runtime.rate_monitor import HELD, WINDOW_S
 
 NEGLIGIBLE_S = 1.0
-"""A process that was behind for no longer than this has hardly changed what was felt, s."""
+"""Longest time behind its rate at which a process hardly changes the session's figures, s."""
 WHAT_HELD_MEANS = f"A process holds its rate while it makes {HELD:.0%} of its ticks, counted over {WINDOW_S:g} s."
 
 
 def behind(summary: Mapping[str, Any]) -> str:
-    """Which processes did not hold their rates, and for how long; empty where all did."""
+    """List the processes that did not hold their rates, with the time; empty if all did."""
     return ", ".join(f"{name} for {seconds:.0f} s" for name, seconds in _behind_s(summary).items())
 
 
 def machine_verdict(summary: Mapping[str, Any]) -> str:
-    """One paragraph; empty where the summary says nothing of the processes.
+    """Return the verdict as one paragraph; empty if the summary has no figures of the processes.
 
     Args:
-        summary: what `summary.json` holds.
+        summary: content of `summary.json`.
     """
     if not summary.get("loop"):
         return ""
@@ -45,7 +45,7 @@ def _behind_s(summary: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _consequences(summary: Mapping[str, Any]) -> list[str]:
-    """What was late or missing in this session, as far as it was measured."""
+    """List in sentences what was late or missing in this session, as far as it was measured."""
     found = []
     delay_ms = ((summary.get("latency_ms") or {}).get("contact_to_motor") or {}).get("p50")
     if delay_ms is not None:

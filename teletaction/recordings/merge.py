@@ -1,4 +1,4 @@
-"""One recording of a session out of those that its processes made, in order of time."""
+"""Merges the recordings of a session's processes into one, in order of time."""
 
 import heapq
 import logging
@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 Recorded = tuple[Schema | None, Channel, Message]
 ORIGIN = "recording"
-"""Entry of a channel's metadata: the recording that it came from, since a restarted process makes several."""
+"""Key of a channel's metadata that names its recording. A restarted process makes several recordings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,20 +29,20 @@ class _Recording:
     metadata: list[Metadata]
     attachments: list[Attachment]
     messages: Iterable[Recorded]
-    """In order of time; a whole file's messages are read as they are asked for."""
+    """Messages in order of time. Those of a whole file are read on demand."""
 
     def entries(self) -> Iterator[tuple[str, Schema | None, Channel, Message]]:
-        """Messages with the name of the recording."""
+        """Yield messages with the name of the recording."""
         for schema, channel, message in self.messages:
             yield self.name, schema, channel, message
 
 
 def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
-    """Merge MCAP files into one; returns how many messages each stream has.
+    """Merge MCAP files into one; return the number of messages of each stream.
 
-    All times are of one machine's monotonic clock, so they order the streams of all processes. Metadata and
-    attachments are named `RECORDING/NAME`, and each channel's metadata names its recording. A file without its end,
-    as a killed process leaves it, or a damaged one, gives what it has; damage is logged.
+    All times come from one machine's monotonic clock, so they order the streams of all processes. Metadata and
+    attachments are named `RECORDING/NAME`. Each channel's metadata names its recording. A truncated file, as a killed
+    process leaves it, or a damaged one contributes its readable part; damage is logged.
 
     Raises:
         OSError: a recording cannot be read or `out` cannot be written.

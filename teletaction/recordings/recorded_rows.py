@@ -1,4 +1,4 @@
-"""The fields of the recorded streams that reports are made of, and how each is read."""
+"""Decodes the recorded streams that reports use."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -25,7 +25,7 @@ _KINDS: dict[str, Fits] = {"number": real, "integer": whole, "string": text}
 
 
 def _fits(schema: Mapping[str, Any]) -> Fits:
-    """What a field of the truth's JSON schema allows."""
+    """Return the check of a field from its JSON schema in the truth log."""
     return five(_KINDS[schema["items"]["type"]]) if schema["type"] == "array" else _KINDS[schema["type"]]
 
 
@@ -34,13 +34,14 @@ _MAPS: dict[str, dict[str, Fits]] = {
     for stream, schema in (OPERATOR_STREAMS | REMOTE_STREAMS).items()
 }
 STREAMS = (*_ROWS, *_MAPS, "remote/touch")
+"""Names of all streams that `read` decodes."""
 
 
 def read(stream: str, payload: bytes) -> Any:
-    """A message of one of STREAMS: a touch packet, a row, or a map.
+    """Decode a message of one of STREAMS: a touch packet, a row or a map.
 
     Raises:
-        ValueError: it is something else.
+        ValueError: the payload is no message of this stream.
     """
     if stream == "remote/touch":
         return Touch.decode(payload)

@@ -1,4 +1,4 @@
-"""A whole recording opened for replay: its messages, and what each site was configured and calibrated with."""
+"""Opens a whole recording for replay: messages, configurations and calibrated tables of each site."""
 
 import tempfile
 from collections.abc import Iterator
@@ -14,16 +14,16 @@ Table = TypeVar("Table", bound=TableFile)
 
 
 class RecordedSession:
-    """One site's recording, or several merged; in a merged one, each has its own configuration and tables.
+    """One site's recording, or several merged; in a merged file, each has its own configuration and tables.
 
-    A recording is known by its origin: the name it had before merging, empty for a single one.
+    The origin identifies a recording: its name before merging, empty in a file that was not merged.
     """
 
     def __init__(self, path: Path, file: IO[bytes]):
         """Open `file`, found at `path`.
 
         Raises:
-            ValueError: it is no MCAP file, one without its end, or damaged.
+            ValueError: the file is no MCAP file, truncated or damaged.
         """
         self.path = path
         self.reader = RecordingReader(path, file)
@@ -31,12 +31,16 @@ class RecordedSession:
         self.counts = self.reader.counts
 
     def messages(self, streams: tuple[str, ...]) -> Iterator[tuple[str, str, int, bytes]]:
-        """Stream, origin, time in ns and payload of each message of `streams`, in order of time."""
+        """Yield stream, origin, time (ns) and payload of each message of `streams`, in order of time."""
         for _, channel, message in self.reader.messages(streams):
             yield channel.topic, channel.metadata.get(ORIGIN, ""), message.log_time, message.data
 
     def configuration(self, origin: str) -> dict[str, Any]:
-        """The configuration that a recording was made with; raises ValueError when it is not there or no TOML."""
+        """Return the configuration that a recording was made with.
+
+        Raises:
+            ValueError: the configuration is missing or no TOML.
+        """
         name = _named(origin, "session")
         text = self.reader.metadata.get(name, {}).get("configuration")
         if text is None:
@@ -47,7 +51,11 @@ class RecordedSession:
             raise ValueError(f"{self.path}: its configuration is {error}") from None
 
     def table(self, origin: str, name: str, kind: type[Table]) -> Table:
-        """A calibrated table that was in use; raises ValueError when it is not attached or cannot be used."""
+        """Return a calibrated table that the site used.
+
+        Raises:
+            ValueError: the table is not attached, cannot be read, or is not the one that the metadata names.
+        """
         attached = self.reader.attachments.get(_named(origin, f"{name}.json"))
         if attached is None:
             raise ValueError(f"{self.path}: the table {name}.json is not attached: recorded by an older version")

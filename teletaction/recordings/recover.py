@@ -1,4 +1,4 @@
-"""Makes a whole recording out of one that was cut or damaged: by a killed process, a full disk, or a bad disk."""
+"""Repairs a recording that a killed process, a full disk or a bad disk truncated or damaged."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ from common.recording.truncated_mcap import TruncatedMcap
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """What was restored.
+    """Result of a recovery.
 
     Attributes:
         out: the whole recording.
-        messages: how many of each stream.
-        seconds: from the first to the last message, s.
-        unreadable_bytes: in no record that could be read.
-        damaged_parts: records whose content or checksum is wrong, left out.
-        doubtful: the checksum of all data is wrong although no part is: metadata may be wrong.
+        messages: number of messages of each stream.
+        seconds: time from the first to the last message, s.
+        unreadable_bytes: bytes outside all readable records.
+        damaged_parts: records left out because their content or checksum is wrong.
+        doubtful: the checksum of all data is wrong although every part is right, so metadata may be wrong.
     """
 
     out: Path
@@ -36,10 +36,10 @@ class Recovered:
 
 
 def recover(path: Path, out: Path | None = None) -> Recovered | None:
-    """Write what can be read of a recording into a whole one beside it; None when the file is whole and sound.
+    """Write the readable part of a recording into a new file; return None if the recording is whole and undamaged.
 
     Args:
-        path: the recording; it is only read.
+        path: the recording, opened for reading only.
         out: file to create; by default `NAME-recovered.mcap` in the same folder.
 
     Raises:
@@ -64,7 +64,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
 
 
 def _is_whole(path: Path, file: IO[bytes]) -> bool:
-    """Whether everything in a recording can be read, and every checksum is right."""
+    """Return True if the whole recording can be read and every checksum is right."""
     try:
         for _ in RecordingReader(path, file).messages():
             pass
@@ -74,7 +74,10 @@ def _is_whole(path: Path, file: IO[bytes]) -> bool:
 
 
 def _rewrite(cut: TruncatedMcap, out: Path) -> tuple[Counter[str], float]:
-    """Copy the readable records; messages of each stream, and seconds from the first to the last."""
+    """Copy the readable records.
+
+    Returns the number of messages of each stream and the time from the first to the last, s.
+    """
     messages: Counter[str] = Counter()
     first_ns = last_ns = None
     schemas: dict[int, int] = {0: 0}

@@ -1,4 +1,4 @@
-"""`summary.json`: what reached the fingers, measured at the simulated devices."""
+"""Computes `summary.json`: a session's figures, measured at the simulated devices."""
 
 import math
 from collections import Counter
@@ -17,13 +17,16 @@ from teletaction.recordings.true_touches import SHORTEST_TOUCH_S, Touch, true_to
 
 MODES = tuple(mode.name.lower() for mode in ExplorationMode)
 PAPER_S = 8.0
-"""The paper's method answers 5 to 8 s after contact: its answer is taken at the latest then."""
+"""Time after contact up to which an answer of the paper's method counts, s. It answers after 5 to 8 s."""
 _FOLLOWS_S = 0.3
-"""A tap's vibration that begins later than this belongs to something else."""
+"""Largest delay from a contact to the vibration that belongs to it, s."""
 _NOISE_S = 0.020
-"""On soft ground the force creeps past 0.30 N, and the sensor's noise crosses it this much before the truth does."""
+"""Largest lead of a detected contact before the true one, s.
+
+On soft ground the force rises slowly through 0.30 N, and the sensor's noise crosses this threshold early.
+"""
 _GROOVE_EARLY_S, _GROOVE_LATE_S = 0.005, 0.035
-"""A played impulse belongs to the groove whose crossing its source time follows this closely."""
+"""Range of a played impulse's source time around the crossing of its groove: before and after it, s."""
 
 
 def summarise(
@@ -38,18 +41,18 @@ def summarise(
     seed: int,
     fingers: int,
 ) -> dict[str, Any]:
-    """Measure a session.
+    """Compute the summary of a session.
 
     Args:
         data: the merged recording.
         statuses: the last status of each process.
-        network: the last status of the simulated network; None where there was none.
-        usage: CPU share (of one core) and largest memory (MiB) of each process while the hand worked.
-        wall_s: how long the hand worked, s.
-        round_trips_s: of the bare ping, s.
-        scene: name of the scene, or file.
-        seed: of the simulation.
-        fingers: how many take part.
+        network: the last status of the simulated network; None without one.
+        usage: CPU share (of one core) and peak memory (MiB) of each process during the exploration.
+        wall_s: duration of the exploration, s.
+        round_trips_s: round trips of the bare ping, s.
+        scene: name or file of the scene.
+        seed: seed of the simulation.
+        fingers: number of fingers in use, 1..5.
     """
     used = [FINGERS.index(finger) for finger in chosen_fingers(fingers)]
     remote, operator = statuses["remote"], statuses["operator"]
@@ -93,12 +96,12 @@ def summarise(
 
 
 def proxy(status: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """What the simulated network carried, and what went wrong on it; None when there was none."""
+    """Return the counts and faults of the simulated network; None without one."""
     return None if status is None else {name: status[name] for name in ("streams", "faults")}
 
 
 def contacts(data: SessionData) -> list[dict[str, Any]]:
-    """Each touch that lasted at least SHORTEST_TOUCH_S, with what was true and what was answered."""
+    """List each touch of at least SHORTEST_TOUCH_S with the true and the identified values."""
     found = []
     for touch in _touches(data):
         if touch.end_s - touch.start_s < SHORTEST_TOUCH_S:
@@ -131,15 +134,15 @@ def contacts(data: SessionData) -> list[dict[str, Any]]:
 
 
 def modes(data: SessionData, used: Iterable[int]) -> dict[str, Any]:
-    """How often the identified mode was the true one, counted every 10 ms, all fingers together."""
+    """Compare the identified mode with the true one every 10 ms, over all fingers."""
     confusion = {true: Counter[str]() for true in MODES}
     if len(data.touch) and len(data.contact):
         newest = np.searchsorted(data.touch.time_s, data.contact.time_s, side="right") - 1
         known = newest >= 0
         for finger in used:
             true = data.contact["mode"][known, finger].astype(int)
-            told = data.touch["mode"][newest[known], finger].astype(int)
-            for (t, o), count in Counter(zip(true.tolist(), told.tolist(), strict=True)).items():
+            identified = data.touch["mode"][newest[known], finger].astype(int)
+            for (t, o), count in Counter(zip(true.tolist(), identified.tolist(), strict=True)).items():
                 confusion[MODES[t]][MODES[o]] += count
     total = sum(sum(row.values()) for row in confusion.values())
     agree = sum(confusion[mode][mode] for mode in MODES)
@@ -154,7 +157,7 @@ def modes(data: SessionData, used: Iterable[int]) -> dict[str, Any]:
 
 
 def impulses(data: SessionData) -> dict[str, Any]:
-    """Grooves crossed by the true fingertips against impulses shown to the operator, in all and by object."""
+    """Compare grooves that the true fingertips crossed with impulses displayed to the operator, also by object."""
     shown = [event for p in data.played if p["kind"] == EventKind.GROOVE and (event := _sent(data, p)) is not None]
     touches = _touches(data)
     by_object: dict[str, dict[str, int]] = {}
@@ -176,9 +179,9 @@ def impulses(data: SessionData) -> dict[str, Any]:
 
 
 def taps(data: SessionData) -> dict[str, int]:
-    """Contacts made by the true fingertips, and how many of them the operator felt as a tap.
+    """Count contacts of the true fingertips, and those that were displayed to the operator as a tap.
 
-    A finger that was away for less than BOUNCE_S has not made another one: its force has only dipped.
+    A contact within BOUNCE_S of the release does not count: the force has only dipped.
     """
     made, left_s = [], dict.fromkeys(range(len(FINGERS)), -math.inf)
     for event in data.truth_events:
@@ -196,7 +199,7 @@ def taps(data: SessionData) -> dict[str, int]:
 
 
 def still_vibration(data: SessionData, used: Iterable[int]) -> dict[str, float | None]:
-    """Fastest motor at a true fingertip that has been free, or resting, for MOTOR_STILL_S."""
+    """Return the largest motor speed, rpm, at fingertips truly free or resting for at least MOTOR_STILL_S."""
     fastest: dict[str, float | None] = {"free_max": None, "resting_max": None}
     if not len(data.contact) or not len(data.fingertips):
         return fastest
@@ -211,7 +214,7 @@ def still_vibration(data: SessionData, used: Iterable[int]) -> dict[str, float |
 
 
 def contact_to_motor_s(data: SessionData) -> list[float]:
-    """From 0.30 N at the true fingertip to the first motor command in its module, s."""
+    """Return the delays from 0.30 N at the true fingertip to the first motor command in its module, s."""
     delays = []
     for event in data.truth_events:
         if event["kind"] != "contact":
@@ -229,7 +232,10 @@ def contact_to_motor_s(data: SessionData) -> list[float]:
 
 
 def one_way_s(data: SessionData) -> list[float]:
-    """From a touch packet's source time to its rendering having left for the modules, s (one machine, one clock)."""
+    """Return the delays from a touch packet's source time to the sending of its rendering to the modules, s.
+
+    Both sites must run on one machine, with one clock.
+    """
     if not len(data.rendered) or not len(data.touch):
         return []
     sequence, written_s = data.rendered["sequence"], data.rendered["written_s"]
@@ -238,7 +244,7 @@ def one_way_s(data: SessionData) -> list[float]:
         sent.setdefault(number, []).append(time_s)
     delays = []
     for i in np.flatnonzero(np.diff(sequence, prepend=np.nan) > 0).tolist():
-        # A restarted site counts anew: the newest packet of that number before is the one that was consumed.
+        # A restarted site counts from the start again, so the newest earlier packet of this number was consumed.
         before = [time_s for time_s in sent.get(float(sequence[i]), []) if time_s <= written_s[i]]
         if before:
             delays.append(float(written_s[i]) - before[-1])
@@ -246,7 +252,10 @@ def one_way_s(data: SessionData) -> list[float]:
 
 
 def _sent(data: SessionData, played: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The event that was played: the newest of its number before, since a restarted site numbers anew."""
+    """Return the event that was played.
+
+    A restarted site counts from the start again, so the newest earlier event of this number was played.
+    """
     same = [e for e in data.sent_events if e["ident"] == played["ident"] and e["time_ns"] * 1e-9 <= played["time_s"]]
     return same[-1] if same else None
 
@@ -260,7 +269,10 @@ def _is(event: Mapping[str, Any], finger: int, kind: str) -> bool:
 
 
 def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], list[float]]:
-    """Which crossings were shown, and the impulses that belong to none; each is used once, in order of time."""
+    """Match crossings with played impulses in order of time, each at most once.
+
+    Returns for each crossing if it was played, and the times of the impulses without a crossing, s.
+    """
     left = list(played_s)
     matched = []
     for time_s in crossed_s:
@@ -272,7 +284,10 @@ def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], l
 
 
 def _object_under(touches: list[Touch], crossed: list[tuple[float, str]], finger: int, time_s: float) -> str:
-    """Name for an impulse without a groove: the grooved zone crossed last in this touch, else the touched object."""
+    """Name the place of an impulse without a groove.
+
+    It is the grooved zone crossed last in this touch, else the touched object.
+    """
     touch = next((t for t in touches if t.finger == finger and t.start_s <= time_s <= t.end_s + 0.1), None)
     if touch is None:
         return "nothing"
@@ -281,14 +296,14 @@ def _object_under(touches: list[Touch], crossed: list[tuple[float, str]], finger
 
 
 def _lasting(condition: "np.ndarray[Any, np.dtype[np.bool_]]", time_s: Floats, least_s: float) -> Any:
-    """Samples at which a condition has held for at least `least_s`."""
+    """Mark the samples at which a condition has held for at least `least_s`."""
     since = np.where(condition, np.nan, time_s)
     started = np.fmax.accumulate(np.concatenate(([time_s[0]], since[1:])))
     return condition & (time_s - started >= least_s)
 
 
 def _spread(seconds: list[float]) -> dict[str, float | int | None]:
-    """p50, p99 and maximum in ms, and the count."""
+    """Return p50, p99 and maximum in ms, and the count."""
     if not seconds:
         return {"p50": None, "p99": None, "max": None, "count": 0}
     ms = np.array(seconds) * 1e3

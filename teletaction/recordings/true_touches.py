@@ -1,11 +1,11 @@
-"""Which finger truly touched what, and how long: contacts of the simulated world paired with their releases."""
+"""Pairs the contacts of the simulated world with their releases."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 SHORTEST_TOUCH_S = 1.0
-"""A shorter touch is a tap: counted as such, and nobody asks it for a material."""
+"""Shortest touch that is judged by its material, s. A shorter one counts as a tap."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +21,12 @@ class Touch:
 
 
 def true_touches(events: Iterable[Mapping[str, Any]], end_s: float, zero_s: float = 0.0) -> list[Touch]:
-    """Each contact with its release, in order of time; one that never ended ends with the recording.
+    """Return the true touches in order of time. A contact without release ends with the recording.
 
     Args:
         events: truth events, in order of time.
-        end_s: end of the recording, s.
-        zero_s: subtracted from the events' times, s; `end_s` is counted from there.
+        end_s: end of the recording, s, on the clock that starts at `zero_s`.
+        zero_s: time subtracted from the events' times, s.
     """
     found: list[Touch] = []
     open_touches: dict[int, tuple[Mapping[str, Any], float]] = {}

@@ -1,4 +1,4 @@
-"""Identification and rendering again from a recording.
+"""Runs identification and rendering again on a recording.
 
-The commands use `replay`, the studies `replay_sites`.
+The commands use `replay`; the studies use `replay_sites`.
 """

@@ -1,4 +1,4 @@
-"""A recorded stroke as the operator would feel it: the remote site's identification, then the operator's vibration."""
+"""Renders a recorded stroke as vibration: the remote site's identification, then the operator site's vibration."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,16 +18,16 @@ from remote_site.texture.texture_law import ln_roughness
 from remote_site.traces.trace_files import read_stroke
 
 APPROACH_M_S = 0.05
-"""A stroke's file does not say how fast the finger came down: an ordinary touch."""
+"""Assumed approach speed of the finger, m/s: that of an ordinary touch. A stroke's file does not hold it."""
 
 
 def render_stroke(stroke: Path, table: SurfaceTable) -> Iterator[tuple[float, int, float]]:
-    """Rows of time_s, mode, motor_rpm every 5 ms.
+    """Yield rows of time_s, mode and motor_rpm every 5 ms.
 
-    A file without force counts as touching throughout, one without speed as stroked at the nominal speed.
+    A file without force counts as in contact throughout. A file without speed counts as a stroke at nominal speed.
 
     Raises:
-        ValueError: the file cannot be used; names file, line and column.
+        ValueError: the file cannot be used; the message names file, line and column.
     """
     return render_vibration(_samples(stroke, table))
 

@@ -1,4 +1,4 @@
-"""Is what was computed again the same, to the last bit, as what was recorded?"""
+"""Compares replayed packets and rows with the recorded ones, bit by bit."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -11,13 +11,13 @@ Fields = Mapping[str, object]
 
 @dataclass(slots=True)
 class Comparison:
-    """Counts the packets or rows compared, and remembers where they first differ.
+    """Counts the packets or rows compared and keeps their first difference.
 
     Attributes:
-        fields_of: names what stands in a packet or row, to say what differs.
-        compared: how many there were.
-        identical: how many of them are the same bytes.
-        first_difference: tick (from 0), time, field, and its recorded and replayed value.
+        fields_of: decodes a packet or row into named fields.
+        compared: number of packets or rows compared.
+        identical: number of those with the same bytes.
+        first_difference: tick (from 0), time (s), field, recorded and replayed value; None without a difference.
     """
 
     fields_of: Callable[[bytes], Fields]
@@ -26,7 +26,7 @@ class Comparison:
     first_difference: dict[str, object] | None = field(default=None)
 
     def add(self, tick: int, time_s: float, recorded: bytes, replayed: bytes) -> None:
-        """Compare one packet or row of a tick."""
+        """Compare one packet or row of a tick at `time_s` (s)."""
         self.compared += 1
         if recorded == replayed:
             self.identical += 1
@@ -36,7 +36,7 @@ class Comparison:
 
 
 def _difference(recorded: Fields, replayed: Fields) -> tuple[str, object, object]:
-    """Name and both values of the first field that differs, in bits: 0.0 and -0.0 do, two NaN do not."""
+    """Return name and both values of the first field that differs in bits: 0.0 and -0.0 differ, two NaN do not."""
     for name, was in recorded.items():
         now = replayed.get(name)
         if msgpack.packb(was) != msgpack.packb(now):
@@ -45,5 +45,5 @@ def _difference(recorded: Fields, replayed: Fields) -> tuple[str, object, object
 
 
 def _presentable(value: object) -> object:
-    """A value that JSON can hold."""
+    """Convert a value to one that JSON can hold."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value

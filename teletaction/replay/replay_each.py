@@ -1,4 +1,4 @@
-"""Several recordings replayed side by side, on all processors."""
+"""Replays several recordings in parallel."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,16 +11,16 @@ from teletaction.replay.replay import replay
 def replay_each(
     recordings: Sequence[Path], out: Path, processes: int, progress: Progress = unseen
 ) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Yield each recording with what its `replay.json` says, in their order.
+    """Yield each recording with the content of its `replay.json`, in the order given.
 
     Args:
-        recordings: one, or several whose names differ.
-        out: folder for the results; with several recordings each has a folder of its name in it.
-        processes: that share the recordings; the results do not depend on it.
-        progress: is given the share done.
+        recordings: one recording, or several with different names.
+        out: folder for the results; with several recordings, each gets a subfolder of its name.
+        processes: number of processes that share the recordings; the results do not depend on it.
+        progress: function that takes the share done, 0..1.
 
     Raises:
-        ValueError: two recordings have one name, or a recording cannot be replayed.
+        ValueError: two recordings have the same name, or a recording cannot be replayed.
         OSError: a recording cannot be read, or `out` cannot be written.
     """
     if len(recordings) == 1:

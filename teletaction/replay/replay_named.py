@@ -1,4 +1,4 @@
-"""Compare the material named in each touch with the one named when no solution waits for a late tick."""
+"""Compares the material named in each touch with the one named when no solution waits for a late tick."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -14,9 +14,9 @@ class NamedTouch:
     """One touch of one finger.
 
     Attributes:
-        began_s: when it was found to have begun, s.
-        material: named last; empty where none was.
-        named_s: when, s.
+        began_s: time of the detected contact, s.
+        material: material named last; empty if none was.
+        named_s: time at which it was named, s.
     """
 
     began_s: float
@@ -26,13 +26,16 @@ class NamedTouch:
 
 @dataclass(slots=True)
 class NamedTouches:
-    """The touches of a site's fingers; contact is found without the thermal sensor, so both replays have the same."""
+    """The touches of a site's fingers.
+
+    Contact detection does not use the thermal sensor, so both replays have the same touches.
+    """
 
     touches: dict[int, list[NamedTouch]] = field(default_factory=lambda: defaultdict(list))
-    """By the finger's number."""
+    """Touches by the finger's number."""
 
     def take(self, time_s: float, events: Iterable[Event]) -> None:
-        """Take what happened in one tick."""
+        """Take the events of one tick at `time_s` (s)."""
         for event in events:
             touches = self.touches[event.finger]
             if event.kind is EventKind.TAP:
@@ -41,7 +44,7 @@ class NamedTouches:
                 touches[-1].material, touches[-1].named_s = event.name, time_s
 
     def changed(self, whole: "NamedTouches") -> list[dict[str, object]]:
-        """The touches whose material, or the time at which it was named, is another in `whole`, in order of time."""
+        """Return the touches whose material or naming time differs in `whole`, in order of time."""
         found: list[tuple[float, dict[str, object]]] = []
         for finger, touches in self.touches.items():
             for touch, full in zip(touches, whole.touches[finger], strict=False):
