@@ -1,4 +1,4 @@
-"""The report of a session, its figures and pages.
+"""Writes the report of a session, with its figures and pages.
 
 The commands use `report` and `session_report`.
 """

@@ -1,4 +1,4 @@
-"""What a thermal calibration found, and how well its touches fit: a page of text and a figure."""
+"""Writes the report of a thermal calibration: results and quality of fit, as text and a figure."""
 
 from pathlib import Path
 
@@ -14,11 +14,11 @@ from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, ORANGE, PURPLE
 COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK)
 MARKERS = "osD^vPX"
 SMOOTHED = 12
-"""Residuals drawn together."""
+"""Number of successive residuals that one drawn point averages."""
 
 
 def calibration_text(fit: ThermalFit) -> str:
-    """Constants of the sensor, a line for each material, and warnings."""
+    """Return the sensor's constants, one line for each material, and warnings."""
     table = fit.table
     lines = [
         f"sensor {table.sensor_serial}, {table.made_on or 'no date'}",
@@ -40,7 +40,7 @@ def calibration_text(fit: ThermalFit) -> str:
 
 
 def calibration_figure(fit: ThermalFit) -> Figure:
-    """Where the materials lie in effusivity and contact, and what the model leaves of the readings."""
+    """Draw the materials by effusivity and contact conductance, and the residuals of the fit."""
     with rc_context(STYLE):
         figure = Figure(figsize=(9.6, 4.4), layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -84,7 +84,11 @@ def _draw_materials(axes: Axes, table: MaterialTable) -> None:
 
 
 def write_calibration_report(fit: ThermalFit, folder: Path) -> list[Path]:
-    """Write report.txt and fit.png to `folder`; raises OSError."""
+    """Write report.txt and fit.png to `folder`; return their paths.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     text, picture = folder / "report.txt", folder / "fit.png"
     text.write_text(calibration_text(fit) + "\n", "utf-8")

@@ -1,4 +1,4 @@
-"""How the identification of each touch converged: probability and object temperature since contact."""
+"""Draws how the identification of each touch converged: probability and object temperature since contact."""
 
 import math
 from collections import Counter
@@ -19,11 +19,11 @@ from teletaction.report.finger_panels import ANSWERING
 from teletaction.report.session_curves import SessionCurves, SharedTouch
 
 MOST_TOUCHES = 12
-"""Touches shown converging; the table has them all."""
+"""Largest number of touches in the figure. The table of contacts lists all touches."""
 
 
 def convergence_figure(session: SessionCurves) -> Figure | None:
-    """Probability and object temperature since contact, a pair of panels for each touched object."""
+    """Draw probability and object temperature since contact, two panels for each touched object; None without data."""
     shared = [
         touch
         for touch in session.shared_touches(session.fingers, SHORTEST_TOUCH_S)
@@ -56,7 +56,7 @@ def convergence_figure(session: SessionCurves) -> Figure | None:
 
 def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, lower: Axes) -> None:
     said: Counter[str] = Counter()
-    told_any = False
+    estimated = False
     seen = [t.object_c for t in shared.touches if np.isfinite(t.object_c)]
     longest_s = max(t.end_s - t.start_s for t in shared.touches)
     for touch in shared.touches:
@@ -72,17 +72,17 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
         mean, deviation = (_while_answering(answers, name) for name in ("object_c", "object_c_sd"))
         lower.fill_between(time_s, mean - deviation, mean + deviation, color=colour, alpha=0.12, linewidth=0)
         lower.plot(time_s, mean, **how)
-        told_c = mean[np.isfinite(mean)]
-        if len(told_c) > 2:
-            told_any = True
-            seen += np.percentile(told_c, (10, 90)).tolist()
+        known_c = mean[np.isfinite(mean)]
+        if len(known_c) > 2:
+            estimated = True
+            seen += np.percentile(known_c, (10, 90)).tolist()
         lower.plot([0, longest_s], [touch.object_c] * 2, color=BLACK, linewidth=2.4, zorder=1.5)
     true = ", ".join(dict.fromkeys(t.material for t in shared.touches))
-    told = ", ".join(f"{count} × {what}" for what, count in said.most_common())
+    answered = ", ".join(f"{count} × {what}" for what, count in said.most_common())
     title: dict[str, Any] = {"loc": "left", "fontsize": 9.0, "fontweight": "bold", "pad": 30}
     upper.set_title(_fitted(f"{shared.thing}, at {shared.start_s:.0f} s"), **title)
     upper.annotate(
-        f"{_fitted('true: ' + true)}\n{_fitted('told: ' + told)}",
+        f"{_fitted('true: ' + true)}\n{_fitted('told: ' + answered)}",
         (0, 1),
         xytext=(0, 4),
         fontsize=8.5,
@@ -93,7 +93,7 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
     upper.set_yticks([0, 0.5, 1])
     upper.tick_params(labelbottom=False)
     upper.set_xlim(0, max(longest_s, 1.0))
-    if not told_any:
+    if not estimated:
         lower.text(0.5, 0.75, "no temperature told", transform=lower.transAxes, ha="center", color="#5A5A5A")
     if seen:
         lower.set_ylim(min(seen) - 2.0, max(seen) + 2.0)
@@ -113,7 +113,7 @@ def _while_answering(answers: list[dict[str, Any]], name: str) -> Floats:
 
 
 def _fitted(text: str) -> str:
-    """As much of a line as fits above a narrow panel."""
+    """Shorten a line to the width of a narrow panel."""
     return shown_name(text, 34)
 
 

@@ -1,4 +1,4 @@
-"""An examination out of a recording: whose it was, what was felt where, what was found, and who did what."""
+"""Reads an examination from a recording: patient, map, findings, and the requests of the users."""
 
 import hashlib
 import json
@@ -44,26 +44,27 @@ _MAPS: dict[str, dict[str, Fits]] = {
     "console/act": {"at_s": number, "who": maybe(text), "verb": text, "ok": maybe(flag), "answer": maybe(text)},
 }
 STREAMS = ("operator/touch", "operator/clock", *_MAPS)
+"""Names of the recorded streams that an examination reads."""
 
 
 @dataclass(slots=True)
 class Examination:
-    """What a recording knows beside the signals; times in s of the operator site's clock.
+    """Content of a recording besides the signals; times in s of the operator site's clock.
 
     Attributes:
-        console: whether a console took part.
-        begun: the record of the examination's begin: pseudonym, wall_clock, who, sides; empty without one.
-        ended_s: when it ended; None where that is not recorded.
-        findings: as they were kept, by number.
-        acts: who asked for what, in order, by time, page and verb; with `ok` None one that was never answered.
-        alarms: the newest record of each.
-        felt: the map.
+        console: True if a console took part.
+        begun: record of the examination's start: pseudonym, wall_clock, who, sides; empty without one.
+        ended_s: time of its end, s; None if not recorded.
+        findings: last record of each finding, by number.
+        acts: requests of the users in order, by time, page and verb; `ok` is None for an unanswered request.
+        alarms: last record of each alarm.
+        felt: the tactile map.
         sequences: sequence number of each touch packet.
         clock: offset, uncertainty and round trip, s, 20 times a second.
-        figures: the operator site's figures, the newest; empty without any.
-        facts: what each recording says of itself: configuration, hashes, version.
-        tables: each calibrated table's kind, date, sensor and number of touches.
-        damaged: messages that could not be read.
+        figures: last figures of the operator site; empty without any.
+        facts: metadata of each recording: configuration, hashes, version.
+        tables: name, kind, date, sensor, number of touches and hash of each calibrated table.
+        damaged: number of unreadable messages, by stream.
     """
 
     console: bool = False
@@ -82,11 +83,11 @@ class Examination:
 
     @classmethod
     def read(cls, path: Path) -> "Examination":
-        """Read a merged recording; a message that cannot be read is counted and left out.
+        """Read a merged recording. Unreadable messages are counted and left out.
 
         Raises:
-            OSError: it cannot be read.
-            ValueError: it is no whole recording, or a checksum is wrong.
+            OSError: the file cannot be read.
+            ValueError: the file is no whole recording, or a checksum is wrong.
         """
         made = cls()
         with path.open("rb") as file:
@@ -103,10 +104,10 @@ class Examination:
         return made
 
     def take(self, stream: str, t_s: float, payload: bytes) -> None:
-        """Take one message.
+        """Take one message of a stream, recorded at `t_s` (s).
 
         Raises:
-            ValueError: it is not what the stream carries.
+            ValueError: the payload is no message of this stream.
         """
         if stream == "operator/touch":
             touch = Touch.decode(payload)
@@ -134,7 +135,7 @@ class Examination:
 
     def _take_session(self, entry: dict[str, Any]) -> None:
         if entry["what"] == "begin":
-            # Another examination begins with nothing felt and nothing found, as at the console.
+            # As at the console, a further examination starts with an empty map and no findings.
             if self.begun:
                 self.felt = TactileMap()
             self.begun, self.ended_s, self.findings = entry, None, {}
@@ -162,7 +163,7 @@ class Examination:
         )
 
     def configurations(self) -> dict[str, str]:
-        """The hash of each process's configuration."""
+        """Return the SHA-256 hash of each process's configuration, hexadecimal."""
         return {
             origin: hashlib.sha256(facts["configuration"].encode()).hexdigest()
             for origin, facts in self.facts.items()

@@ -1,4 +1,4 @@
-"""The parts of a report that tell of the examination: its opening page, the maps, and each finding."""
+"""Writes the report's pages on the examination: opening page, maps, and each finding."""
 
 import math
 from collections.abc import Mapping
@@ -17,8 +17,9 @@ from teletaction.report.report_words import shown, table
 from teletaction.report.session_curves import SessionCurves
 
 CUTOUT_M = 0.040
+"""Width of the map around a finding, m."""
 LONGEST_IN_TABLE = 160
-"""Letters of a note on the opening page."""
+"""Largest number of letters of a note on the opening page."""
 NO_CONSOLE = (
     "No console took part in this recording: it has no study number, no findings, and no audit trail. The map is made "
     "of what the operator site received."
@@ -32,7 +33,10 @@ _READING = (
 
 
 def opening(examination: Examination, seconds: float | None) -> str:
-    """Whose examination it was, the map with its findings, their table, and what was not felt."""
+    """Write the opening page: patient, map with findings, table of findings, areas not felt.
+
+    `seconds` is the duration to show if no start and end are recorded, s.
+    """
     begun, findings = examination.begun, list(examination.findings.values())
     facts = {
         "study number": shown(begun.get("pseudonym")),
@@ -44,9 +48,9 @@ def opening(examination: Examination, seconds: float | None) -> str:
     listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
     quantity = _first_quantity(examination)
     drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, (7.0, 4.9))
-    told = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
+    caption = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
     absent = "" if examination.console else f'<p class="fault">{NO_CONSOLE}</p>'
-    picture_html = figure("Map with findings", drawn, told) if drawn else "<p>Nothing was felt.</p>"
+    picture_html = figure("Map with findings", drawn, caption) if drawn else "<p>Nothing was felt.</p>"
     return section(
         "Examination",
         f"<dl>{listed}</dl>{absent}{picture_html}<h3>Findings</h3>{findings_table(examination)}"
@@ -56,7 +60,7 @@ def opening(examination: Examination, seconds: float | None) -> str:
 
 
 def findings_table(examination: Examination) -> str:
-    """One row a finding; those without a place are there too."""
+    """Write the table of findings, one row each, with or without a place."""
     rows = []
     for finding in examination.findings.values():
         place = [_mm(finding.get(name)) for name in ("x_m", "y_m")]
@@ -74,7 +78,7 @@ def findings_table(examination: Examination) -> str:
 
 
 def confidence(examination: Examination, finding: Mapping[str, Any]) -> int | None:
-    """How well the value that a finding is about was known in the end, 0..3; None where it is about no value."""
+    """Return the final confidence in the value of a finding, 0..3; None for a finding without a value."""
     here, quantity = place_of(examination, finding), QUANTITY.get(str(finding.get("kind")))
     if here is None or quantity is None:
         return None
@@ -83,13 +87,13 @@ def confidence(examination: Examination, finding: Mapping[str, Any]) -> int | No
 
 
 def place_of(examination: Examination, finding: Mapping[str, Any]) -> FeltPlace | None:
-    """What was felt at a finding by the end; None for one without a place."""
+    """Return all values felt at the place of a finding by the end; None without a place."""
     x_m, y_m = finding.get("x_m"), finding.get("y_m")
     return None if x_m is None or y_m is None else examination.felt.at(float(x_m), float(y_m))
 
 
 def not_felt(examination: Examination) -> str:
-    """What the maps do not show: quantities never felt, gaps between lines."""
+    """Write the table of what the maps lack: quantities never felt and gaps between lines."""
     rows = []
     for quantity in QUANTITIES:
         covered = covered_by(examination, quantity)
@@ -109,13 +113,13 @@ def not_felt(examination: Examination) -> str:
 
 
 def covered_by(examination: Examination, quantity: str) -> Coverage | None:
-    """How much of the surface was felt; None where nothing was."""
+    """Return the coverage of the surface for a quantity; None if it was never felt."""
     felt = picture(examination.felt, quantity)
     return None if felt is None else coverage(felt)
 
 
 def maps(examination: Examination) -> str:
-    """The four maps."""
+    """Write the section with the maps of all quantities."""
     findings = list(examination.findings.values())
     drawn = "".join(
         f"<div><h3>{quantity.capitalize()}</h3>"
@@ -127,7 +131,7 @@ def maps(examination: Examination) -> str:
 
 
 def finding_blocks(examination: Examination, session: SessionCurves) -> str:
-    """Half a page for each finding: its surroundings on the map, and the signals around its moment."""
+    """Write half a page for each finding: its surroundings on the map, and the signals around its time."""
     blocks = []
     for finding in examination.findings.values():
         number = shown(finding.get("id"))
@@ -139,9 +143,11 @@ def finding_blocks(examination: Examination, session: SessionCurves) -> str:
         else:
             cut_html = figure(f"Surroundings of finding {number}", cut, f"{quantity}, {1e3 * CUTOUT_M:.0f} mm wide")
         signals = signals_figure(session, finding)
-        told = f"{BEFORE_S:g} s before to {AFTER_S:g} s after the finding was marked; finger: {finding.get('finger')}"
+        caption = (
+            f"{BEFORE_S:g} s before to {AFTER_S:g} s after the finding was marked; finger: {finding.get('finger')}"
+        )
         signals_html = (
-            figure(f"Signals at finding {number}", signals, told) if signals else "<p>No signals recorded.</p>"
+            figure(f"Signals at finding {number}", signals, caption) if signals else "<p>No signals recorded.</p>"
         )
         blocks.append(
             f'<div class="finding"><h3>Finding {number}: {shown(finding.get("text"))}</h3>'
@@ -152,7 +158,7 @@ def finding_blocks(examination: Examination, session: SessionCurves) -> str:
 
 
 def _in_words(finding: Mapping[str, Any], here: FeltPlace | None) -> str:
-    """What it differs in, all that was felt there by the end, and the note."""
+    """Describe a finding: its difference from the surroundings, the values felt there by the end, and the note."""
     lines = [shown(finding["compare"])] if finding.get("compare") else []
     if here is not None:
         known = [
@@ -177,7 +183,7 @@ def _words(examination: Examination, quantity: str) -> str:
 
 
 def _first_quantity(examination: Examination) -> str | None:
-    """What most findings are about; else what most of the surface is known of."""
+    """Return the quantity of most findings; without findings, the quantity felt on the largest area."""
     about = [QUANTITY[kind] for f in examination.findings.values() if (kind := str(f.get("kind"))) in QUANTITY]
     felt = {quantity: covered_by(examination, quantity) for quantity in QUANTITIES[:3]}
     known = [quantity for quantity, covered in felt.items() if covered is not None]
@@ -191,7 +197,7 @@ def _known_here(here: FeltPlace | None) -> str | None:
 
 
 def _step(quantity: str, felt: Felt) -> int:
-    """Confidence in a value, by the rule of the maps."""
+    """Return the confidence in a value, 0..3, by the rule of the maps."""
     sd = felt.sd / felt.value if quantity in LOGARITHMIC else felt.sd
     return sum(sd <= share * CONFIDENT_SD[quantity] for share in (2.0, 1.0, 0.5))
 
@@ -207,7 +213,7 @@ def _duration(examination: Examination, seconds: float | None) -> str:
 
 
 def _wall_clock(text: Any) -> str | None:
-    """A date and time as people read it; as it stands where it is none."""
+    """Format a date and time for reading; return other text unchanged."""
     try:
         begun = datetime.fromisoformat(str(text))
     except ValueError:
@@ -216,7 +222,7 @@ def _wall_clock(text: Any) -> str | None:
 
 
 def _beginning(note: str) -> str:
-    """Of a long note as much as stands in a table; all of it stands with its finding."""
+    """Shorten a note for the table. The full note is printed with its finding."""
     return note if len(note) <= LONGEST_IN_TABLE else f"{note[:LONGEST_IN_TABLE]}… (all of it below)"
 
 

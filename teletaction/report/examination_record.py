@@ -1,4 +1,4 @@
-"""What a second reader needs to trust a report: devices, calibration, link, alarms, faults, who did what, versions."""
+"""Writes the technical annex of a report: devices, calibration, link, alarms, faults, audit trail, versions."""
 
 import json
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from teletaction.report.report_words import shown, table
 
 
 def record(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> str:
-    """All of it, and every number of the examination as JSON."""
+    """Write the annex, with every number of the examination as JSON."""
     zero_s = _zero_s(data, examination)
     parts = (
         section("Devices", _devices(examination)),
@@ -33,7 +33,7 @@ def record(examination: Examination, data: SessionData, summary: Mapping[str, An
 
 
 def numbers(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> dict[str, Any]:
-    """What the report shows as numbers, for a program to read."""
+    """Return the report's numbers for programs to read."""
     felt = examination.felt
     coverage = {quantity: covered_by(examination, quantity) for quantity in QUANTITIES}
     return {
@@ -73,17 +73,17 @@ def _place(here: Any) -> dict[str, Any]:
 
 
 def _devices(examination: Examination) -> str:
-    """What the operator site said last of each of its devices."""
+    """Write the operator site's last figures of each of its devices."""
     devices = examination.figures.get("devices")
     rows = []
-    for name, told in devices.items() if isinstance(devices, Mapping) else ():
-        if not isinstance(told, Mapping):
+    for name, status in devices.items() if isinstance(devices, Mapping) else ():
+        if not isinstance(status, Mapping):
             continue
-        counts = {word: told.get(word) for word in ("times_lost", "damaged", "missed", "unsent", "unknown")}
+        counts = {word: status.get(word) for word in ("times_lost", "damaged", "missed", "unsent", "unknown")}
         said = ", ".join(
             f"{word.replace('_', ' ')} {shown(count)}" for word, count in counts.items() if count is not None
         )
-        rows.append([shown(name), shown(told.get("serial")), said])
+        rows.append([shown(name), shown(status.get("serial")), said])
     return table(("device of the operator site", "serial number", "counted"), rows)
 
 
@@ -103,7 +103,7 @@ def _calibration(examination: Examination) -> str:
 
 
 def _link_numbers(examination: Examination, data: SessionData) -> dict[str, Any]:
-    """Delay, ms, with its error; packets that came of those that were sent."""
+    """Return delay and its uncertainty, ms, and the numbers of packets received and not received."""
     delays_ms = 1e3 * np.array(one_way_s(data))
     sequences = np.array(examination.sequences, dtype=np.float64)
     steps = np.diff(sequences)
@@ -123,9 +123,9 @@ def _link_numbers(examination: Examination, data: SessionData) -> dict[str, Any]
 
 
 def _link(examination: Examination, data: SessionData) -> str:
-    told = _link_numbers(examination, data)
-    delay = told["delay_ms"] or {}
-    spread = told["clock_uncertainty_ms"]
+    values = _link_numbers(examination, data)
+    delay = values["delay_ms"] or {}
+    spread = values["clock_uncertainty_ms"]
     rows = [
         [
             f"touch packet to command, {name} (ms)",
@@ -135,7 +135,7 @@ def _link(examination: Examination, data: SessionData) -> str:
         if key in delay
     ]
     rows += [
-        [name, shown(told[key])]
+        [name, shown(values[key])]
         for name, key in (
             ("round trip, median (ms)", "round_trip_ms"),
             ("touch packets taken", "touch_packets"),
@@ -205,8 +205,8 @@ def _versions(examination: Examination) -> str:
     )
 
 
-def _json(told: dict[str, Any]) -> str:
-    written = json.dumps(told, indent=1, ensure_ascii=False, default=str, allow_nan=True)
+def _json(values: dict[str, Any]) -> str:
+    written = json.dumps(values, indent=1, ensure_ascii=False, default=str, allow_nan=True)
     return f"<details><summary>As JSON</summary><pre>{escape(written)}</pre></details>"
 
 
@@ -222,7 +222,7 @@ def _short(details: Any) -> str | None:
 
 
 def _zero_s(data: SessionData, examination: Examination) -> float:
-    """When both sites engaged first; else the first packet, or the examination's begin."""
+    """Return the time at which both sites first engaged; else that of the first packet or the examination's start."""
     engaged = np.flatnonzero(data.rendered.values.get("engaged", np.empty(0)) > 0)
     if len(engaged):
         return float(data.rendered.time_s[engaged[0]])

@@ -1,6 +1,6 @@
-"""The figures of a session: each one a `Figure` of its own, or None where the recording has nothing for it.
+"""Draws the figures of a session, each as its own `Figure`, or None if the recording has no data for it.
 
-Only matplotlib's objects are used, never pyplot: nothing is left behind in the process.
+The code uses matplotlib's objects without pyplot, so that no figure stays in memory.
 """
 
 from collections.abc import Callable
@@ -46,7 +46,7 @@ _LABELS = (
 
 
 def session_figure(session: SessionCurves, finger: int) -> Figure:
-    """One finger over the whole session in seven panels, 16 x 10 inches."""
+    """Draw one finger over the whole session in seven panels, 16 x 10 inches."""
     figure = Figure(figsize=(16, 10))
     grid = {"left": 0.1, "right": 0.795, "top": 0.925, "bottom": 0.055, "hspace": 0.16}
     heights = (0.62, 1.0, 1.25, 1.25, 0.75, 1.05, 0.9)
@@ -87,7 +87,7 @@ def session_figure(session: SessionCurves, finger: int) -> Figure:
 
 
 def modes_figure(session: SessionCurves) -> Figure | None:
-    """True above identified mode of every finger."""
+    """Draw the true mode above the identified mode of every finger."""
     if _nothing_recorded(session, ("contact", "mode"), ("touch", "mode")):
         return None
     figure = Figure(figsize=(WIDTH_IN, 1.5 + 0.62 * len(session.fingers)))
@@ -101,14 +101,14 @@ def modes_figure(session: SessionCurves) -> Figure | None:
 
 
 def vibration_figure(session: SessionCurves) -> Figure | None:
-    """Motor speed at each module, a row a finger."""
+    """Draw the motor speed at each module, one row for each finger."""
     if _nothing_recorded(session, ("rendered", "motor_rpm"), ("fingertips", "motor_rpm")):
         return None
     return _rows(session, draw_vibration, "rpm")
 
 
 def temperature_figure(session: SessionCurves) -> Figure | None:
-    """Plate and skin temperatures, a row a finger."""
+    """Draw plate and skin temperatures, one row for each finger."""
     if _nothing_recorded(session, ("rendered", "plate_set_c"), ("fingertips", "plate_c"), ("skin", "felt_c")):
         return None
 
@@ -120,7 +120,7 @@ def temperature_figure(session: SessionCurves) -> Figure | None:
 
 
 def force_figure(session: SessionCurves) -> Figure | None:
-    """Forces, a row a finger, and beside them the largest of each against its limit."""
+    """Draw the forces, one row for each finger, and beside them each maximum against its limit."""
     if _nothing_recorded(session, ("fingertips", "force_n"), ("contact", "force_n"), ("touch", "contact_force_n")):
         return None
     figure = _rows(session, draw_force, "N", right_in=3.3)
@@ -153,7 +153,7 @@ def _rows(
     row_in: float = _ROW_IN,
     right_in: float = 0.15,
 ) -> Figure:
-    """One row a finger, one time axis, one legend."""
+    """Draw one row for each finger, with one time axis and one legend."""
     count = len(session.fingers)
     figure = Figure(figsize=(WIDTH_IN, 1.3 + (row_in + 0.12) * count))
     margins = Margins(figure, top_in=0.75, right_in=right_in, rows=count)
@@ -169,13 +169,13 @@ def _rows(
 
 
 def _end_time_axis(axes: Axes, session: SessionCurves) -> None:
-    """The session's time below the lowest panel."""
+    """Label the session's time below the lowest panel."""
     axes.set_xlim(*session.shown_s)
     axes.set_xlabel("time since both sites engaged (s)")
 
 
 def _nothing_recorded(session: SessionCurves, *fields: tuple[str, str]) -> bool:
-    """Whether none of these fields (series, name) has a value for a finger in use."""
+    """Return True if none of these fields (series, name) has a value for a finger in use."""
     return all(
         session.curve(getattr(session.data, series), name, finger) is None
         for series, name in fields

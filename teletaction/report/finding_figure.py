@@ -1,4 +1,4 @@
-"""The signals of one finger around the moment at which a finding was marked."""
+"""Draws the signals of one finger around the time at which a finding was marked."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,8 +12,9 @@ from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, 
 from teletaction.report.session_curves import Curve, SessionCurves
 
 BEFORE_S, AFTER_S = 8.0, 2.0
+"""Time shown before and after the mark, s."""
 NAMED_S = 0.8
-"""What is likeliest for no longer has no room for its name."""
+"""Shortest time for which a material must be the likeliest to be named in the figure, s."""
 _RPM_PER_HZ = 60.0
 _LINES = (
     ("force (N)", (("touch", "contact_force_n", "patient", BLACK), ("rendered", "force_n", "operator", BLUE))),
@@ -29,7 +30,7 @@ _LINES = (
 
 
 def signals_figure(session: SessionCurves, finding: Mapping[str, Any]) -> Figure | None:
-    """Force, vibration, temperatures and identification of the finding's finger; None where nothing is recorded."""
+    """Draw force, vibration, temperatures and identification of the finding's finger; None without recorded data."""
     name, at_s = finding.get("finger"), finding.get("at_s")
     if name not in FINGERS or not isinstance(at_s, int | float):
         return None
@@ -39,10 +40,10 @@ def signals_figure(session: SessionCurves, finding: Mapping[str, Any]) -> Figure
     drawn = 0
     for axes, (label, lines) in zip(panels[:-1], _LINES, strict=True):
         axes.set_ylabel(label, fontsize=8)
-        for series, field, told, colour in lines:
+        for series, field, text, colour in lines:
             curve = session.curve(getattr(session.data, series), field, finger)
             share = _RPM_PER_HZ if field == "motor_rpm" else 1.0
-            drawn += _draw(axes, curve, marked_s, share, label=told, color=colour)
+            drawn += _draw(axes, curve, marked_s, share, label=text, color=colour)
         label_once(axes, fontsize=7.5, loc="upper left", ncols=3)
     drawn += _draw_identification(panels[-1], session, finger, marked_s)
     for axes in panels:
@@ -54,7 +55,7 @@ def signals_figure(session: SessionCurves, finding: Mapping[str, Any]) -> Figure
 
 
 def _draw(axes: Axes, curve: Curve | None, marked_s: float, share: float, **how: Any) -> int:
-    """A line within the shown time; returns 1 where there was something to draw."""
+    """Draw a line within the shown time; return 1 if there is data, else 0."""
     if curve is None:
         return 0
     since_s = curve.time_s - marked_s
@@ -67,7 +68,10 @@ def _draw(axes: Axes, curve: Curve | None, marked_s: float, share: float, **how:
 
 
 def _draw_identification(axes: Axes, session: SessionCurves, finger: int, marked_s: float) -> int:
-    """Probability of the likeliest material, named where it stays."""
+    """Draw the probability of the likeliest material, named where it stays for NAMED_S.
+
+    Returns 1 if there is data, else 0.
+    """
     axes.set_ylabel("likeliest", fontsize=8)
     axes.set_ylim(-0.04, 1.3)
     axes.set_yticks([0.0, 0.5, 1.0])

@@ -1,6 +1,6 @@
-"""What one finger did and felt, one quantity a panel: drawn the same way in the report and in the picture.
+"""Draws the signals of one finger, one quantity in each panel, for the report and the one-finger figure.
 
-Truth from the simulated world is black or filled; what a site believes or commands is coloured.
+True values of the simulated world are black or filled; estimates and commands of a site are coloured.
 """
 
 from typing import Any
@@ -28,14 +28,15 @@ from teletaction.recordings.true_touches import SHORTEST_TOUCH_S
 from teletaction.report.session_curves import Curve, SessionCurves, spans
 
 _MOST_MATERIALS = 9
+"""Largest number of materials in the panel of materials."""
 _LINE_BINS = 1000
-"""Bins of a curve, each drawn by two points: about a pixel each."""
+"""Number of bins of a curve. Each bin is about a pixel wide and is drawn by two points."""
 ANSWERING = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS)
-"""An object temperature stands only with these."""
+"""Statuses in which an estimated object temperature is valid."""
 
 
 def draw_modes(axes: Axes, session: SessionCurves, fingers: tuple[int, ...], names: tuple[str, ...]) -> None:
-    """Two bands a finger: the true mode above the identified one."""
+    """Draw two bands for each finger: the true mode above the identified one."""
     ticks: list[tuple[float, str]] = []
     drawn = False
     for row, finger in enumerate(fingers):
@@ -58,7 +59,7 @@ def draw_modes(axes: Axes, session: SessionCurves, fingers: tuple[int, ...], nam
 
 
 def draw_objects(axes: Axes, session: SessionCurves, fingers: tuple[int, ...]) -> None:
-    """Names of the touched objects above a panel, in as many lines as they need, at most three."""
+    """Write the names of the touched objects above a panel, on up to three lines. Names without room are left out."""
     width_s = session.shown_s[1] - session.shown_s[0]
     inches = axes.get_position().width * axes.figure.get_figure(root=True).get_figwidth()
     letter_s = 0.078 * width_s / inches
@@ -85,7 +86,7 @@ def draw_objects(axes: Axes, session: SessionCurves, fingers: tuple[int, ...]) -
 
 
 def draw_vibration(axes: Axes, session: SessionCurves, finger: int) -> None:
-    """Speed of the module's motor, true and commanded, with the floor of perception."""
+    """Draw the motor speed, true and commanded, with the perception threshold."""
     data = session.data
     bands: tuple[tuple[Series, str, dict[str, Any]], ...] = (
         (data.rendered, "commanded by the operator site", {"color": "#F3C96B", "linewidth": 0.6}),
@@ -105,7 +106,7 @@ def draw_vibration(axes: Axes, session: SessionCurves, finger: int) -> None:
 
 
 def draw_temperature(axes: Axes, session: SessionCurves, finger: int) -> None:
-    """The plate, set and true, and the skin, modelled and true."""
+    """Draw plate temperature (set-point and true) and skin temperature (modelled and true)."""
     data = session.data
     lines = (
         (data.rendered, "plate_set_c", "plate set by the operator site", {"color": ORANGE, "linestyle": "--"}),
@@ -119,7 +120,7 @@ def draw_temperature(axes: Axes, session: SessionCurves, finger: int) -> None:
 
 
 def draw_comfort(axes: Axes) -> None:
-    """The comfort profile's edges, kept in sight."""
+    """Draw the limits of the comfort profile and extend the axis to show them."""
     for edge_c in (COMFORT.low_c, COMFORT.high_c):
         axes.axhline(edge_c, color=GREY, linestyle="--", linewidth=0.9, label="comfort range of the plate")
     low, high = axes.get_ylim()
@@ -127,7 +128,7 @@ def draw_comfort(axes: Axes) -> None:
 
 
 def draw_probability(axes: Axes, session: SessionCurves, finger: int) -> None:
-    """Probability of the likeliest material, dot by dot in the colour of the status."""
+    """Draw the probability of the likeliest material as dots in the colour of the status."""
     probability, status = session.thermal(finger, "probability"), session.thermal(finger, "status")
     axes.set_ylim(-0.04, 1.06)
     axes.set_yticks([0.0, 0.5, 1.0])
@@ -140,7 +141,7 @@ def draw_probability(axes: Axes, session: SessionCurves, finger: int) -> None:
 
 
 def draw_materials(axes: Axes, session: SessionCurves, finger: int) -> None:
-    """The likeliest material over time in the colour of the status; the true one as a black frame."""
+    """Draw the likeliest material over time in the colour of the status, and the true one as a black frame."""
     rows = [row for row in session.data.thermal.get(finger, []) if row.get("best") and row["status"] in STATUS_COLOURS]
     touches = [t for t in session.touches if t.finger == finger and t.end_s - t.start_s >= SHORTEST_TOUCH_S / 2]
     counted: dict[str, int] = {}
@@ -172,7 +173,7 @@ def draw_materials(axes: Axes, session: SessionCurves, finger: int) -> None:
 
 
 def draw_object_c(axes: Axes, session: SessionCurves, finger: int) -> None:
-    """The object's temperature as estimated, with its standard deviation, beside the true one."""
+    """Draw the estimated object temperature with its standard deviation, and the true one."""
     curves = [session.thermal(finger, name) for name in ("object_c", "object_c_sd", "exponential_object_c", "status")]
     estimate, deviation, paper, status = curves
     touches = [t for t in session.touches if t.finger == finger]
@@ -201,9 +202,9 @@ def draw_object_c(axes: Axes, session: SessionCurves, finger: int) -> None:
         axes.plot(estimate.time_s, value, color=GREEN, linewidth=1.6, label="estimated by the remote site")
         seen += np.percentile(value[np.isfinite(value)], (5, 95)).tolist() if np.isfinite(value).any() else []
         if paper is not None:
-            told = np.where(answered, paper.value, np.nan)
-            axes.plot(paper.time_s, told, ".", color=PLUM, markersize=2.5, label="by the paper's Eq. 11")
-            seen += np.percentile(told[np.isfinite(told)], (5, 95)).tolist() if np.isfinite(told).any() else []
+            paper_c = np.where(answered, paper.value, np.nan)
+            axes.plot(paper.time_s, paper_c, ".", color=PLUM, markersize=2.5, label="by the paper's Eq. 11")
+            seen += np.percentile(paper_c[np.isfinite(paper_c)], (5, 95)).tolist() if np.isfinite(paper_c).any() else []
     if seen:
         axes.set_ylim(min(seen) - 1.5, max(seen) + 1.5)
     else:
@@ -211,7 +212,7 @@ def draw_object_c(axes: Axes, session: SessionCurves, finger: int) -> None:
 
 
 def draw_force(axes: Axes, session: SessionCurves, finger: int) -> None:
-    """Force at the operator's finger and force on the patient."""
+    """Draw the force at the operator's finger and the force on the patient."""
     data = session.data
     lines = (
         (data.touch, "contact_force_n", "on the patient, measured", {"color": "#F3C96B", "linewidth": 3.0}),
@@ -225,7 +226,7 @@ def draw_force(axes: Axes, session: SessionCurves, finger: int) -> None:
 
 
 def _line(axes: Axes, curve: Curve | None, **how: Any) -> bool:
-    """Draw a curve, thinned; returns whether there was one."""
+    """Draw a curve, thinned; return False if there is none."""
     if curve is None:
         return False
     thin = curve.thinned(_LINE_BINS)

@@ -1,6 +1,6 @@
-"""Where a target lies on a map of what was felt, and what its value is: read as a person would read the picture.
+"""Finds targets on a tactile map as a reader of the picture would, and compares them with a simulated scene.
 
-Of a simulated scene it is known what is true: how far beside its place each target is found, and how wrong its value.
+The comparison gives the errors of each target's place and value.
 """
 
 import math
@@ -16,25 +16,27 @@ from operator_site.console.map.map_tiles import picture
 from operator_site.console.map.tactile_map import LOGARITHMIC, Felt, TactileMap
 
 STANDS_OUT = 0.5
-"""Cells that differ by this share of what the most different do belong to the target."""
+"""Share of the largest difference from the median above which a cell belongs to the target."""
 MOST_DIFFERENT = 0.99
+"""Quantile of the differences that counts as the largest one."""
 GAP_CELLS = 4
-"""Twice so many cells without a touch do not divide a target."""
+"""Cells by which a target is widened on each side. Gaps up to twice this width do not divide it."""
 CONFIDENT = 1
+"""Lowest confidence of the cells that are searched."""
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The middle of a target, m."""
+    """Centre of a target found on the map, m."""
 
     x_m: float
     y_m: float
 
 
 def find_highest(felt: TactileMap, quantity: str) -> Found | None:
-    """The one place where most of the quantity is felt more than around it; None where nothing was felt.
+    """Find the connected area with the largest total excess over the median; None if nothing was felt with confidence.
 
-    The middle of the cells that stand out, weighted by how much they do.
+    The place is the centre of the target's cells, weighted by their excess.
     """
     shown = picture(felt, quantity)
     if shown is None:
@@ -58,7 +60,7 @@ def find_highest(felt: TactileMap, quantity: str) -> Found | None:
 
 
 def value_near(felt: TactileMap, quantity: str, found: Found) -> Felt:
-    """What the samples within 3 mm of the one nearest to a target say together."""
+    """Return the combined value of the samples within 3 mm of the sample nearest to a target."""
     samples = [sample for tile in felt.layers[quantity].tiles.values() for sample in tile.samples.values()]
     nearest = min(samples, key=lambda sample: math.dist((found.x_m, found.y_m), (sample.x_m, sample.y_m)))
     here: Felt = getattr(felt.at(nearest.x_m, nearest.y_m), quantity)
@@ -66,7 +68,7 @@ def value_near(felt: TactileMap, quantity: str, found: Found) -> Felt:
 
 
 def found_targets(scene: Scene, felt: TactileMap) -> list[dict[str, Any]]:
-    """What the map shows of each target of a scene, and what is true."""
+    """List for each target of a scene its place and value on the map, and the true ones."""
     return [
         judged(thing, felt, find_highest(felt, thing.target) if _was_felt(thing, thing.target, felt) else None)
         for thing in scene.objects
@@ -75,12 +77,12 @@ def found_targets(scene: Scene, felt: TactileMap) -> list[dict[str, Any]]:
 
 
 def judged(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[str, Any]:
-    """A target beside what was found of it: its place, and the value of its quantity there.
+    """Compare a target with its place and value on the map.
 
     Args:
-        thing: the target.
+        thing: the target; its `target` must be set.
         felt: the map.
-        found: where it was found; None where it was not.
+        found: place found on the map; None if it was not found.
     """
     quantity = thing.target
     assert quantity is not None
@@ -88,7 +90,7 @@ def judged(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[st
     if found is None:
         return row
     here, around = value_near(felt, quantity, found), getattr(felt.around(found.x_m, found.y_m), quantity)
-    # Nobody has measured a simulated surface's roughness in the unit of the sensor.
+    # A simulated surface has no true roughness in the sensor's unit.
     true_value = {"temperature": thing.absolute_c, "stiffness": thing.stiffness}.get(quantity)
     return row | {
         "place_error_mm": 1e3 * math.dist((found.x_m, found.y_m), thing.middle_m),
@@ -104,6 +106,6 @@ def judged(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[st
 
 
 def _was_felt(thing: SceneObject, quantity: str, felt: TactileMap) -> bool:
-    """Whether a finger felt the quantity anywhere on a target: what was not explored cannot be found."""
+    """Return True if the quantity was felt anywhere on a target. Unexplored targets cannot be found."""
     radius_m = math.dist(thing.middle_m, (thing.x_m, thing.y_range_m[0]))
     return any(thing.covers(sample.x_m, sample.y_m) for sample in felt.layers[quantity].near(*thing.middle_m, radius_m))
