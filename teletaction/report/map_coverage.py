@@ -1,4 +1,4 @@
-"""How much of a surface was felt, and how far apart the lines were."""
+"""Computes the felt share of a surface and the largest distance between neighbouring lines."""
 
 from dataclasses import dataclass
 
@@ -9,14 +9,14 @@ from operator_site.console.map.map_layer import CELL_M, REACH_M
 from operator_site.console.map.map_tiles import MapPicture
 
 OUTLINE_M = 12e-3
-"""Gaps narrower than twice this are within what was explored."""
+"""Half the width of the widest gap that still belongs to the explored area, m."""
 LINES_M = 2.0 * REACH_M
-"""Lines farther apart than this leave a gap."""
+"""Largest distance of neighbouring lines without a gap between them, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """Areas in m2, and the largest distance of neighbouring lines in m; LINES_M stands for less than that too."""
+    """Coverage of a surface: areas in m2, and the largest distance of neighbouring lines in m, at least LINES_M."""
 
     felt_m2: float
     explored_m2: float
@@ -24,17 +24,17 @@ class Coverage:
 
     @property
     def share(self) -> float:
-        """Of the explored area that was felt."""
+        """Share of the explored area that was felt, 0..1."""
         return self.felt_m2 / self.explored_m2
 
     @property
     def gaps(self) -> bool:
-        """Whether lines are too far apart."""
+        """True if neighbouring lines are too far apart."""
         return self.lines_m > LINES_M + CELL_M
 
 
 def coverage(shown: MapPicture) -> Coverage:
-    """Of one quantity."""
+    """Compute the coverage of one quantity."""
     margin = round(OUTLINE_M / CELL_M)
     felt = np.pad(~np.isnan(shown.value), 2 * margin)
     disc = np.hypot(*np.ogrid[-margin : margin + 1, -margin : margin + 1]) <= margin

@@ -1,6 +1,6 @@
-"""The tactile map drawn: cells on the ground of what was not felt, a scale with confidence, findings as numbers.
+"""Draws the tactile map: cells on a hatched ground, a scale with confidence, findings as numbers.
 
-In grey print a temperature above or below the middle of its scale keeps its sign, and a material its letter.
+For greyscale prints, signs mark temperatures above and below the middle of the scale, and letters mark materials.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,11 +21,14 @@ Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]
 UNITS = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
 GROUND = "#" + colours.NOT_FELT
+"""Colour of the area that was not felt."""
 _SIGN_EVERY = 3
-"""Cells between two signs."""
+"""Distance between two signs, cells."""
 _SIGN_K = 1.0
+"""Smallest difference from the middle of the scale that gets a sign, K."""
 _STEEP_HATCH = "xxxx"
 _MARGIN_M = 4e-3
+"""Margin around the felt area, m."""
 
 
 def _rgb(colour: str) -> list[float]:
@@ -44,7 +47,7 @@ _MATERIALS = [
 
 
 def cell_colours(quantity: str, shown: MapPicture, legend: tuple[float, float]) -> Floats:
-    """Red, green, blue and opacity of each cell, 0..1, (rows, columns, 4): clear where nothing was felt."""
+    """Return red, green, blue and opacity of each cell, 0..1, (rows, columns, 4); opacity 0 where nothing was felt."""
     colour = np.zeros((*shown.value.shape, 4))
     known = ~np.isnan(shown.value)
     colour[known, 3] = 1.0
@@ -60,7 +63,7 @@ def cell_colours(quantity: str, shown: MapPicture, legend: tuple[float, float]) 
 
 
 def on_scale(quantity: str, value: Floats, legend: tuple[float, float]) -> Floats:
-    """Where values stand on a legend, 0..1; those beyond its ends at them."""
+    """Map values to positions on a scale, 0..1; values beyond its ends are clipped."""
     low, high = legend
     if quantity in LOGARITHMIC:
         value, low, high = np.log(value), float(np.log(low)), float(np.log(high))
@@ -69,7 +72,7 @@ def on_scale(quantity: str, value: Floats, legend: tuple[float, float]) -> Float
 
 
 def draw_cells(axes: Axes, quantity: str, shown: MapPicture, legend: tuple[float, float]) -> None:
-    """Cells in mm. Steep ground is hatched, what is known badly stippled; a cell without confidence is a dot alone."""
+    """Draw the cells in mm. Steep ground is hatched; low confidence is stippled; no confidence is a dot alone."""
     rows, columns = shown.value.shape
     left, near, cell = 1e3 * shown.left_m, 1e3 * shown.near_m, 1e3 * CELL_M
     extent = (left, left + cell * columns, near, near + cell * rows)
@@ -94,7 +97,7 @@ def draw_cells(axes: Axes, quantity: str, shown: MapPicture, legend: tuple[float
 
 
 def _draw_signs(axes: Axes, shown: MapPicture, middle_c: float) -> None:
-    """Plus and minus where it is clearly warmer or colder than the middle of the scale."""
+    """Draw plus and minus signs where the map is clearly warmer or colder than the middle of the scale."""
     part = slice(_SIGN_EVERY // 2, None, _SIGN_EVERY)
     value, sure = shown.value[part, part], shown.confidence[part, part] > 0
     for sign, marker in ((1.0, "+"), (-1.0, "_")):
@@ -105,7 +108,7 @@ def _draw_signs(axes: Axes, shown: MapPicture, middle_c: float) -> None:
 
 
 def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
-    """A scale beside the cells: values upwards, a column for each confidence."""
+    """Draw a scale beside the cells: values rise upwards; each column is a confidence."""
     scale = axes.inset_axes((1.03, 0.0, 0.085, 1.0))
     upwards = np.round(255 * np.linspace(0.0, 1.0, 256)).astype(int)
     strip = np.stack([_TABLES[quantity, step][upwards] for step in (1, 2, 3)], axis=1)
@@ -120,7 +123,7 @@ def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
 
 
 def scale_ticks(quantity: str, legend: tuple[float, float]) -> list[float]:
-    """Plain numbers along a scale."""
+    """Return round numbers for the ticks of a scale."""
     low, high = legend
     if quantity not in LOGARITHMIC:
         return [float(tick) for tick in np.arange(np.ceil(low), np.floor(high) + 0.5)]
@@ -129,7 +132,7 @@ def scale_ticks(quantity: str, legend: tuple[float, float]) -> list[float]:
 
 
 def draw_findings(axes: Axes, findings: Iterable[Mapping[str, Any]]) -> None:
-    """Each finding's number beside its place."""
+    """Draw each finding's number beside its place."""
     for finding in findings:
         if finding.get("x_m") is None or finding.get("y_m") is None:
             continue
@@ -152,7 +155,7 @@ def draw_findings(axes: Axes, findings: Iterable[Mapping[str, Any]]) -> None:
 def map_figure(
     felt: TactileMap, quantity: str, findings: Iterable[Mapping[str, Any]], size_in: tuple[float, float] = (4.6, 3.9)
 ) -> Figure | None:
-    """All that was felt of a quantity with the findings; None where nothing was."""
+    """Draw the whole map of a quantity with the findings; return None if it was never felt."""
     shown = picture(felt, quantity)
     if shown is None:
         return None
@@ -164,7 +167,10 @@ def map_figure(
 
 
 def cutout_figure(felt: TactileMap, quantity: str, finding: Mapping[str, Any], width_m: float) -> Figure | None:
-    """The surroundings of one finding; None where nothing of the quantity was felt, or the finding has no place."""
+    """Draw the map around one finding, `width_m` (m) wide.
+
+    Returns None if the quantity was never felt or the finding has no place.
+    """
     shown = picture(felt, quantity)
     if shown is None or finding.get("x_m") is None or finding.get("y_m") is None:
         return None
@@ -177,7 +183,7 @@ def cutout_figure(felt: TactileMap, quantity: str, finding: Mapping[str, Any], w
 
 
 def _one_map(size_in: tuple[float, float]) -> tuple[Figure, Axes]:
-    """A figure with room for a scale at the right."""
+    """Return a figure with room for a scale at the right."""
     figure = Figure(figsize=size_in)
     width_in, height_in = size_in
     room = {"left": 0.62 / width_in, "right": 1.0 - 1.15 / width_in}
@@ -186,7 +192,7 @@ def _one_map(size_in: tuple[float, float]) -> tuple[Figure, Axes]:
 
 
 def draw_map(axes: Axes, felt: TactileMap, quantity: str, shown: MapPicture) -> None:
-    """Cells with their scale, or with the materials' names."""
+    """Draw the cells with their scale or, for materials, with a legend of their names."""
     legend = (0.0, 1.0) if quantity == "material" else felt.legend(quantity)
     draw_cells(axes, quantity, shown, legend)
     if quantity != "material":
@@ -212,7 +218,7 @@ def _letter(place: int) -> str:
 
 
 def _bounds(felt: TactileMap) -> dict[str, tuple[float, float]]:
-    """The same edges for the maps of all quantities, mm."""
+    """Return axis limits that the maps of all quantities share, mm."""
     edges: list[Corners] = []
     for quantity in QUANTITIES:
         shown = picture(felt, quantity)

@@ -1,4 +1,4 @@
-"""The session as one HTML file that needs nothing else, and the picture of one finger."""
+"""Writes a session's report as one self-contained HTML file, and the figure of one finger."""
 
 from collections.abc import Callable, Mapping
 from html import escape
@@ -100,27 +100,27 @@ _NO_SUMMARY = (
 _ACTED = "<p>How long each limit of a gate acted on a finger since both sites engaged:</p>"
 _GROOVES = "<p>Impulses shown to the operator against grooves that the true fingertip crossed.</p>"
 _Around = tuple[str, str]
-"""Parts of the examination before and after those of the signals."""
+"""HTML of the examination before and after the parts on the signals."""
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def write_report(
     data: SessionData, summary: Mapping[str, Any], out: Path, examination: Examination | None = None
 ) -> None:
-    """Write the session as one HTML file: tables and figures, no network, no script.
+    """Write the session as one HTML file with tables and figures. It needs no network and no script.
 
     Args:
         data: the merged recording; streams may be empty.
-        summary: what `summary.json` holds; parts that are missing are said to be.
+        summary: content of `summary.json`; the report marks missing parts.
         out: file to write.
-        examination: what was felt and found, and who did what; without it the report is of the signals alone.
+        examination: map, findings and audit trail; None: the report covers the signals only.
 
     Raises:
         OSError: `out` cannot be written.
     """
     session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
     with mpl.rc_context(STYLE):
-        figures = "".join(section(title, figure(title, draw(session), told)) for title, draw, told in _FIGURES)
+        figures = "".join(section(title, figure(title, draw(session), caption)) for title, draw, caption in _FIGURES)
         before = after = ""
         if examination is not None:
             seconds = session.shown_s[1] if len(data.rendered) or len(data.touch) else None
@@ -130,10 +130,10 @@ def write_report(
 
 
 def write_figure(data: SessionData, out_png: Path, finger: str = "index") -> None:
-    """Write the picture of one finger over the session, 1600 x 1000 pixels.
+    """Write the figure of one finger over the session, 1600 x 1000 pixels.
 
     Raises:
-        ValueError: no such finger.
+        ValueError: the finger does not exist.
         OSError: `out_png` cannot be written.
     """
     if finger not in FINGERS:
@@ -173,7 +173,7 @@ def _page(
         section("Link", packets_table(summary.get("packets") or {})),
         section("Loops, CPU and memory", process_table(summary) + cores),
     )
-    if not summary:  # of a session with patients and no simulated world there never is one
+    if not summary:  # Only sessions with simulated devices have a summary.
         parts = figures, section("Limits", _ACTED + acted_table(session))
     title, (before, after) = _title(summary, examination), around
     return (
@@ -187,14 +187,14 @@ def _page(
 
 
 def _fingers(examination: Examination | None) -> int:
-    """How many fingers the operator site has modules for; all, where it does not say."""
+    """Return the number of fingers with a module at the operator site; all fingers if it is not recorded."""
     devices = None if examination is None else examination.figures.get("devices")
     modules = [name for name in devices if "tacttip" in str(name)] if isinstance(devices, Mapping) else []
     return min(len(modules), len(FINGERS)) or len(FINGERS)
 
 
 def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
-    """Whose examination it is, and the scene of a simulated one."""
+    """Return the page's title: the patient's pseudonym, and the scene of a simulated session."""
     pseudonym = None if examination is None else examination.begun.get("pseudonym")
     words = ["Session" if pseudonym is None else f"Examination {shown(pseudonym)}"]
     if summary.get("scene") is not None:
@@ -203,7 +203,7 @@ def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
 
 
 def _enough(summary: Mapping[str, Any]) -> str:
-    """Whether the machine was fast enough, before anything that depends on it."""
+    """Write if the machine was fast enough; this precedes all figures that depend on it."""
     words = machine_verdict(summary)
     return f"<p>{escape(words)}</p>" if words else ""
 
@@ -227,8 +227,8 @@ def _header(summary: Mapping[str, Any]) -> str:
 
 
 def _faults(faults: list[Any]) -> str:
-    told = [f"{f.get('site')}: {f.get('fault')}" if isinstance(f, Mapping) else str(f) for f in faults]
-    return f'<span class="fault">{escape("; ".join(told))}</span>' if told else NONE
+    texts = [f"{f.get('site')}: {f.get('fault')}" if isinstance(f, Mapping) else str(f) for f in faults]
+    return f'<span class="fault">{escape("; ".join(texts))}</span>' if texts else NONE
 
 
 def _percent(share: float | None) -> str:

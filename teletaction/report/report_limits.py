@@ -1,4 +1,4 @@
-"""The limits in the report: the extremes beside them, and how long each acted on which finger."""
+"""Writes the report's tables of limits: extreme values, and the time that each limit acted on each finger."""
 
 from collections.abc import Mapping, Sequence
 from enum import IntFlag
@@ -16,7 +16,7 @@ from teletaction.report.session_curves import SessionCurves, held_s
 
 
 def extremes_table(summary: Mapping[str, Any]) -> str:
-    """The largest and smallest values reached at the simulated devices, beside their limits."""
+    """Write the table of extreme values at the simulated devices with their limits."""
 
     def value(name: str, end: str) -> str:
         return shown((summary.get(name) or {}).get(end))
@@ -36,7 +36,7 @@ def extremes_table(summary: Mapping[str, Any]) -> str:
 
 
 def acted_table(session: SessionCurves) -> str:
-    """How long each limit of both gates acted on each finger, s, since both sites engaged."""
+    """Write the table of times that each limit of both gates acted on each finger, s, since both sites engaged."""
     rows: list[list[str]] = []
     for site, series, limits in (
         ("operator", session.data.rendered, OperatorLimit),

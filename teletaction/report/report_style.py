@@ -1,4 +1,4 @@
-"""How the report looks: its style sheet, which is all it needs beside its text and pictures."""
+"""Holds the style sheet of the report. The report embeds it and needs no other file."""
 
 CSS = """
 body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #1b1f24; background: #fff;

@@ -1,4 +1,4 @@
-"""A session cut into what a picture shows: curves of one finger, spans of one mode, touches of one object."""
+"""Extracts from a session what figures draw: curves of one finger, spans of one mode, touches of one object."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -11,18 +11,18 @@ from teletaction.recordings.session_data import Floats, Series, SessionData
 from teletaction.recordings.true_touches import Touch, true_touches
 
 _TOGETHER_S = 0.3
-"""Fingers that reach one object within this time touch it together."""
+"""Largest time after a shared touch at which a further touch of its object still joins it, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """One number over time: `time_s` since the session's start and `value`, both (n,); NaN where unknown."""
+    """One value over time: `time_s` since the session's start and `value`, both (n,); NaN where unknown."""
 
     time_s: Floats
     value: Floats
 
     def thinned(self, bins: int) -> "Curve":
-        """At most two points a bin, its lowest and its highest, so that no peak is lost."""
+        """Reduce to two points per bin, its minimum and maximum, so that no peak is lost."""
         count = len(self.time_s)
         if count <= 2 * bins:
             return self
@@ -33,31 +33,31 @@ class Curve:
 
 @dataclass(slots=True)
 class SharedTouch:
-    """Touches of one object by several fingers at a time."""
+    """Touches of one object by several fingers at once."""
 
     thing: str
     touches: list[Touch] = field(default_factory=list)
 
     @property
     def start_s(self) -> float:
-        """When the first finger came."""
+        """Time of the first contact, s."""
         return min(touch.start_s for touch in self.touches)
 
     @property
     def end_s(self) -> float:
-        """When the last finger left."""
+        """Time of the last release, s."""
         return max(touch.end_s for touch in self.touches)
 
 
 @dataclass(frozen=True, slots=True)
 class SessionCurves:
-    """A session's curves on its own clock, which starts when the operator site engages.
+    """A session's curves on a clock that starts when the operator site engages.
 
     Attributes:
         data: the recording.
         fingers: numbers of the fingers in use.
         zero_s: the recording's time at the session's start, s.
-        shown_s: first and last moment to show, s since the session's start.
+        shown_s: first and last time to show, s since the session's start.
         touches: true contacts of all fingers, in order of time.
     """
 
@@ -84,7 +84,7 @@ class SessionCurves:
         return cls(data, used, zero_s, shown_s, tuple(true_touches(data.truth_events, shown_s[1], zero_s)))
 
     def curve(self, series: Series, name: str, finger: int) -> Curve | None:
-        """One finger's values of one field; None when nothing was recorded."""
+        """Return one finger's values of one field; None if nothing was recorded."""
         values = series.values.get(name)
         if values is None or not len(values) or values.ndim != 2:
             return None
@@ -94,7 +94,7 @@ class SessionCurves:
         return None if np.isnan(value).all() else Curve(time_s[shown], value)
 
     def thermal(self, finger: int, name: str) -> Curve | None:
-        """One number of the thermal answers of a finger; None when it was never known."""
+        """Return one value of a finger's thermal identification over time; None if it was never known."""
         rows = self.data.thermal.get(finger, [])
         value = np.array([_number(row.get(name)) for row in rows], dtype=np.float64)
         if not np.isfinite(value).any():
@@ -102,7 +102,7 @@ class SessionCurves:
         return Curve(np.array([row["time_s"] for row in rows]) - self.zero_s, value)
 
     def answers(self, touch: Touch) -> list[dict[str, Any]]:
-        """The thermal answers during a touch, their `time_s` counted from the contact."""
+        """Return the results of the thermal identification during a touch, with `time_s` since contact."""
         begin_s = touch.start_s + self.zero_s
         return [
             {**row, "time_s": row["time_s"] - begin_s}
@@ -111,7 +111,7 @@ class SessionCurves:
         ]
 
     def shared_touches(self, fingers: Iterable[int], least_s: float = 0.0) -> list[SharedTouch]:
-        """Touches of these fingers that lasted at least `least_s`, put together by object and time."""
+        """Group touches of these fingers of at least `least_s` (s) by object and time."""
         wanted = set(fingers)
         found: list[SharedTouch] = []
         for touch in self.touches:
@@ -127,7 +127,7 @@ class SessionCurves:
 
 
 def spans(curve: Curve) -> list[tuple[float, float, int]]:
-    """Where a whole number stays the same: (start s, end s, number); unknown stretches are left out."""
+    """Return the spans of a constant integer: (start s, end s, number). Unknown spans are left out."""
     if not len(curve.time_s):
         return []
     number = np.where(np.isnan(curve.value), -1, curve.value).astype(int)
@@ -138,7 +138,10 @@ def spans(curve: Curve) -> list[tuple[float, float, int]]:
 
 
 def held_s(time_s: Floats) -> Floats:
-    """How long each sample stood until the next, s; pauses in a recording count as one sample."""
+    """Return the time from each sample to the next, s, limited to five times the median.
+
+    The limit bounds the effect of pauses in a recording. The last sample gets 0.
+    """
     if len(time_s) < 2:
         return np.zeros(len(time_s))
     gaps = np.diff(time_s)

@@ -1,4 +1,4 @@
-"""The report of a session made anew from its recording."""
+"""Writes the report of a session from its recording."""
 
 import json
 from collections.abc import Sequence
@@ -13,14 +13,14 @@ from teletaction.report.report import write_report
 
 
 def report(recordings: Sequence[Path], out: Path) -> None:
-    """Write it; `summary.json` beside the first recording gives the figures that are of the processes.
+    """Write the report. A `summary.json` beside the first recording supplies the figures of the processes.
 
     Args:
-        recordings: a merged one, or those of a session's processes, which may still be running.
-        out: HTML file.
+        recordings: one merged recording, or those of a session's processes, which may still be running.
+        out: HTML file to write.
 
     Raises:
-        ValueError: it is no whole recording, it is damaged, or the summary beside it is no JSON object.
+        ValueError: a recording is truncated or damaged, or the summary is no JSON object.
         OSError: a file cannot be read or written.
     """
     summary = _summary(recordings[0].with_name("summary.json"))

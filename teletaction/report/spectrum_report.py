@@ -1,4 +1,4 @@
-"""What a calibration from slow strokes found, and how well it tells strokes that were left out: a page of text."""
+"""Writes the report of a calibration from slow strokes: results and cross-validation, as text."""
 
 from pathlib import Path
 
@@ -6,10 +6,14 @@ from remote_site.texture.calibration.spectrum_calibration import SpectrumFit
 from teletaction.plotting.figure_style import shown_name
 
 ALONG = {"m": "mm", "s": "s", "stroke": "strokes"}
+"""Printed unit of wavelength for each axis of a model."""
 
 
 def spectrum_text(fit: SpectrumFit) -> str:
-    """Surfaces, wavelengths, and what became of the strokes left out: rows are surfaces, columns answers."""
+    """Return wavelength bands, misfits and the confusion table of the strokes left out.
+
+    Rows are true surfaces, columns identified ones.
+    """
     table = fit.table
     lines = [f"sensor {table.sensor_serial}, {table.made_on or 'no date'}; {table.signals} signals"]
     for model in table.models:
@@ -20,27 +24,33 @@ def spectrum_text(fit: SpectrumFit) -> str:
         )
     if not fit.left_out:
         return "\n".join(
-            [*lines, "warning: no stroke could be left out: how well these surfaces are told is not known"]
+            [*lines, "warning: no stroke could be left out: the recognition rate of these surfaces is not known"]
         )
     right = sum(label == said for label, said in fit.left_out)
     what = "all strokes of its load (or itself, of a surface with one load)" if fit.by_load else "itself"
     lines += [
         "",
-        f"each stroke told by a table made without {what}: {right} of {len(fit.left_out)} right",
+        f"each stroke identified by a table made without {what}: {right} of {len(fit.left_out)} right",
         f"{'is':<16}" + "".join(f"{shown_name(name, 11):>12}" for name in table.surfaces),
     ]
     for label in table.surfaces:
         said = [answer for truth, answer in fit.left_out if truth == label]
         lines.append(f"{shown_name(label, 15):<16}" + "".join(f"{said.count(name):>12}" for name in table.surfaces))
     if not fit.by_load:
-        lines.append("warning: no surface has two loads: what another pressure does is not known")
+        lines.append("warning: no surface has two loads: the effect of another pressure is not known")
     if len(table.models) < 2:
-        lines.append("speeds are not known: all strokes are taken to go the same way (labels.csv: speed_mm_s)")
+        lines.append(
+            "speeds are not known: all strokes are assumed to be made in the same way (labels.csv: speed_mm_s)"
+        )
     return "\n".join(lines)
 
 
 def write_spectrum_report(fit: SpectrumFit, folder: Path) -> Path:
-    """Write report.txt to `folder`; raises OSError."""
+    """Write report.txt to `folder`; return its path.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "report.txt"
     path.write_text(spectrum_text(fit) + "\n", "utf-8")

@@ -1,4 +1,4 @@
-"""What a texture calibration found, and how well its surfaces are told apart: a page of text."""
+"""Writes the report of a texture calibration: results and recognition rates, as text."""
 
 from math import exp
 from pathlib import Path
@@ -7,7 +7,7 @@ from remote_site.texture.calibration.texture_calibration import TextureFit
 
 
 def texture_text(fit: TextureFit) -> str:
-    """The sensor's law, a line for each surface, who was taken for whom, and warnings."""
+    """Return the sensor's law, one line for each surface with its confusions, and warnings."""
     table, law = fit.table, fit.table.law
     usual = " (usual, not fitted)"
     lines = [
@@ -33,7 +33,11 @@ def texture_text(fit: TextureFit) -> str:
 
 
 def write_texture_report(fit: TextureFit, folder: Path) -> Path:
-    """Write report.txt into `folder`, which is made when it is not there; raises OSError when it cannot."""
+    """Write report.txt into `folder`, creating it if needed; return its path.
+
+    Raises:
+        OSError: the folder or the file cannot be written.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "report.txt"
     path.write_text(texture_text(fit) + "\n", "utf-8")
