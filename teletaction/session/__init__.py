@@ -1,4 +1,4 @@
-"""A session on this machine: files, processes, rates, and its end.
+"""Runs a session on this machine: files, processes, rates, summary and report.
 
 The commands use `demo` and `conclude`.
 """

@@ -1,4 +1,4 @@
-"""From what the processes of a session left behind to its recording, summary and report."""
+"""Makes recording, summary and report of a session from the files of its processes."""
 
 import json
 import re
@@ -16,7 +16,7 @@ from teletaction.report.report import write_report
 from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
 
 Usage = Mapping[str, tuple[float, float]]
-"""CPU share of one core and largest memory, MiB, by process."""
+"""CPU share of one core and peak memory (MiB) of each process."""
 
 
 def conclude(
@@ -32,11 +32,11 @@ def conclude(
     Args:
         folder: holds `PROCESS.mcap` and `PROCESS.json` (status) of all processes, `PROCESS-1.mcap` and so on
             where a process was restarted, and `network.json` where there was a simulated network.
-        out: where the results go; made when it does not exist.
-        options: scene, seed and fingers of the session, as they stand in the summary.
-        usage: as measured from outside; without, what the processes say of themselves.
-        wall_s: how long the hand worked; without, what the hand says of itself.
-        round_trips_s: of a bare ping that ran beside the session, s.
+        out: folder for the results, created if it does not exist.
+        options: scene, seed and fingers of the session, which the summary repeats.
+        usage: as measured by the launcher; None: the figures in the status files.
+        wall_s: duration of the exploration, s; None: the figure in the status file of sim-operator.
+        round_trips_s: round trips of a bare ping that ran beside the session, s.
 
     Raises:
         ValueError: the scene is unknown, or a recording or a status is missing or cannot be read.
@@ -75,10 +75,10 @@ def conclude(
 
 
 def recordings_of(folder: Path, process: str) -> list[Path]:
-    """All recordings of one process, `PROCESS.mcap` and those set aside before a restart.
+    """Return all recordings of one process: `PROCESS.mcap` and those set aside before a restart.
 
     Raises:
-        ValueError: there is none.
+        ValueError: the process has no recording.
     """
     name = re.compile(rf"{re.escape(process)}(-\d+)?\.mcap")
     found = sorted(path for path in folder.glob("*.mcap") if name.fullmatch(path.name))

@@ -1,4 +1,4 @@
-"""A whole telediagnosis session on this machine: its processes, a scripted hand, and what came of it."""
+"""Runs a whole telediagnosis session on this machine with simulated devices and a scripted hand."""
 
 import json
 import socket
@@ -19,16 +19,18 @@ from teletaction.session.processes import KILLED_S, SessionProcesses
 from teletaction.session.restarts import Restarts
 
 _START_S = 30.0
-"""The hand must have started working by then."""
+"""Time within which the hand must start to explore in a session without a console, s."""
 _PING_S = 0.05
+"""Interval of the bare pings and of the checks of the processes, s."""
 _PRODUCED = ("summary.json", "session.mcap", "report.html")
+"""Files that a session writes after its end."""
 
 
 def run_demo(options: DemoOptions) -> str:
-    """Run a session and leave its output folder; returns what failed, empty when nothing did.
+    """Run a session and write its output folder; return a description of the failure, empty on success.
 
     Raises:
-        ValueError: bad options: unknown scene, no calibration for it, an output folder with other things in it.
+        ValueError: unknown scene, no calibration for it, or an output folder with other files in it.
     """
     load_scene(options.scene)
     if options.console and find_spec("starlette") is None:
@@ -58,13 +60,13 @@ def _conclude(
     wall_s: float,
     killed: list[str],
 ) -> str:
-    # Plots and statistics are loaded only now: while the session ran they would have cost it memory and time.
+    # Late imports: plots and statistics would cost memory and time during the session.
     from teletaction.recordings.machine_verdict import machine_verdict  # noqa: PLC0415
     from teletaction.session.conclude import conclude  # noqa: PLC0415
 
     summary = conclude(out, out, options, usage, wall_s, ping.round_trips_s)
     incomplete = [f"{fault['site']}: {fault['fault']}" for fault in summary["faults"] if fault["what"] == "recording"]
-    if not incomplete:  # else what each process wrote is kept
+    if not incomplete:  # A damaged session keeps the recording of each process.
         for process in PROCESSES:
             (out / f"{process}.mcap").unlink()
         for part in out.glob(f"{CONSOLE}*.mcap"):
@@ -79,8 +81,12 @@ def _conclude(
 def _watch(
     processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing
 ) -> tuple[str, dict[str, tuple[float, float]], float | None]:
-    """Wait for the session's end; what failed, each process's CPU share and memory, and how long the hand worked."""
-    told, restarts = False, Restarts()
+    """Wait for the session's end.
+
+    Returns a description of the failure (empty without one), CPU share and peak memory (MiB) of each process, and the
+    duration of the exploration, s (None if it did not end regularly).
+    """
+    announced, restarts = False, Restarts()
     started_s: float | None = None
     begin_s = time.monotonic()
     first: dict[str, tuple[float, float]] = {}
@@ -89,13 +95,13 @@ def _watch(
         ping.once()
         now_s = time.monotonic()
         ended = processes.ended()
-        if told and CONSOLE in ended:
+        if announced and CONSOLE in ended:
             _restart_console(processes, restarts, ended.pop(CONSOLE), now_s)
         if ended:
             name = next(iter(ended))
             return f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}", {}, None
-        if options.console and not told:
-            told = _tell_address(processes.out)
+        if options.console and not announced:
+            announced = _announce_address(processes.out)
         hand = _status(processes.out / "sim-operator.json")
         if started_s is None:
             if hand.get("script_s"):
@@ -119,7 +125,7 @@ def _watch(
 
 
 def _restart_console(processes: SessionProcesses, restarts: Restarts, code: int, now_s: float) -> None:
-    """Start a console that has ended again, after a pause: it finds its session, and never ends it."""
+    """Restart a console that has ended, after a pause. The end of a console never ends its session."""
     count = restarts.count
     pause_s = restarts.ended(now_s)
     if pause_s is None:
@@ -132,8 +138,8 @@ def _restart_console(processes: SessionProcesses, restarts: Restarts, code: int,
         _say(f"the console ended with exit code {code}: {processes.last_words(CONSOLE)}; it is started again")
 
 
-def _tell_address(out: Path) -> bool:
-    """Say where the console is, once it is there."""
+def _announce_address(out: Path) -> bool:
+    """Print the console's address once it is known; return True then."""
     address = _status(out / f"{CONSOLE}.json").get("address")
     if address:
         _say(f"console at {address}: open it in a browser, begin a session there and engage; Ctrl-C ends it")
@@ -141,7 +147,7 @@ def _tell_address(out: Path) -> bool:
 
 
 def _start_timetable(out: Path) -> None:
-    """Let the faults and phases of the network begin with the hand's work."""
+    """Start the timetable of the network's faults and phases together with the exploration."""
     port = load_config(out / "config" / f"{NETWORK}.toml", SimNetworkConfig).fault_port
     assert port is not None
     with socket.create_connection((HOST, port), timeout=5.0) as network:
@@ -172,7 +178,7 @@ def _waiting_for(out: Path) -> str:
 
 
 def _refusals(refused: object) -> str:
-    """Why packets of the link were refused, such as `refused touch (age 512)`: over a slow network they all are."""
+    """Describe refused packets of the link, such as `refused touch (age 512)` over a slow network."""
     streams = refused.items() if isinstance(refused, dict) else ()
     found = [
         f"refused {stream} ({', '.join(f'{why} {count}' for why, count in reasons.items())})"

@@ -1,4 +1,4 @@
-"""The files of one session on this machine: keys, resolved configurations, free ports."""
+"""Prepares the files of one session on this machine: keys, resolved configurations, free ports."""
 
 import os
 import socket
@@ -32,38 +32,40 @@ from teletaction.session.session_rates import DEFAULT, Rates
 
 HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
+"""Names of the processes of every session."""
 CONSOLE = "console"
-"""One more where a person runs the session, in a browser."""
+"""Name of the further process of a session that a person runs in a browser."""
 NETWORK = "network"
-"""One more process where there is a network between the sites."""
+"""Name of the further process of a session with a simulated network between the sites."""
 WATCHED_S = 3.0
-"""With a console a session pauses when nobody has seen its page for so long."""
+"""Time without a visible console page after which a session with a console pauses, s."""
 TABLES = Path(str(resources.files("remote_site"))) / "tables"
+"""Folder of the shipped calibration tables."""
 SURFACES = TABLES / "surfaces.json"
-"""Surfaces calibrated on simulated strokes, as shipped."""
+"""Shipped surface table, calibrated on simulated strokes."""
 
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
-    """What a session on this machine shall be; without `seconds` it runs until it is stopped."""
+    """Options of a session on this machine. If `seconds` is None, it runs until it is stopped."""
 
     seconds: float | None = 60.0
     scene: str = "materials"
     seed: int = 0
     fingers: int = 5
     network: str | None = None
-    """Name or file of the network between the sites; they are connected directly without."""
+    """Name or file of the network between the sites; None: they are connected directly."""
     out: Path | None = None
     console: bool = False
-    """Whether a person runs it at the console; it engages by itself without."""
+    """True if a person runs the session at the console; otherwise it engages by itself."""
     rates: Rates = DEFAULT
 
 
 def calibrated_tables(scene: str) -> tuple[Path, Path]:
-    """Material and surface tables shipped for a scene.
+    """Return the material and surface tables shipped for a scene.
 
     Raises:
-        ValueError: none was calibrated for this scene's materials.
+        ValueError: no table was calibrated for this scene's materials.
     """
     loaded = load_scene(scene)
     blocks = "_blocks" if loaded.pieces == "calibrated" else ""
@@ -74,13 +76,13 @@ def calibrated_tables(scene: str) -> tuple[Path, Path]:
 
 
 def free_port_block(count: int) -> int:
-    """First of `count` consecutive free ports, below those that outgoing connections are given.
+    """Return the first of `count` consecutive free ports, below the range of outgoing connections.
 
     Raises:
-        OSError: none was found.
+        OSError: no such block was found.
     """
     firsts = range(20_000, 32_000, count)
-    # Sessions that are prepared at the same moment must not all find the same block free.
+    # The start depends on the process, so that sessions prepared at the same time take different blocks.
     turn = os.getpid() % len(firsts)
     for number in range(len(firsts)):
         first = firsts[(turn + number) % len(firsts)]
@@ -95,7 +97,13 @@ def free_port_block(count: int) -> int:
 
 
 def _network(name_or_path: str, base_port: int, **settings: object) -> SimNetworkConfig:
-    """Raises ValueError when the network is unknown or its file is bad: now, not when its process starts."""
+    """Return the configuration of the network.
+
+    The network is loaded here so that a mistake is found before its process starts.
+
+    Raises:
+        ValueError: the network is unknown or its file is invalid.
+    """
     load_network(name_or_path)
     network = str(Path(name_or_path).resolve()) if is_file(name_or_path) else name_or_path
     fields = {"network": network, "bind": HOST, "base_port": base_port, "to_host": HOST, "wait_for_start": True}
@@ -106,9 +114,9 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     """Write keys and configurations of a session into `out`; return each process's configuration file.
 
     Raises:
-        ValueError: bad number of fingers, no calibration for the scene, unknown network or bad file of one.
+        ValueError: invalid number of fingers, no calibration for the scene, unknown network or invalid network file.
     """
-    out = out.resolve()  # a configuration's paths would else count from its own folder
+    out = out.resolve()  # Relative paths would count from the configuration's folder.
     fingers = chosen_fingers(options.fingers)
     materials, surfaces = calibrated_tables(options.scene)
     folder = out / "config"

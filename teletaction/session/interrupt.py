@@ -1,4 +1,4 @@
-"""A polite end: asked for by a signal, or by a terminal that is closed, work ends as it does by Ctrl-C."""
+"""Ends work on SIGTERM or a closed terminal in the same way as on Ctrl-C."""
 
 import signal
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def ended_as_by_hand() -> Iterator[None]:
-    """Within it, SIGTERM and SIGHUP raise KeyboardInterrupt; afterwards they do what they did."""
+    """Let SIGTERM and SIGHUP raise KeyboardInterrupt within the context; restore their handlers after it."""
     before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGHUP)}
     try:
         yield

@@ -1,4 +1,4 @@
-"""A bare CurveZMQ ping between two processes: what the link's latency is compared with, in the same run."""
+"""Measures a bare CurveZMQ ping between two processes, for comparison with the link's latency in the same run."""
 
 import multiprocessing
 import signal
@@ -13,28 +13,28 @@ from common.wire.packets import N
 from teletaction.session.processes import die_with_parent
 
 PACKET_BYTES = 4 * N * len(TOUCH_FIELDS) + 16
-"""About the size of a touch packet without events."""
+"""Size of a ping, bytes: about that of a touch packet without events."""
 _HOST = "127.0.0.1"
 _SERVER_PUBLIC, _SERVER_SECRET = zmq.curve_keypair()
 
 
-def _echo(told: Connection) -> None:
+def _echo(parent: Connection) -> None:
     die_with_parent()
-    # The launcher's own handler came along with the fork, and would keep this process.
+    # The fork inherits the launcher's handler, which would keep this process alive.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     context = zmq.Context()
     socket = context.socket(zmq.DEALER)
     socket.setsockopt(zmq.LINGER, 0)
     socket.setsockopt(zmq.CURVE_SERVER, 1)
     socket.setsockopt(zmq.CURVE_SECRETKEY, _SERVER_SECRET)
-    told.send(socket.bind_to_random_port(f"tcp://{_HOST}"))
+    parent.send(socket.bind_to_random_port(f"tcp://{_HOST}"))
     while (packet := socket.recv()) != b"":
         socket.send(packet)
     context.destroy(linger=0)
 
 
 class BarePing:
-    """Round trips of one packet to an echoing process and back."""
+    """Measures round trips of one packet to an echoing process."""
 
     def __init__(self) -> None:
         """Start the echoing process and connect to it."""
@@ -53,7 +53,7 @@ class BarePing:
         self.round_trips_s: list[float] = []
 
     def once(self) -> None:
-        """Measure one round trip; one that takes over 2 s is counted as 2 s."""
+        """Measure one round trip. A round trip without an answer within 2 s counts as 2 s."""
         start_s = time.monotonic()
         self._socket.send(b"\1" * PACKET_BYTES)
         try:

@@ -1,4 +1,4 @@
-"""The processes of a session on this machine: started together, watched, ended together."""
+"""Starts, watches and ends the processes of a session on this machine."""
 
 import ctypes
 import os
@@ -13,28 +13,27 @@ from common.files.printable import printable
 from common.logs import spoken
 
 KILLED_S = 10.0
-"""A process that has not ended by itself this long after it was asked to is killed, s. On a machine with time for it,
-it takes less than 2 s."""
+"""Time from the request to end after which a process is killed, s. Without other load a process ends within 2 s."""
 _PR_SET_PDEATHSIG = 1
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
 def die_with_parent() -> None:
-    """In a child process: end when the launcher is gone, however it went, and leave Ctrl-C to the launcher alone."""
+    """Make this child process end with the launcher in all cases, and leave Ctrl-C to the launcher."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     os.setsid()
 
 
 @dataclass(slots=True)
 class SessionProcesses:
-    """Processes by name, each with a log file of its own in `out`."""
+    """Processes by name, each with its own log file in `out`."""
 
     out: Path
     running: dict[str, subprocess.Popen[bytes]] = field(default_factory=dict)
     _given: dict[str, tuple[Path, tuple[str, ...]]] = field(default_factory=dict)
 
     def start(self, name: str, config: Path, *options: str) -> None:
-        """Start one process with its configuration file, and what else its command is to be told."""
+        """Start one process with its configuration file and further command-line options."""
         again = name in self._given
         self._given[name] = config, options
         with (self.out / f"{name}.log").open("ab" if again else "wb") as log:
@@ -47,21 +46,21 @@ class SessionProcesses:
             )
 
     def restart(self, name: str) -> None:
-        """Start a process that has ended once more, as before; its log goes on."""
+        """Restart a process that has ended, with the same options; its log is continued."""
         config, options = self._given[name]
         self.start(name, config, *options)
 
     def ended(self) -> dict[str, int]:
-        """Exit codes of those that are no longer running."""
+        """Return the exit codes of processes that have ended."""
         return {name: code for name, process in self.running.items() if (code := process.poll()) is not None}
 
     def last_words(self, name: str) -> str:
-        """What the last line of a process's log says."""
+        """Return the text of the last line of a process's log."""
         lines = (self.out / f"{name}.log").read_text("utf-8", errors="replace").strip().splitlines()
         return printable(spoken(lines[-1])) if lines else "it said nothing"
 
     def end(self) -> list[str]:
-        """End all within KILLED_S, the operator first; names of those that had to be killed."""
+        """End all processes within KILLED_S, in reverse order of their start; return the names of those killed."""
         deadline_s = time.monotonic() + KILLED_S
         for name in reversed(self.running):
             if self.running[name].poll() is None:
@@ -77,7 +76,7 @@ class SessionProcesses:
         return killed
 
     def usage(self) -> dict[str, tuple[float, float]]:
-        """CPU time used so far (s) and largest resident memory (MiB) of each running process and those it started."""
+        """Return CPU time so far (s) and peak resident memory (MiB) of each running process with its children."""
         found = {}
         for name, process in self.running.items():
             used = [one for pid in family(process.pid) if (one := _used(pid)) is not None]
@@ -87,13 +86,13 @@ class SessionProcesses:
 
 
 def family(pid: int) -> list[int]:
-    """A process and those that it started, a recording's writer above all, as far as they run."""
+    """Return the ids of a process and its running descendants, such as the writer of its recording."""
     started = [int(child) for file in Path(f"/proc/{pid}/task").glob("*/children") for child in _read(file).split()]
     return [pid, *(member for child in started for member in family(child))]
 
 
 def _used(pid: int) -> tuple[float, float] | None:
-    """CPU time (s), with that of what it started and saw end, and largest memory (MiB); None for one that is gone."""
+    """Return CPU time (s) with that of reaped children, and peak memory (MiB); None for an ended process."""
     stat, status = _read(Path(f"/proc/{pid}/stat")), _read(Path(f"/proc/{pid}/status"))
     if not stat:
         return None
@@ -103,7 +102,7 @@ def _used(pid: int) -> tuple[float, float] | None:
 
 
 def _read(file: Path) -> str:
-    """What the system tells of a process; nothing, if that is gone."""
+    """Read a file of /proc; return an empty string if the process has ended."""
     try:
         return file.read_text("ascii")
     except (FileNotFoundError, ProcessLookupError):

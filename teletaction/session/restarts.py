@@ -1,21 +1,21 @@
-"""When a process that ended is started again: after a pause that grows, and so many times at most."""
+"""Schedules restarts of a process with growing pauses, up to a largest number."""
 
 from dataclasses import dataclass
 
 FIRST_PAUSE_S = 0.2
-"""Before the first new start; each further pause is twice as long."""
+"""Pause before the first restart, s. Each further pause is twice as long."""
 MOST = 6
-"""New starts in a row; the last comes after 6.4 s."""
+"""Largest number of restarts in a row. The last one follows a pause of 6.4 s."""
 SETTLED_S = 60.0
-"""A process that ran for this long is counted anew."""
+"""Running time after which the count of restarts in a row returns to 0, s."""
 
 
 @dataclass(slots=True)
 class Restarts:
-    """Of one process. Pure: time is an argument, s of any steady clock.
+    """Restarts of one process. Times are arguments, s, of any monotonic clock.
 
     Attributes:
-        count: new starts in a row.
+        count: restarts in a row.
     """
 
     count: int = 0
@@ -23,9 +23,9 @@ class Restarts:
     _due_s: float | None = None
 
     def ended(self, now_s: float) -> float | None:
-        """The process has ended; returns the pause until its new start, s, and None where there will be none.
+        """Take the end of the process; return the pause until its restart, s, or None for no restart.
 
-        Called again while the pause lasts, it returns what is left of it; 0 or less: start it, and call `started`.
+        Call again during the pause to get the remaining time. At 0 or less, start the process and call `started`.
         """
         if self._due_s is None:
             if now_s - self._started_s >= SETTLED_S:
@@ -37,5 +37,5 @@ class Restarts:
         return self._due_s - now_s
 
     def started(self, now_s: float) -> None:
-        """It runs again."""
+        """Take the restart of the process."""
         self._started_s, self._due_s = now_s, None

@@ -1,4 +1,4 @@
-"""Rates of both sites' loops, and which of them a machine can hold."""
+"""Defines the rates of both sites' loops and selects those that a machine can hold."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,33 +9,39 @@ from common.runtime.machine import Machine
 from common.timing.timeouts import FASTEST_RATE_HZ, SLOWEST_RATE_HZ
 
 LARGEST = 0.7
-"""Share of one processor that a process may take at most: a loop that works more gives its priority up."""
+"""Largest share of one processor for a process. A loop above it gives up its real-time priority."""
 FITS = 0.65
-"""Share of the idle processors that a session may take at most. Sessions that were to take 0.75 to 0.85 of them made
-98 to 99 % of their ticks (`study rates`)."""
+"""Largest share of the idle processors for a session.
+
+Sessions with a predicted share of 0.75 to 0.85 made 98 to 99 % of their ticks (`study rates`).
+"""
 BROWSER = 0.5
-"""Processors that the browser of a console takes on the same machine."""
+"""Number of processors that the browser of a console takes on the same machine."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """Ticks a second of both sites."""
+    """Loop rates of both sites, Hz."""
 
     remote_hz: float
     operator_hz: float
 
     def __str__(self) -> str:
-        """As `--rates` takes it."""
+        """Format the rates as `--rates` takes them."""
         return f"{self.remote_hz:g},{self.operator_hz:g}"
 
     @property
     def words(self) -> str:
-        """For a person."""
+        """Description of the rates for people."""
         return f"the remote site ticks {self.remote_hz:g} times a second, the operator site {self.operator_hz:g} times"
 
     @classmethod
     def read(cls, text: str) -> "Rates":
-        """From `REMOTE,OPERATOR`, Hz; raises ValueError."""
+        """Parse `REMOTE,OPERATOR`, Hz.
+
+        Raises:
+            ValueError: the text is not two numbers, or a rate is out of range.
+        """
         try:
             remote_hz, operator_hz = map(float, text.split(","))
         except ValueError:
@@ -47,13 +53,13 @@ class Rates:
 
 
 DEFAULT = Rates(RemoteConfig.model_fields["rate_hz"].default, OperatorConfig.model_fields["rate_hz"].default)
-"""What a site has whose configuration says nothing of its rate."""
+"""Default rates of the sites' configurations."""
 FASTER = (Rates(1000.0, 1000.0), Rates(500.0, 500.0))
-"""Rates that a session has instead where they fit, the first that does."""
+"""Faster rates in order of preference. A session takes the first that fits."""
 
 
 class Cost(NamedTuple):
-    """Processor time of a process with five fingers in contact, in reference steps: each second, and each tick."""
+    """Processor time of a process with five fingers in contact, in reference steps per second and per tick."""
 
     second: float
     tick: float
@@ -65,23 +71,23 @@ COSTS: Mapping[str, Cost] = {
     "sim-remote": Cost(2600.0, 0.0),
     "sim-operator": Cost(2000.0, 0.0),
 }
-"""As `teletaction study rates` measures them; the simulated devices have a rate of their own."""
+"""Costs measured by `teletaction study rates`. The simulated devices run at a fixed rate."""
 
 
 def taken(process: str, rate_hz: float, step_s: float) -> float:
-    """Processors that a process takes at a rate, where a reference step takes `step_s` seconds."""
+    """Return the number of processors that a process takes at `rate_hz`, if a reference step takes `step_s` (s)."""
     cost = COSTS[process]
     return (cost.second + cost.tick * rate_hz) * step_s
 
 
 def session_takes(rates: Rates, step_s: float) -> dict[str, float]:
-    """Processors that each process of a session with simulated devices takes."""
+    """Return the number of processors that each process of a session with simulated devices takes."""
     hz = {"remote": rates.remote_hz, "operator": rates.operator_hz}
     return {process: taken(process, hz.get(process, 0.0), step_s) for process in COSTS}
 
 
 def fitting_here(console: bool) -> Rates:
-    """The rates for a session on this machine now, with a console or without; DEFAULT where it cannot be measured."""
+    """Return the rates for a session on this machine now; DEFAULT if the machine cannot be measured."""
     try:
         return fitting_rates(Machine.measured(), BROWSER if console else 0.0)
     except OSError:
@@ -89,11 +95,11 @@ def fitting_here(console: bool) -> Rates:
 
 
 def fitting_rates(machine: Machine, others: float = 0.0) -> Rates:
-    """The fastest rates that a session with five fingers holds on a machine; DEFAULT where none faster do.
+    """Return the fastest rates that a session with five fingers holds on a machine; DEFAULT if no faster ones fit.
 
     Args:
-        machine: as it is now.
-        others: processors that something else will take.
+        machine: measurement of the machine.
+        others: number of processors that other work will take.
     """
     for rates in FASTER:
         takes = session_takes(rates, machine.step_s).values()

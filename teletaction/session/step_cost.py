@@ -1,4 +1,4 @@
-"""What a piece of work costs on a machine that others use too: the quickest of some rounds."""
+"""Measures the computing time of a function on a shared machine by the quickest of several rounds."""
 
 import time
 from collections.abc import Callable
@@ -7,12 +7,12 @@ import numpy as np
 
 
 def quickest_s(work: Callable[[], object], times: int, rounds: int = 7) -> float:
-    """Time of one call, s.
+    """Return the mean time of one call in the quickest round, s.
 
     Args:
-        work: what is timed.
-        times: calls in a round.
-        rounds: of which the quickest counts.
+        work: function to time.
+        times: calls in each round.
+        rounds: number of rounds.
     """
     best = np.inf
     for _ in range(rounds):
