@@ -1,4 +1,4 @@
-"""Draws the figures of a session, each as its own `Figure`, or None if the recording has no data for it.
+"""Draws the figures of a session. A function returns None if the recording has no data for its figure.
 
 The code uses matplotlib's objects without pyplot, so that no figure stays in memory.
 """

@@ -30,8 +30,8 @@ def conclude(
     """Merge the recordings in `folder`, and write `session.mcap`, `summary.json` and `report.html` into `out`.
 
     Args:
-        folder: holds `PROCESS.mcap` and `PROCESS.json` (status) of all processes, `PROCESS-1.mcap` and so on
-            where a process was restarted, and `network.json` where there was a simulated network.
+        folder: folder with `PROCESS.mcap` and `PROCESS.json` (status) of all processes. A restarted process adds
+            `PROCESS-1.mcap` and so on; a simulated network adds `network.json`.
         out: folder for the results, created if it does not exist.
         options: scene, seed and fingers of the session, which the summary repeats.
         usage: as measured by the launcher; None: the figures in the status files.

@@ -83,8 +83,10 @@ def _watch(
 ) -> tuple[str, dict[str, tuple[float, float]], float | None]:
     """Wait for the session's end.
 
-    Returns a description of the failure (empty without one), CPU share and peak memory (MiB) of each process, and the
-    duration of the exploration, s (None if it did not end regularly).
+    Returns:
+        Description of the failure, empty on success.
+        CPU share of one core and peak memory (MiB) of each process.
+        Duration of the exploration, s; None on failure.
     """
     announced, restarts = False, Restarts()
     started_s: float | None = None
