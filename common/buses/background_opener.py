@@ -1,4 +1,4 @@
-"""Opening a device may take seconds: it happens beside the loop, never in it."""
+"""Opens a device in a thread, because opening may take seconds and the loop must not wait."""
 
 import math
 import threading
@@ -9,13 +9,13 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 STEADY_S = 1.0
-"""What was open for this long is opened again at once, s; what was lost sooner only after a wait."""
+"""Minimum time that a device stays open to be stable, s. A stable device is re-opened at once, another after a wait."""
 LONGEST_WAIT_S = 2.0
-"""The wait doubles with each device that is lost as soon as it is open, up to this, s."""
+"""Maximum wait before re-opening, s. The wait doubles each time that a device is lost before STEADY_S."""
 
 
 class BackgroundOpener(Generic[T]):
-    """Runs `opener` in a thread, again and again until it succeeds, and hands the result over once."""
+    """Runs `opener` in a thread, repeats it until it succeeds, and hands the result over once."""
 
     def __init__(
         self,
@@ -24,12 +24,12 @@ class BackgroundOpener(Generic[T]):
         now_s: Callable[[], float] = time.monotonic,
         discard: Callable[[T], object] = lambda opened: None,
     ) -> None:
-        """Open with `opener`; after it failed, and after a first early loss, wait `retry_s`, s.
+        """Open with `opener`; wait `retry_s`, s, after a failure and after a first early loss.
 
-        `discard` closes what was opened and is wanted no more.
+        `discard` closes a device that was opened after `stop`.
         """
         self.problem: Exception | None = None
-        """Why the last try failed; None while none has."""
+        """Reason why the last attempt failed; None while no attempt has failed."""
         self._discard = discard
         self._opener = opener
         self._retry_s = retry_s
@@ -42,7 +42,7 @@ class BackgroundOpener(Generic[T]):
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Begin trying; does nothing while a try is under way."""
+        """Start a thread that opens the device; does nothing while one runs."""
         if self._thread is None:
             self._stop.clear()
             steady = self._now_s() - self._taken_s >= STEADY_S
@@ -51,7 +51,7 @@ class BackgroundOpener(Generic[T]):
             self._thread.start()
 
     def take(self) -> T | None:
-        """What was opened, once; None while there is nothing new."""
+        """Return the opened device once; None while there is no new one."""
         opened, self._opened = self._opened, None
         if opened is not None:
             self._thread = None
@@ -59,7 +59,7 @@ class BackgroundOpener(Generic[T]):
         return opened
 
     def stop(self) -> None:
-        """Give up; a try under way ends by itself, and what it opens is closed again."""
+        """Stop opening; an attempt under way ends by itself, and the device that it opens is closed again."""
         with self._handing:
             self._stop.set()
             opened = self.take()
@@ -72,7 +72,7 @@ class BackgroundOpener(Generic[T]):
         while not self._stop.is_set():
             try:
                 opened = self._opener()
-            except Exception as error:  # whatever a library raises, the search goes on
+            except Exception as error:  # a library may raise anything; the next attempt follows
                 self.problem = error
                 self._stop.wait(self._retry_s)
             else:

@@ -1,15 +1,15 @@
-"""The state of a host's CAN controller, from the error frames that it reports (Linux, can/error.h).
+"""Tracks the state of a host's CAN controller from the error frames that it reports (Linux, can/error.h).
 
-A gateway passes on an error's class alone. Then a controller problem has no further name.
+Some gateways forward the class of an error without its details. The error is then named "controller problem".
 """
 
 from collections import Counter
 
 TX_TIMEOUT, LOST_ARBITRATION, CONTROLLER, PROTOCOL = 0x001, 0x002, 0x004, 0x008
 TRANSCEIVER, NO_ACKNOWLEDGE, BUS_OFF, BUS_ERROR, RESTARTED = 0x010, 0x020, 0x040, 0x080, 0x100
-"""Classes: bits of an error frame's identifier."""
+"""Error classes: bits of an error frame's identifier."""
 RX_OVERFLOW, TX_OVERFLOW, WARNING, PASSIVE, ACTIVE = 0x01, 0x02, 0x04 | 0x08, 0x10 | 0x20, 0x40
-"""Details of the class CONTROLLER: bits of the frame's second byte."""
+"""Details of the class CONTROLLER: bits of the error frame's second byte."""
 
 _CLASSES = {
     TX_TIMEOUT: "transmit time-out",
@@ -23,32 +23,33 @@ _DETAILS = {RX_OVERFLOW: "receive overflow", TX_OVERFLOW: "transmit overflow"}
 
 
 class CanController:
-    """Takes error frames; names what they say.
+    """Decodes error frames into names of errors.
 
     Attributes:
         state: `error-active`, `warning`, `error-passive` or `bus off`.
-        off: whether it has left the bus, as after too many errors: a short circuit, a wrong bit rate.
-        counts: how often each error was reported, by name.
+        off: whether the controller has left the bus after too many errors, such as a short circuit or a wrong bit rate
+            causes.
+        counts: number of reports of each error, by name.
     """
 
     def __init__(self) -> None:
-        """A controller that has reported nothing."""
+        """Start with a controller that has reported no error."""
         self.state = "error-active"
         self.off = False
         self.counts: Counter[str] = Counter()
 
     @property
     def errors(self) -> int:
-        """How many errors were reported."""
+        """Number of reported errors."""
         return self.counts.total()
 
     def alive(self) -> None:
-        """A frame came through it: it is on the bus."""
+        """Note that a frame arrived: the controller is on the bus."""
         if self.off:
             self.state, self.off = "error-active", False
 
     def report(self, error: int, data: bytes) -> list[str]:
-        """Take an error frame's class and bytes; returns the names of what it says, at least one."""
+        """Take an error frame's class and bytes; return the names of its errors, at least one."""
         found = [name for bit, name in _CLASSES.items() if error & bit]
         detail = data[1] if len(data) > 1 else 0
         if error & CONTROLLER:

@@ -1,8 +1,7 @@
-"""CAN frames described by `haptics.dbc`, with the rolling counter and CRC that cantools leaves open.
+"""Encodes and decodes the CAN frames of `haptics.dbc`, with the rolling counter and CRC that cantools leaves open.
 
-A value beyond its signal's range is clipped to the range on encode: the gates have limited it
-before, so only the sensor side's own range ends are met here. On decode the counter, the CRC and
-each value's range are checked.
+Encoding clips a value to the range of its signal. The gates have limited commands before, so only sensor values reach
+an end of their range. Decoding checks the counter, the CRC and the range of each value.
 """
 
 import binascii
@@ -20,16 +19,16 @@ from common.buses.can_signals import BYTES, CanSignals
 from common.fingers import FINGERS
 
 SentFrame = tuple[int, bytes]
-"""A frame to send: its 11 bit identifier, and its bytes."""
+"""A frame to send: its 11-bit identifier and its bytes."""
 
 
 class BadFrame(ValueError):
-    """A CAN frame that must not be acted on: unknown, damaged, or repeated."""
+    """A CAN frame that must be ignored because it is unknown, damaged or repeated."""
 
 
 @cache
 def database() -> Database:
-    """The CAN description shipped with the package."""
+    """Return the CAN description shipped with the package."""
     text = resources.files("common.buses").joinpath("haptics.dbc").read_text("utf-8")
     loaded = cantools.database.load_string(text, "dbc")
     assert isinstance(loaded, Database)
@@ -37,23 +36,23 @@ def database() -> Database:
 
 
 def frame_crc(frame_id: int, data: bytes) -> int:
-    """Low byte of CRC-16/CCITT-FALSE over the identifier and all bytes before the CRC's own."""
+    """Return the low byte of CRC-16/CCITT-FALSE over the identifier and all bytes before the CRC."""
     return binascii.crc_hqx(data[:7], _crc_begun(frame_id)) & 0xFF
 
 
 def _crc_begun(frame_id: int) -> int:
-    """The CRC over the identifier alone, with which that over the bytes begins."""
+    """Return the CRC over the identifier alone, the start value for the CRC over the bytes."""
     return binascii.crc_hqx(frame_id.to_bytes(2, "big"), 0xFFFF)
 
 
 def packing(name: str) -> CanSignals:
-    """Where the values of a frame are."""
+    """Return the layout of a frame's values, by the frame's name."""
     return CanSignals(database().get_message_by_name(name))
 
 
 @dataclass(slots=True)
 class FrameSender:
-    """Encodes one kind of frame, counting."""
+    """Encodes frames of one kind and numbers them with the rolling counter."""
 
     name: str
     _packing: CanSignals = field(init=False)
@@ -92,13 +91,13 @@ class FrameSender:
 
 @dataclass(slots=True)
 class FrameReceiver:
-    """Decodes and checks one kind of frame; counts what it refused.
+    """Decodes and checks frames of one kind; counts refused frames.
 
     Attributes:
-        taken: good frames.
-        refused: frames that were damaged or repeated.
-        skipped: frames that were sent, by the counters of the good ones around them, and not taken: lost on the way
-            or refused; of sixteen lost in a row it knows nothing.
+        taken: number of good frames.
+        refused: number of frames that were damaged or repeated.
+        skipped: number of frames that were lost or refused, as the counters of the good frames show. Sixteen frames
+            lost in a row are not counted.
     """
 
     name: str
@@ -116,7 +115,7 @@ class FrameReceiver:
         self._crc_begun = _crc_begun(self.frame_id)
 
     def begin(self) -> None:
-        """A new connection: its first frame may have any counter."""
+        """Start a new connection: its first frame may have any counter."""
         self._counter = None
 
     def decode(self, data: bytes) -> dict[str, float]:
@@ -127,7 +126,7 @@ class FrameReceiver:
         """Check one frame's bytes and return its physical values (mm, N), in the order of their bits.
 
         Raises:
-            BadFrame: wrong length or CRC, or the counter stands still (a frame repeated by a hung sender).
+            BadFrame: wrong length or CRC, or an unchanged counter (a frame repeated by a hung sender).
         """
         layout = self._packing
         if len(data) != BYTES:
@@ -149,5 +148,5 @@ class FrameReceiver:
 
 
 def by_finger(values: dict[str, float]) -> tuple[float, ...]:
-    """The five fingers' values of a decoded frame, in the order of `FINGERS`."""
+    """Return the five fingers' values of a decoded frame, in the order of `FINGERS`."""
     return tuple(values[finger] for finger in FINGERS)

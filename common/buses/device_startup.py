@@ -1,4 +1,4 @@
-"""Waiting for a site's devices at start: all there, or one clear line that says which is not."""
+"""Waits at start until all devices of a site answer, or reports which one is missing."""
 
 import time
 from collections.abc import Callable
@@ -8,27 +8,27 @@ from common.buses.serial_device import WrongDevice
 
 
 class Devices(Protocol):
-    """What can be waited for."""
+    """Devices that a site waits for."""
 
     def read(self, t_s: float) -> object:
-        """Take what the devices said."""
+        """Read the devices."""
 
     def missing(self) -> str:
-        """What is not there yet; empty when all is."""
+        """Return which devices are missing; empty when none is."""
 
     def problems(self) -> list[Exception]:
-        """Why devices are not there."""
+        """Return the reasons why devices are missing."""
 
 
 class DevicesMissing(ValueError):
-    """A device is absent, or is another than the configuration says."""
+    """A device is absent, or differs from the one that the configuration names."""
 
 
 def wait_for_devices(devices: Devices, patience_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
-    """Return True once all devices answered, or False as soon as `stop()`.
+    """Return True once all devices have answered, or False as soon as `stop()` is true.
 
     Raises:
-        DevicesMissing: one did not within `patience_s`, or another device answered in its place.
+        DevicesMissing: a device did not answer within `patience_s`, s, or another device answered in its place.
     """
     deadline_s = time.monotonic() + patience_s
     while not stop():

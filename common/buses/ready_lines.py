@@ -1,4 +1,4 @@
-"""Which of a site's device lines have something to read: one question to the system for all of them."""
+"""Polls all device lines of a site for readable data with one system call."""
 
 import select
 from collections.abc import Sequence
@@ -9,18 +9,18 @@ class Line(Protocol):
     """A serial line or a CAN bus."""
 
     readable: bool | None
-    """Whether something waits to be read, as of the last look; None where nobody looks."""
+    """Whether data wait to be read, as of the last poll; None where nothing polls the line."""
 
     @property
     def descriptor(self) -> int | None:
-        """File descriptor that the system can be asked about; None while the line is not open, or has none."""
+        """File descriptor to poll; None while the line is closed or has none."""
 
 
 class ReadyLines:
-    """Looks at all lines of a site. A line that cannot be asked about counts as readable."""
+    """Polls all lines of a site. A line without a descriptor counts as readable."""
 
     def __init__(self, lines: Sequence[Line]) -> None:
-        """Look at these lines, open or not."""
+        """Poll these lines, open or closed."""
         self._lines = lines
         self._descriptors: list[int | None] = []
         self._behind: dict[int, list[Line]] = {}
@@ -28,7 +28,7 @@ class ReadyLines:
         self._poll = select.poll()
 
     def look(self) -> bool:
-        """Set `readable` of each line, and return whether any is; a connection that has ended counts as readable."""
+        """Set `readable` of each line and return whether any is readable; an ended connection counts as readable."""
         descriptors = [line.descriptor for line in self._lines]
         if descriptors != self._descriptors:
             self._begin(descriptors)
@@ -40,7 +40,7 @@ class ReadyLines:
         return bool(self._ready) or None in descriptors
 
     def _begin(self, descriptors: list[int | None]) -> None:
-        """Lines were opened or lost: from now on look at these descriptors."""
+        """Use new descriptors after lines were opened or lost."""
         self._descriptors, self._poll = descriptors, select.poll()
         self._behind, self._ready = {}, []
         for line, descriptor in zip(self._lines, descriptors, strict=True):

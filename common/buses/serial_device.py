@@ -1,4 +1,4 @@
-"""One serial device on a tty or a `socket://` address: opened, asked who it is, read in chunks, re-opened."""
+"""Opens one serial device on a tty or a `socket://` address, identifies it, reads it, and re-opens it when lost."""
 
 import logging
 import threading
@@ -23,7 +23,7 @@ class WrongDevice(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class OpenLine:
-    """An open port whose device said who it is."""
+    """An open port whose device has identified itself."""
 
     port: Port
     identity: Identity
@@ -33,7 +33,7 @@ def open_line(address: str, baud: int = BAUD, wiring: Wiring = SYSTEM) -> OpenLi
     """Open an address and ask the device for its identity; blocks up to about a second.
 
     Raises:
-        DeviceAbsent: nothing there, or it does not answer.
+        DeviceAbsent: there is no device, or it does not answer.
     """
     port = wiring.open_port(address, baud)
     reader = FrameReader()
@@ -59,13 +59,13 @@ def _discard(opened: OpenLine) -> None:
 
 
 def _hang_up(port: Port) -> None:
-    """Close beside the loop: the library sleeps 0.3 s after closing a socket, and a tty may wait for its output."""
+    """Close in a thread: the library sleeps 0.3 s after closing a socket, and a tty may wait for its output."""
     threading.Thread(target=port.close, daemon=True, name="closer").start()
 
 
 @dataclass(slots=True)
 class SerialDevice:
-    """The line to one finger's device of one kind. Reading and writing never block."""
+    """The serial line to one finger's device. Reading and writing never block."""
 
     address: str
     kind: DeviceKind
@@ -73,7 +73,7 @@ class SerialDevice:
     wiring: Wiring = SYSTEM
     baud: int = BAUD
     identity: Identity | None = None
-    """Who answered; None while no device is there."""
+    """Identity of the connected device; None while none is connected."""
     reader: FrameReader = field(default_factory=FrameReader)
     times_lost: int = 0
     unsent: int = 0
@@ -82,7 +82,7 @@ class SerialDevice:
     """See `ReadyLines`."""
     descriptor: int | None = None
     drained: bool = True
-    """Whether the last poll has read all that waited."""
+    """Whether the last poll has read all waiting data."""
     _port: Port | None = None
     _sequence: int = 0
     _opener: Opener[OpenLine] = field(init=False)
@@ -93,21 +93,21 @@ class SerialDevice:
 
     @property
     def connected(self) -> bool:
-        """Whether the right device is there."""
+        """Whether the right device is connected."""
         return self._port is not None
 
     @property
     def silent(self) -> bool:
-        """Whether the device is there and nothing of it waits to be read: then `poll` has nothing to do."""
+        """Whether the device is connected and has no data to read: then `poll` has nothing to do."""
         return self.readable is False and self._port is not None
 
     @property
     def problem(self) -> Exception | None:
-        """Why there is no device: DeviceAbsent or WrongDevice; None while it is there or still being asked."""
+        """Reason why no device is connected: DeviceAbsent or WrongDevice; None while connected or being identified."""
         return None if self.connected else self._opener.problem
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells of this line."""
+        """Return the figures of this line for the status file."""
         return {
             "serial": self.identity.serial if self.identity is not None else None,
             "times_lost": self.times_lost,
@@ -117,7 +117,7 @@ class SerialDevice:
         }
 
     def poll(self) -> list[Frame]:
-        """Frames that came since the last call; takes a device up that has appeared."""
+        """Return the frames that arrived since the last call; take over a device that was opened."""
         if self._port is None:
             opened = self._opener.take()
             if opened is None:
@@ -136,16 +136,16 @@ class SerialDevice:
         return self.reader.feed(chunk) if chunk else []
 
     def unread_bytes(self) -> int:
-        """How many bytes wait to be read; 0 with no device there."""
+        """Return how many bytes wait to be read; 0 while no device is connected."""
         if self._port is None or self.readable is False:
             return 0
         try:
             return self._port.unread()
         except OSError:
-            return 0  # the next poll finds out
+            return 0  # the next poll detects the loss
 
     def send(self, message_id: MessageId, payload: bytes) -> None:
-        """Send one message; with no device there, or one that takes nothing any more, it is dropped."""
+        """Send one message; it is dropped while no device is connected or the line takes no data."""
         if self._port is None:
             return
         self._sequence = (self._sequence + 1) & 0xFF

@@ -2,21 +2,21 @@
 
     frame = COBS(id u8, sequence u8, payload, crc u16 little endian), 0x00
 
-The zero byte never stands inside a frame, so a reader is back in step after any damage. The
-CRC is CRC-16/CCITT-FALSE over id, sequence and payload.
+A frame contains no zero byte, so a reader resynchronises at the next zero after any damage. The CRC is
+CRC-16/CCITT-FALSE over id, sequence and payload.
 """
 
 import binascii
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-try:  # compiled, where a wheel is there for the machine; both make the same bytes
+try:  # compiled, where there is a wheel for the machine; both give the same bytes
     from corncobs import DecodeError, decode, encode
 except ImportError:
     from cobs.cobs import DecodeError, decode, encode
 
 MAX_FRAME = 250
-"""Largest frame in bytes before COBS: one COBS block, and no runaway buffer on a babbling line."""
+"""Maximum size of a frame before COBS, bytes: one COBS block. It also bounds the buffer on a line without zeros."""
 _CRC_INIT = 0xFFFF
 
 
@@ -43,17 +43,17 @@ def encode_frame(message_id: int, sequence: int, payload: bytes = b"") -> bytes:
 
 @dataclass(slots=True)
 class FrameReader:
-    """Turns chunks of bytes into frames; counts what was damaged and what went missing."""
+    """Turns chunks of bytes into frames; counts damaged and lost frames."""
 
     damaged: int = 0
-    """Pieces between two zero bytes that were no frame."""
+    """Number of byte sequences between two zeros that were no valid frame."""
     lost: int = 0
-    """Frames that the sequence numbers say were sent and not read."""
+    """Number of frames that were sent, by the sequence numbers, and not read."""
     _pending: bytes = b""
     _sequence: int | None = field(default=None)
 
     def feed(self, chunk: bytes) -> list[Frame]:
-        """Take bytes in whatever pieces they come; return the frames completed by them."""
+        """Take a chunk of any length; return the frames that it completes."""
         *pieces, self._pending = (self._pending + chunk).split(b"\0")
         if len(self._pending) > 2 * MAX_FRAME:
             self._pending = self._pending[-MAX_FRAME:]
@@ -75,7 +75,7 @@ class FrameReader:
 
 
 def _checked(piece: bytes) -> bytes:
-    """Id, sequence and payload of what stood between two zero bytes; empty where it is no frame."""
+    """Return id, sequence and payload from the bytes between two zeros; empty where they are no frame."""
     try:
         body = bytes(decode(piece))
     except DecodeError:

@@ -1,6 +1,6 @@
-"""What the serial devices say: payloads of the frames of `common.buses.serial_framing`, little endian.
+"""Messages of the serial devices: payloads of the frames of `common.buses.serial_framing`, little endian.
 
-Written down for firmware in docs/protocols.md, whose golden bytes test this file.
+docs/protocols.md describes them for firmware. Its golden bytes test this file.
 """
 
 import math
@@ -25,7 +25,7 @@ class MessageId(IntEnum):
 
 
 class DeviceKind(IntEnum):
-    """What a serial device answers it is."""
+    """Kind of a serial device, from its answer to IDENTIFY."""
 
     TEXTURE_SENSOR = 1
     THERMAL_SENSOR = 2
@@ -36,15 +36,15 @@ class DeviceFlag(IntEnum):
     """Bits of a device's status byte."""
 
     COMMAND_TIMEOUT = 0x01
-    """No valid command for 100 ms: the device has switched its own drives off."""
+    """No valid command for 100 ms: the device has turned its own drives off."""
     THERMAL_CUT_OUT = 0x02
-    """The device's own temperature limit has switched its drive off."""
+    """The device's own temperature limit has turned its drive off."""
     SATURATED = 0x04
     """At least one sample since the last message was clipped."""
 
 
 class BadPayload(ValueError):
-    """A frame with a good CRC whose content is not what its id promises."""
+    """A frame with a good CRC whose content does not fit its id."""
 
 
 def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[Any, ...]:
@@ -78,8 +78,8 @@ class Identity:
         """Check and unpack.
 
         Raises:
-            BadPayload: wrong length, unknown kind, no such finger, a serial number that is not ASCII, or a range that
-                is not finite.
+            BadPayload: wrong length, unknown kind or finger, a serial number that is not ASCII, or a range that is not
+                finite.
         """
         kind, finger, serial, firmware, rate_hz, low, high = _unpack(cls.LAYOUT, payload, "identity")
         assert isinstance(serial, bytes)
@@ -96,14 +96,14 @@ class Identity:
 
 @dataclass(slots=True)
 class TextureSamples:
-    """A chunk of the piezo signal: signed 12 bit counts at the sensor's rate, oldest first."""
+    """A chunk of the piezo signal: signed 12-bit counts at the sensor's rate, oldest first."""
 
     device_time_us: int
     counts: bytes
     """int16 little endian, -2048..2047 for -10..+10 V."""
     HEAD: ClassVar[struct.Struct] = struct.Struct("<IB")
     HIGH_BYTES: ClassVar[bytes] = bytes(range(0x08)) + bytes(range(0xF8, 0x100))
-    """The second byte of a count within 12 bits, sign extended."""
+    """Valid second bytes of a count: 12 bits, sign extended to 16."""
 
     def encode(self) -> bytes:
         """Payload bytes."""
@@ -114,7 +114,7 @@ class TextureSamples:
         """Check and unpack.
 
         Raises:
-            BadPayload: the length does not fit the count of samples, or one is beyond 12 bits.
+            BadPayload: the length does not fit the number of samples, or a sample exceeds 12 bits.
         """
         if len(payload) < cls.HEAD.size:
             raise BadPayload(f"texture samples: {len(payload)} bytes are too few")
@@ -129,14 +129,14 @@ class TextureSamples:
 
 @dataclass(slots=True)
 class ThermalReading:
-    """One reading of the remote thermal sensor: 12 bit counts (`common.buses.thermometry`), and its heater's drive."""
+    """One reading of the remote thermal sensor: 12-bit counts (`common.buses.thermometry`) and the heater drive."""
 
     device_time_us: int
     plate_counts: int
     ambient_counts: int
     flags: int
     heater_permille: int
-    """What the heater gets at this moment, behind every limit of the device itself."""
+    """Present heater drive after all limits of the device, thousandths of full drive."""
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBh")
 
     def encode(self) -> bytes:
@@ -150,7 +150,7 @@ class ThermalReading:
         """Check and unpack.
 
         Raises:
-            BadPayload: wrong length, counts beyond 12 bits, or a drive beyond full.
+            BadPayload: wrong length, counts beyond 12 bits, or a drive beyond full drive.
         """
         time_us, plate, ambient, flags, heater = _unpack(cls.LAYOUT, payload, "thermal reading")
         if plate > 4095 or ambient > 4095:
@@ -160,7 +160,7 @@ class ThermalReading:
 
 
 DRIVE_FULL = 1000
-"""A Peltier or heater drive is signed thousandths of full drive; positive heats the finger's side."""
+"""Full drive of a Peltier element or heater, thousandths. A drive is signed; positive heats the finger's side."""
 
 
 @dataclass(slots=True)
@@ -174,14 +174,14 @@ class HeaterCommand:
         """Payload bytes.
 
         Raises:
-            ValueError: the drive is beyond full.
+            ValueError: the drive is beyond full drive.
         """
         _check_drive(self.drive_permille)
         return self.LAYOUT.pack(self.drive_permille)
 
     @classmethod
     def decode(cls, payload: bytes) -> "HeaterCommand":
-        """Check and unpack; raises BadPayload on a wrong length or a drive beyond full."""
+        """Check and unpack; raises BadPayload on a wrong length or a drive beyond full drive."""
         (drive,) = _unpack(cls.LAYOUT, payload, "heater command")
         _check_drive(drive, BadPayload)
         return cls(drive)
@@ -195,9 +195,9 @@ MOTOR_PULSE_MAX_US = 50_000
 class TactTipCommand:
     """Drives of one fingertip module: motor voltage 0..3000 mV, Peltier -1000..1000 thousandths.
 
-    `pulse_mv`, 0..3000 mV, is at the motor for `pulse_us`, 0..50 000 us, before `motor_mv` is. The module times it from
-    the first command with this `pulse_number` (0..255) on: a host whose next command comes late neither prolongs nor
-    repeats it. A command without a pulse (0 us) ends it.
+    The motor gets `pulse_mv`, 0..3000 mV, for `pulse_us`, 0..50 000 us, and then `motor_mv`. The module times the pulse
+    from the first command with this `pulse_number` (0..255). A late next command therefore neither prolongs nor repeats
+    the pulse. A command without a pulse (0 us) ends it.
     """
 
     motor_mv: int
@@ -235,7 +235,7 @@ class TactTipCommand:
 
 @dataclass(slots=True)
 class TactTipState:
-    """Measurements of a fingertip module: NTC counts (`common.buses.thermometry.ntc_c`), and the drives it applies."""
+    """Measurements of a fingertip module: NTC counts (`common.buses.thermometry.ntc_c`) and the applied drives."""
 
     device_time_us: int
     plate_counts: int
@@ -243,7 +243,7 @@ class TactTipState:
     flags: int
     motor_mv: int
     peltier_permille: int
-    """What motor and Peltiers get at this moment, behind every limit of the device itself."""
+    """Present Peltier drive after all limits of the device, thousandths of full drive."""
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBHh")
 
     def encode(self) -> bytes:

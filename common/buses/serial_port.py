@@ -1,4 +1,4 @@
-"""The host's end of a serial line: a tty or a `socket://` address, opened for one program alone."""
+"""Opens the host's end of a serial line, a tty or a `socket://` address, for exclusive use."""
 
 import errno
 import fcntl
@@ -15,9 +15,9 @@ import serial
 from common.buses import tcp_options
 
 BAUD = 921_600
-"""Of a real line; a simulated one does not care."""
+"""Baud rate of a real line; a simulated line ignores it."""
 CHUNK = 4096
-"""Most bytes of one read."""
+"""Maximum size of one read, bytes."""
 
 
 class DeviceAbsent(OSError):
@@ -25,47 +25,47 @@ class DeviceAbsent(OSError):
 
 
 class Port(Protocol):
-    """The host's end of a serial line that is open. Reading and writing never block."""
+    """The host's end of an open serial line. Reading and writing never block."""
 
     @property
     def descriptor(self) -> int | None:
-        """File descriptor that the system can be asked about; None where there is none."""
+        """File descriptor to poll; None where there is none."""
 
     def wait(self, seconds: float) -> bool:
-        """Wait until something can be read, s; returns whether it can. The end of a connection can be read."""
+        """Wait up to `seconds` for data; return whether `read` has any. An ended connection counts as readable."""
 
     def read(self) -> bytes:
-        """What waits to be read, CHUNK bytes at most; empty where nothing does.
+        """Return waiting data, at most CHUNK bytes; empty where there are none.
 
         Raises:
             OSError: the connection has ended.
         """
 
     def write(self, data: bytes) -> int:
-        """Write; returns how many bytes the line took.
+        """Write; return how many bytes the line took.
 
         Raises:
             OSError: the connection has ended.
         """
 
     def unread(self) -> int:
-        """How many bytes wait to be read; raises OSError as `read`."""
+        """Return how many bytes wait to be read; raises OSError as `read`."""
 
     def close(self) -> None:
-        """Give the address back; may take a moment."""
+        """Release the address; may take a moment."""
 
 
 class SystemPort:
-    """A port of the operating system, as pyserial opens it.
+    """A port of the operating system, opened by pyserial.
 
-    It is read and written past pyserial, which asks the system twice more for each read, and whose write without a
-    time-out never returns on a line that is full.
+    Reads and writes bypass pyserial. Its read makes two more system calls. Its write without a time-out never returns
+    on a full line.
     """
 
     __slots__ = ("_port", "descriptor")
 
     def __init__(self, port: serial.SerialBase) -> None:
-        """Take an open port of pyserial."""
+        """Take an open pyserial port."""
         self._port = port
         self.descriptor: int | None = port.fileno()
 
@@ -109,12 +109,12 @@ class SystemPort:
 
 
 def open_port(address: str, baud: int = BAUD) -> SystemPort:
-    """Open an address; a tty is nobody else's then.
+    """Open an address; a tty is locked against other programs.
 
-    A zero byte is sent first: it ends a half frame that an earlier driver left, and shows who comes here as a driver.
+    The first byte sent is zero: it ends a partial frame of an earlier driver, and identifies this client as a driver.
 
     Raises:
-        DeviceAbsent: nothing there, not to be opened, or another program has it.
+        DeviceAbsent: the address does not exist, cannot be opened, or is in use.
     """
     try:
         if address.startswith("socket://") and urlsplit(address).port is None:
@@ -135,7 +135,7 @@ def open_port(address: str, baud: int = BAUD) -> SystemPort:
 
 
 def _close(port: serial.SerialBase) -> None:
-    """Close a port; the library leaves a connection open that the far side has ended, or that was reset while made."""
+    """Close a port and its connection, which the library leaves open where the far side ended or reset it."""
     connection = getattr(port, "_socket", None)
     port.close()
     if connection is not None:
@@ -143,7 +143,7 @@ def _close(port: serial.SerialBase) -> None:
 
 
 def _advice(error: Exception) -> str:
-    """What to do about a port that cannot be opened."""
+    """Return advice about a port that cannot be opened."""
     return {
         errno.EACCES: "; the group `dialout` may open it: deploy/udev/README.md",
         errno.EAGAIN: "; another program has it, such as a running site",

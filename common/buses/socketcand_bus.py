@@ -1,7 +1,7 @@
-"""The connection to a socketcand gateway: python-can's own handshake, then frames without waiting.
+"""Connects to a socketcand gateway with python-can's handshake, then sends and receives frames without waiting.
 
-The library's client does not notice the gateway's end, waits without end for one that reads no more, and takes 80 us
-for the frames of a tick.
+The library's client does not notice when the gateway ends. It waits without a limit for a gateway that stops reading.
+It takes 80 us for the frames of a tick.
 """
 
 import re
@@ -19,42 +19,42 @@ from common.buses import tcp_options
 from common.buses.can_frames import SentFrame
 
 ANSWER_S = 1.0
-"""A gateway that says nothing for this long is not there."""
+"""Maximum wait for a gateway's answer, s; a gateway that is silent for longer counts as absent."""
 _CHUNK = 4096
 _LONGEST_TEXT = 200
-"""Characters of one frame; more of them without an end are no frame."""
+"""Maximum length of one frame's text, characters; a longer text without an end is no frame."""
 _SOCKET = "_SocketCanDaemonBus__socket"
-"""The library offers no way to its socket."""
+"""Private name of the library's socket, to which it offers no access."""
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
-"""Acknowledge at once: a gateway with Nagle's algorithm waits for it before it sends more. What is sent carries an
-acknowledgement along, so this is only needed where nothing is."""
+"""Socket option for an immediate acknowledgement; None where the system has none. A gateway with Nagle's algorithm
+waits for it before it sends more. It is only needed where nothing is sent: sent data carry an acknowledgement along."""
 
 
 _FRAME = re.compile(r"< frame ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8}) ([0-9]+\.[0-9]+) ([0-9A-Fa-f]+) >")
 """Identifier, time, s, and data of a frame as gateways write it."""
 
 TakenFrame = tuple[float, int, bytes, bool, bool]
-"""What a line reads of a frame: when it was on the bus, by the bus's clock, s; identifier; data; whether the identifier
-has 29 bits; whether it is an error frame. The library's own messages take far longer to make."""
+"""A received frame: bus time, s; identifier; data; whether the identifier has 29 bits; whether it is an error frame.
+The library's own messages take far longer to create."""
 
 
 class GatewayBus(SocketCanDaemonBus):
-    """One connection to a gateway; once it is open, sending and receiving with no timeout do not block."""
+    """One connection to a gateway; once open, sending, and receiving with timeout 0, do not block."""
 
     def __init__(self, channel: str, host: str, port: int) -> None:
-        """Connect; blocks until the gateway has answered, a few seconds at most.
+        """Connect; blocks until the gateway has answered, at most a few seconds.
 
         Raises:
-            can.CanError, OSError: the gateway is not there, or has no such channel.
+            can.CanError, OSError: the gateway is absent, or has no such channel.
         """
         self._frames: deque[TakenFrame] = deque()
-        """For the library's `recv`, which gives them one by one."""
+        """Received frames for the library's `recv`, which returns one at a time."""
         self._text = ""
-        """Of a frame that has not come to its end."""
+        """Start of an incomplete frame."""
         self._answered = False
-        """Whether anything was sent since frames were last taken."""
+        """Whether something was sent since frames were last taken."""
         self._unsent = b""
-        """The rest of a frame that the system has taken in part."""
+        """Rest of a frame that the system took in part."""
         _ask(host, port)
         try:
             super().__init__(channel, host, port, tcp_tune=True)
@@ -70,21 +70,21 @@ class GatewayBus(SocketCanDaemonBus):
         return connection
 
     def fileno(self) -> int:
-        """Descriptor of the connection."""
+        """Return the descriptor of the connection."""
         return self._connection.fileno()
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Send a frame; nothing is waited for, whatever `timeout` says.
+        """Send a frame without waiting; `timeout` is ignored.
 
         Raises:
-            can.CanTimeoutError: the gateway takes nothing at the moment; the frame is not sent.
+            can.CanTimeoutError: the gateway takes no data now; the frame is not sent.
             OSError: the connection has ended.
         """
         width = 8 if msg.is_extended_id else 3
         self._write(f"< send {msg.arbitration_id:0{width}X} {msg.dlc:X} {msg.data.hex(' ')} >")
 
     def send_all(self, frames: Iterable[SentFrame]) -> None:
-        """Send frames in one go; raises as `send`, and then none of them is sent."""
+        """Send frames in one call; raises as `send`, and then none of them is sent."""
         self._write("".join([f"< send {frame_id:03X} {len(data):X} {data.hex(' ')} >" for frame_id, data in frames]))
 
     def _write(self, text: str) -> None:
@@ -99,17 +99,17 @@ class GatewayBus(SocketCanDaemonBus):
         raise can.CanTimeoutError("the gateway takes nothing")
 
     def _rest_of(self, data: bytes) -> bytes:
-        """What of these bytes the system does not take now."""
+        """Send bytes and return those that the system does not take now."""
         try:
             return data[self._connection.send(data, socket.MSG_DONTWAIT) :]
         except BlockingIOError:
             return data
 
     def take_some(self) -> tuple[list[TakenFrame], bool]:
-        """Frames that have come, at most _CHUNK bytes of them, and whether there may be more.
+        """Return frames that have arrived, at most _CHUNK bytes of them, and whether more may wait.
 
         Raises:
-            can.CanError: the gateway has hung up, or what it says is no frame.
+            can.CanError: the gateway has closed the connection, or sent something that is no frame.
         """
         connection = self._connection
         try:
@@ -124,7 +124,7 @@ class GatewayBus(SocketCanDaemonBus):
         try:
             frames = self._read(self._text + chunk.decode("ascii"))
         except ValueError as error:
-            raise can.CanError(f"the gateway says what is no frame: {error}") from None
+            raise can.CanError(f"the gateway sent an invalid frame: {error}") from None
         if len(self._text) > _LONGEST_TEXT:
             self._text = ""
         return frames, len(chunk) == _CHUNK
@@ -135,13 +135,13 @@ class GatewayBus(SocketCanDaemonBus):
         return (_message(self._frames.popleft()) if self._frames else None), False
 
     def _read(self, text: str) -> list[TakenFrame]:
-        """Frames in a text, of which `_text` becomes the part that has not come to its end.
+        """Return the complete frames of a text; keep the incomplete rest in `_text`.
 
         Raises:
             ValueError: identifier, time or bytes of a frame cannot be read.
         """
         parts = _FRAME.split(text)
-        if ">" not in parts[-1] and not any(parts[:-1:4]):  # there are frames and nothing else
+        if ">" not in parts[-1] and not any(parts[:-1:4]):  # the text has frames and nothing else
             self._text = parts[-1]
             return [
                 (float(sent_s), int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False)
@@ -162,7 +162,7 @@ def _message(frame: TakenFrame) -> can.Message:
 
 
 def taken_frame(message: can.Message) -> TakenFrame:
-    """What a line reads of one of the library's messages."""
+    """Convert one of the library's messages."""
     return (
         message.timestamp,
         message.arbitration_id,
@@ -173,7 +173,7 @@ def taken_frame(message: can.Message) -> TakenFrame:
 
 
 def _frame(text: str) -> TakenFrame | None:
-    """The frame, or error frame, that a gateway wrote before `>`; None where it is something else.
+    """Return the frame, or error frame, that a gateway wrote before `>`; None where it is something else.
 
     Raises:
         ValueError: identifier, time or bytes of a frame cannot be read.
@@ -188,7 +188,7 @@ def _frame(text: str) -> TakenFrame | None:
 
 
 def _ask(host: str, port: int) -> None:
-    """Where nobody listens the library tries for 10 s without a pause, at a whole core's cost: so ask first."""
+    """Check that a gateway answers: without a listener the library retries for 10 s and uses a whole core."""
     with socket.create_connection((host, port), timeout=ANSWER_S) as connection:
         if not connection.recv(16).startswith(b"< hi"):
-            raise can.CanInitializationError("what answers there is no socketcand gateway")
+            raise can.CanInitializationError("the peer is no socketcand gateway")

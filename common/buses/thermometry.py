@@ -1,4 +1,4 @@
-"""From counts to C: the remote sensor's spreading-resistance thermometer and the plate's NTC."""
+"""Converts counts to temperatures: the remote sensor's spreading-resistance thermometer and the plate's NTC."""
 
 import math
 
@@ -8,7 +8,7 @@ SSR_R25_OHM = 1000.0
 _SSR_A, _SSR_B = 7.874e-3, 1.874e-5
 SSR_OHM_AT_0 = 814.9
 SSR_OHM_AT_FULL = 1298.5
-"""The sensor's amplifier maps this span of resistance (0 to 60 C) onto 0..4095 counts."""
+"""Resistance at full scale, ohm. The amplifier maps SSR_OHM_AT_0 to this value (0 to 60 C) onto 0..4095 counts."""
 
 NTC_R25_OHM = 10_000.0
 NTC_B_K = 3950.0
@@ -16,7 +16,7 @@ NTC_SERIES_OHM = 10_000.0
 
 
 def ssr_c(counts: float) -> float:
-    """Temperature of a spreading-resistance sensor (KTY81 class) from its 12 bit counts.
+    """Return the temperature of a spreading-resistance sensor (KTY81 class) from its 12-bit counts, C.
 
     R(T) = R25 (1 + 7.874e-3 dT + 1.874e-5 dT^2), dT = T - 25 C, solved for T.
     """
@@ -25,10 +25,10 @@ def ssr_c(counts: float) -> float:
 
 
 def ntc_c(counts: float) -> float:
-    """Temperature of a 10 kOhm, B = 3950 K NTC below a 10 kOhm resistor, from its 12 bit counts.
+    """Return the temperature of a 10 kOhm, B = 3950 K NTC below a 10 kOhm resistor from its 12-bit counts, C.
 
     Raises:
-        ValueError: the counts are at an end of the scale: the NTC is open or shorted.
+        ValueError: the counts are at an end of the scale, so the NTC is open or shorted.
     """
     if not 0 < counts < COUNT_MAX:
         raise ValueError(f"NTC counts {counts:g}: thermistor open or shorted")

@@ -1,6 +1,6 @@
-"""How a site reaches its devices: ports, buses, and how they are opened beside the loop.
+"""Interface between a site and its devices: ports, buses and openers that run beside the loop.
 
-`SYSTEM` is that of the machine that a site runs on. A test bed gives a site lines in memory and virtual time instead.
+`SYSTEM` uses the hardware of the host. A test bed provides lines in memory and virtual time instead.
 """
 
 from collections.abc import Callable
@@ -19,40 +19,40 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class Opener(Protocol[T_co]):
-    """Opens one device, again and again until it succeeds, without holding the loop up."""
+    """Opens one device without blocking the loop and repeats until it succeeds."""
 
     problem: Exception | None
-    """Why the last try failed; None while none has."""
+    """Reason why the last attempt failed; None while no attempt has failed."""
 
     def start(self) -> None:
-        """Begin trying; does nothing while a try is under way."""
+        """Start opening; does nothing while an attempt is under way."""
 
     def take(self) -> T_co | None:
-        """What was opened, once; None while there is nothing new."""
+        """Return the opened device once; None while there is no new one."""
 
     def stop(self) -> None:
-        """Give up."""
+        """Stop opening."""
 
 
 class Wiring(Protocol):
-    """What lies between a site and its devices."""
+    """Connection between a site and its devices."""
 
     def open_port(self, address: str, baud: int) -> Port:
         """Open a serial line.
 
         Raises:
-            DeviceAbsent: nothing is there, or another program has it.
+            DeviceAbsent: there is no device, or another program uses it.
         """
 
     def open_bus(self, address: "CanAddress") -> can.BusABC:
         """Open a CAN bus; raises DeviceAbsent."""
 
     def opener(self, opens: Callable[[], T], discard: Callable[[T], object]) -> Opener[T]:
-        """An opener that calls `opens`; `discard` closes what was opened and is wanted no more."""
+        """Return an opener that calls `opens`; `discard` closes a device that is no longer needed."""
 
 
 class SystemWiring:
-    """The operating system's own lines, opened by threads."""
+    """Uses the operating system's lines and opens them in threads."""
 
     def open_port(self, address: str, baud: int) -> Port:
         """As `Wiring.open_port`."""
