@@ -1,4 +1,4 @@
-"""Configuration of each process: TOML, checked by pydantic with the rules between fields."""
+"""Configuration of each process: TOML, checked by pydantic, with rules between fields."""
 
 import json
 import re
@@ -28,11 +28,11 @@ def _each_once(fingers: tuple[str, ...]) -> tuple[str, ...]:
 
 Fingers = Annotated[tuple[FingerName, ...], Field(min_length=1, max_length=5), AfterValidator(_each_once)]
 Addresses = dict[FingerName, str]
-"""Where each finger's serial device is: a tty path or `socket://host:port`."""
+"""Address of each finger's serial device: a tty path or `socket://host:port`."""
 
 
 class ConfigProblem(ValueError):
-    """A configuration that cannot be used; the message names file, line and field."""
+    """An invalid configuration; the message names file, line and field."""
 
 
 class _Section(BaseModel):
@@ -40,7 +40,7 @@ class _Section(BaseModel):
 
 
 class RemoteLinkConfig(_Section):
-    """The remote site's side of the link. Curve keys are not an option: there is no way without."""
+    """The remote site's side of the link. Curve keys are mandatory."""
 
     bind: str = "127.0.0.1"
     base_port: int = Field(default=5600, ge=1, le=65530)
@@ -48,7 +48,7 @@ class RemoteLinkConfig(_Section):
     max_age_s: float = Field(default=limits.AGE_DEFAULT_S, gt=0.0, le=limits.AGE_MAX_S)
     gap_s: float = Field(default=limits.GAP_S, gt=0.0, le=limits.GAP_S)
     deadband: bool = True
-    """Spare packets of touch that would not be felt."""
+    """Omit touch packets whose change the operator would not perceive."""
 
 
 class OperatorLinkConfig(_Section):
@@ -58,27 +58,27 @@ class OperatorLinkConfig(_Section):
     base_port: int = Field(default=5600, ge=1, le=65530)
     keys: Path
     remote_key: str | None = Field(default=None, min_length=KEY_LENGTH, max_length=KEY_LENGTH)
-    """The remote site's public key; without it, the one that the key folder trusts under the name `remote`."""
+    """Public key of the remote site; by default the key that the key folder trusts under the name `remote`."""
     calibration: str | None = None
-    """Hash that the remote site's table of materials must have; any, without."""
+    """Required hash of the remote site's table of materials; by default any."""
     max_age_s: float = Field(default=limits.AGE_DEFAULT_S, gt=0.0, le=limits.AGE_MAX_S)
     gap_s: float = Field(default=limits.GAP_S, gt=0.0, le=limits.GAP_S)
     deadband: bool = True
-    """Spare packets of motion that would not be felt."""
+    """Omit motion packets whose change would not be perceived."""
 
 
 class SiteConfig(_Section):
-    """What the two sites' configurations share."""
+    """Fields that both sites' configurations share."""
 
     fingers: Fingers = Field(default=FINGERS, validate_default=True)
     rate_hz: float = Field(default=500.0, ge=SLOWEST_RATE_HZ, le=FASTEST_RATE_HZ)
     wait_for_devices_s: float = Field(default=5.0, ge=0.0, le=600.0)
     record: Path | None = None
-    """MCAP file to record to; nothing is recorded without."""
+    """MCAP file to record to; by default nothing is recorded."""
     status: Path | None = None
-    """JSON file with the process's own figures, rewritten every second; health checks read it."""
+    """JSON file with the process's own figures, rewritten every second for health checks."""
     log: LogForm = "text"
-    """Lines for people on standard error, or one JSON object a line."""
+    """Form of the log on standard error: text lines for people, or one JSON object a line."""
 
     def _check(self, serial: Mapping[str, Addresses], gap_s: float, age_s: float) -> None:
         for kind, addresses in serial.items():
@@ -95,14 +95,14 @@ class SiteConfig(_Section):
 
 
 class CalibrationConfig(_Section):
-    """Calibrated look-up tables of the remote site, as `teletaction calibrate` writes them."""
+    """Calibrated look-up tables of the remote site, written by `teletaction calibrate`."""
 
     materials: Path
     surfaces: Path
 
 
 class PatientConfig(_Section):
-    """The patient side's gate, within the table of limits."""
+    """Limits of the patient side's gate, within `common.limits`."""
 
     contact_force_n: float = Field(default=limits.CONTACT_FORCE_N, gt=0.0, le=limits.CONTACT_FORCE_N)
 
@@ -111,10 +111,11 @@ class RemoteConfig(SiteConfig):
     """The remote site."""
 
     rate_hz: float = Field(default=250.0, ge=SLOWEST_RATE_HZ, le=FASTEST_RATE_HZ)
-    """Half the operator site's: what is touched changes more slowly than a hand moves, and a tick here costs more."""
+    """Rate of the loop, Hz, half of the operator site's: an object changes more slowly than a hand moves, and a tick
+    costs more."""
     link: RemoteLinkConfig
     desk_port: int = Field(default=5608, ge=1, le=65535)
-    """Loopback port where a person at this site asks for an emergency stop and the like (`teletaction session`)."""
+    """Loopback port for commands of a person at this site, such as an emergency stop (`teletaction session`)."""
     texture: Addresses
     thermal_sensors: Addresses
     telemanipulator: CanAddress
@@ -130,23 +131,23 @@ class RemoteConfig(SiteConfig):
 
 
 VibrationScale = Literal["speed", "intensity"]
-"""What Eq. 1 and 2 are taken to be linear in: the motor's speed as in the paper, or the intensity that is felt."""
+"""Quantity in which Eq. 1 and 2 are linear: motor speed, as in the paper, or perceived intensity."""
 
 
 class RenderingConfig(_Section):
-    """What the operator is made to feel, and how."""
+    """Rendering for the operator's fingers."""
 
     profile: Literal["comfort", "wide"] = "comfort"
     air_c: float = Field(default=25.0, ge=0.0, le=45.0)
     deep_c: float = Field(default=34.0, ge=25.0, le=38.0)
-    """Temperature below the finger's skin, C: the one personal constant of the thermal model."""
+    """Temperature below the finger's skin, C: the only personal constant of the thermal model."""
     exoskeleton_damping_n_s_m: float = Field(default=2.0, ge=0.0, le=50.0)
-    """The exoskeleton's own damping at a finger, without any hand in it: with the loop's period and the delay below it
-    bounds the stiffness that can be shown."""
+    """Damping of the exoskeleton at a finger without a hand, N s/m. With the loop's period and the delay below it
+    bounds the stiffness that can be displayed."""
     exoskeleton_delay_s: float = Field(default=0.004, ge=0.0, le=0.1)
-    """From measuring a height to the force that answers it, beyond the loop's period."""
+    """Delay from measuring a height to the force that responds to it, s, beyond the loop's period."""
     vibration: VibrationScale = "speed"
-    """Whether strokes and taps are matched in motor speed (Kron & Schmidt 2003) or in felt intensity."""
+    """Whether strokes and taps are matched in motor speed (Kron & Schmidt 2003) or in perceived intensity."""
 
 
 class OperatorConfig(SiteConfig):
@@ -154,17 +155,17 @@ class OperatorConfig(SiteConfig):
 
     link: OperatorLinkConfig
     desk_port: int = Field(default=5609, ge=1, le=65535)
-    """Loopback port where the person at this site asks for an emergency stop and the like (`teletaction session`)."""
+    """Loopback port for commands of the person at this site, such as an emergency stop (`teletaction session`)."""
     tacttip: Addresses
     exoskeleton: CanAddress
     rendering: RenderingConfig = RenderingConfig()
     feed_port: int | None = Field(default=None, ge=1, le=65535)
-    """Loopback port where a console reads what goes on; nobody can watch without."""
+    """Loopback port where a console reads the session; by default there is none."""
     console_required_s: float = Field(default=0.0, ge=0.0, le=60.0)
-    """Pause when the acting console was hidden, frozen or silent for so long while engaged; 0 asks for none."""
+    """Pause when the acting console was hidden, frozen or silent for this time while engaged, s; 0 disables it."""
     engage: bool = False
-    """Engage as soon as both sites are ready, and again after the link was lost, as a demonstration does; otherwise a
-    person has to ask for it each time."""
+    """Engage as soon as both sites are ready, and again after a lost link, as a demonstration does. Otherwise a
+    person has to request it each time."""
 
     @model_validator(mode="after")
     def _between_fields(self) -> "OperatorConfig":
@@ -173,34 +174,34 @@ class OperatorConfig(SiteConfig):
 
 
 class ConsoleConfig(_Section):
-    """The console: a web page at the operator site, from a process of its own on the same machine."""
+    """The console: a web page at the operator site, served by a separate process on the same machine."""
 
     keys: Path
-    """The operator site's key folder: who may read its secret key may run its console."""
+    """Key folder of the operator site: a user who may read its secret key may run its console."""
     desk_port: int = Field(default=5609, ge=1, le=65535)
     feed_port: int = Field(default=5610, ge=1, le=65535)
-    """Of the operator site."""
+    """The operator site's port for the console's data."""
     bind: str = "127.0.0.1"
     port: int = Field(default=8090, ge=0, le=65535)
-    """Where the page is; 0 takes a free one."""
+    """Port of the page; 0 selects a free one."""
     tokens: Path | None = None
-    """File of those who may open the page, lines `NAME act|observe TOKEN`; on loopback anybody may, without."""
+    """File with lines `NAME act|observe TOKEN` of users who may open the page; without it, anybody on loopback may."""
     certificate: Path | None = None
     certificate_key: Path | None = None
-    """TLS, both PEM."""
+    """Private key for TLS, PEM, as is `certificate`."""
     behind_proxy: bool = False
-    """A reverse proxy on the way here speaks TLS."""
+    """Whether a reverse proxy in front of the console serves TLS."""
     address: str | None = None
-    """The page's address as browsers have it, where that is another than `bind`: `https://console.example`."""
+    """Address of the page in browsers where it differs from `bind`, such as `https://console.example`."""
     operator: Path | None = None
     """The operator site's configuration file, named in advice on the page."""
     record: Path | None = None
-    """MCAP file of findings and acts; without, nothing that is found is kept."""
+    """MCAP file of findings and actions; without it, no finding is kept."""
     reports: Path | None = None
     """Folder of reports, served as `/report/NAME.html`."""
     report_command: tuple[str, ...] = ()
-    """Writes the report of an examination that has ended, to the file that takes the place of `{report}` in it; the
-    files that hold what was found take the place of the word `{record}`."""
+    """Command that writes the report of an ended examination. The output file replaces `{report}` in it; the
+    recordings of the findings replace the word `{record}`."""
     status: Path | None = None
     log: LogForm = "text"
 
@@ -212,7 +213,7 @@ class ConsoleConfig(_Section):
 
 
 class ObserverConfig(_Section):
-    """Somebody who looks on."""
+    """Configuration of a read-only client."""
 
     link: OperatorLinkConfig
 
@@ -224,7 +225,7 @@ class _SimulationConfig(_Section):
     can_host: str = "127.0.0.1"
     can_port: int = Field(default=29536, ge=1, le=65535)
     fault_port: int | None = Field(default=None, ge=1, le=65535)
-    """Loopback port at which the simulation is told to fail; nobody can make it fail without."""
+    """Loopback port for commands that inject faults; by default there is none."""
     record: Path | None = None
     status: Path | None = None
     log: LogForm = "text"
@@ -242,21 +243,21 @@ class SimOperatorConfig(_SimulationConfig):
 
     tacttip: Addresses
     seconds: float | None = Field(default=None, gt=0.0)
-    """How long the hand works once its exoskeleton is driven; for ever without."""
+    """Duration of the hand's script once its exoskeleton is driven, s; by default without a limit."""
 
 
 class SimNetworkConfig(_Section):
-    """A simulated network: the operator connects to it, and it connects on to the remote site."""
+    """A simulated network between the operator, who connects to it, and the remote site, to which it connects."""
 
     network: str
-    """Name of a network that comes with the program, or a path that ends in `.toml` or `.csv`."""
+    """Name of a network shipped with the program, or a path that ends in `.toml` or `.csv`."""
     bind: str = "127.0.0.1"
     base_port: int = Field(ge=1, le=65530)
     to_host: str = "127.0.0.1"
     to_base_port: int = Field(default=5600, ge=1, le=65530)
     seed: int = Field(default=0, ge=0)
     wait_for_start: bool = False
-    """Time 0 of the network's timetable is the command `start` at the fault port, instead of the process's start."""
+    """Start the network's timetable at the command `start` on the fault port instead of at the process's start."""
     fault_port: int | None = Field(default=None, ge=1, le=65535)
     status: Path | None = None
     log: LogForm = "text"
@@ -273,10 +274,10 @@ _LONGEST_FIELD = 200
 
 
 def load_config(path: Path, model: type[M]) -> M:
-    """Read a TOML file into `model`; relative paths in it count from the file's own folder.
+    """Read a TOML file into `model`; relative paths in it start at the file's own folder.
 
     Raises:
-        ConfigProblem: no such file, not TOML, or a field is missing, unknown or out of its rules.
+        ConfigProblem: the file is missing or not TOML, or a field is missing, unknown or breaks a rule.
     """
     try:
         text, values = read_toml(path)
@@ -296,7 +297,7 @@ def load_config(path: Path, model: type[M]) -> M:
 
 
 def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
-    """Read the configuration of either site: the operator's is the one with `tacttip` modules.
+    """Read the configuration of either site; the operator's has `tacttip` modules.
 
     Raises:
         ConfigProblem: as `load_config`.
@@ -304,12 +305,12 @@ def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
     try:
         _, values = read_toml(path)
     except (OSError, NotToml):
-        values = {}  # said properly below
+        values = {}  # load_config reports the error
     return load_config(path, OperatorConfig) if "tacttip" in values else load_config(path, RemoteConfig)
 
 
 def _line_of(text: str, location: list[str]) -> int:
-    """Line of the deepest part of `location` that the file mentions; 1 when it mentions none."""
+    """Return the line of the deepest part of `location` that the file mentions; 1 when it mentions none."""
     found = 1
     lines = [line[:_LONGEST_FIELD] for line in text.splitlines()]
     for above, part in zip(["", *location], location, strict=False):
@@ -328,7 +329,7 @@ def _line_of(text: str, location: list[str]) -> int:
 
 
 def _anchor(model: M, folder: Path) -> M:
-    """Make relative paths count from `folder`."""
+    """Make relative paths start at `folder`."""
     changed: dict[str, object] = {}
     for name in type(model).model_fields:
         value = getattr(model, name)
@@ -340,7 +341,7 @@ def _anchor(model: M, folder: Path) -> M:
 
 
 def to_toml(model: BaseModel) -> str:
-    """The resolved configuration as TOML that `load_config` reads back; kept with every recording."""
+    """Return the resolved configuration as TOML that `load_config` reads; it is stored in every recording."""
     values = model.model_dump(mode="json", exclude_none=True)
     lines = [f"{key} = {_toml(value)}" for key, value in values.items() if not isinstance(value, dict)]
     for key, table in values.items():
@@ -350,5 +351,5 @@ def to_toml(model: BaseModel) -> str:
 
 
 def _toml(value: object) -> str:
-    # A JSON scalar or list of scalars is written the same way in TOML, but for this one character.
+    # TOML and JSON write scalars and lists of scalars alike, except for this one character.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,4 +1,4 @@
-"""Motion of a hand and contact of its fingers, from noisy samples.
+"""Estimators of a hand's motion and its fingers' contact from noisy samples.
 
-Sites use `exploration_mode` and `hand_motion`. The others are estimators that these are made of.
+Sites use `exploration_mode` and `hand_motion`, which are made of the other modules.
 """

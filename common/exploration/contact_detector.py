@@ -1,7 +1,8 @@
-"""Whether a finger touches, from a noisy force: at once where the force jumps, without chatter where a finger grazes.
+"""Detects contact of a finger from a noisy force: fast for a jump, without chatter for a light contact.
 
-The force is averaged, but only over samples that agree with the newest one (a sigma filter, Lee 1983): a jump passes
-unchanged, a slow change comes half of the averaged time late. To touch must be told soon, to have left must be sure.
+The force is averaged over samples that agree with the newest one (sigma filter, Lee 1983). A jump passes unchanged. A
+slow change is delayed by half of the averaged time. Contact is detected after a short average, its end after a long
+one.
 """
 
 import math
@@ -9,31 +10,31 @@ from collections import deque
 
 CONTACT_ON_N = 0.30
 CONTACT_OFF_N = 0.15
-"""Contact begins at the first and ends below the second, N."""
+"""Force below which a contact ends, N; a contact begins at CONTACT_ON_N."""
 FREE_N = 0.10
-"""Below this nothing is touched yet, N: three times the force's noise where that is three times its usual."""
+"""Force below which a finger is free, N: three times the noise where the noise is three times its usual level."""
 SOON_S = 0.003
 SURE_S = 0.010
-"""The force is averaged over this time while free, and while touching, s: one and three of 250 samples a second."""
+"""Averaging time while touching, s, three of 250 samples a second; SOON_S, one sample, applies while free."""
 AGREES_N = 0.15
-"""As far as samples are so near the newest one, N."""
+"""Maximum difference from the newest sample of the samples that are averaged, N."""
 TAP_S = 0.15
-"""How long a tap is a tap, s (T_t of Eq. 1)."""
+"""Duration of a tap, s (T_t of Eq. 1)."""
 BOUNCE_S = 0.030
-"""A finger that left within a tap and is back after less than this has bounced: it is still the same tap."""
+"""Maximum time without contact in a bounce, s: a finger that left within a tap and returns sooner continues it."""
 _ROUNDED_S = 1e-4
 _LONGEST_S = SURE_S + _ROUNDED_S
 
 
 class ContactDetector:
-    """Contact of one finger.
+    """Contact of one finger, from its force.
 
     Attributes:
-        touching: whether it touches.
+        touching: whether the finger touches.
         began: whether the last step began a contact; a bounce begins none.
         ended: whether the last step ended a contact, or left it for a bounce.
-        began_s: when the present (or last) contact began, s.
-        force_n: the force without its noise, N.
+        began_s: start of the present or last contact, s.
+        force_n: averaged force, N.
     """
 
     __slots__ = ("_ended_s", "_recent", "began", "began_s", "ended", "force_n", "touching")
@@ -46,7 +47,7 @@ class ContactDetector:
         self._recent: deque[tuple[float, float]] = deque()
 
     def step(self, t_s: float, force_n: float) -> None:
-        """Take the force at `t_s`, N; not finite counts as none."""
+        """Take the force at `t_s`, N; a value that is not finite counts as 0."""
         if not math.isfinite(force_n):
             force_n = 0.0
         recent = self._recent

@@ -1,18 +1,18 @@
-"""What the exploring finger is doing: free, tapping, quiescent or stroking (Kron & Schmidt 2003, section 4.1).
+"""Detects the exploration mode: free, tapping, quiescent or stroking (Kron & Schmidt 2003, section 4.1).
 
-The paper names the modes and what separates them (contact force, distance from the tap point, stroke speed) and gives
-no values. The machine, with those that it has here:
+The paper names the modes and their criteria (contact force, distance from the tap point, stroke speed) without values.
+The values are the constants below. The state machine:
 
     from                 to          when
     any                  FREE        the contact ends
-    FREE                 TAPPING     a contact begins, and for TAP_S after
-    TAPPING, QUIESCENT   STROKING    faster than STROKE_ON_M_S, beyond STROKE_DISTANCE_M from where it came down, and
-                                     away from where it has been lately
+    FREE                 TAPPING     a contact begins; it lasts TAP_S
+    TAPPING, QUIESCENT   STROKING    faster than STROKE_ON_M_S, farther than STROKE_DISTANCE_M from the tap point, and
+                                     farther than PLACE_M from the middle of the recent positions
     TAPPING              QUIESCENT   TAP_S are over and it does not stroke
-    STROKING             QUIESCENT   slower than STROKE_OFF_M_S for REST_S, or nowhere else for a quarter of a second
+    STROKING             QUIESCENT   slower than STROKE_OFF_M_S for REST_S, or within PLACE_M for a quarter of a second
 
-QUIESCENT, once begun, lasts DWELL_S at least while there is contact; STROKING does by what ends it.
-Why so, and what it cannot tell: docs/decisions/0017-modes.md.
+QUIESCENT lasts at least DWELL_S while there is contact. STROKING needs no dwell time, because its end takes time.
+Reasons and limits: docs/decisions/0017-modes.md.
 """
 
 import math
@@ -28,27 +28,28 @@ STROKE_DISTANCE_M = 2e-3
 STROKE_ON_M_S = 10e-3
 STROKE_OFF_M_S = 7e-3
 REST_S = 0.100
-"""Where a stroke turns it is slow for less than this."""
+"""Time below STROKE_OFF_M_S after which a stroke ends, s; a turning stroke is slow for a shorter time."""
 DWELL_S = 0.050
 PLACE_M = 0.5 * STROKE_OFF_M_S * LATELY_S
-"""As far as the slowest stroke gets from the middle of its last quarter of a second, m: within it is nowhere else."""
+"""Maximum distance from the middle of the positions in the last LATELY_S for a finger to be at rest, m: the slowest
+stroke gets this far from it."""
 
 
 class ModeDetector:
-    """Mode machine of one finger.
+    """State machine for the mode of one finger.
 
     Attributes:
         mode: mode after the last step.
-        approach_m_s: how fast it came down at the present (or last) contact, m/s, >= 0 (v_n of Eq. 1); measured while
-            there was no force yet.
+        approach_m_s: approach speed at the present or last contact, m/s, >= 0 (v_n of Eq. 1), measured before the force
+            rose.
         contact: whether the finger touches.
         began: whether the last step began a contact; a bounce within a tap begins none.
-        ended: whether the last step ended one.
+        ended: whether the last step ended a contact.
     """
 
     __slots__ = (
+        "_approach",
         "_contact",
-        "_descent",
         "_fall_m_s",
         "_hand",
         "_mode_s",
@@ -63,20 +64,20 @@ class ModeDetector:
     )
 
     def __init__(self, hand: HandMotion) -> None:
-        """A finger of `hand`, which is stepped before it."""
+        """Detect the mode of a finger of `hand`; step the hand first."""
         self.mode = ExplorationMode.FREE
         self.approach_m_s = 0.0
         self.contact = self.began = self.ended = False
         self._contact = ContactDetector()
-        self._descent = ApproachSpeed()
+        self._approach = ApproachSpeed()
         self._hand = hand
         self._fall_m_s = 0.0
         self._tap_m = (0.0, 0.0)
         self._mode_s = 0.0
         self._slow_s = 0.0
-        """Since when it is slow."""
+        """Time since which the finger is slow, s."""
         self._since_s = -math.inf
-        """Where the hand has been before counts no longer."""
+        """Earlier positions of the hand are ignored, s."""
 
     @property
     def speed_m_s(self) -> float:
@@ -88,15 +89,15 @@ class ModeDetector:
 
         Args:
             t_s: time, s, not decreasing.
-            force_n: contact force, N; not finite counts as none.
+            force_n: contact force, N; a value that is not finite counts as 0.
             z_m: height of the fingertip, m.
         """
         contact, hand = self._contact, self._hand
         was_free = contact.force_n < FREE_N
         contact.step(t_s, force_n)
         if was_free and contact.force_n >= FREE_N:
-            self._fall_m_s = self._descent.speed_m_s  # of the last moment without a force
-        self._descent.step(t_s, z_m)
+            self._fall_m_s = self._approach.speed_m_s  # of the last tick without a force
+        self._approach.step(t_s, z_m)
         self.contact, self.began, self.ended = contact.touching, contact.began, contact.ended
         if contact.began:
             self.approach_m_s = max(self._fall_m_s, 0.0)
@@ -111,7 +112,7 @@ class ModeDetector:
         return mode
 
     def _next(self, t_s: float) -> ExplorationMode:
-        """The mode of a finger that touches after the present one, which may be the same."""
+        """Return the next mode of a touching finger, which may be the present one."""
         if t_s - self._contact.began_s < TAP_S:
             return ExplorationMode.TAPPING
         if self.mode is ExplorationMode.STROKING:
@@ -125,11 +126,11 @@ class ModeDetector:
         return (
             hand.speed_m_s > STROKE_ON_M_S
             and math.hypot(hand.x_m - self._tap_m[0], hand.y_m - self._tap_m[1]) > STROKE_DISTANCE_M
-            and hand.whereabouts.away_m(hand.x_m, hand.y_m, self._since_s) > PLACE_M
+            and hand.spread.away_m(hand.x_m, hand.y_m, self._since_s) > PLACE_M
         )
 
     def _rests(self, t_s: float) -> bool:
         if t_s - self._slow_s >= REST_S:
             self._since_s = self._slow_s
             return True
-        return t_s - self._mode_s > LATELY_S and self._hand.whereabouts.reach_m(self._since_s) < PLACE_M
+        return t_s - self._mode_s > LATELY_S and self._hand.spread.reach_m(self._since_s) < PLACE_M
