@@ -9,13 +9,15 @@ import math
 from collections import deque
 
 CONTACT_ON_N = 0.30
+"""Force at which a contact begins, N."""
 CONTACT_OFF_N = 0.15
-"""Force below which a contact ends, N; a contact begins at CONTACT_ON_N."""
+"""Force below which a contact ends, N."""
 FREE_N = 0.10
 """Force below which a finger is free, N: three times the noise where the noise is three times its usual level."""
 SOON_S = 0.003
+"""Averaging time of the force while free, s: one of 250 samples a second."""
 SURE_S = 0.010
-"""Averaging time while touching, s, three of 250 samples a second; SOON_S, one sample, applies while free."""
+"""Averaging time of the force while touching, s: three of 250 samples a second."""
 AGREES_N = 0.15
 """Maximum difference from the newest sample of the samples that are averaged, N."""
 TAP_S = 0.15

@@ -1,18 +1,18 @@
-"""Places of the hand in the last quarter of a second, and their extent: does its motion lead anywhere?
+"""Spread of the hand's positions over the last quarter of a second.
 
-An arm that shakes is fast at every moment and goes nowhere; a stroke is somewhere else a quarter of a second later.
+It distinguishes a stroke from tremor: an arm that shakes moves fast, but stays in one place.
 """
 
 import math
 from bisect import bisect_right
 
 LATELY_S = 0.25
-"""Two periods of an arm that shakes at 8 Hz."""
+"""Length of the window, s: two periods of an arm that shakes at 8 Hz."""
 EVERY_S = 0.010
 
 
 class PositionSpread:
-    """Places during the last LATELY_S. Each finger says from when on they count for it."""
+    """Positions during the last LATELY_S. Each finger chooses the time from which they count."""
 
     __slots__ = ("_found", "_t_s", "_x_m", "_y_m")
 
@@ -23,7 +23,7 @@ class PositionSpread:
         self._found: dict[float, tuple[float, float, float]] = {}
 
     def step(self, t_s: float, x_m: float, y_m: float) -> None:
-        """Take the place at `t_s`; a time that goes back starts over."""
+        """Take the position at `t_s`, s and m; a time that runs backwards clears the window."""
         times, xs, ys = self._t_s, self._x_m, self._y_m
         if times and 0.0 <= t_s - times[-1] < EVERY_S:
             return
@@ -37,16 +37,16 @@ class PositionSpread:
         self._found.clear()
 
     def away_m(self, x_m: float, y_m: float, since_s: float = -math.inf) -> float:
-        """Distance of a place from the middle of where the hand has been after `since_s`, m."""
+        """Return the distance of a position from the mean of the positions after `since_s`, m."""
         middle_x_m, middle_y_m, _ = self._look(since_s)
         return math.hypot(x_m - middle_x_m, y_m - middle_y_m)
 
     def reach_m(self, since_s: float = -math.inf) -> float:
-        """Largest distance from that middle, m; infinite until there are enough places."""
+        """Return the largest distance from that mean, m; infinite until the window is full."""
         return self._look(since_s)[2]
 
     def _look(self, since_s: float) -> tuple[float, float, float]:
-        """Middle and reach of the places after `since_s`, of the newest at least: worked out once for each of them."""
+        """Return mean and reach of the positions after `since_s`, at least of the newest; computed once for each."""
         if (found := self._found.get(since_s)) is not None:
             return found
         first = min(bisect_right(self._t_s, since_s), len(self._t_s) - 1)

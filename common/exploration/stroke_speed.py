@@ -1,42 +1,43 @@
-"""Stroke speed of the hand from noisy, quantised positions."""
+"""Estimates the stroke speed of the hand from noisy, quantised positions."""
 
 import math
 
 from common.exploration.sample_window import LEAST, OLD_S, ROUNDED_S
 
 WINDOW_S = 0.024
-"""The speed is the mean over so long, s."""
+"""Length of the window over which the speed is averaged, s."""
 _WINDOW_S = WINDOW_S + ROUNDED_S
 
 
 class HandSpeed:
-    """Tangential speed.
+    """Tangential speed of the hand.
 
-    From the mean positions in the first and the last third of the window: nearly as quiet as the slope of a straight
-    line (8/9 of its efficiency, Bartlett 1949), at a fraction of its cost, and forgetting completely.
+    The estimate is the difference between the mean positions in the first and the last third of the window. Its
+    efficiency is 8/9 of that of a fitted straight line (Bartlett 1949), at a fraction of the cost. Samples outside the
+    window have no effect.
 
     Attributes:
-        speed_m_s: tangential speed, m/s, >= 0; that of half a window ago.
+        speed_m_s: tangential speed half a window ago, m/s, >= 0.
     """
 
     __slots__ = ("_t_s", "_x_m", "_y_m", "speed_m_s")
 
     def __init__(self) -> None:
-        # A list for each signal: the sums over its thirds are taken with each sample.
+        # One list for each signal, because each sample needs the sums over its thirds.
         self._t_s: list[float] = []
         self._x_m: list[float] = []
         self._y_m: list[float] = []
         self.speed_m_s = 0.0
 
     def step(self, t_s: float, x_m: float, y_m: float) -> None:
-        """Take the position at `t_s`; a time that does not advance starts over."""
+        """Take the position at `t_s`, s and m; a time that does not advance clears the window."""
         times_s, xs_m, ys_m = self._t_s, self._x_m, self._y_m
         if times_s and not t_s > times_s[-1]:
             del times_s[:], xs_m[:], ys_m[:]
         times_s.append(t_s)
         xs_m.append(x_m)
         ys_m.append(y_m)
-        # As in RecentSamples, a late tick leaves samples in the window, unless they are old.
+        # As in SampleWindow, a late tick leaves samples in the window, unless they are too old.
         while (age_s := t_s - times_s[0]) > _WINDOW_S and (len(times_s) > LEAST or age_s > OLD_S):
             del times_s[0], xs_m[0], ys_m[0]
         if len(times_s) < LEAST:

@@ -1,4 +1,4 @@
-"""Reading and writing of small files, and printable text.
+"""Reads and writes small files, and makes text printable.
 
 Each module stands alone.
 """

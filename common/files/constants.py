@@ -1,4 +1,4 @@
-"""Tables of constants that people write: a wrong or missing one is named in one line."""
+"""Reads tables of constants that people write; an error names the wrong or missing constant in one line."""
 
 from collections.abc import Mapping
 
@@ -8,17 +8,17 @@ Range = tuple[float, float]
 
 
 def read_constants(given: object, ranges: Mapping[str, Range], where: str, *, beside: str = "") -> dict[str, float]:
-    """The constants of one thing.
+    """Return the constants of one table of a file.
 
     Args:
         given: table of a TOML file.
-        ranges: smallest and largest value of each constant.
-        where: file and thing, for the message.
-        beside: one more key that the table may have; it is not looked at.
+        ranges: minimum and maximum of each constant.
+        where: file and table, for the error message.
+        beside: one more key that the table may have; it is ignored.
 
     Raises:
-        ValueError: it is no table, or a constant is missing, unknown, no number, or out of range; the message names
-            where, and the constant.
+        ValueError: `given` is no table, or a constant is missing, unknown, not a number, or out of range; the message
+            names `where` and the constant.
     """
     if not isinstance(given, dict):
         raise ValueError(f"{where} must be a table with {', '.join(ranges)}")
@@ -37,7 +37,7 @@ def read_constants(given: object, ranges: Mapping[str, Range], where: str, *, be
 
 
 def within(value: object, low: float, high: float) -> bool:
-    """Whether it is a finite number of a range."""
+    """Return whether `value` is a finite number from `low` to `high`."""
     return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
 
 
@@ -45,4 +45,4 @@ def _shown(value: object) -> str:
     try:
         return printable(repr(value), 60)
     except (ValueError, RecursionError):  # too many digits, nested too deeply
-        return "what stands there"
+        return "an unprintable value"

@@ -1,15 +1,17 @@
-"""Text from elsewhere as one line that a terminal or a log shows and does not obey."""
+"""Makes text from other sources printable on one line of a terminal or a log."""
 
 LONGEST = 2000
-"""Characters of a text that are shown; the rest is counted."""
+"""Maximum number of characters that are shown; the message then states the full length."""
 
 
 def printable(text: str, longest: int = LONGEST) -> str:
-    """`text` on one line: control characters, text direction overrides and lone surrogates stand as `\\x1b`, `\\u202e`.
+    """Return `text` on one line, with each character that is not printable escaped.
+
+    Control characters, text direction overrides and lone surrogates appear as `\\x1b` or `\\u202e`.
 
     Args:
-        text: anything.
-        longest: what is longer is cut, and its length is said.
+        text: any text.
+        longest: maximum number of characters; a longer text is cut and its length is stated.
     """
     shown = text[:longest]
     if not shown.isprintable():
@@ -20,12 +22,12 @@ def printable(text: str, longest: int = LONGEST) -> str:
 
 
 def one_line(text: str, longest: int) -> str:
-    """The first `longest` characters of `text`, with a space for each one that is not printable."""
+    """Return the first `longest` characters of `text`, with a space for each one that is not printable."""
     return "".join(one if one.isprintable() else " " for one in text[:longest])
 
 
 def printable_lines(text: str) -> str:
-    """`text` with its lines kept, each as `printable` shows it."""
+    """Return `text` with its lines kept and each line as `printable` shows it."""
     return "\n".join(printable(line) for line in text.split("\n"))
 
 

@@ -9,7 +9,7 @@ _FLAGS = os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 def refuse_link(path: Path) -> None:
-    """Raise OSError where `path` is a symbolic link: what is written there would end up elsewhere."""
+    """Raise OSError where `path` is a symbolic link, because the file would be written elsewhere."""
     if path.is_symlink():
         raise OSError(errno.ELOOP, "is a symbolic link, refused", str(path))
 
@@ -19,10 +19,10 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
 
     Args:
         path: its folder must exist.
-        replace: remove a file of that name first; without, it is an error.
+        replace: remove a file of that name first; otherwise an existing file is an error.
 
     Raises:
-        FileExistsError: a file is there already.
+        FileExistsError: the file exists.
         OSError: `path` is a symbolic link, or cannot be created.
     """
     refuse_link(path)

@@ -1,4 +1,4 @@
-"""Reads TOML and JSON files that people write: what is wrong with one is a line of text, never a traceback."""
+"""Reads TOML and JSON files that people write; an invalid file gives an error of one line."""
 
 import json
 import re
@@ -9,20 +9,20 @@ from typing import Any
 from common.files.whole_file import read_whole
 
 MOST_JSON_BYTES = 64 << 20
-"""Size of the largest JSON file that is read, bytes; a table of spectra has 1 MiB."""
+"""Maximum size of a JSON file, bytes; a table of spectra has 1 MiB."""
 _ZERO = re.compile(r"\\u0000|\\U00000000")
 
 
 class NotToml(ValueError):
-    """Text that is no TOML, or none that can be used; the message says at which line."""
+    """Text that is no usable TOML; the message names the line."""
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
-    """Text and content of a TOML file.
+    """Return the text and the content of a TOML file.
 
     Raises:
-        OSError: the file cannot be read, is no regular file, or is too large.
-        NotToml: it is no TOML in UTF-8.
+        OSError: the file cannot be read, is not a regular file, or is too large.
+        NotToml: the file is not TOML in UTF-8.
     """
     content, _ = read_whole(path)
     try:
@@ -34,7 +34,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """Content of a TOML file; raises ValueError that names the file where it cannot be used."""
+    """Return the content of a TOML file; raises ValueError that names the file where it cannot be used."""
     try:
         return read_toml(path)[1]
     except OSError as error:
@@ -44,10 +44,10 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Content of TOML.
+    """Return the content of a TOML text.
 
     Raises:
-        NotToml: it is none, is nested too deeply, or has a number of too many digits or a string with a zero byte.
+        NotToml: the text is not TOML, is nested too deeply, or has too long a number or a string with a zero byte.
     """
     if zero := _ZERO.search(text):
         line = text.count("\n", 0, zero.start()) + 1
@@ -65,11 +65,11 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def read_json(path: Path) -> Any:
-    """Content of a JSON file.
+    """Return the content of a JSON file.
 
     Raises:
-        OSError: the file cannot be read, is no regular file, or is too large.
-        ValueError: it is no JSON in UTF-8, is nested too deeply, or has an integer of too many digits.
+        OSError: the file cannot be read, is not a regular file, or is too large.
+        ValueError: the file is not JSON in UTF-8, is nested too deeply, or has an integer with too many digits.
     """
     content, _ = read_whole(path, MOST_JSON_BYTES)
     try:
@@ -79,7 +79,7 @@ def read_json(path: Path) -> Any:
 
 
 def _first_line(text: str, kind: type[Exception]) -> int:
-    """The first line at whose end the parser raises `kind`: it reads from the start, so halving finds it."""
+    """Return the first line at whose end the parser raises `kind`; bisection works, as parsing begins at the start."""
     lines = text.splitlines(keepends=True)
     low, high = 1, len(lines)
     while low < high:

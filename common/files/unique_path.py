@@ -1,10 +1,10 @@
-"""What an earlier run left is never written over: it is given a name of its own, or the new one takes the next."""
+"""Finds unused file names, so that a run does not overwrite files of an earlier run."""
 
 from pathlib import Path
 
 
 def free_name(path: Path) -> Path:
-    """`path`, or where that exists already, the first of its successors -1, -2 ... that does not."""
+    """Return `path`, or where it exists, the first of its successors -1, -2, ... that does not."""
     number, found = 0, path
     while found.exists():
         number += 1
@@ -13,10 +13,10 @@ def free_name(path: Path) -> Path:
 
 
 def set_aside(path: Path) -> None:
-    """Give the file at `path` the name of its first free successor; nothing, where there is none, or a link.
+    """Rename the file at `path` to its first free successor; does nothing where there is none, or a link.
 
     Raises:
-        OSError: it cannot be renamed.
+        OSError: the file cannot be renamed.
     """
     if path.is_file() and not path.is_symlink():
         path.rename(free_name(path))

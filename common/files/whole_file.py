@@ -1,4 +1,4 @@
-"""Reads a small file whole, through one descriptor: what was checked is what is read."""
+"""Reads a small file whole through one descriptor, so that the checked file is the one that is read."""
 
 import errno
 import os
@@ -6,15 +6,16 @@ import stat
 from pathlib import Path
 
 MOST_BYTES = 1 << 20
-"""Size of the largest configuration, list or key file that is read, bytes."""
+"""Maximum size of a configuration, list or key file, bytes."""
 
 
 def read_whole(path: Path, most_bytes: int = MOST_BYTES) -> tuple[bytes, os.stat_result]:
-    """Content and status of a regular file, which `path` may be a link to. Never waits.
+    """Return content and status of a regular file; `path` may be a link to one. Never waits.
 
     Raises:
-        FileNotFoundError: there is none.
-        OSError: it cannot be read, is no regular file, or is larger than `most_bytes`; `strerror` says which.
+        FileNotFoundError: the file does not exist.
+        OSError: the file cannot be read, is not a regular file, or is larger than `most_bytes`; `strerror` names the
+            reason.
     """
     try:
         number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
