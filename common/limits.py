@@ -1,7 +1,6 @@
-"""The one table of limits: everything that may reach a finger or a patient stays inside it.
+"""Limits of every output to a finger or a patient, in one table.
 
-Gates, device emulators' checks, tests and the documentation all read these numbers; no other
-module states a limit of its own.
+Gates, device emulators, tests and the documentation read these numbers. No other module states a limit of its own.
 """
 
 from dataclasses import dataclass
@@ -9,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class PlateRange:
-    """Set-points that an operator's fingertip plate may be given, C."""
+    """Range of set-points of an operator's fingertip plate, C."""
 
     low_c: float
     high_c: float
@@ -20,58 +19,68 @@ WIDE = PlateRange(15.0, 41.5)
 PLATE_PROFILES = {"comfort": COMFORT, "wide": WIDE}
 
 PLATE_FAULT_C = 42.0
-"""An operator plate above this is a fault, C."""
+"""Maximum temperature of an operator plate, C; a higher one is a fault."""
 PLATE_PEAK_C = 43.0
-"""No single fault starting at or below 40 C may heat a plate beyond this, C."""
+"""Maximum temperature of a plate after any single fault that starts at or below 40 C, C."""
 PLATE_HEATING_K_S = 4.0
+"""Maximum rise of a plate's set-point, K/s (Kron & Schmidt 2003, section 2)."""
 PLATE_COOLING_K_S = 2.5
-"""Largest rates of change of a plate's set-point, K/s (Kron & Schmidt 2003, section 2)."""
+"""Maximum fall of a plate's set-point, K/s (Kron & Schmidt 2003, section 2)."""
 
 DOSE_ABOVE_C = 40.0
+"""Temperature above which skin collects thermal dose, C."""
 DOSE_LIMIT_K_S = 20.0
+"""Maximum thermal dose, the integral of max(0, T - 40 C) over any 60 s, K s."""
 DOSE_WINDOW_S = 60.0
-"""Skin dose: the integral of max(0, T - 40 C) over any 60 s stays at or below 20 K s."""
+"""Window of the thermal dose, s."""
 
 FINGER_FORCE_N = 10.0
+"""Maximum force on an operator's finger, N."""
 FORCE_RAMP_UP_N_S = 50.0
+"""Maximum rise of the force on engaging and on model updates, N/s. The contact law itself has no rate limit."""
 FORCE_RAMP_DOWN_N_S = 200.0
-"""Ramps on engaging, disengaging and model updates, N/s. Never inside the contact law."""
+"""Rate at which the force falls on disengaging and on model updates, N/s. The contact law itself has no rate limit."""
 
 PRODUCED_J = 0.0005
-"""So much energy may come out at an operator's finger beyond what it put in, before force is let go, J."""
+"""Maximum energy that an operator's finger may receive beyond its own input, J; at more, force is released."""
 ACCOUNT_J = 0.005
-"""Maximum energy that a finger has put in and that may be given back to it, J: 2 N over 2.5 mm."""
+"""Maximum stored energy that a finger has put in and may get back, J: 2 N over 2.5 mm."""
 FORGIVEN_W = 0.00015
-"""What has come out too much is forgotten at this rate while no force acts, W: a press that was interrupted is felt
-again without being lifted first, and nothing is pumped by it that a finger's own damping does not take."""
+"""Rate at which excess energy is forgotten while no force acts, W. After an interrupted press a finger feels force
+again without lifting first. A finger's own damping absorbs more energy than repeated presses can gain by it."""
 SWING_N = 0.4
 SWING_CYCLES, SWING_S = 6, 0.5
-"""A force that swings by so much is a fault when it does so in so many cycles within this time: no hand can."""
+"""Number of cycles and duration, s, at which a force oscillation of SWING_N is a fault: no hand oscillates as fast."""
 SWING_SLOW_HZ, SWING_SLOW_CYCLES = 3.0, 3
-"""Slower than that, a hand can: a fault when the energy limit has to act in each of so many cycles."""
+"""Minimum frequency, Hz, and number of cycles at which a slower oscillation is a fault. A hand can oscillate as fast,
+so the energy limit must act in each of these cycles."""
 
 MOTOR_MAX_RPM = 10_000.0
 MOTOR_FLOOR_RPM = 2740.0
-"""Below this a vibration of the motor's fixed amplitude is not felt: command it or zero, nothing between."""
+"""Minimum speed at which the vibration of the motor's fixed amplitude is felt, rpm; commands are 0 or at least this."""
 
 SENSOR_PLATE_C = 42.0
-"""A thermal sensor's plate touches a patient: never above this, C."""
+"""Maximum temperature of a thermal sensor's plate, which touches a patient, C."""
 CONTACT_FORCE_N = 5.0
-"""Default largest force of a remote finger on the patient, N."""
+"""Default maximum force of a remote finger on the patient, N."""
 LEFT_J, LEFT_W = 0.050, 0.100
-"""Work that a remote finger may leave in the patient beyond what comes back: at once, J, and lastingly, W."""
+"""Maximum work of a remote finger that stays in the patient: at once, J, and continuously, W."""
 APPROACH_PLANE_M_S, APPROACH_DOWN_M_S = 0.15, 0.020
-"""Until the remote hand has met the operator's hand: its speed along the bench, and of its fingers downwards."""
+"""Maximum speeds of the remote hand, m/s, along the bench and of fingers downwards, until it meets the operator's."""
 
 GAP_S = 0.100
-"""No accepted packet for this long means safe state."""
+"""Maximum gap between accepted packets, s; a longer gap causes the safe state."""
 AGE_DEFAULT_S = 0.150
+"""Default maximum age of a packet, s; an older packet is refused. The sites agree on it at engage."""
 AGE_MAX_S = 0.500
-"""Oldest source time acted on: agreed at engage, never above the maximum."""
+"""Largest maximum age of a packet that may be configured, s."""
 FORCE_SAFE_S = 0.150
+"""Maximum time from the last valid input until force is 0, s."""
 MOTOR_SAFE_S = 0.150
+"""Maximum time from the last valid input until the motor drive is 0, s."""
 MOTOR_STILL_S = 0.250
+"""Maximum time from the last valid input until the motor is below its floor, s."""
 THERMAL_SAFE_S = 0.200
-"""From the last valid input to safe output: force 0, motor drive 0, motor below its floor, Peltier and heater 0."""
+"""Maximum time from the last valid input until Peltier and heater drives are 0, s."""
 MODULE_TIMEOUT_S = 0.100
-"""A device that hears nothing for this long switches its own outputs off."""
+"""Maximum time without a command at a device, s; after it the device turns its own outputs off."""
