@@ -1,7 +1,7 @@
-"""Who may connect: answers the link's sockets for each handshake, in a thread of its own (ZeroMQ RFC 27, ZAP).
+"""Authenticates connections to the link's sockets in a thread of its own (ZeroMQ RFC 27, ZAP).
 
-Each socket has a domain, and each domain says which role a key needs. What is admitted is remembered, so that a key
-that is revoked later can be found and cut. A key that knocks too often is sent away for a while.
+Each socket has a domain, and each domain requires a role of the key. Admitted keys are remembered, so that connections
+of a key can be cut when it is revoked. A key with too many handshakes is refused for a while.
 """
 
 import logging
@@ -19,19 +19,20 @@ from common.link.rate_limiter import RateLimiters
 log = logging.getLogger(__name__)
 
 Admits = Callable[[str, str], bool]
-"""Whether a domain is open to a public key."""
+"""Function of a domain and a public key that returns whether the key may connect to the domain."""
 
 KNOCKS_PER_S = 20.0
+"""Maximum rate of one key's handshakes, 1/s; a site retries at most twice a second."""
 KNOCKS_AT_ONCE = 40
-"""Handshakes of one key: a site opens all its streams at once and tries again twice a second at most."""
+"""Maximum number of one key's handshakes at once; a site opens all its streams at once."""
 _QUIET_S = 10.0
-"""Refusals are counted each and logged this often: a flood must not fill a disk."""
+"""Minimum time between two log lines about refusals, s: a flood cannot fill a disk. All refusals are counted."""
 _ADDRESS = "inproc://zeromq.zap.01"
 _END = b"end"
 
 
 class Authenticator:
-    """Serves one ZeroMQ context; the only one to do so."""
+    """Authenticates the connections of one ZeroMQ context, which may have only one authenticator."""
 
     def __init__(
         self,
@@ -41,17 +42,17 @@ class Authenticator:
         *,
         limited: bool = True,
     ):
-        """Start answering; must exist before the first socket is bound.
+        """Start answering; create it before the first socket is bound.
 
         Args:
-            context: whose sockets ask.
-            admits: says who may connect to what.
+            context: context of the sockets.
+            admits: decides whether a key may connect to a domain.
             now_s: a steady clock, s.
-            limited: whether a key that knocks too often is sent away for a while.
+            limited: whether a key with too many handshakes is refused for a while.
         """
         self.answers: Counter[str] = Counter()
-        """How many handshakes were `admitted`, `refused` (key not trusted for this), `too_many`, `expelled`,
-        or `failed` (judging it raised)."""
+        """Number of handshakes by result: `admitted`, `refused` (key not trusted for this), `too_many`, `expelled`, or
+        `failed` (the check raised an exception)."""
         self._context = context
         self._admits = admits
         self._now_s = now_s
@@ -63,11 +64,11 @@ class Authenticator:
         socket = context.socket(zmq.REP)
         socket.setsockopt(zmq.LINGER, 0)
         socket.bind(_ADDRESS)
-        self._thread = threading.Thread(target=self._serve, args=(socket,), name="doorkeeper", daemon=True)
+        self._thread = threading.Thread(target=self._serve, args=(socket,), name="authenticator", daemon=True)
         self._thread.start()
 
     def revoked(self) -> dict[str, set[str]]:
-        """Keys that were admitted to each domain and no longer may be; they are forgotten by this."""
+        """Return the keys admitted to each domain that have lost this right, and forget them."""
         with self._lock:
             inside = {domain: set(keys) for domain, keys in self._inside.items()}
         out = {domain: {key for key in keys if not self._admits(domain, key)} for domain, keys in inside.items()}
@@ -84,13 +85,13 @@ class Authenticator:
             self._refused_until_s = {**still, (domain, key): now_s + refuse_s}
 
     def forgive(self, key: str) -> None:
-        """Answer handshakes of `key` as if it had never been refused for a while."""
+        """Answer handshakes of `key` again; ends every `refuse` of it."""
         with self._lock:
             kept = {whom: until_s for whom, until_s in self._refused_until_s.items() if whom[1] != key}
             self._refused_until_s = kept
 
     def close(self) -> None:
-        """End the thread; before the context is destroyed."""
+        """End the thread; call it before the context is destroyed."""
         end = self._context.socket(zmq.REQ)
         end.setsockopt(zmq.LINGER, 0)
         end.connect(_ADDRESS)
@@ -104,7 +105,7 @@ class Authenticator:
         socket.close()
 
     def _answer(self, question: list[bytes]) -> list[bytes]:
-        """Answer one handshake; what raises refuses it, and the thread continues."""
+        """Answer one handshake; an exception refuses it, and the thread continues."""
         try:
             return self._judged(question)
         except Exception as error:
@@ -128,7 +129,7 @@ class Authenticator:
                 self._say("refused a connection to %s from %s: key %s was expelled", domain, address, key)
                 status, reason = b"300", b"expelled for a while"
             elif self._knocks is not None and not self._knocks.allows(key, self._now_s()):
-                # Not a refusal: the far side's library tries again by itself after a 300.
+                # The far side's library retries by itself after status 300.
                 self.answers["too_many"] += 1
                 self._say("too many connections to %s from %s with key %s", domain, address, key)
                 status, reason = b"300", b"too many connections"

@@ -1,4 +1,4 @@
-"""Which address a remote site may bind to: one that is open to a network only when it trusts somebody."""
+"""Checks the address that a remote site binds to: one open to a network needs a trusted key."""
 
 import ipaddress
 
@@ -8,10 +8,10 @@ from common.link.keys import TrustedKeys
 
 
 def check_bind(host: str, trusted: TrustedKeys) -> None:
-    """Whether a remote site may bind to `host`.
+    """Raise an error where a remote site may not bind to `host`.
 
     Raises:
-        LinkProblem: `host` is open to a network and nobody is trusted: keys come first.
+        LinkProblem: `host` is open to a network and no key is trusted.
         KeyProblem: the list of trusted keys is damaged.
     """
     owners = trusted.owners()

@@ -1,4 +1,4 @@
-"""What each site says of itself at hello, and whether the two can work together."""
+"""Capabilities that the sites exchange at hello, and their comparison."""
 
 import hashlib
 from typing import Any
@@ -11,28 +11,28 @@ from common.wire.packets import SCHEMA_VERSION
 LAYOUT = hashlib.sha256(
     ",".join(f"{name}:{low:g}:{high:g}" for name, (low, high) in TOUCH_RANGES.items()).encode()
 ).hexdigest()[:16]
-"""Hash of the touch block's columns and ranges: two sites that differ in it misread each other."""
+"""Hash of the touch block's columns and ranges; sites with different hashes would misread each other."""
 
 OPERATOR = "operator"
 OBSERVER = "observer"
 
 
 def capabilities(fingers: tuple[str, ...], rate_hz: float, **more: Any) -> dict[str, Any]:
-    """A site's own, as they travel in a hello and its answer.
+    """Return a site's own capabilities, as sent in a hello and its answer.
 
     Args:
         fingers: names of the fingers in use.
-        rate_hz: of the site's loop, and so of what it sends.
-        more: what only one kind of site has, such as its calibration's hash or its output ranges.
+        rate_hz: rate of the site's loop, Hz, and so of its packets.
+        more: fields of one kind of site, such as its calibration's hash or its output ranges.
     """
     return {"schema": SCHEMA_VERSION, "layout": LAYOUT, "fingers": list(fingers), "rate_hz": rate_hz, **more}
 
 
 def misreading(theirs: dict[str, Any]) -> str:
-    """Why this site would misread what the far side sends; empty when it would not.
+    """Return why this site would misread packets of the far side; empty when it would not.
 
     Args:
-        theirs: what the far side said of itself.
+        theirs: capabilities of the far side.
     """
     if theirs.get("layout") != LAYOUT:
         return "touch is laid out differently on the two sites: install the same version on both"
@@ -40,12 +40,12 @@ def misreading(theirs: dict[str, Any]) -> str:
 
 
 def disagreement(ours: dict[str, Any], theirs: dict[str, Any], gap_s: float = GAP_S) -> str:
-    """Why two sites cannot work together; empty when they can. The far side's word is not believed to be well formed.
+    """Return why two sites cannot work together; empty when they can. `theirs` may be malformed.
 
     Args:
         ours: this site's capabilities.
-        theirs: what the far side said.
-        gap_s: without a packet for longer, this site goes to its safe state.
+        theirs: capabilities of the far side.
+        gap_s: maximum gap between packets, s; a longer gap causes this site's safe state.
     """
     if problem := misreading(theirs):
         return problem

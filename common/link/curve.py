@@ -1,6 +1,6 @@
-"""CurveZMQ sockets: the options that all of this project's sockets share, and requests with their answers.
+"""CurveZMQ sockets: their common options, and requests with answers.
 
-All socket options are set before bind and connect: set later they do nothing.
+All socket options are set before bind and connect; later they have no effect.
 """
 
 import contextlib
@@ -17,38 +17,38 @@ from common.link.keys import KeyPair
 from common.wire.packets import MAX_PACKET
 
 MOST_AT_ONCE = 64
-"""Packets that are read from one socket in one tick; a socket takes turns among its connections."""
+"""Maximum number of packets read from one socket in one tick; a socket takes turns among its connections."""
 WAITING = 64
-"""Packets of one connection that wait to be read, and answers that wait to be sent to it; then TCP holds the sender."""
+"""Maximum number of packets of one connection that wait to be read, or to be sent; beyond it TCP holds the sender."""
 _STOP = b"estop"
-"""Stands in every request for an emergency stop."""
+"""Bytes that every request for an emergency stop contains."""
 _TOPICS_COUNT = 116
-"""ZMQ_TOPICS_COUNT of libzmq from 4.3.5 on, which pyzmq does not name."""
+"""Option ZMQ_TOPICS_COUNT of libzmq from 4.3.5 on, which pyzmq does not name."""
 _MOST_OF_A_READER = 2048
-"""Bytes that a reader sends at most: a handshake of 700, a subscription to everything, and its end."""
+"""Maximum number of bytes that a reader sends: a handshake of 700, a subscription to everything, and its end."""
 _LONGEST_OF_A_READER = 512
-"""Bytes; the longest packet of a handshake has some 300."""
+"""Maximum size of a reader's packet, bytes; the longest packet of a handshake has some 300."""
 _MOST_OF_READERS = 8
-"""Packets of one reader that wait; with 1 the library takes no subscription."""
+"""Maximum number of waiting packets of one reader; with 1 the library takes no subscription."""
 _BYTES_RECEIVED = 128
-"""Where struct tcp_info has tcpi_bytes_received, 8 bytes, on every Linux from 4.1 on."""
+"""Offset of tcpi_bytes_received, 8 bytes, in struct tcp_info, bytes, on every Linux from 4.1 on."""
 _READABLE, _EVENTS, _DONTWAIT = int(zmq.POLLIN), int(zmq.EVENTS), int(zmq.DONTWAIT)
 _HANDSHAKE_MS = 2000
 _UNACKNOWLEDGED_MS = 2000
 _CURVE_BYTES = 64
-"""Room for what the encryption adds to a packet; the library counts it."""
+"""Room for the bytes that encryption adds to a packet; the library counts them."""
 
 
 class LinkProblem(OSError):
-    """The link cannot be set up: port in use, or this side's key is not allowed."""
+    """The link cannot be set up: a port is in use, or this side's key is not allowed."""
 
 
 class Received(NamedTuple):
     """A packet of a client.
 
     Attributes:
-        who: routing identity of the client, for the answer; empty on a stream without answers.
-        key: public key of the client, as the handshake authenticated it.
+        who: routing identity of the client for the answer; empty on a stream without answers.
+        key: public key of the client, authenticated by the handshake.
         packet: the bytes.
         connection: file descriptor of the TCP connection in this process; 0 where there is none.
     """
@@ -60,33 +60,33 @@ class Received(NamedTuple):
 
 
 def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
-    """Set what all sockets of the link have in common."""
+    """Set the options that all sockets of the link share."""
     socket.setsockopt(zmq.LINGER, 0)
     socket.setsockopt(zmq.MAXMSGSIZE, MAX_PACKET + _CURVE_BYTES)
     socket.setsockopt(zmq.HANDSHAKE_IVL, _HANDSHAKE_MS)
     socket.setsockopt(zmq.RCVHWM, WAITING)
     socket.setsockopt(zmq.SNDHWM, WAITING)
-    # ZMTP heartbeats stay off: with a receive queue that is full they abort the process (libzmq issues 3937, 4364). A
-    # peer behind a broken network, or one that reads nothing, is dropped by TCP: after data without acknowledgement,
-    # or after probes without an answer.
+    # ZMTP heartbeats stay off: with a full receive queue they abort the process (libzmq issues 3937, 4364). TCP drops a
+    # peer behind a broken network, or one that reads nothing: after unacknowledged data, or after probes without an
+    # answer.
     socket.setsockopt(zmq.TCP_KEEPALIVE, 1)
     socket.setsockopt(zmq.TCP_KEEPALIVE_IDLE, 1)
     socket.setsockopt(zmq.TCP_KEEPALIVE_INTVL, 1)
     socket.setsockopt(zmq.TCP_MAXRT, _UNACKNOWLEDGED_MS)
     socket.setsockopt(zmq.CONNECT_TIMEOUT, 1000)
-    # The library waits once or twice as long and shakes hands; outputs end after 100 ms without packets.
+    # The library waits once or twice this time and repeats the handshake; outputs end after 100 ms without packets.
     socket.setsockopt(zmq.RECONNECT_IVL, 20)
     socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
 
 
 def prepare_publisher(socket: "zmq.Socket[bytes]") -> None:
-    """Let readers of a PUB socket send no more at once than a handshake and a subscription; before it is bound."""
+    """Limit what readers of a PUB socket send at once to a handshake and a subscription; call it before bind."""
     socket.setsockopt(zmq.MAXMSGSIZE, _LONGEST_OF_A_READER)
     socket.setsockopt(zmq.RCVHWM, _MOST_OF_READERS)
 
 
 def serve_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, domain: str) -> None:
-    """Make a socket a Curve server whose doorkeeper is asked for `domain`."""
+    """Make a socket a Curve server; the authenticator decides who may connect to `domain`."""
     socket.setsockopt(zmq.CURVE_SERVER, 1)
     socket.setsockopt(zmq.CURVE_SECRETKEY, keys.secret)
     socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
@@ -101,16 +101,16 @@ def use_curve(socket: "zmq.Socket[bytes]", keys: KeyPair, server_public_key: str
 
 
 class Inbox:
-    """The packets that wait to be read from one socket.
+    """Unread packets of one socket.
 
-    The socket's descriptor becomes readable with news; polling it takes a fifth of the time of asking the library. It
-    signals each piece of news once. So the library is asked until it says that nothing waits, and after `stale`.
+    The socket's descriptor becomes readable when its state changes; polling it takes a fifth of the time of asking the
+    library. It signals each change once. Therefore the library is asked until no packet waits, and after `stale`.
     """
 
     __slots__ = ("_look", "_news", "_socket")
 
     def __init__(self, socket: "zmq.Socket[bytes]") -> None:
-        """Read from a socket that nobody else reads from."""
+        """Read from a socket that has no other reader."""
         self._socket = socket
         news = select.poll()
         news.register(int(socket.getsockopt(zmq.FD)), select.POLLIN)
@@ -118,11 +118,11 @@ class Inbox:
         self._look = True
 
     def stale(self) -> None:
-        """Something else was done with the socket, such as sending: that may have used the news up."""
+        """Note another use of the socket, such as sending, which may have consumed a signal of the descriptor."""
         self._look = True
 
     def take(self) -> list[zmq.Frame]:
-        """The parts of the next packet; none where none waits."""
+        """Return the parts of the next packet; empty where no packet waits."""
         socket = self._socket
         if not self._look:
             if not self._news(0):
@@ -141,7 +141,7 @@ class Inbox:
 
 
 def receive_requests(inbox: Inbox, most: int = MOST_AT_ONCE) -> list[Received]:
-    """What clients sent to a ROUTER socket, at most `most`; emergency stops first."""
+    """Return requests that clients sent to a ROUTER socket, at most `most`; emergency stops first."""
     found: list[Received] = []
     for _ in range(most):
         if not (frames := inbox.take()):
@@ -152,12 +152,12 @@ def receive_requests(inbox: Inbox, most: int = MOST_AT_ONCE) -> list[Received]:
 
 
 def may_stop(received: Received) -> bool:
-    """Whether a packet may be a request for an emergency stop; False is certain."""
+    """Return whether a packet may be a request for an emergency stop; False is certain."""
     return _STOP in received.packet
 
 
 def receive_newest(inbox: Inbox) -> list[Received]:
-    """The newest unread packet of each connection of a CONFLATE socket, at most MOST_AT_ONCE in all."""
+    """Return the newest unread packet of each connection of a CONFLATE socket, at most MOST_AT_ONCE in all."""
     found: dict[int, Received] = {}
     for _ in range(MOST_AT_ONCE):
         if not (frames := inbox.take()):
@@ -168,18 +168,18 @@ def receive_newest(inbox: Inbox) -> list[Received]:
 
 
 def is_open(connection: int, local_port: int) -> bool:
-    """Whether a descriptor of this process is a TCP connection that was accepted at `local_port`."""
+    """Return whether a descriptor of this process is a TCP connection accepted at `local_port`."""
     with _tcp_connection(connection, local_port) as end:
         return end is not None
 
 
 def subscriptions(socket: "zmq.Socket[bytes]") -> int:
-    """How many subscriptions that it did not have before a PUB socket got; those of a closed connection count on."""
+    """Return how many different subscriptions a PUB socket has received, those of closed connections included."""
     return int(socket.getsockopt(_TOPICS_COUNT))
 
 
 def end_strange_readers(local_port: int) -> int:
-    """End each connection to a port of a PUB socket that sent more than one reader has to say; returns how many."""
+    """End each connection to a PUB socket's port that sent more bytes than a reader needs; return how many."""
     ended = 0
     for name in os.listdir("/proc/self/fd"):
         with _tcp_connection(int(name), local_port) as end, contextlib.suppress(OSError):
@@ -190,19 +190,19 @@ def end_strange_readers(local_port: int) -> int:
 
 
 def _received_bytes(end: sockets.socket) -> int:
-    """What a TCP connection has received since it was made."""
-    told = end.getsockopt(sockets.IPPROTO_TCP, sockets.TCP_INFO, _BYTES_RECEIVED + 8)
-    return int.from_bytes(told[_BYTES_RECEIVED:], sys.byteorder)
+    """Return how many bytes a TCP connection has received since it was made."""
+    info = end.getsockopt(sockets.IPPROTO_TCP, sockets.TCP_INFO, _BYTES_RECEIVED + 8)
+    return int.from_bytes(info[_BYTES_RECEIVED:], sys.byteorder)
 
 
 def end_connection(connection: int, local_port: int) -> None:
-    """End one TCP connection of this process; libzmq finds it closed and the peer connects again.
+    """End one TCP connection of this process; libzmq finds it closed, and the peer connects again.
 
-    The descriptor may have been closed and reused since: unless it is a TCP socket of `local_port`, nothing happens.
+    The descriptor may have been closed and reused. Nothing happens unless it is a TCP socket of `local_port`.
 
     Args:
         connection: file descriptor of the connection.
-        local_port: port that the connection was accepted at.
+        local_port: port at which the connection was accepted.
     """
     with _tcp_connection(connection, local_port) as end, contextlib.suppress(OSError):
         if end is not None:
@@ -211,7 +211,7 @@ def end_connection(connection: int, local_port: int) -> None:
 
 @contextlib.contextmanager
 def _tcp_connection(connection: int, local_port: int) -> Iterator[sockets.socket | None]:
-    """A second descriptor of a connection that was accepted at `local_port`; None where it is something else."""
+    """Yield a second descriptor of a connection accepted at `local_port`; None where it is something else."""
     try:
         descriptor = os.dup(connection)
     except OSError:
@@ -237,6 +237,6 @@ def _received(who: bytes, frame: zmq.Frame) -> Received:
 
 
 def send_answer(socket: "zmq.Socket[bytes]", who: bytes, packet: bytes) -> None:
-    """Answer one client of a ROUTER socket; one that is gone, or takes nothing any more, gets nothing."""
+    """Answer one client of a ROUTER socket; a client that is gone or reads nothing gets no answer."""
     with contextlib.suppress(zmq.Again):
         socket.send_multipart([who, packet], zmq.DONTWAIT)

@@ -1,6 +1,6 @@
-"""Where the hand is between two packets: it goes on as it went. Both ends of the link reckon the same from the same.
+"""Dead reckoning: extrapolates the hand's position between two packets, alike at both ends of the link.
 
-The sender knows by it what the receiver takes for true, and need not send while that is near enough.
+The sender thus knows the receiver's estimate, and omits packets while the estimate is accurate enough.
 """
 
 from collections import deque
@@ -13,16 +13,16 @@ from common.timing.timeouts import REFRESH_S
 Floats = NDArray[np.float64]
 
 APART_S = 0.008
-"""Two packets tell a speed when they are this far apart or more: places are rounded to 0.02 mm."""
+"""Minimum time between two packets for a speed estimate, s: positions are rounded to 0.02 mm."""
 TOGETHER_S = 0.05
-"""What lies further apart was not one movement."""
+"""Maximum time between two packets of one movement, s."""
 ONWARDS_S = 2.0 * REFRESH_S
-"""No further than this: one lost or late refresh is bridged; where more is lost, the hand stands."""
+"""Maximum extrapolation, s. It bridges one lost or late refresh; after more, the position stays constant."""
 _ROUNDING_S = 1e-6
 
 
 class DeadReckoning:
-    """Goes on from the last places at the speed between them."""
+    """Extrapolates from the last positions at the speed between them."""
 
     __slots__ = ("_last", "_last_s", "_pace", "_taken")
 
@@ -33,7 +33,7 @@ class DeadReckoning:
         self._pace: Floats | None = None
 
     def take(self, t_s: float, place_m: NDArray[np.float32]) -> None:
-        """Take what a packet says: the places (5, 3), m, of its source time, s. A clock set back begins anew."""
+        """Take a packet's positions (5, 3), m, and its source time, s. A clock that was set back starts over."""
         taken = self._taken
         if taken and t_s <= self._last_s:
             taken.clear()
@@ -48,7 +48,7 @@ class DeadReckoning:
         self._last_s, self._last = t_s, place
 
     def at(self, t_s: float) -> Floats | None:
-        """The places (5, 3), m, at a time on the sender's clock, s; None before the first packet."""
+        """Return the positions (5, 3), m, at a time on the sender's clock, s; None before the first packet."""
         if self._last is None or self._pace is None:
             return self._last
         onwards_s = t_s - self._last_s

@@ -1,8 +1,8 @@
-"""Whether this tick is worth a packet: when the far side would feel the difference, and often enough to be believed.
+"""Deadband: sends a packet when the far side would perceive the change, and at least at the refresh interval.
 
-A quiet finger costs a refresh every 12 ms and nothing else. Where a fifth of all packets is lost, each by chance, eight
-refreshes in a row must be before the far side takes it for dead (a gap of more than 0.1 s): 0.6 times in an hour. What
-has changed is told again in the next tick, so that one lost packet leaves no error behind.
+Without changes a packet follows every 12 ms. If a fifth of all packets is lost at random, the far side sees a gap of
+more than 0.1 s only after eight lost refreshes in a row, 0.6 times an hour. A change is repeated in the next tick, so
+that one lost packet leaves no error.
 """
 
 import math
@@ -10,22 +10,22 @@ import math
 from common.timing.timeouts import REFRESH_S
 
 REPEATS = 1
-"""How often a change is told again, in the ticks that follow."""
+"""Number of repetitions of a change in the following ticks."""
 _EARLY = 0.75
-"""Of a period: a tick that close to the refresh does not wait for the next one."""
+"""Share of a period: a tick less than this before the refresh sends at once."""
 
 
 class Deadband:
-    """Counts and decides, tick by tick; what is felt is for its owner to say.
+    """Decides for each tick whether to send. The caller decides whether a change is perceptible.
 
     Attributes:
-        spared: ticks that were not worth a packet.
+        spared: number of ticks without a packet.
     """
 
     __slots__ = ("_again", "_quiet_s", "_repeats", "_sent_s", "spared")
 
     def __init__(self, period_s: float, repeats: int = REPEATS) -> None:
-        """Decide for a loop with this period, s, and tell each change again so often."""
+        """Decide for a loop with this period, s, and repeat each change `repeats` times."""
         self._quiet_s = REFRESH_S - _EARLY * period_s
         self._repeats = repeats
         self._sent_s = -math.inf
@@ -33,10 +33,10 @@ class Deadband:
         self.spared = 0
 
     def step(self, t_s: float, felt: bool) -> bool:
-        """Whether to send at `t_s`, s, a packet that the far side would feel the lack of, or would not."""
+        """Return whether to send at `t_s`, s; `felt` is whether the far side would perceive the change."""
         if felt:
             self._again = 1 + self._repeats
-        if not self._again and 0.0 <= t_s - self._sent_s <= self._quiet_s:  # a clock set back sends
+        if not self._again and 0.0 <= t_s - self._sent_s <= self._quiet_s:  # a clock that was set back sends
             self.spared += 1
             return False
         self._again = max(0, self._again - 1)

@@ -1,4 +1,4 @@
-"""An emergency stop is done when the output drivers say so, not when it was asked for."""
+"""Waits after an emergency stop until all devices confirm that their outputs are off."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 from common.limits import THERMAL_SAFE_S
 
 PATIENCE_NS = round(1.5 * THERMAL_SAFE_S * 1e9)
-"""The slowest output is off within two thirds of this; who has not confirmed by then is named."""
+"""Maximum wait for confirmations, ns; then unconfirmed devices are named. All outputs are off in two thirds of it."""
 
 Unconfirmed = Callable[[float], Mapping[str, str]]
-"""Says of each device why it is not certain that its outputs have been off since a time (s); empty where it is."""
+"""Returns for each device why its outputs may not be off since a time, s; empty where they certainly are."""
 
 
 @dataclass(frozen=True, slots=True)
 class Confirmation:
-    """How an emergency stop ended."""
+    """Result of an emergency stop."""
 
     after_s: float
     unconfirmed: str
@@ -31,27 +31,27 @@ class EmergencyStop:
     """Waits for the devices of one site to confirm. Pure: time is an argument, ns."""
 
     asked_ns: int | None = None
-    """When the last stop was asked for; None where there was none, or its outputs may be on again."""
+    """Time of the last request for a stop, ns; None without one, or when its outputs may be on again."""
     after_s: dict[str, float | None] = field(default_factory=dict)
-    """For each device how long after that it confirmed, s; None while it has not. One that is late is taken, too."""
+    """Time from the request to each device's confirmation, s; None without one. A late one counts, too."""
     _waiting: bool = False
 
     def ask(self, now_ns: int) -> None:
-        """A stop was asked for; one that is already waited for goes on."""
+        """Start a stop; one that still waits for confirmations continues."""
         if not self._waiting:
             self.asked_ns, self.after_s, self._waiting = now_ns, {}, True
 
     def forget(self) -> None:
-        """The fault was cleared: outputs may be on again. A stop that is still waited for is not forgotten."""
+        """Forget the stop when the fault is cleared: outputs may be on again. A stop that still waits is kept."""
         if self.asked_ns is not None and not self._waiting:
             self.asked_ns, self.after_s = None, {}
 
     def step(self, now_ns: int, unconfirmed: Unconfirmed) -> Confirmation | None:
-        """The outcome, once, as soon as it is known.
+        """Return the result once, as soon as it is known.
 
         Args:
-            now_ns: this site's clock.
-            unconfirmed: asked of the time of the stop.
+            now_ns: this site's clock, ns.
+            unconfirmed: called with the time of the stop.
         """
         if self.asked_ns is None or now_ns <= self.asked_ns:
             return None

@@ -1,6 +1,7 @@
-"""Resolves the name of the remote site's host in a thread of its own, never in the link.
+"""Resolves the name of the remote site's host in a thread of its own.
 
-libzmq asks the name server in the thread that serves all sockets: one that does not answer stops them all for 10 s.
+libzmq resolves names in the thread that serves all sockets. A name server that does not answer would stop them for
+10 s.
 """
 
 import ipaddress
@@ -14,41 +15,41 @@ log = logging.getLogger(__name__)
 
 look_up = socket.getaddrinfo
 AGAIN_S = 5.0
-"""Time between two questions to the name server, s."""
+"""Interval between two name look-ups, s."""
 _ANSWER_S = 1.0
-"""An address of several that accepts no connection within this time is passed over, s."""
+"""Maximum wait for a connection to one of several addresses, s."""
 
 
 def bare_host(host: str) -> str:
-    """An address or name without the brackets that IPv6 addresses have beside a port."""
+    """Return a host without the brackets that IPv6 addresses have before a port."""
     return host[1:-1] if host.startswith("[") and host.endswith("]") else host
 
 
 def is_ipv6(host: str) -> bool:
-    """Whether a host is given by its IPv6 address, with or without brackets."""
+    """Return whether a host is an IPv6 address, with or without brackets."""
     return ":" in host
 
 
 def tcp_endpoint(host: str, port: int) -> str:
-    """Address of a socket as libzmq writes it."""
+    """Return the address of a socket in libzmq's form."""
     bare = bare_host(host)
     return f"tcp://[{bare}]:{port}" if is_ipv6(bare) else f"tcp://{bare}:{port}"
 
 
 class Resolver:
-    """Knows the newest good address of a host; asks every AGAIN_S in a thread of its own."""
+    """Holds the newest good address of a host; resolves it every AGAIN_S in a thread of its own."""
 
     def __init__(self, host: str, port: int):
-        """Begin asking; for a numeric address nobody is asked.
+        """Start resolving; a numeric address needs no look-up.
 
         Args:
             host: name or address.
-            port: TCP port at which the remote site listens. Where a name has several addresses, this port is tried.
+            port: TCP port of the remote site. Where a name has several addresses, this port is tried.
         """
         self.address: str | None = None
-        """Numeric address; None until the name server has answered for the first time."""
+        """Numeric address; None until the name server has answered once."""
         self.problem = ""
-        """Why the last question had no answer; empty where it had one."""
+        """Reason why the last look-up failed; empty where it succeeded."""
         self._host, self._port = bare_host(host), port
         self._end = threading.Event()
         try:
@@ -59,7 +60,7 @@ class Resolver:
             self.address = self._host
 
     def close(self) -> None:
-        """End the thread once the question under way has an answer."""
+        """End the thread after the look-up under way."""
         self._end.set()
 
     def _run(self) -> None:
@@ -68,7 +69,7 @@ class Resolver:
                 found = look_up(self._host, self._port, type=socket.SOCK_STREAM)
                 self.address = self._best([str(answer[4][0]) for answer in found])
                 self._notice("")
-            except (OSError, UnicodeError) as error:  # UnicodeError: no name that a name server takes
+            except (OSError, UnicodeError) as error:  # UnicodeError: not a valid host name
                 self._notice(printable(f"{self._host}: {error}", 200))
             self._end.wait(AGAIN_S)
 
@@ -79,7 +80,7 @@ class Resolver:
         self.problem = problem
 
     def _best(self, found: list[str]) -> str | None:
-        """The present address while it answers: no name server cuts a session. Else one of those found that does."""
+        """Return the present address while it answers, which keeps the session; else one of `found` that answers."""
         candidates = list(dict.fromkeys(([self.address] if self.address else []) + found))
         if len(candidates) < 2:
             return candidates[0] if candidates else None

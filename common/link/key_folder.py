@@ -1,4 +1,4 @@
-"""Reads what lies in a key folder, and refuses what another user could change."""
+"""Reads the files of a key folder and refuses files that another user could change."""
 
 import os
 import pwd
@@ -10,19 +10,20 @@ from common.files.whole_file import read_whole
 
 
 class KeyProblem(ValueError):
-    """A key folder that cannot be used; the message names the file and what to do."""
+    """An unusable key folder; the message names the file and the remedy."""
 
 
 def read_own(path: Path, *, secret: bool = False) -> bytes:
-    """Content of a file of a key folder.
+    """Return the content of a file of a key folder.
 
     Args:
-        path: the file; a link is followed, and what it points to is checked.
-        secret: others may not read it either.
+        path: the file; a link is followed, and its target is checked.
+        secret: whether reading by others is refused, too.
 
     Raises:
-        FileNotFoundError: there is no such file.
-        KeyProblem: it cannot be read, or somebody else than this process's user and root may change it or its folder.
+        FileNotFoundError: the file does not exist.
+        KeyProblem: the file cannot be read, or a user other than this process's user and root may change it or its
+            folder.
     """
     try:
         check_folder(path.parent)
@@ -41,7 +42,7 @@ def read_own(path: Path, *, secret: bool = False) -> bytes:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise KeyProblem where another user could replace a file in `folder`; OSError where there is none."""
+    """Raise KeyProblem where another user could replace a file in `folder`; OSError where it does not exist."""
     try:
         status = folder.stat()
     except ValueError:
@@ -53,7 +54,7 @@ def check_folder(folder: Path) -> None:
 
 
 def shown(path: Path) -> str:
-    """A path as one printable line."""
+    """Return a path as one printable line."""
     return printable(str(path))
 
 

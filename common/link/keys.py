@@ -1,8 +1,7 @@
-"""CurveZMQ keys of a site and the list of those it trusts.
+"""CurveZMQ keys of a site, and the list of the keys that it trusts.
 
-A key folder holds `site.key` (public) and `site.key_secret` (0600, looser refused), as the zmq
-library writes them, and `trusted`: one `NAME PUBLIC_KEY` per line, followed by `observer` where the
-owner of the key may only look on.
+A key folder holds `site.key` (public) and `site.key_secret` (mode 0600; wider access is refused), as the zmq library
+writes them. Its file `trusted` has one `NAME PUBLIC_KEY` per line, followed by `observer` for a read-only client.
 """
 
 import base64
@@ -37,7 +36,7 @@ _SECRET = re.compile(rb"""^\s*secret-key\s*=\s*["']([^"']*)["']\s*$""", re.MULTI
 
 @dataclass(frozen=True, slots=True)
 class KeyPair:
-    """A site's own keys, Z85 text."""
+    """A site's own keys; Z85 text."""
 
     public: str
     secret: bytes
@@ -47,16 +46,16 @@ class KeyPair:
 
 
 def fingerprint(public_key: str) -> str:
-    """Short name of a public key for people and logs."""
+    """Return a short name of a public key for people and logs."""
     digest = hashlib.sha256(public_key.encode()).digest()
     return "curve:" + base64.b32encode(digest[:10]).decode().lower()
 
 
 def create_keys(folder: Path) -> str:
-    """Make a new key pair in `folder`; return the public key.
+    """Create a key pair in `folder`; return the public key.
 
     Raises:
-        KeyProblem: there is a secret key already, which is never overwritten.
+        KeyProblem: there is a secret key, which is never overwritten.
     """
     secret_file = folder / f"{_NAME}.key_secret"
     if secret_file.exists():
@@ -75,7 +74,7 @@ def load_keys(folder: Path) -> KeyPair:
     """Read a site's own keys.
 
     Raises:
-        KeyProblem: no keys there, unreadable, damaged, or others may read or change the secret key's file.
+        KeyProblem: the keys are missing, unreadable or damaged, or others may read or change the secret key's file.
     """
     secret_file = folder / f"{_NAME}.key_secret"
     try:
@@ -95,7 +94,7 @@ def load_keys(folder: Path) -> KeyPair:
 
 
 def _make_folder(folder: Path) -> None:
-    """Make a key folder that is its owner's only; raises KeyProblem where others may change one that is there."""
+    """Create a key folder for its owner only; raises KeyProblem where others may change an existing one."""
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -108,7 +107,7 @@ def check_public_key(text: str) -> str:
     """Return `text` when it is a Z85 public key.
 
     Raises:
-        KeyProblem: it is not.
+        KeyProblem: the text is no such key.
     """
     try:
         if len(text) == KEY_LENGTH and len(zmq.utils.z85.decode(text)) == 32:
@@ -119,17 +118,17 @@ def check_public_key(text: str) -> str:
 
 
 class Role(Enum):
-    """What the owner of a trusted key may do."""
+    """Role of a trusted key."""
 
     PARTNER = "partner"
-    """Take part in a session: an operator at a remote site's list, the remote site at an operator's."""
+    """Takes part in a session: an operator in a remote site's list, the remote site in an operator's."""
     OBSERVER = "observer"
-    """Look on, and change nothing."""
+    """Reads without changing anything."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trusted:
-    """Whose a trusted key is, and what for."""
+    """Owner and role of a trusted key."""
 
     name: str
     role: Role = Role.PARTNER
@@ -141,50 +140,50 @@ _Owners = dict[str, Trusted]
 
 @dataclass(slots=True)
 class TrustedKeys:
-    """The allow-list of a key folder; reads the file again when it changed. Threads may share one."""
+    """The allow-list of a key folder; reads the file again when it has changed. Threads may share it."""
 
     folder: Path
     problem: str = ""
-    """What is wrong with the list, in words; empty while it is sound. As of the last `role`."""
+    """Error in the list as of the last `role`, as text; empty while the list is valid."""
     _kept: tuple[_Stamp, _Owners] | None = None
 
     @property
     def file(self) -> Path:
-        """Where the list stands."""
+        """Path of the list."""
         return self.folder / "trusted"
 
     def owners(self) -> dict[str, Trusted]:
-        """Trusted public keys and the owner of each; empty without a list.
+        """Return trusted public keys and the owner of each; empty without a list.
 
         Raises:
             KeyProblem: a line is not `NAME PUBLIC_KEY [observer]`, the file cannot be read, or others may change it.
         """
         try:
-            # Taken before reading: a change while reading gives another stamp, and is read the next time.
+            # Taken before reading: a change during reading gives another stamp, and the next call reads again.
             stamp = self._stamp()
             kept = self._kept
             if kept is None or kept[0] != stamp:
                 content = read_own(self.file)
-                # One assignment: another thread sees this stamp with these owners, or neither.
+                # One assignment: another thread sees both this stamp and these owners, or neither.
                 self._kept = kept = (stamp, self._parsed(content))
         except FileNotFoundError:
             return {}
         except KeyProblem:
             raise
-        except (OSError, ValueError) as error:  # ValueError: a name that no file can have
+        except (OSError, ValueError) as error:  # ValueError: an invalid file name
             raise KeyProblem(f"{shown(self.file)}: {getattr(error, 'strerror', error)}") from None
         return kept[1]
 
     def _stamp(self) -> _Stamp:
-        """Changes with each change of the list, of its owner and mode, and of those of its folder."""
+        """Return a stamp that changes with the list, its owner and mode, and those of its folder."""
         own, of_folder = self.file.stat(), self.folder.stat()
         file = (own.st_ino, own.st_ctime_ns, own.st_mtime_ns, own.st_size)
         return (*file, of_folder.st_ino, of_folder.st_mode, of_folder.st_uid)
 
     def role(self, public_key: str) -> Role | None:
-        """What the owner of this key may do now; None for nothing. A damaged list allows nobody anything.
+        """Return the present role of this key; None where it has none. An invalid list gives no key a role.
 
-        A new problem is logged once, and once that the list is sound again.
+        A new error is logged once, and so is its end.
         """
         try:
             owner = self.owners().get(public_key)
@@ -197,9 +196,9 @@ class TrustedKeys:
     def _notice(self, problem: str) -> None:
         before, self.problem = self.problem, problem
         if problem and problem != before:
-            log.error("nobody is trusted until this is mended: %s", problem)
+            log.error("no key is trusted until this is corrected: %s", problem)
         elif before and not problem:
-            log.warning("%s is sound again", self.file)
+            log.warning("%s is valid again", self.file)
 
     def trust(self, name: str, public_key: str, role: Role = Role.PARTNER) -> None:
         """Add a key under a name; raises KeyProblem on a bad key or a name with white space."""
@@ -208,7 +207,7 @@ class TrustedKeys:
         self._write({**self.owners(), check_public_key(public_key): Trusted(name, role)})
 
     def revoke(self, name: str) -> int:
-        """Remove all keys of a name; return how many. Raises KeyProblem when there is none."""
+        """Remove all keys of a name; return how many. Raises KeyProblem when the name has none."""
         owners = self.owners()
         kept = {key: owner for key, owner in owners.items() if owner.name != name}
         if len(kept) == len(owners):
@@ -256,5 +255,5 @@ class TrustedKeys:
 
 
 def _is_name(text: str) -> bool:
-    """One printable word of at most 64 characters."""
+    """Return whether `text` is one printable word of at most 64 characters."""
     return 0 < len(text) <= _LONGEST_NAME and text.isprintable() and text.split() == [text]
