@@ -7,8 +7,9 @@ COUNT_MAX = 4095
 SSR_R25_OHM = 1000.0
 _SSR_A, _SSR_B = 7.874e-3, 1.874e-5
 SSR_OHM_AT_0 = 814.9
+"""Resistance of the sensor at 0 counts (0 C), ohm."""
 SSR_OHM_AT_FULL = 1298.5
-"""Resistance at full scale, ohm. The amplifier maps SSR_OHM_AT_0 to this value (0 to 60 C) onto 0..4095 counts."""
+"""Resistance of the sensor at 4095 counts (60 C), ohm."""
 
 NTC_R25_OHM = 10_000.0
 NTC_B_K = 3950.0

@@ -1,7 +1,7 @@
-"""The network link: one CurveZMQ socket for each stream, the remote site bound, operator and observers connected.
+"""The network link: one CurveZMQ socket for each stream; the remote site binds, operator and observers connect.
 
-Without the doorkeeper a Curve server would serve any key; with it only those of the allow-list, each where its role
-lets it.
+A Curve server alone would serve any key. The authenticator admits only keys of the allow-list, each to the streams
+that its role may use.
 """
 
 import contextlib
@@ -34,7 +34,7 @@ from common.link.keys import KeyPair, Role, TrustedKeys
 from common.link.subscriptions import Subscriptions
 from common.wire.streams import STREAMS, Direction, Stream
 
-# Motion and touch have one sender and one reader; only what observers see may have several readers.
+# Motion and touch have one sender and one reader; only the stream for observers may have several readers.
 _REMOTE_TYPE = {
     Direction.TO_REMOTE: zmq.PULL,
     Direction.TO_OPERATOR: zmq.PUB,
@@ -48,15 +48,15 @@ _CLIENT_TYPE = {
     Direction.BOTH: zmq.DEALER,
 }
 _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
-"""What an observer's key opens; requests of an observer are judged by the session."""
+"""Directions that an observer's key may use; the session judges an observer's requests."""
 _LAST_REQUEST_MS = 100
 _DONTWAIT = int(zmq.DONTWAIT)
 _UNSENT = 8
-"""Requests that wait to be sent; further ones fail."""
+"""Maximum number of requests that wait to be sent; further ones fail."""
 
 
 class _Link:
-    """Sockets of one side. Sending and receiving never block; only `wait_for_latest` does."""
+    """Sockets of one side. Only `wait_for_latest` blocks."""
 
     def __init__(self) -> None:
         self._context = zmq.Context()
@@ -73,14 +73,14 @@ class _Link:
         return socket
 
     def close(self) -> None:
-        """Close all sockets at once, dropping what was not sent."""
+        """Close all sockets at once; drop unsent packets."""
         self._context.destroy(linger=0)
 
     def send_latest(self, stream: str, packet: bytes) -> None:
-        """Send on a latest-only stream; an unsent older packet is replaced. To a far side that refused us: nothing.
+        """Send on a latest-only stream, replacing an unsent older packet; does nothing where the far side refused us.
 
-        A packet that is written in the very moment in which the one before is read waits for the next one (measured:
-        one burst of 300 in 14 ended so), so what has to arrive is sent again: these streams never pause.
+        A packet that is written just when the one before is read waits for the next write (measured at the end of one
+        in 14 bursts of 300). Therefore these streams never pause, and what must arrive is sent again.
         """
         socket = self._sockets.get(stream)
         if socket is not None:
@@ -90,15 +90,15 @@ class _Link:
                 return
 
     def receive_latest(self, stream: str) -> bytes | None:
-        """The newest unread packet of a latest-only stream."""
+        """Return the newest unread packet of a latest-only stream; None where there is none."""
         inbox = self._inboxes.get(stream)
         frames = None if inbox is None else inbox.take()
         return frames[0].bytes if frames else None
 
     def wait_for_latest(self, stream: str, seconds: float) -> bytes | None:
-        """The newest unread packet of a latest-only stream, or the next one that comes within `seconds`.
+        """Return the newest unread packet of a latest-only stream, or the next one within `seconds`, s; else None.
 
-        For tools that have nothing else to do: it holds the caller up, and a site's loop must never wait.
+        It blocks the caller. It is for tools; a site's loop must never wait.
         """
         socket = self._sockets.get(stream)
         if socket is None:
@@ -112,22 +112,22 @@ class _Link:
 
 
 class RemoteLink(_Link):
-    """The remote site's side: bound, serving trusted keys only."""
+    """The remote site's side: binds, and serves trusted keys only."""
 
     def __init__(self, host: str, base_port: int, keys: KeyPair, trusted: TrustedKeys):
         """Bind all streams.
 
         Raises:
-            LinkProblem: a port is in use, the address is not this machine's, or it is open to a network while nobody
-                is trusted.
+            LinkProblem: a port is in use, the address is not this machine's, or it is open to a network and no key is
+                trusted.
             KeyProblem: the list of trusted keys is damaged.
         """
         check_bind(host, trusted)
         super().__init__()
         self._host, self._base_port, self._keys, self._trusted = host, base_port, keys, trusted
-        self._doorkeeper = Authenticator(self._context, self._admits)
-        self.handshakes = self._doorkeeper.answers
-        """Handshakes so far: `admitted`, `refused`, `too_many`, `expelled`."""
+        self._authenticator = Authenticator(self._context, self._admits)
+        self.handshakes = self._authenticator.answers
+        """Number of handshakes by result: `admitted`, `refused`, `too_many`, `expelled`, `failed`."""
         self._subscribers: dict[str, Subscriptions] = {}
         self._turns = itertools.cycle(STREAMS)
         for stream in STREAMS.values():
@@ -138,10 +138,10 @@ class RemoteLink(_Link):
                 raise LinkProblem(f"{self._address(stream)} ({stream.name}): {error.strerror}") from None
 
     def requests(self, stream: str) -> list[Received]:
-        """What clients sent on a request stream, at most MOST_AT_ONCE; emergency stops first.
+        """Return clients' packets of a request stream, at most MOST_AT_ONCE; emergency stops first.
 
-        Readers that subscribe again and again are found here, one stream at a call. To look for them after each packet
-        made the library's thread send it 10 to 20 us later.
+        Each call also checks one stream for readers that subscribe repeatedly. A check after each packet would delay
+        its sending by 10 to 20 us.
         """
         if len(self._sockets) < len(STREAMS):
             self._bind_missing()
@@ -151,54 +151,54 @@ class RemoteLink(_Link):
         return [] if inbox is None else receive_requests(inbox)
 
     def motions(self) -> list[Received]:
-        """The newest unread motion of each connection, at most MOST_AT_ONCE."""
+        """Return the newest unread motion of each connection, at most MOST_AT_ONCE."""
         inbox = self._inboxes.get("motion")
         return [] if inbox is None else receive_newest(inbox)
 
     def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
-        """End the connection that `received` came on, and refuse its key at this stream for a while.
+        """End the connection that `received` came on; refuse its key at this stream for a while.
 
         Args:
             stream: name of the stream.
             received: a packet of that connection.
-            refuse_s: handshakes of the key get status 300 for this time, s; the client's library tries again by itself.
+            refuse_s: duration of status 300 for the key's handshakes, s; the client's library retries by itself.
         """
         if refuse_s > 0.0:
-            self._doorkeeper.refuse(stream, received.key, refuse_s)
+            self._authenticator.refuse(stream, received.key, refuse_s)
         end_connection(received.connection, self._base_port + STREAMS[stream].port)
 
     def forgive(self, key: str) -> None:
         """Serve a key again that was refused for a while."""
-        self._doorkeeper.forgive(key)
+        self._authenticator.forgive(key)
 
     def is_open(self, stream: str, connection: int) -> bool:
-        """Whether the connection that a packet of this stream came on is still open."""
+        """Return whether the connection that a packet of this stream came on is still open."""
         return is_open(connection, self._base_port + STREAMS[stream].port)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
-        """Answer one client; one that is gone gets nothing."""
+        """Answer one client; a client that is gone gets no answer."""
         socket = self._sockets.get(stream)
         if socket is not None:
             send_answer(socket, who, packet)
             self._inboxes[stream].stale()
 
     def may_operate(self, key: str) -> bool:
-        """Whether the owner of this key may be a session's operator."""
+        """Return whether the owner of this key may be a session's operator."""
         return self._trusted.role(key) is Role.PARTNER
 
     @property
     def keys_problem(self) -> str:
-        """What is wrong with the list of trusted keys, while it allows nobody; empty while it is sound."""
+        """Error in the list of trusted keys, during which no key is trusted; empty while the list is valid."""
         return self._trusted.problem
 
     def recheck_keys(self) -> set[str]:
-        """Cut every connection of a key that is no longer trusted; returns these keys.
+        """Cut every connection of a key that is no longer trusted; return these keys.
 
-        The library cannot end one connection of many: the sockets that such a key was admitted to are bound anew, and
-        whoever is still trusted is back within a moment. Where the old socket holds its port a little longer, the next
-        `requests` tries again.
+        The library cannot end one of several connections. Therefore each socket that admitted such a key is bound
+        again, and trusted peers reconnect within a moment. While the old socket still holds its port, the next
+        `requests` retries.
         """
-        revoked = self._doorkeeper.revoked()
+        revoked = self._authenticator.revoked()
         for name in revoked:
             self._subscribers.pop(name, None)
             self._inboxes.pop(name, None)
@@ -210,7 +210,7 @@ class RemoteLink(_Link):
     def _bind_missing(self) -> None:
         for stream in STREAMS.values():
             if stream.name not in self._sockets:
-                with contextlib.suppress(zmq.ZMQError):  # the old one still holds the port
+                with contextlib.suppress(zmq.ZMQError):  # the old socket still holds the port
                     self._bind(stream)
 
     def _bind(self, stream: Stream) -> None:
@@ -236,8 +236,8 @@ class RemoteLink(_Link):
         return role is Role.PARTNER or (role is Role.OBSERVER and STREAMS[domain].direction in _MAY_OBSERVE)
 
     def close(self) -> None:
-        """Close all sockets and end the doorkeeper."""
-        self._doorkeeper.close()
+        """Close all sockets and end the authenticator."""
+        self._authenticator.close()
         super().close()
 
     def __enter__(self) -> "RemoteLink":
@@ -250,10 +250,10 @@ class RemoteLink(_Link):
 
 
 class OperatorLink(_Link):
-    """The side that connects, whenever the remote site is there: an operator or an observer."""
+    """The side that connects when the remote site is there: an operator or an observer."""
 
     def __init__(self, host: str, base_port: int, keys: KeyPair, remote_public_key: str, role: Role = Role.PARTNER):
-        """Connect this role's streams in the background; raises nothing when the remote site is absent."""
+        """Connect this role's streams in the background; an absent remote site is no error."""
         super().__init__()
         self._base_port, self._keys, self._remote_key = base_port, keys, remote_public_key
         self._resolver = Resolver(host, base_port)
@@ -271,7 +271,7 @@ class OperatorLink(_Link):
             socket = self._socket(stream, _CLIENT_TYPE[stream.direction])
             use_curve(socket, self._keys, self._remote_key)
             if stream.direction is Direction.BOTH:
-                # A request to a remote that is not there must fail now, not reach it minutes later.
+                # A request to an absent remote must fail now instead of arriving minutes later.
                 socket.setsockopt(zmq.IMMEDIATE, 1)
                 socket.setsockopt(zmq.SNDHWM, _UNSENT)
             self._monitors.append(socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH))
@@ -281,7 +281,7 @@ class OperatorLink(_Link):
             self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
 
     def reconnect(self) -> None:
-        """Try again after a refusal: the library itself never does."""
+        """Connect again after a refusal, because the library does not."""
         self._disconnect()
         self._connect()
 
@@ -294,7 +294,7 @@ class OperatorLink(_Link):
             socket.close(linger=linger_ms)
 
     def send(self, stream: str, packet: bytes) -> bool:
-        """Send on a request stream; False when there is nobody to send to."""
+        """Send on a request stream; return False when no peer is connected."""
         try:
             self._sockets[stream].send(packet, zmq.DONTWAIT)
         except zmq.Again:
@@ -303,7 +303,7 @@ class OperatorLink(_Link):
         return True
 
     def receive(self, stream: str) -> list[bytes]:
-        """Unread packets of a request stream, at most MOST_AT_ONCE."""
+        """Return unread packets of a request stream, at most MOST_AT_ONCE."""
         found: list[bytes] = []
         if self._address != self._resolver.address:  # the name server has answered
             self.reconnect()
@@ -313,18 +313,18 @@ class OperatorLink(_Link):
         return found
 
     def key_refused(self) -> bool:
-        """Whether the remote site has refused this side's key on any stream since the last call."""
+        """Return whether the remote site has refused this side's key on any stream since the last call."""
         refused = False
         for monitor in self._monitors:
             while monitor.poll(0):
                 event: dict[str, Any] = dict(zmq.utils.monitor.recv_monitor_message(monitor))
-                # 300 asks for patience and is tried again by the library; 400 is a refusal.
+                # After status 300 the library retries by itself; 400 is a refusal.
                 final = event["event"] == zmq.EVENT_HANDSHAKE_FAILED_AUTH and event["value"] == 400
                 refused = refused or final
         return refused
 
     def close(self) -> None:
-        """Close all sockets, once a last request has left."""
+        """Close all sockets after the last request was sent."""
         self._resolver.close()
         self._disconnect(_LAST_REQUEST_MS)
         self._context.term()

@@ -1,15 +1,15 @@
-"""Which received packets may be acted on: session, sequence, age and future, each refusal counted."""
+"""Accepts or refuses received packets by session, sequence, age and clock; counts each refusal."""
 
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Protocol
 
 FUTURE_TOLERANCE_NS = 5_000_000
-"""A packet may seem this much younger than now, beyond the clock's own uncertainty, ns."""
+"""Maximum time that a packet may lie in the future beyond the clock's own uncertainty, ns."""
 
 MOST_AHEAD = 10_000
-"""A session does not outlive the silence in which so many packets could be lost: a sequence number further ahead is a
-sender's error, and believing it would refuse all that follow."""
+"""Maximum step of the sequence number. A session ends before this number of packets could be lost, so a larger step is
+a sender's error; after accepting it, all following packets would be refused."""
 
 
 class Stamped(Protocol):
@@ -17,7 +17,7 @@ class Stamped(Protocol):
 
     @property
     def session(self) -> int:
-        """Session that the packet belongs to."""
+        """Session of the packet."""
 
     @property
     def sequence(self) -> int:
@@ -30,37 +30,37 @@ class Stamped(Protocol):
 
 @dataclass(slots=True)
 class PacketFilter:
-    """Judges the packets of one stream. Time is an argument: the receiver's monotonic clock, ns."""
+    """Filters the packets of one stream. Time is an argument: the receiver's monotonic clock, ns."""
 
     max_age_ns: int
     received: int = 0
     lost: int = 0
-    """Sequence numbers that never came: superseded on the way, or lost."""
+    """Number of sequence numbers without a packet: superseded on the way, or lost."""
     refused: Counter[str] = field(default_factory=Counter)
     latest_refusal: str = ""
-    """Why the newest packet that was judged was refused; empty when it was accepted."""
+    """Reason for refusing the newest packet; empty when it was accepted."""
     last_ns: int | None = None
-    """When the last packet was accepted."""
+    """Time of the last accepted packet, ns; None before the first in this session."""
     age_ns: int = 0
-    """Age of the last accepted packet when it was accepted."""
+    """Age of the last accepted packet at its acceptance, ns."""
     _sequence: int = -1
 
     def accept(self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None) -> bool:
-        """Judge one decoded packet.
+        """Judge one decoded packet; return whether it is accepted.
 
         Args:
-            packet: what arrived.
-            session: the session that this side is in.
-            now_ns: this side's clock.
-            offset_ns: the sender's clock minus this side's.
-            uncertainty_ns: of the offset; None while it is unknown. Until the clocks have been compared well enough to
-                tell a packet of the allowed age from a fresh one, nothing is accepted.
+            packet: the received packet.
+            session: this side's session.
+            now_ns: this side's clock, ns.
+            offset_ns: the sender's clock minus this side's, ns.
+            uncertainty_ns: uncertainty of the offset, ns; None while it is unknown. All packets are refused until it is
+                at most the maximum age.
         """
         ahead = packet.sequence - self._sequence
         age_ns = now_ns - (packet.time_ns - offset_ns)
         if packet.session != session:
             return self._refuse("session")
-        if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # who joins late begins anywhere
+        if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # the first packet may have any number
             return self._refuse("sequence")
         if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
             return self._refuse("clock")
@@ -83,11 +83,11 @@ class PacketFilter:
         return False
 
     def gap_ns(self, now_ns: int) -> int | None:
-        """Time since the last accepted packet; None when there was none in this session."""
+        """Return the time since the last accepted packet, ns; None without one in this session."""
         return None if self.last_ns is None else now_ns - self.last_ns
 
     def restart(self) -> None:
-        """Begin a new session: the sequence starts again, nothing was accepted yet."""
+        """Start a new session: the sequence starts again, and no packet has been accepted."""
         self._sequence = -1
         self.last_ns = None
         self.latest_refusal = ""

@@ -1,4 +1,4 @@
-"""A token bucket: so many at once, and so many a second in the long run. Pure: time is an argument, s."""
+"""A token bucket: limits the number of events at once and their long-term rate. Pure: time is an argument, s."""
 
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 Source = TypeVar("Source")
 
 MOST_SOURCES = 1000
-"""Sources that are limited apart; one more, and all of them begin with a full bucket again."""
+"""Maximum number of sources with a bucket; one more resets all buckets to full."""
 
 
 @dataclass(slots=True)
@@ -14,8 +14,8 @@ class RateLimiter:
     """Limits one source.
 
     Attributes:
-        per_s: tokens that come back in a second.
-        at_once: tokens of a full bucket.
+        per_s: rate at which tokens return, 1/s.
+        at_once: number of tokens in a full bucket.
     """
 
     per_s: float
@@ -27,7 +27,7 @@ class RateLimiter:
         self._left = self.at_once
 
     def allows(self, now_s: float) -> bool:
-        """Take one token; False when there is none. A clock that was set back gives none back."""
+        """Take one token; return False when there is none. A clock that was set back returns no tokens."""
         self._left = min(self.at_once, self._left + max(0.0, now_s - self._since_s) * self.per_s)
         self._since_s = now_s
         if self._left < 1.0:
@@ -37,15 +37,15 @@ class RateLimiter:
 
 
 class RateLimiters(Generic[Source]):
-    """One limiter for each source."""
+    """One token bucket for each source."""
 
     def __init__(self, per_s: float, at_once: float):
-        """Give every source the same rate, tokens a second, and the same bucket, tokens."""
+        """Give every source the same rate, tokens per second, and the same bucket, tokens."""
         self._per_s, self._at_once = per_s, at_once
         self._limiters: dict[Source, RateLimiter] = {}
 
     def allows(self, source: Source, now_s: float) -> bool:
-        """Take one token of `source`; False when it has none."""
+        """Take one token of `source`; return False when it has none."""
         limiter = self._limiters.get(source)
         if limiter is None:
             if len(self._limiters) >= MOST_SOURCES:

@@ -1,7 +1,7 @@
-"""Bounds what the readers of a PUB socket can make it remember: an honest reader subscribes once, to everything.
+"""Bounds the memory that readers of a PUB socket can make it use: a proper reader subscribes once, to everything.
 
-The library keeps a node for every byte of every subscription, and asks nobody. A reader with a trusted key made a
-remote site grow by 20 MiB a second. Which reader it was, the bytes of its connection say.
+The library stores a node for every byte of every subscription, without a limit. A reader with a trusted key made a
+remote site grow by 20 MiB a second. The number of bytes received on each connection identifies the reader.
 """
 
 import logging
@@ -16,12 +16,12 @@ log = logging.getLogger(__name__)
 
 @dataclass(slots=True)
 class Subscriptions:
-    """Belongs to one bound PUB socket.
+    """Checks one bound PUB socket.
 
     Attributes:
-        socket: what is watched.
-        local_port: port that it is bound to.
-        ended: connections that were ended.
+        socket: the socket.
+        local_port: port that the socket is bound to.
+        ended: number of connections that were ended.
     """
 
     socket: "zmq.Socket[bytes]"
@@ -30,7 +30,7 @@ class Subscriptions:
     _known: int = 1
 
     def step(self) -> None:
-        """End the connections of readers that subscribed to more, where the socket remembers more than before."""
+        """End connections of readers with excess subscriptions when the socket's number of subscriptions has grown."""
         count = subscriptions(self.socket)
         if count > self._known and (ended := end_strange_readers(self.local_port)):
             if not self.ended:
