@@ -1,4 +1,4 @@
-"""Bounds how many lines a second one place of the program writes to the log; what is left out is counted."""
+"""Bounds the rate of log lines from one place of the program, and counts omitted lines."""
 
 import logging
 import threading
@@ -9,27 +9,27 @@ from collections.abc import Callable
 from common.link.rate_limiter import RateLimiters
 
 AT_ONCE = 60
-"""Lines that one place may log at once."""
+"""Maximum number of lines that one place may log at once."""
 PER_S = 0.5
-"""Lines a second that one place may log in the long run."""
+"""Maximum long-term rate of one place's lines, 1/s."""
 SAFETY_AT_ONCE = 200
-"""Lines about one kind of safety event that are logged at once."""
+"""Maximum number of lines about one kind of safety event at once."""
 SAFETY_PER_S = 2.0
-"""Lines a second about one kind of safety event in the long run."""
+"""Maximum long-term rate of lines about one kind of safety event, 1/s."""
 SAFETY = frozenset({"fault", "cleared", "estop", "engaged", "disengaged"})
-"""Happenings of a session that have the larger bound."""
+"""Session events with the larger bound."""
 
 _Place = tuple[str, int, str]
 
 
 class FloodFilter(logging.Filter):
-    """Lets records pass at a bounded rate, apart for each call and each `happening` that a record carries as `extra`.
+    """Passes records at a bounded rate, for each logging call and each `happening` in a record's `extra`.
 
-    A record that passes after others were left out carries their number as `left_out`.
+    A record that passes after others were omitted carries their number as `left_out`.
     """
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic):
-        """Begin with full buckets.
+        """Start with full buckets.
 
         Args:
             now_s: a steady clock, s.
@@ -42,7 +42,7 @@ class FloodFilter(logging.Filter):
         self._lock = threading.Lock()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Whether `record` is logged."""
+        """Return whether `record` is logged."""
         happening = str(getattr(record, "happening", ""))
         place = (record.pathname, record.lineno, happening)
         limiters = self._safety if happening in SAFETY else self._others

@@ -1,4 +1,4 @@
-"""Log lines on standard error: for people, or one JSON object a line for a log collector."""
+"""Formats log lines on standard error: text for people, or one JSON object a line for a log collector."""
 
 import json
 import logging
@@ -18,20 +18,20 @@ _OF_EVERY_RECORD = frozenset(logging.makeLogRecord({}).__dict__) | {"message", "
 
 
 LONGEST_LINE = 30_000
-"""Characters of the longest line."""
+"""Maximum length of a line, characters."""
 _LONGEST_TRACE = 4 * LONGEST
-"""Characters of an exception's text; its begin and its end are kept."""
+"""Maximum length of an exception's text, characters; its start and its end are kept."""
 
 
 class TextLines(logging.Formatter):
-    """Lines with a monotonic time that fits the recordings' times."""
+    """Text lines with a monotonic time that matches the times in recordings."""
 
     def __init__(self, process: str) -> None:
         super().__init__()
         self._process = process
 
     def format(self, record: logging.LogRecord) -> str:
-        """The line: monotonic time, s; process; level; logger; message; what was left out; an exception if any."""
+        """Return monotonic time, s, process, level, logger, message, number of omitted lines, and any exception."""
         said = printable(record.getMessage())
         if left_out := getattr(record, "left_out", 0):
             said += f" ({left_out} more like it left out)"
@@ -42,14 +42,14 @@ class TextLines(logging.Formatter):
 
 
 class JsonLines(logging.Formatter):
-    """One JSON object a line; what a caller gave as `extra` stands beside the fields that every line has."""
+    """One JSON object a line; fields of a caller's `extra` stand beside the fields of every line."""
 
     def __init__(self, process: str) -> None:
         super().__init__()
         self._process = process
 
     def format(self, record: logging.LogRecord) -> str:
-        """The line: time_utc, monotonic_s, level, process, logger, message, the context, and an exception if any."""
+        """Return the line: time_utc, monotonic_s, level, process, logger, message, the context, and any exception."""
         context = {name: _plain(value) for name, value in record.__dict__.items() if name not in _OF_EVERY_RECORD}
         line: dict[str, object] = {
             **context,
@@ -66,7 +66,7 @@ class JsonLines(logging.Formatter):
 
 
 def log_to_stderr(process: str, form: LogForm = "text") -> None:
-    """Send all log lines of this process to standard error; as JSON, unexpected exceptions and warnings too."""
+    """Send all log lines of this process to standard error; as JSON, unexpected exceptions and warnings, too."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines(process) if form == "json" else TextLines(process))
     handler.addFilter(FloodFilter())
@@ -80,20 +80,20 @@ def log_to_stderr(process: str, form: LogForm = "text") -> None:
 
 
 def quiet_libraries() -> None:
-    """Let those be silent that report each failed try to connect and each piece of a message; the lines say it once."""
+    """Silence libraries that log each failed connection and each part of a message; the lines log it once."""
     for library in ("can", "can.interfaces.socketcand"):
         logging.getLogger(library).setLevel(logging.CRITICAL)
 
 
 def spoken(line: str) -> str:
-    """What a log line of either form says."""
+    """Return the message of a log line of either form."""
     try:
-        told = json.loads(line)
+        parsed = json.loads(line)
     except ValueError:
         return line
-    if not isinstance(told, dict) or "message" not in told:
+    if not isinstance(parsed, dict) or "message" not in parsed:
         return line
-    return str(told["message"])
+    return str(parsed["message"])
 
 
 def _cut(trace: str) -> str:
@@ -102,12 +102,12 @@ def _cut(trace: str) -> str:
 
 
 def _plain(value: object) -> object:
-    """As it is where JSON has it; else as printable text."""
+    """Return a value unchanged where JSON has its type; else as printable text."""
     if value is None or (isinstance(value, int) and value.bit_length() <= 64):
         return value
     if isinstance(value, float) and math.isfinite(value):
         return value
     try:
         return printable(str(value))
-    except ValueError:  # an integer of more digits than Python prints
+    except ValueError:  # an integer with more digits than Python prints
         return f"<{type(value).__name__}>"

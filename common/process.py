@@ -1,4 +1,4 @@
-"""Start of a process of a session: its command line, configuration and log, and a clean end on a signal."""
+"""Starts a process of a session: its command line, configuration and log, and a clean end on a signal."""
 
 import argparse
 import logging
@@ -21,7 +21,7 @@ _C = TypeVar("_C", bound=BaseModel)
 
 
 class StopSignal:
-    """True once SIGTERM or SIGINT came; a second one is not needed."""
+    """True after SIGTERM or SIGINT."""
 
     def __init__(self) -> None:
         self.stopped = False
@@ -29,7 +29,7 @@ class StopSignal:
             signal.signal(number, self._stop)
 
     def __call__(self) -> bool:
-        """Whether to stop."""
+        """Return whether to stop."""
         return self.stopped
 
     def _stop(self, number: int, frame: FrameType | None) -> None:
@@ -37,9 +37,9 @@ class StopSignal:
 
 
 def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Callable[[], bool]], None]) -> None:
-    """Run one process of a session until it is told to end; raises what `load_config` and `run` raise.
+    """Run one process of a session until a signal ends it; raises the exceptions of `load_config` and `run`.
 
-    Where the configuration wants JSON lines, bad input is one too, and ends the process with exit code 2.
+    Where the configuration selects JSON lines, bad input is logged as one and ends the process with exit code 2.
     """
     log_to_stderr(name)
     loaded = load_config(config, model)
@@ -55,7 +55,7 @@ def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Cal
 
 
 def room_main(processes: dict[str, tuple[Any, Callable[[Any, Callable[[], bool]], None]]]) -> int:
-    """`python -m ROOM [PROCESS] --config FILE`; returns the exit code, 2 with one line for bad input."""
+    """Run `python -m ROOM [PROCESS] --config FILE`; return the exit code, 2 with one line for bad input."""
     parser = argparse.ArgumentParser()
     only = next(iter(processes)) if len(processes) == 1 else None
     if only is None:

@@ -1,4 +1,4 @@
-"""Recordings in MCAP: a process that writes, and readers of whole and cut files.
+"""Recordings in MCAP: a writer process, and readers of whole and truncated files.
 
 Sites use `recorder`. Tools use `reader`, and `truncated_mcap` where a file is damaged.
 """

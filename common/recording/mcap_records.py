@@ -1,6 +1,6 @@
-"""Reads the records of an MCAP file one by one; damage stays in the record where it is.
+"""Reads the records of an MCAP file one by one; damage is confined to the record in which it lies.
 
-Every length is held against the file before it is believed, and every record is parsed from its own bytes only.
+Every length is compared with the file's size before use, and every record is parsed from its own bytes only.
 """
 
 import struct
@@ -33,7 +33,7 @@ from mcap.stream_reader import breakup_chunk, get_chunk_data_stream
 
 MAGIC = b"\x89MCAP0\r\n"
 LONGEST_RECORD_BYTES = 1 << 28
-"""A longer record, or chunk when decompressed, is damage. Chunks of this program have some 256 KiB."""
+"""Maximum size of a record or decompressed chunk, bytes; a larger one is damage. Normal chunks have some 256 KiB."""
 HEAD_BYTES = 9
 _KINDS: dict[int, type[McapRecord]] = {
     Opcode.HEADER: Header,
@@ -51,11 +51,11 @@ _KINDS: dict[int, type[McapRecord]] = {
     Opcode.SUMMARY_OFFSET: SummaryOffset,
     Opcode.DATA_END: DataEnd,
 }
-"""What this program writes; messages stand in chunks only."""
+"""Kinds of records that this program writes; messages are inside chunks only."""
 
 
 class Unreadable(ValueError):
-    """A record that is not what was written. `offset` is where it begins in the file, bytes."""
+    """A damaged record. `offset` is its start in the file, bytes."""
 
     def __init__(self, offset: int, why: str):
         super().__init__(why)
@@ -64,7 +64,7 @@ class Unreadable(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A record as it stands in the file: where it begins, what it is, and its bytes after its head of nine."""
+    """A record as stored in the file: its offset, its kind, and its bytes after the head of nine."""
 
     offset: int
     opcode: int
@@ -72,25 +72,25 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """What it is, for people."""
+        """Kind of the record, for people."""
         return Opcode(self.opcode).name.lower().replace("_", " ")
 
     @property
     def length(self) -> int:
-        """With its head, bytes."""
+        """Length with its head, bytes."""
         return HEAD_BYTES + len(self.content)
 
     @property
     def packed(self) -> bytes:
-        """As it stands in the file."""
+        """Bytes as stored in the file."""
         return struct.pack("<BQ", self.opcode, len(self.content)) + self.content
 
 
 def entries(file: IO[bytes], offset: int = len(MAGIC)) -> Iterator[Entry]:
-    """Records from `offset` to the footer, in the file's order.
+    """Yield records from `offset` to the footer, in the file's order.
 
     Raises:
-        Unreadable: the first that is not all there, is too long, or is none.
+        Unreadable: a record is incomplete, too long, or of an unknown kind.
     """
     size = file.seek(0, 2)
     while True:
@@ -112,12 +112,12 @@ def entries(file: IO[bytes], offset: int = len(MAGIC)) -> Iterator[Entry]:
 
 
 def parse(entry: Entry) -> McapRecord:
-    """The fields of a record; raises Unreadable where they are damaged or an attachment's checksum is wrong."""
+    """Return the fields of a record; raises Unreadable where they are damaged or an attachment's checksum is wrong."""
     kind = _KINDS[entry.opcode]
     stream = ReadDataStream(BytesIO(entry.content))
     try:
-        record: McapRecord = kind.read(stream)  # type: ignore[attr-defined]  # every kind has it, the base has not
-    except Exception as error:  # what the library raises over damaged bytes has no common base
+        record: McapRecord = kind.read(stream)  # type: ignore[attr-defined]  # every kind has it, but not their base
+    except Exception as error:  # the library's exceptions over damaged bytes have no common base
         raise Unreadable(entry.offset, f"its fields cannot be read ({type(error).__name__})") from None
     if isinstance(record, Attachment):
         (checksum,) = struct.unpack("<I", entry.content[-4:])
@@ -127,7 +127,7 @@ def parse(entry: Entry) -> McapRecord:
 
 
 def check_chunk(entry: Entry) -> Chunk:
-    """A chunk with the right checksum; raises Unreadable."""
+    """Return a chunk with the right checksum; raises Unreadable."""
     chunk = parse(entry)
     assert isinstance(chunk, Chunk)
     if chunk.compression not in ("", "zstd"):
@@ -136,13 +136,13 @@ def check_chunk(entry: Entry) -> Chunk:
         raise Unreadable(entry.offset, f"its content of {chunk.uncompressed_size} bytes is longer than it can be")
     try:
         get_chunk_data_stream(chunk, validate_crc=True)
-    except Exception:  # nor has what it and its decompressors raise
+    except Exception:  # the exceptions of the library and its decompressors have no common base
         raise Unreadable(entry.offset, "its checksum is wrong") from None
     return chunk
 
 
 def contents(entry: Entry) -> list[McapRecord]:
-    """Schemas, channels and messages of a chunk; raises Unreadable."""
+    """Return schemas, channels and messages of a chunk; raises Unreadable."""
     chunk = check_chunk(entry)
     try:
         return breakup_chunk(chunk)

@@ -1,4 +1,4 @@
-"""Reads a whole recording; every checksum is checked before anything of it is believed."""
+"""Reads a whole recording; every checksum is verified before any content is used."""
 
 import zlib
 from collections.abc import Iterator, Sequence
@@ -25,28 +25,28 @@ from common.recording.truncated_mcap import has_end
 
 
 class DamagedRecording(ValueError):
-    """A recording that is not as it was written. The message names file, place and remedy in one line."""
+    """A recording that differs from what was written. The message names file, place and remedy in one line."""
 
     def __init__(self, path: Path, what: str):
         super().__init__(f"{path}: damaged: {what}; `teletaction recover {path}` keeps what can be read")
 
 
 class RecordingReader:
-    """What is in a recording.
+    """Content of a recording.
 
     Attributes:
-        path: where it lies.
-        start_ns, end_ns: times of its first and last message.
-        counts: messages of each stream.
+        path: path of the file.
+        start_ns, end_ns: times of the first and last message, ns.
+        counts: number of messages of each stream.
         metadata, attachments: by name.
     """
 
     def __init__(self, path: Path, file: IO[bytes]):
-        """Check all of `file`, found at `path`; it must be able to seek.
+        """Check all of `file`, found at `path`; the file must be seekable.
 
         Raises:
-            DamagedRecording: a checksum is wrong, or a part is not where the index has it.
-            ValueError: it is no MCAP file, is cut, or has no statistics.
+            DamagedRecording: a checksum is wrong, or the index does not match the file.
+            ValueError: the file is no MCAP file, is truncated, or has no statistics.
         """
         self.path = path
         file.seek(0)
@@ -71,32 +71,32 @@ class RecordingReader:
     def messages(
         self, streams: Sequence[str] | None = None, from_ns: int | None = None
     ) -> Iterator[tuple[Schema | None, Channel, Message]]:
-        """Messages in order of time: of `streams` only, where given, and from `from_ns` on.
+        """Yield messages in order of time, of `streams` only where given, and from `from_ns` on.
 
         Raises:
-            DamagedRecording: a chunk's content is none, although its checksum is right.
+            DamagedRecording: a chunk's content is invalid although its checksum is right.
         """
         reading = self._reader.iter_messages(topics=streams, starting_at=from_ns)
         while True:
             try:
                 item = next(reading, None)
-            except Exception as error:  # what the library raises over damaged bytes has no common base
+            except Exception as error:  # the library's exceptions over damaged bytes have no common base
                 raise DamagedRecording(self.path, f"messages cannot be read ({type(error).__name__})") from None
             if item is None:
                 return
             yield item
 
     def damaged(self, stream: str, time_ns: int, why: object) -> DamagedRecording:
-        """The error of a message whose content is none of its stream."""
+        """Return the error of a message whose content does not fit its stream."""
         at_s = (time_ns - self.start_ns) * 1e-9
         return DamagedRecording(self.path, f"{stream} at {at_s:.3f} s: {' '.join(str(why).split())}")
 
 
 class _Checked:
-    """Goes through all records of a file that has its end.
+    """Checks all records of a file that has its end.
 
     Raises:
-        DamagedRecording: the first that is damaged.
+        DamagedRecording: a record is damaged.
     """
 
     def __init__(self, path: Path, file: IO[bytes]):
@@ -114,7 +114,7 @@ class _Checked:
         try:
             for entry in entries(file):
                 if in_summary:
-                    # The footer's own checksum covers it up to that checksum.
+                    # The footer's own checksum covers the footer up to that checksum.
                     covered = entry.packed[:-4] if entry.opcode == Opcode.FOOTER else entry.packed
                     summary_crc = zlib.crc32(covered, summary_crc)
                 if entry.opcode == Opcode.DATA_END:

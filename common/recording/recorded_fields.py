@@ -1,4 +1,4 @@
-"""Checks the fields of a recorded message: kind, length, and where a stream promises it, finiteness."""
+"""Checks the fields of a recorded message: type, length, and finiteness where the stream requires it."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,53 +13,53 @@ _LARGEST_WHOLE = 1 << 63
 
 
 def real(value: Any) -> bool:
-    """A number; not-a-number and infinity are numbers that are not known."""
+    """Return whether `value` is a number; NaN and infinity stand for unknown numbers."""
     return type(value) is float or whole(value)
 
 
 def number(value: Any) -> bool:
-    """A finite number."""
+    """Return whether `value` is a finite number."""
     return real(value) and math.isfinite(value)
 
 
 def whole(value: Any) -> bool:
-    """A whole number of 64 bits."""
+    """Return whether `value` is a whole number of 64 bits."""
     return type(value) is int and -_LARGEST_WHOLE <= value < _LARGEST_WHOLE
 
 
 def flag(value: Any) -> bool:
-    """True or false."""
+    """Return whether `value` is true or false."""
     return type(value) is bool
 
 
 def text(value: Any) -> bool:
-    """A text."""
+    """Return whether `value` is a text."""
     return type(value) is str
 
 
 def maybe(fits: Fits) -> Fits:
-    """Null, or what fits."""
+    """Return a check that accepts null and values that fit."""
     return lambda value: value is None or fits(value)
 
 
 def five(fits: Fits) -> Fits:
-    """A list with one for each finger."""
+    """Return a check for a list with one fitting value for each finger."""
     return lambda value: type(value) is list and len(value) == len(FINGERS) and all(map(fits, value))
 
 
 def unpack(payload: bytes) -> Any:
-    """The value of a MessagePack payload; raises ValueError where it is none."""
+    """Return the value of a MessagePack payload; raises ValueError where it is invalid."""
     try:
         return msgpack.unpackb(payload)
-    except Exception as error:  # what the library raises has no common base
+    except Exception as error:  # the library's exceptions have no common base
         raise ValueError(f"no MessagePack ({str(error) or type(error).__name__})") from None
 
 
 def read_map(payload: bytes, fields: Mapping[str, Fits]) -> dict[str, Any]:
-    """A map that has these fields, and perhaps more; one that may be null may also be absent.
+    """Return a map with at least these fields; a field that may be null may also be absent.
 
     Raises:
-        ValueError: it is something else; the message names the first field that does not fit.
+        ValueError: the payload is no such map; the message names the first field that does not fit.
     """
     found = unpack(payload)
     if type(found) is not dict or not all(map(text, found)):

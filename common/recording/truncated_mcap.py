@@ -1,4 +1,4 @@
-"""Reads what is left of an MCAP file that was cut or damaged, as a killed process or a bad disk leaves it."""
+"""Reads the intact part of a truncated or damaged MCAP file, left by a killed process or a bad disk."""
 
 import mmap
 import re
@@ -14,14 +14,14 @@ from common.recording.mcap_records import MAGIC, Entry, Unreadable, check_chunk,
 _FOOTER_HEAD = bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little")
 _END_BYTES = len(_FOOTER_HEAD) + 20 + len(MAGIC)
 _CHUNK_HEAD = re.compile(rb"\x06(?=.{4}\x00{4})", re.DOTALL)
-"""A chunk's length is below 4 GiB."""
+"""Start of a chunk: its length is below 4 GiB."""
 _NAMES = (Opcode.SCHEMA, Opcode.CHANNEL)
 _FINDERS = (Opcode.HEADER, Opcode.MESSAGE_INDEX, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX)
-"""They hold nothing but where other records are."""
+"""Records that only locate other records."""
 
 
 def has_end(file: IO[bytes]) -> bool:
-    """Whether a file ends as only a closed recording does."""
+    """Return whether a file ends as a closed recording does."""
     if file.seek(0, 2) < _END_BYTES:
         return False
     file.seek(-_END_BYTES, 2)
@@ -30,16 +30,16 @@ def has_end(file: IO[bytes]) -> bool:
 
 
 class TruncatedMcap:
-    """The readable part of a recording.
+    """The intact part of a recording.
 
     Attributes:
-        unreadable_bytes: in no record; known once `records` has ended.
-        damaged_parts: records whose content or checksum is wrong; they are left out.
-        doubtful: the checksum of all data is wrong although no part is: what has none of its own may be wrong.
+        unreadable_bytes: number of bytes outside any record; known after `records` has ended.
+        damaged_parts: number of records whose content or checksum is wrong; they are omitted.
+        doubtful: whether the checksum of all data is wrong although no part is. Parts without a checksum may be wrong.
     """
 
     def __init__(self, file: IO[bytes]):
-        """Read `file`, a file of the system."""
+        """Read `file`, a file of the operating system."""
         self._file = file
         self._length = file.seek(0, 2)
         self._data_crc = 0
@@ -48,9 +48,9 @@ class TruncatedMcap:
         self.doubtful = False
 
     def records(self) -> Iterator[McapRecord]:
-        """Schemas, channels, messages, metadata and attachments from the file's beginning, in its own order.
+        """Yield schemas, channels, messages, metadata and attachments from the file's start, in the file's order.
 
-        After a place that cannot be read it continues with the next chunk that is sound.
+        After an unreadable place it continues with the next intact chunk.
         """
         self._file.seek(0)
         self.unreadable_bytes = self._length
@@ -71,7 +71,7 @@ class TruncatedMcap:
                 self.unreadable_bytes += (self._length if offset is None else offset) - error.offset
 
     def _named_at_the_end(self) -> list[McapRecord]:
-        """Schemas and channels of the index: the chunk that names them first may be damaged."""
+        """Return schemas and channels from the index, because the chunk that first has them may be damaged."""
         if not has_end(self._file):
             return []
         self._file.seek(-_END_BYTES + len(_FOOTER_HEAD), 2)
@@ -99,7 +99,7 @@ class TruncatedMcap:
         return found
 
     def _sound_chunk(self, start: int) -> int | None:
-        """Where the next chunk with the right checksum begins, from `start` on; None where there is none."""
+        """Return the offset of the next chunk from `start` on with the right checksum; None where there is none."""
         if start >= self._length:
             return None
         content = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
