@@ -1,4 +1,4 @@
-"""The loop of a site, its priority, its watchdog, and what a failing step leaves behind.
+"""The loop of a site, its priority, its watchdog, and the containment of failing steps.
 
-Sites use `site_loop` and `containment`. The others are parts of these.
+Sites use `site_loop` and `containment`, which are made of the other modules.
 """

@@ -1,4 +1,4 @@
-"""How fast the processors of this machine are, and how many of them are idle."""
+"""Measures the speed of this machine's processors and how many of them are idle."""
 
 import time
 from dataclasses import dataclass
@@ -8,17 +8,17 @@ from common.runtime.parallel_map import processors
 from common.runtime.reference_step import reference_step_s
 
 LOOK_S = 0.3
-"""How long idle processors are counted."""
+"""Duration of the measurement of idle processors, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessorTime:
-    """Time of all processors of the machine since it started, in ticks of the system's clock.
+    """Time of all processors since the machine started, in ticks of the system's clock.
 
     Attributes:
-        idle: in which nothing ran.
-        stolen: in which other virtual machines ran.
-        total: all of it.
+        idle: idle time.
+        stolen: time in which other virtual machines ran.
+        total: sum of all times.
     """
 
     idle: int
@@ -27,13 +27,13 @@ class ProcessorTime:
 
     @classmethod
     def now(cls) -> "ProcessorTime":
-        """As the system counts it; raises OSError where there is no /proc/stat."""
+        """Read the system's counters; raises OSError where there is no /proc/stat."""
         first = Path("/proc/stat").read_text("ascii").partition("\n")[0]
         user, nice, system, idle, waiting, irq, softirq, stolen = map(int, first.split()[1:9])
         return cls(idle + waiting, stolen, user + nice + system + idle + waiting + irq + softirq + stolen)
 
     def shares(self, before: "ProcessorTime") -> dict[str, float]:
-        """Idle and stolen shares since an earlier look, 0..1."""
+        """Return the idle and stolen shares since `before`, 0..1."""
         total = max(1, self.total - before.total)
         return {
             "idle": round((self.idle - before.idle) / total, 4),
@@ -43,11 +43,11 @@ class ProcessorTime:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """What a session may use.
+    """Computing power that a session may use.
 
     Attributes:
         step_s: processor time of a reference step, s.
-        idle: processors that nothing else uses, 0 to their number.
+        idle: number of idle processors, 0 to all of them.
     """
 
     step_s: float
@@ -55,7 +55,7 @@ class Machine:
 
     @classmethod
     def measured(cls) -> "Machine":
-        """Measure for LOOK_S; raises OSError where idle time is not counted."""
+        """Measure for LOOK_S; raises OSError where the system does not count idle time."""
         before = ProcessorTime.now()
         time.sleep(LOOK_S)
         idle = ProcessorTime.now().shares(before)["idle"]

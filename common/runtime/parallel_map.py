@@ -1,4 +1,4 @@
-"""The same work on many items, on all processors, with results in the order of the items."""
+"""Applies a function to many items on all processors; results keep the order of the items."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -12,22 +12,22 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 Map = Callable[[Callable[..., Any], Iterable[Any]], Iterable[Any]]
-"""As the built-in `map`, with one iterable."""
+"""The built-in `map` with one iterable."""
 Progress = Callable[[float], object]
-"""Is given the share done, 0..1."""
+"""Function that receives the completed share, 0..1."""
 
 _ENDED = "a process was ended from outside: try fewer with --processes"
 FEWEST = 8
-"""Items for which further processes are worth their start, which takes about a second."""
+"""Minimum number of items for which further processes are worth their start of about a second."""
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0))
 
 
 def unseen(share: float) -> None:
-    """Progress that nobody looks at."""
+    """Ignore the progress."""
 
 
 def in_order(
@@ -37,19 +37,19 @@ def in_order(
     progress: Progress = unseen,
     fewest: int = FEWEST,
 ) -> Iterator[Result]:
-    """Yield `work(item)` for each item, in their order; what they are does not depend on `processes`.
+    """Yield `work(item)` for each item, in their order; results do not depend on `processes`.
 
     Args:
         work: a function of a module, or a `partial` of one, that can be pickled.
-        items: that can be pickled.
-        processes: at most this number; 1, or fewer than `fewest` items: this process alone.
-        progress: is given the share done after each item.
-        fewest: items for which further processes are worth their start.
+        items: items that can be pickled.
+        processes: maximum number of processes; with 1, or fewer than `fewest` items, this process works alone.
+        progress: function that receives the completed share after each item.
+        fewest: minimum number of items for which further processes are worth their start.
 
     Raises:
         ValueError: `processes` is below 1.
-        ChildProcessError: a process was ended from outside, as by the system for want of memory.
-        Exception: what `work` raises for the first item for which it does, after the results before it.
+        ChildProcessError: a process was ended from outside, such as by the system for lack of memory.
+        Exception: the first exception of `work`, after the results before it.
     """
     if processes < 1:
         raise ValueError(f"--processes: at least 1, not {processes}")
@@ -57,7 +57,7 @@ def in_order(
         yield from _counted(map(work, items), len(items), progress)
         return
     count = min(processes, len(items))
-    # Processes are spawned: one that is forked from a process with threads may hang.
+    # Processes are spawned, because one that is forked from a process with threads may hang.
     with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
         results = pool.map(work, items)
         try:
@@ -70,13 +70,13 @@ def in_order(
 
 @contextmanager
 def kept_processes(processes: int) -> Iterator[Map]:
-    """A `map` for work that comes in many rounds: its processes stay until the end.
+    """Yield a `map` for work in many rounds: its processes stay until the end.
 
     Args:
-        processes: 1: this process alone.
+        processes: number of processes; 1 uses this process alone.
 
     Raises:
-        ChildProcessError: a process was ended from outside, as by the system for want of memory.
+        ChildProcessError: a process was ended from outside, such as by the system for lack of memory.
     """
     if processes == 1:
         yield map

@@ -11,9 +11,9 @@ _BUCKETS_US = np.concatenate(([0.0], np.geomspace(1.0, 1e6, 241)))
 
 @dataclass(slots=True)
 class PeriodicLoop:
-    """Sleeps to the next deadline; never bursts after a stall.
+    """Sleeps until the next deadline; after a stall it skips the missed ticks.
 
-    The clock and the sleep are arguments, so tests run it without waiting.
+    The clock and the sleep are arguments, so that tests run without waiting.
     """
 
     period_s: float
@@ -21,9 +21,9 @@ class PeriodicLoop:
     sleep: Callable[[float], None] = time.sleep
     ticks: int = 0
     overruns: int = 0
-    """Ticks that came more than one period late."""
+    """Number of ticks that came more than one period late."""
     missed: int = 0
-    """Deadlines that passed without a tick."""
+    """Number of deadlines that passed without a tick."""
     late_max_s: float = 0.0
     _deadline: float = field(init=False)
     _histogram: np.ndarray[tuple[int], np.dtype[np.int64]] = field(init=False)
@@ -33,7 +33,7 @@ class PeriodicLoop:
         self._histogram = np.zeros(len(_BUCKETS_US), dtype=np.int64)
 
     def wait(self) -> float:
-        """Sleep until the next deadline and return how late this tick is, s."""
+        """Sleep until the next deadline; return how late this tick is, s."""
         remaining = self._deadline - self.now()
         if remaining > 0.0:
             self.sleep(remaining)
@@ -43,7 +43,7 @@ class PeriodicLoop:
         if gone:
             self.overruns += 1
             self.missed += gone
-        # Missed ticks are gone, not to be made up for in a burst. The grid stays: devices and sites keep their phases.
+        # Missed ticks are skipped. The grid of deadlines stays, so that devices and sites keep their phases.
         self._deadline += (1 + gone) * self.period_s
         self.ticks += 1
         self.late_max_s = max(self.late_max_s, late)
@@ -51,7 +51,7 @@ class PeriodicLoop:
         return late
 
     def late_us(self, quantile: float) -> float:
-        """Lateness at a quantile (0..1) in us, within the histogram's 6 % buckets; 0 before the first tick."""
+        """Return lateness at a quantile (0..1), us, within the histogram's 6 % buckets; 0 before the first tick."""
         if not self.ticks:
             return 0.0
         bucket = int(np.searchsorted(np.cumsum(self._histogram), quantile * self.ticks))

@@ -1,10 +1,10 @@
-"""Whether a loop comes before all ordinary work: while it holds its rate, and leaves others enough of a processor.
+"""Gives a loop real-time priority while it holds its rate and leaves others enough of a processor.
 
-A console, its pages and whatever else runs on a site's machine then cannot make the loop late. The other way round a
-loop that always came first could keep the console from being served, and STOP passes through it. So a loop has
-real-time priority only while it is known to need no more than MOST_WORK of one processor, and to be on time; one that
-is behind stands in line like everybody else. That leaves the rest of every processor to ordinary work on a machine
-that carries one site; on one that carries too many, all of them are behind, and none comes first.
+The console and other work on a site's machine then cannot delay the loop. A loop with permanent real-time priority
+could block the console, through which STOP passes. Therefore a loop has real-time priority only while it is on time
+and needs at most MOST_WORK of one processor. A loop that is behind has ordinary priority. On a machine that carries
+one site, the rest of every processor is left to ordinary work. On a machine that carries too many, all loops are
+behind, and none has real-time priority.
 """
 
 import logging
@@ -15,16 +15,16 @@ from common.runtime.scheduling import come_first, has_real_time, stand_in_line
 log = logging.getLogger(__name__)
 
 MOST_WORK = 0.7
-"""Share of one processor that a loop's thread may need at real-time priority. A site of five fingers needs half."""
+"""Maximum share of one processor for a loop's thread at real-time priority; a site of five fingers needs half."""
 
 
 class RealtimePriority:
-    """Gives the loop's thread real-time priority and takes it back; called from that thread, once a second.
+    """Gives the loop's thread real-time priority and takes it back; create and call it in that thread, once a second.
 
-    Where it is not allowed, or somebody else has already chosen a policy, that stays as it is. Made in that thread.
+    A policy that something else has set stays unchanged, and so does one that may not be set.
 
     Attributes:
-        first: whether the loop has it, from here or from whoever started it.
+        first: whether the loop has real-time priority, from this object or from its starter.
     """
 
     def __init__(
@@ -36,11 +36,11 @@ class RealtimePriority:
         self.first = self._given
 
     def look(self, holds_rate: bool, works: float | None) -> bool:
-        """Return whether the loop comes first from now on.
+        """Return whether the loop has real-time priority from now on.
 
         Args:
-            holds_rate: whether the loop makes the ticks that it should.
-            works: share of the time that its thread works; None while it is not known.
+            holds_rate: whether the loop makes the required ticks.
+            works: share of the time that its thread works; None while it is unknown.
         """
         if self._given:
             return True

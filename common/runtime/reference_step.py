@@ -1,4 +1,4 @@
-"""A fixed piece of work of about 0.1 ms: the unit in which costs are given, so that a slower machine changes nothing.
+"""A fixed piece of work of about 0.1 ms: a unit of processor cost that does not depend on the machine's speed.
 
 Half of it is scalar Python on small objects, half of it numpy on small arrays, as in a tick of a site.
 """
@@ -12,7 +12,7 @@ _ROUNDS = 18
 _SYSTEMS = 26
 _MATRICES = np.linspace(1.0, 2.0, _SYSTEMS * 36).reshape(_SYSTEMS, 6, 6) + 6.0 * np.eye(6)
 _OTHER_BYTES = 2**25
-"""Larger than the caches of a processor core."""
+"""Size of an array larger than the caches of a processor core, bytes."""
 _SAMPLES = np.linspace(-1.0, 1.0, 200)
 
 
@@ -24,7 +24,7 @@ class _Place:
 
 
 def reference_step() -> float:
-    """Do the work; the result depends on all of it."""
+    """Do the work; return a result that depends on all of it."""
     found = 0.0
     places: dict[str, _Place] = {}
     for number in range(_ROUNDS):
@@ -39,10 +39,10 @@ def reference_step() -> float:
 
 
 def reference_step_s(times: int = 30) -> float:
-    """Processor time of one reference step on this machine, s: the median of `times`.
+    """Return the processor time of one reference step on this machine, s: the median of `times`.
 
-    Caches are cold, as in a tick that follows a pause and the work of other processes. Warm ones make a step up to
-    three times as fast, and differ more between machines than sessions do.
+    Caches are cold, as in a tick after a pause and the work of other processes. With warm caches a step is up to three
+    times as fast, and differs more between machines than sessions do.
     """
     other = np.zeros(_OTHER_BYTES // 8)
     spent = []

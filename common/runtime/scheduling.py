@@ -1,4 +1,4 @@
-"""Who gets a processor first: a loop that must not be late, before a process that stands back."""
+"""Sets the scheduling of threads and processes: a timely loop first, background processes last."""
 
 import ctypes
 import gc
@@ -11,28 +11,28 @@ from pathlib import Path
 
 _PR_SET_TIMERSLACK = 29
 _SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
-"""Numbers of the system call, for which there is no function."""
+"""Numbers of the system call sched_setattr, for which there is no function."""
 _ATTRIBUTES = struct.Struct("=IIQiIQQQ")
 """Size, policy, flags, nice, priority, slice in ns, deadline and period: `struct sched_attr` of sched_setattr(2)."""
 _FLAG_RESET_ON_FORK = 1
 _SLICE_NS = 300_000
-"""For so long a loop's thread may hold a processor against others: a good part of a tick's work."""
+"""Time slice of a loop's thread, ns: a good part of a tick's work."""
 _SWITCH_S = 1e-4
-"""Within so long another thread of this process, the recording's above all, lets the loop have the interpreter."""
+"""Maximum time for which another thread of this process, such as the recording's, holds the interpreter, s."""
 _REAL_TIME_PRIORITY = 10
-"""Above all ordinary work, and below the system's own threads (50)."""
+"""Real-time priority of a loop: above all ordinary work, and below the system's own threads (50)."""
 _THREADS = Path("/proc/self/task")
 _GROUP = Path("/proc/self/autogroup")
-"""Where the kernel shares out processors among sessions of processes, `nice` only counts within one of them."""
+"""File of this session's `nice` value, where the kernel shares processors among sessions. There a process's own `nice`
+only counts within its session."""
 
 
 def become_timely() -> None:
-    """Prepare this process, and this thread of it, for a loop that must not be late; called once, before the loop.
+    """Prepare this process and thread for a loop that must not be late; call it once, before the loop.
 
-    Takes what start-up left in memory out of the garbage collector's sight: looking through it again and again would
-    hold the loop for tens of milliseconds. Has other threads give up the interpreter soon: by default the loop waits
-    5 ms for one that computes, more than two ticks. Asks the kernel for 1 ns timer slack (Linux; 50 us by default) and
-    for short time slices.
+    It excludes objects of the start-up from garbage collection, which would delay the loop by tens of milliseconds.
+    It shortens the interpreter's switch interval: by default the loop waits 5 ms, more than two ticks, for a
+    computing thread. It requests 1 ns timer slack (Linux; 50 us by default) and short time slices.
     """
     gc.collect()
     gc.freeze()
@@ -44,10 +44,10 @@ def become_timely() -> None:
 
 
 def _ask_for_short_slices(thread: int) -> None:
-    """Who asks for a shorter slice than the one who has the processor gets it on waking up (Linux >= 6.12).
+    """Request short time slices: a thread with a shorter slice gets the processor on waking up (Linux >= 6.12).
 
-    Without, a console on the same processors is let finish its own of some milliseconds. What the system
-    does not know, or forbids, stays as it was; so does a real-time policy.
+    Otherwise a console on the same processor finishes its own slice of some milliseconds first. What the system does
+    not support or forbids stays unchanged, and so does a real-time policy.
     """
     number = _SCHED_SETATTR.get(platform.machine())
     if number is None or policy(thread) != os.SCHED_OTHER:
@@ -59,19 +59,19 @@ def _ask_for_short_slices(thread: int) -> None:
 
 
 def policy(thread: int = 0) -> int:
-    """What a thread is scheduled by, os.SCHED_OTHER or another; 0 is the calling one."""
+    """Return the scheduling policy of a thread, such as os.SCHED_OTHER; 0 is the calling thread."""
     return os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK
 
 
 def has_real_time() -> bool:
-    """Whether the calling thread comes before all ordinary work, whoever gave it that policy."""
+    """Return whether the calling thread has real-time priority, from any source."""
     return policy() in (os.SCHED_FIFO, os.SCHED_RR)
 
 
 def come_first() -> bool:
-    """Real-time priority for this thread, and for none that it starts later; False where that is not allowed.
+    """Set real-time priority for this thread, and none for threads that it starts; return whether that was allowed.
 
-    A thread that has a policy of its own already got it from somebody else, and keeps it: False as well.
+    A thread that already has another policy keeps it: the result is False, too.
     """
     if policy() != os.SCHED_OTHER:
         return False
@@ -83,30 +83,30 @@ def come_first() -> bool:
 
 
 def stand_in_line(thread: int = 0) -> None:
-    """Ordinary priority again for a thread that came first, with short slices; 0 is the calling one."""
-    # An ordinary user may not take the flag back.
+    """Restore ordinary priority, with short slices, for a real-time thread; 0 is the calling thread."""
+    # An ordinary user may not clear the flag.
     os.sched_setscheduler(thread, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
     _ask_for_short_slices(thread)
 
 
 def give_way(steps: int) -> None:
-    """Lower this process's priority by `steps` of `nice`, 0..19, and that of its session where it leads one."""
+    """Raise the `nice` value of this process by `steps`, 0..19, and that of its session where it leads one."""
     os.nice(steps)
     if os.getsid(0) == os.getpid():
-        with suppress(OSError):  # a kernel that knows no such groups
+        with suppress(OSError):  # a kernel without such groups
             _GROUP.write_text(str(steps), "ascii")
 
 
 class Starved:
-    """Whether a thread of this process is ready to run, and has had no processor since the last look (Linux)."""
+    """Detects that a thread of this process is ready to run but has had no processor since the last look (Linux)."""
 
     def __init__(self, thread: int) -> None:
-        """Look at a thread, by its number."""
+        """Look at a thread, given by its number."""
         self._folder = _THREADS / str(thread)
         self._ran_ns = -1
 
     def look(self) -> bool:
-        """Return it; False where the system does not say."""
+        """Return whether the thread starved; False where the system does not report it."""
         try:
             state = (self._folder / "stat").read_bytes().rpartition(b") ")[2][:1]
             ran_ns = int((self._folder / "schedstat").read_bytes().split()[0])

@@ -1,4 +1,4 @@
-"""Status file of a process: its loop's figures and its own, as JSON."""
+"""Writes the status file of a process: figures of its loop and its own, as JSON."""
 
 import json
 import logging
@@ -15,18 +15,18 @@ log = logging.getLogger(__name__)
 
 
 def rss_mib() -> float:
-    """Largest memory that this process has had resident so far, MiB."""
+    """Return the peak resident memory of this process, MiB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
 class StatusFile:
-    """Rewrites a small JSON file once a second; the whole file is replaced, so a reader never sees half of one.
+    """Replaces a small JSON file once a second, so that a reader never sees a partial file.
 
     Only the user of the process can read it.
     """
 
     def __init__(self, path: Path | None, process: str, loop: PeriodicLoop | None = None):
-        """Write to `path`, or nowhere.
+        """Write to `path`; None disables writing.
 
         Raises:
             OSError: `path` is a symbolic link.
@@ -41,11 +41,11 @@ class StatusFile:
         self._start_s = time.monotonic()
 
     def due(self, t_s: float) -> bool:
-        """Whether it is time to write."""
+        """Return whether it is time to write."""
         return self._path is not None and t_s >= self._due_s
 
     def write(self, t_s: float, figures: dict[str, object]) -> None:
-        """Write the loop's figures and `figures`; a full disk is no reason to stop."""
+        """Write the loop's figures and `figures`; an error, such as a full disk, is only logged."""
         self._due_s = t_s + NOTICE_S
         if self._path is None:
             return
@@ -61,7 +61,7 @@ class StatusFile:
         part = self._path.with_name(self._path.name + ".part")
         try:
             refuse_link(self._path)
-            part.unlink(missing_ok=True)  # left by a process that was killed, or put there by somebody else
+            part.unlink(missing_ok=True)  # left by a killed process, or created by another user
             with create_private(part) as file:
                 file.write(json.dumps(status).encode())
             part.replace(self._path)
@@ -73,7 +73,7 @@ class StatusFile:
 
 
 def _figures(loop: PeriodicLoop | None) -> dict[str, object]:
-    """How timely a loop is; a process without one has nothing to tell."""
+    """Return the loop's lateness figures; empty for a process without a loop."""
     if loop is None:
         return {}
     return {

@@ -1,4 +1,4 @@
-"""Tells the supervisor of a service how it is: the sd_notify protocol, datagrams of `NAME=VALUE` lines to a socket."""
+"""Notifies the supervisor of a service with the sd_notify protocol: datagrams of `NAME=VALUE` lines to a socket."""
 
 import contextlib
 import logging
@@ -10,32 +10,32 @@ log = logging.getLogger(__name__)
 
 
 class Supervisor:
-    """Whoever started this process as a service; nobody, when the environment names none."""
+    """The supervisor that started this process as a service; none when the environment names none."""
 
     def __init__(self, address: str | None = None) -> None:
-        """Where the supervisor listens: a path, or `@NAME` in the abstract namespace; by default $NOTIFY_SOCKET."""
+        """Use the supervisor's address: a path, or `@NAME` in the abstract namespace; by default $NOTIFY_SOCKET."""
         self._address = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
         self._socket: socket.socket | None = None
         if self._address[:1] in ("/", "@"):
-            # A supervisor that does not read must not hold the loop.
+            # A supervisor that does not read must not block the loop.
             self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC | socket.SOCK_NONBLOCK)
         elif self._address:
-            log.warning("NOTIFY_SOCKET %s is no local socket: the supervisor is told nothing", self._address)
+            log.warning("NOTIFY_SOCKET %s is no local socket: the supervisor gets no notifications", self._address)
 
     def ready(self) -> None:
-        """The devices are there and the loop runs."""
+        """Report that the devices are connected and the loop runs."""
         self._say("READY=1")
 
     def alive(self, status: str) -> None:
-        """The loop still runs; `status` is for people."""
+        """Report that the loop still runs; `status` is text for people."""
         self._say("WATCHDOG=1", f"STATUS={' '.join(status.split())}")
 
     def stopping(self) -> None:
-        """The loop has ended, on purpose or not."""
+        """Report that the loop has ended, intentionally or by a failure."""
         self._say("STOPPING=1")
 
     def close(self) -> None:
-        """Say nothing any more."""
+        """Close the socket; later reports are dropped."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None
@@ -52,6 +52,6 @@ class Supervisor:
     def _say(self, *lines: str) -> None:
         if self._socket is None:
             return
-        # A supervisor that is gone or busy hears the next one; its own watchdog is what notices.
+        # A supervisor that is gone or busy gets the next one; its own watchdog detects a lack of them.
         with contextlib.suppress(OSError):
             self._socket.sendto("\n".join(lines).encode(), self._address.replace("@", "\0", 1))

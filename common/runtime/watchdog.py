@@ -1,8 +1,8 @@
-"""Ends the process when its loop stands still although the process runs, so that a supervisor starts it anew.
+"""Ends the process when its loop stands still although the process runs, so that a supervisor restarts it.
 
-A loop that is ready and gets no processor does not stand still: the machine is busy, and a new process would be too
-late as well. The devices' own time-outs have made every output safe long before. What holds the whole interpreter,
-this watchdog included, is left to the supervisor's watchdog, which the loop itself feeds.
+A loop that is ready but gets no processor does not stand still: the machine is busy, and a new process would be late,
+too. The devices' own time-outs have made every output safe long before. A hang of the whole interpreter also stops
+this watchdog. The supervisor's watchdog, which the loop notifies, covers that case.
 """
 
 import faulthandler
@@ -20,16 +20,16 @@ log = logging.getLogger(__name__)
 
 WAKE_UP_S = 0.1
 EXIT_CODE = os.EX_SOFTWARE
-"""70, an internal error."""
+"""Exit code of the process: 70, an internal error."""
 _LAST_WORDS_S = 0.5
 _LONGEST_STACKS = 64 * 1024
 
 
 class Standstill:
-    """Counts its own wake-ups since the loop's last tick, not the time.
+    """Counts its own wake-ups, instead of time, since the loop's last tick.
 
-    A process that was stopped and continued, or a machine that slept, has woken up no more often than its loop.
-    Wake-ups at which the loop's thread had no processor do not count.
+    A stopped process or a sleeping machine makes no wake-ups, just as its loop makes no ticks. Wake-ups at which the
+    loop's thread had no processor do not count.
     """
 
     def __init__(self, patience_s: float = SITE_WATCHDOG_S) -> None:
@@ -38,11 +38,11 @@ class Standstill:
         self._wake_ups = 0
 
     def wake_up(self, ticks: int, starved: bool) -> bool:
-        """Called every WAKE_UP_S; whether the loop has stood still for too long.
+        """Count a wake-up, every WAKE_UP_S; return whether the loop has stood still for too long.
 
         Args:
-            ticks: that the loop has made.
-            starved: whether its thread was ready since the last wake-up, and had no processor.
+            ticks: number of ticks that the loop has made.
+            starved: whether the loop's thread was ready since the last wake-up, but had no processor.
         """
         if ticks != self._ticks:
             self._ticks, self._wake_ups = ticks, 0
@@ -52,16 +52,16 @@ class Standstill:
 
 
 def end_process() -> None:
-    """Say where every thread stands and end at once: what hangs would hang in an orderly end too."""
-    # Standard error may be what the loop hangs on: whoever waits for it must not hold up the end.
-    teller = threading.Thread(target=_tell, daemon=True, name="last-words")
-    teller.start()
-    teller.join(_LAST_WORDS_S)
+    """Write the stacks of all threads and end at once, because the hang would also block an orderly end."""
+    # The loop may hang on standard error: a write there must not block the end.
+    writer = threading.Thread(target=_write_stacks, daemon=True, name="last-words")
+    writer.start()
+    writer.join(_LAST_WORDS_S)
     os._exit(EXIT_CODE)
 
 
-def _tell() -> None:
-    # The dump is taken with the interpreter held, so it goes to memory first: only the write below may block.
+def _write_stacks() -> None:
+    # The dump holds the interpreter, so it goes to memory first: only the write below may block.
     stacks = os.memfd_create("stacks")
     faulthandler.dump_traceback(stacks)
     os.write(sys.stderr.fileno(), os.pread(stacks, _LONGEST_STACKS, 0))
@@ -69,10 +69,10 @@ def _tell() -> None:
 
 
 class LoopWatchdog:
-    """A thread that watches the loop of the calling thread while the `with` block runs."""
+    """A thread that watches the loop of the calling thread during the `with` block."""
 
     def __init__(self, ticks: Callable[[], int], end: Callable[[], None] = end_process) -> None:
-        """Watch the loop's count of `ticks`; call `end` once it stands still."""
+        """Watch the loop's count of `ticks`; call `end` when the loop stands still."""
         self._ticks = ticks
         self._end = end
         self._standstill = Standstill()
