@@ -1,4 +1,4 @@
-"""`python -m common.limits_table`: docs/limits.md, from the numbers that gates, watchdogs and devices use."""
+"""Prints docs/limits.md from the numbers of gates, watchdogs and devices: `python -m common.limits_table`."""
 
 from collections.abc import Iterable, Mapping
 
@@ -9,7 +9,7 @@ from common.timing.safe_states import SAFE_STATES, TICK_S
 from common.timing.timeouts import Timeout, in_ms, ladder
 
 OPERATOR_HZ, REMOTE_HZ = (kind.model_fields["rate_hz"].default for kind in (OperatorConfig, RemoteConfig))
-"""Default rates of the loops, Hz, for the example on the page."""
+"""Default loop rates of the operator and the remote site, Hz, for the example on the page."""
 
 
 def limits_page() -> str:
@@ -32,7 +32,7 @@ def limits_page() -> str:
         "A timeout must be at least as long as each sum in its last column. A configuration that breaks this rule is",
         "refused when it is loaded. A far side whose rate breaks it is refused at hello.",
         "",
-        *_table(("timeout", "time", "set by", "consequence", "at least"), _rungs()),
+        *_table(("timeout", "time", "set by", "consequence", "at least"), _timeouts()),
         "",
         "## Safe states",
         "",
@@ -87,15 +87,17 @@ def _limits() -> Mapping[str, str]:
     }
 
 
-def _rungs() -> Iterable[tuple[str, ...]]:
-    rungs = ladder(OPERATOR_HZ, limits.GAP_S, limits.AGE_DEFAULT_S, REMOTE_HZ)
-    return ((rung.name, in_ms(rung.after_s), rung.source, rung.then, _covers(rung)) for rung in rungs)
+def _timeouts() -> Iterable[tuple[str, ...]]:
+    timeouts = ladder(OPERATOR_HZ, limits.GAP_S, limits.AGE_DEFAULT_S, REMOTE_HZ)
+    return (
+        (timeout.name, in_ms(timeout.after_s), timeout.source, timeout.then, _covers(timeout)) for timeout in timeouts
+    )
 
 
-def _covers(rung: Timeout) -> str:
+def _covers(timeout: Timeout) -> str:
     sums = (
         " + ".join(name if times == 1 else f"{times:g} x {name}" for name, times in parts.items())
-        for parts in rung.covers
+        for parts in timeout.covers
     )
     return "; ".join(sums) or "-"
 

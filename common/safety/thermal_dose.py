@@ -1,7 +1,7 @@
 """Thermal dose of skin under one plate, a fingertip's or a patient's.
 
-The integral of max(0, T - 40 C) over the last minute. Between two readings, however far apart, the plate may have been
-as hot as the hotter of them: a standstill of the site or a lost reading counts with its true time.
+The dose is the integral of max(0, T - 40 C) over the last minute. Between two readings the plate counts as hot as the
+hotter of them, for any time between. A standstill of the site or a lost reading thus counts with its true time.
 """
 
 from collections import deque
@@ -9,15 +9,15 @@ from collections import deque
 from common.limits import DOSE_ABOVE_C, DOSE_LIMIT_K_S, DOSE_WINDOW_S
 
 BIN_S = 1.0
-"""Dose is forgotten by bins, each kept until all of it is older than the window: never too early."""
+"""Width of a bin, s. A bin is dropped when all of it is older than the window, so no dose is dropped too early."""
 COAST_S = 2.0
-"""A plate goes on giving dose this long after its drive is off; it is counted before it is given."""
+"""Time for which a plate continues to heat skin after its drive is off, s; this dose is counted in advance."""
 RESUME_SHARE = 0.5
-"""Spent until this share of the limit is left behind, so that the drive does not chatter at the limit."""
+"""Share of the limit below which a spent dose permits driving again; the hysteresis prevents chatter."""
 
 
 class ThermalDose:
-    """Counts the dose; `step` says when nothing more may be driven."""
+    """Adds up the dose; `step` returns when the drive must be off."""
 
     def __init__(self) -> None:
         self._bins: deque[list[float]] = deque()
@@ -27,13 +27,13 @@ class ThermalDose:
         self._over_k = 0.0
 
     def step(self, t_s: float, plate_c: float) -> bool:
-        """Add the time since the last reading; return whether the dose is spent.
+        """Add the dose since the last reading; return whether the dose is spent.
 
         Args:
-            t_s: time, s, finite. A clock that was set back adds nothing.
-            plate_c: reading of the plate now, C, finite.
+            t_s: time, s, finite. A clock that was set back adds no dose.
+            plate_c: present temperature of the plate, C, finite.
         """
-        if plate_c <= DOSE_ABOVE_C and not self._bins:  # as nearly always; a hotter reading leaves a bin
+        if plate_c <= DOSE_ABOVE_C and not self._bins:  # the usual case; a hotter reading leaves a bin
             self._read_s, self._spent = t_s, False
             return False
         dt_s = 0.0 if self._read_s is None else min(DOSE_WINDOW_S, max(0.0, t_s - self._read_s))

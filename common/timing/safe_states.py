@@ -1,7 +1,7 @@
-"""What each actuator of both sites does when something fails: its safe output, who brings it there, and within what.
+"""Safe state of each actuator of both sites: its safe output, and for each failure the maximum time and who acts.
 
-Times count from the last thing that was still right: the last accepted packet, the last command that the device heard,
-or the tick in which the gate found the fault.
+Times count from the last accepted packet, from the last command that the device received, or from the tick in which
+the gate detected the fault.
 """
 
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from common.limits import FORCE_SAFE_S, GAP_S, MODULE_TIMEOUT_S, MOTOR_SAFE_S, T
 from common.timing.timeouts import FORCE_FALL_S, REPORT_S, RETREAT_AFTER_S, SLOWEST_RATE_HZ, in_ms
 
 TICK_S = 1.0 / SLOWEST_RATE_HZ
-"""One tick of the slowest loop that may be configured."""
+"""Period of the slowest loop that may be configured, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """How an actuator becomes safe: within a time (s), by whom."""
+    """How an actuator becomes safe: the maximum time, s, and who acts."""
 
     within_s: float
     by: str
@@ -29,9 +29,9 @@ class SafeState:
     """One actuator.
 
     Attributes:
-        site, actuator: which.
-        output: what is safe.
-        link_silent: no packet is accepted any more; the site lives.
+        site, actuator: names of the site and the actuator.
+        output: safe output.
+        link_silent: no packet is accepted, and the site runs.
         site_dead: the site's process has ended or hangs.
         device_alone: the line between site and device is cut.
         fault: a gate has latched a fault, or a person has stopped the session.
@@ -47,7 +47,7 @@ class SafeState:
 
 
 def _left_alone(site: str, actuator: str, output: str, *, link_silent: Way, left: Way, fault: Way) -> SafeState:
-    # To a device, a dead site and a cut line are the same: no good command comes.
+    # For a device, a dead site and a cut line are the same: no valid command arrives.
     return SafeState(site, actuator, output, link_silent, site_dead=left, device_alone=left, fault=fault)
 
 

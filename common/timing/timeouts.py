@@ -1,7 +1,7 @@
-"""The watchdog ladder: each time after which silence or standstill has a consequence, and what it has to cover.
+"""The watchdog ladder: all times after which silence or standstill has a consequence, and their minimum lengths.
 
-A time further up must never act before those it covers have had their turn: otherwise one late packet is a gap, or a
-process is ended while its devices still wait for it. `check_ladder` holds a configuration against these rules.
+A timeout must be long enough for the shorter ones that it covers. Otherwise one late packet would be a gap, or a
+process would end while its devices still wait for it. `check_ladder` checks a configuration against these rules.
 """
 
 import math
@@ -24,48 +24,48 @@ from common.limits import (
 from common.wire.streams import STREAMS
 
 SLOWEST_RATE_HZ, FASTEST_RATE_HZ = 100.0, 1000.0
-"""Rates that a site's loop may be given."""
+"""Minimum and maximum rate of a site's loop, Hz."""
 REFRESH_S = 0.012
 """Maximum interval between two packets of a stream, s, while its values do not change."""
 FRAME_S = 0.002
 """Minimum interval between two encoder readings of a CAN node, s: encoders are read at 500 Hz."""
 REPORT_S = 0.010
-"""Between two reports of a serial module with a thermometer."""
+"""Interval between two reports of a serial module with a thermometer, s."""
 COMMAND_REFRESH_S = 0.020
-"""An unchanged command of a serial module is repeated when it is this old."""
+"""Age at which an unchanged command of a serial module is repeated, s."""
 TICK_AGE_S = 0.070
-"""What a tick decided longer ago is not sent, and after it a gate begins from neutral: a process that was stopped in a
-tick finishes it on waking, while its devices may have gone to safe by themselves."""
+"""Maximum age of a tick's decision, s; an older one is not sent, and the gate restarts from neutral. A stopped process
+finishes its tick on waking, while its devices may have gone to their safe states."""
 STANDSTILL_S = 0.050
-"""A device whose clock gains more on the host's shows that the host stood still; less is delay and drift."""
+"""Minimum gain of a device's clock on the host's that shows a standstill, s; less is delay and drift."""
 FORCE_FALL_S = FINGER_FORCE_N / FORCE_RAMP_DOWN_N_S
-"""Full force to none, in the gate and in the exoskeleton itself."""
+"""Time from full force to none, s, in the gate and in the exoskeleton itself."""
 RETREAT_AFTER_S = 0.100
-"""A remote finger that was stopped stands so long before it retreats."""
+"""Time for which a stopped remote finger stands before it retreats, s."""
 SESSION_SILENCE_S = 1.5
-"""On the slowest link a hello, its answer and the first heartbeat take as long, one after the other."""
+"""Maximum silence in a session, s: on the slowest link a hello, its answer and the first heartbeat take this time."""
 SITE_WATCHDOG_S = 1.5
 NOTICE_S = 1.0
-"""Between two status files, and two signs of life to the supervisor."""
+"""Interval between two status files, and between two notifications of the supervisor, s."""
 SUPERVISOR_WATCHDOG_S = 5.0
 
 _ROUNDING_S = 1e-9
 
 
 class InconsistentTimeouts(ValueError):
-    """A time that acts before one that it has to cover; the message names both, with numbers."""
+    """A timeout that is shorter than a time that it must cover; the message names both, with numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Timeout:
-    """One time of the ladder.
+    """One timeout of the ladder.
 
     Attributes:
-        name: what is waited for.
+        name: name of the timeout.
         after_s: the time, s.
-        source: the field or table that it stands in.
-        then: what happens when the time is over.
-        covers: sums of rungs further down, `{name: how many times}`, that it must be as long as, each.
+        source: field or table that contains it.
+        then: consequence when the time is over.
+        covers: sums of other timeouts, `{name: how many times}`; it must be at least as long as each.
     """
 
     name: str
@@ -76,13 +76,13 @@ class Timeout:
 
 
 def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None = None) -> tuple[Timeout, ...]:
-    """The rungs of one site, lowest first.
+    """Return the timeouts of one site, each after those that it covers.
 
     Args:
-        rate_hz: this site's loop.
-        gap_s: without an accepted packet for longer, outputs go to safe.
-        age_s: oldest source time acted on.
-        far_rate_hz: the far side's loop, which sends one packet a tick at most; None while it is unknown.
+        rate_hz: rate of this site's loop, Hz.
+        gap_s: maximum gap between accepted packets, s; after it outputs go to safe.
+        age_s: maximum age of a packet, s.
+        far_rate_hz: rate of the far side's loop, Hz, which sends at most one packet a tick; None while unknown.
     """
     period_s = 1.0 / rate_hz
     far = (
@@ -160,7 +160,7 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             SESSION_SILENCE_S,
             "session",
             "no heartbeat: the session ends, the operator sends hello again",
-            # After a hello, its answer and the first heartbeat are each one way on their way.
+            # A hello, its answer and the first heartbeat each travel one way, one after the other.
             ({"heartbeat": 5}, {"age": 3}, {"force hold": 1}, {"thermal hold": 1}, {"motor still": 1}, {"retreat": 1}),
         ),
         Timeout(
@@ -190,46 +190,46 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
 
 
 def check_ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: object = None) -> None:
-    """Hold the times of one site against what they have to cover.
+    """Check the timeouts of one site against the times that they must cover.
 
-    Called when a configuration is loaded, and at hello with the far side's rate, as it came.
+    Called when a configuration is loaded, and at hello with the far side's rate as received.
 
     Raises:
-        BrokenLadder: a time acts too early, or the far side's rate is no rate of a loop.
+        InconsistentTimeouts: a timeout is too short, or the far side's rate is invalid.
     """
     far = None if far_rate_hz is None else _rate(far_rate_hz)
-    rungs = ladder(rate_hz, gap_s, age_s, far)
-    after_s = {rung.name: rung.after_s for rung in rungs}
-    for rung in rungs:
-        for parts in rung.covers:
+    timeouts = ladder(rate_hz, gap_s, age_s, far)
+    after_s = {timeout.name: timeout.after_s for timeout in timeouts}
+    for timeout in timeouts:
+        for parts in timeout.covers:
             if not parts.keys() <= after_s.keys():
-                continue  # of the far side, which is unknown
+                continue  # a timeout of the far side, which is unknown
             least_s = sum(times * after_s[name] for name, times in parts.items())
-            if not rung.after_s >= least_s - _ROUNDING_S:
+            if not timeout.after_s >= least_s - _ROUNDING_S:
                 raise InconsistentTimeouts(
-                    f"{rung.source}: {rung.name} of {in_ms(rung.after_s)} must cover "
-                    f"{_sum(parts, {each.name: each for each in rungs})} = {in_ms(least_s)}"
+                    f"{timeout.source}: {timeout.name} of {in_ms(timeout.after_s)} must cover "
+                    f"{_sum(parts, {each.name: each for each in timeouts})} = {in_ms(least_s)}"
                 )
 
 
 def in_ms(time_s: float) -> str:
-    """A time for people: `100 ms`, `5 s`."""
+    """Return a time for people: `100 ms`, `5 s`."""
     return f"{time_s:g} s" if time_s >= 1.0 else f"{time_s * 1e3:.4g} ms"
 
 
-def _rate(told: object) -> float:
-    number = told if isinstance(told, (int, float)) and not isinstance(told, bool) else math.nan
+def _rate(given: object) -> float:
+    number = given if isinstance(given, (int, float)) and not isinstance(given, bool) else math.nan
     if not SLOWEST_RATE_HZ <= number <= FASTEST_RATE_HZ:
         raise InconsistentTimeouts(
-            f"far side's rate_hz: {str(told)[:40]} is not in {SLOWEST_RATE_HZ:g}..{FASTEST_RATE_HZ:g} Hz: "
+            f"far side's rate_hz: {str(given)[:40]} is not in {SLOWEST_RATE_HZ:g}..{FASTEST_RATE_HZ:g} Hz: "
             "correct the far side's configuration"
         )
     return number
 
 
-def _sum(parts: Mapping[str, float], rungs: Mapping[str, Timeout]) -> str:
+def _sum(parts: Mapping[str, float], timeouts: Mapping[str, Timeout]) -> str:
     def part(name: str, times: float) -> str:
-        rung = rungs[name]
-        return f"{f'{times:g} x ' if times != 1 else ''}{name} ({rung.source}) of {in_ms(rung.after_s)}"
+        timeout = timeouts[name]
+        return f"{f'{times:g} x ' if times != 1 else ''}{name} ({timeout.source}) of {in_ms(timeout.after_s)}"
 
     return " + ".join(part(name, times) for name, times in parts.items())
