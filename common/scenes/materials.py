@@ -15,19 +15,19 @@ ALIASES = {
     "foam": "pu_foam",
     "skin": "skin_dermis",
 }
-"""Everyday names and the specimen each stands for."""
+"""Everyday names of materials, and the specimen that each stands for."""
 CONSTANTS = {
     "conductivity_w_mk": (0.01, 500.0),
     "density_kg_m3": (1.0, 25_000.0),
     "specific_heat_j_kgk": (100.0, 10_000.0),
     "spread": (0.0, 1.0),
 }
-"""Of each material, with the range of what can be told of it over the link and shown to a finger."""
+"""Constants of each material, with the ranges that the link can carry and a finger can be shown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """One material's thermal constants, SI; `spread` is one standard deviation of ln(effusivity)."""
+    """One material's thermal constants, SI; `spread` is the standard deviation of ln(effusivity)."""
 
     name: str
     conductivity_w_mk: float
@@ -37,27 +37,27 @@ class Material:
 
     @classmethod
     def read(cls, name: str, given: object, where: str) -> "Material":
-        """Take a table's constants; raises ValueError that says `where`, and names the constant that is wrong."""
+        """Read a table's constants; raises ValueError that contains `where` and names the wrong constant."""
         return cls(name, **read_constants(given, CONSTANTS, where))
 
     @property
     def effusivity(self) -> float:
-        """sqrt(k rho c), J/(m2 K s^0.5): what a touch feels in its first seconds."""
+        """sqrt(k rho c), J/(m2 K s^0.5): it determines the skin temperature in the first seconds of a touch."""
         return math.sqrt(self.conductivity_w_mk * self.density_kg_m3 * self.specific_heat_j_kgk)
 
 
 @cache
 def materials() -> dict[str, Material]:
-    """All known materials by name."""
+    """Return all known materials by name."""
     return read_materials(Path(__file__).parent / "constants" / "materials.toml")
 
 
 def read_materials(path: Path) -> dict[str, Material]:
-    """Materials of a file by name.
+    """Return the materials of a file by name.
 
     Raises:
-        ValueError: a constant is missing, unknown, no number, or out of range; the message names file, material and
-            constant.
+        ValueError: a constant is missing, unknown, not a number, or out of range; the message names file, material
+            and constant.
     """
     tables = read_tables(path)
     return {name: Material.read(name, given, f"{path}: {name}") for name, given in tables.items()}
@@ -67,7 +67,7 @@ def material(name: str) -> Material:
     """Look a material up by name or alias.
 
     Raises:
-        KeyError: no such material; the message lists those that there are.
+        KeyError: there is no such material; the message lists the known ones.
     """
     known = materials()
     try:
@@ -77,9 +77,9 @@ def material(name: str) -> Material:
 
 
 def contact_resistance_m2k_w(conductivity_w_mk: float) -> float:
-    """Thermal contact resistance between a bare finger and an object, m2K/W.
+    """Return the thermal contact resistance between a bare finger and an object, m2K/W.
 
-    R_c = (0.37 + k)/(1870 k) after Ho & Jones 2008, which is optimistic for hard conductors:
-    held at or above 1e-3, where measured skin temperatures of people lie.
+    R_c = (0.37 + k)/(1870 k) after Ho & Jones 2008. This is too low for hard conductors, so the result is at least
+    1e-3, which matches measured skin temperatures of people.
     """
     return max(1e-3, (0.37 + conductivity_w_mk) / (1870.0 * conductivity_w_mk))

@@ -1,6 +1,6 @@
-"""Scenes: which objects lie on a bench, and what a scripted hand does with them. Read from TOML.
+"""Scenes in TOML: the objects on a bench, and the script of a simulated hand.
 
-One file serves for all: the bench of a simulated remote site, and the virtual environment without any.
+A scene describes both the bench of a simulated remote site and a virtual environment.
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ from common.wire.packets import MAX_TEXT
 
 SCENES = Path(__file__).parent
 BENCH_M = 0.655
-"""The hand reaches x and y from -BENCH_M to +BENCH_M, m."""
+"""Range of the hand in x and y on each side of 0, m."""
 Stiffness = Annotated[float | None, Field(ge=STIFFNESS_N_M[0], le=STIFFNESS_N_M[1])]
 Offset = Annotated[float, Field(ge=-50.0, le=50.0)]
 
@@ -29,10 +29,10 @@ class _Strict(BaseModel):
 class SceneObject(_Strict):
     """A rectangle of one material and one surface on the bench; its top is at z = `height_m`.
 
-    Without `y_m` and `width_m` it covers all y. Without `stiffness_n_m` it has that of its surface.
-    Its temperature is `absolute_c`, or ambient plus a value drawn from `offset_c` at each session. Objects of the
-    same `body` are zones of one piece: one specimen, and one drawn temperature. A `target` stands out from what is
-    around it in that quantity: it is there to be found.
+    Without `y_m` and `width_m` it covers all y. Without `stiffness_n_m` it has the stiffness of its surface.
+    Its temperature is `absolute_c`, or ambient plus a value drawn from `offset_c` in each session. Objects of the same
+    `body` are zones of one piece: they share one specimen and one drawn temperature. A `target` differs from its
+    surroundings in that quantity, and is to be found.
     """
 
     name: str = Field(min_length=1, max_length=40)
@@ -81,7 +81,7 @@ class SceneObject(_Strict):
 
     @property
     def middle_m(self) -> tuple[float, float]:
-        """Place of its middle, m."""
+        """Position of its middle, m."""
         return self.x_at(0.5), sum(self.y_range_m) / 2.0
 
     @property
@@ -92,22 +92,23 @@ class SceneObject(_Strict):
         return (self.y_m, self.y_m + self.width_m)
 
     def x_at(self, u: float) -> float:
-        """World x at fraction `u` (0..1) of the object, m."""
+        """Return world x at fraction `u` (0..1) of the object, m."""
         return self.x_m + u * self.length_m
 
     def covers(self, x_m: float, y_m: float) -> bool:
-        """Whether it lies at a place of the bench."""
+        """Return whether the object covers a position on the bench."""
         low_y_m, high_y_m = self.y_range_m
         return self.x_m <= x_m < self.end_x_m and low_y_m <= y_m < high_y_m
 
 
 class Scene(_Strict):
-    """A bench with objects, and the script of the hand; after its last step the script starts again.
+    """A bench with objects, and the script of the hand; the script repeats after its last step.
 
-    `calibrated` names the materials that the remote site's table knows, and `table` that table, where it has not the
-    scene's name. With `pieces` "calibrated", the objects of these materials are the very blocks that the table was made
-    with; with "new", each session draws pieces of its own. `virtual_stiffness_n_m` is that of all objects in a virtual
-    environment, as in Kron & Schmidt 2003; each has its own without. `materials` are known in this scene only.
+    `calibrated` names the materials in the remote site's table. `table` names that table where its name is not the
+    scene's. With `pieces` "calibrated", objects of these materials are the same blocks as in the calibration. With
+    "new", each session draws pieces of its own. `virtual_stiffness_n_m` applies to all objects in a virtual
+    environment, as in Kron & Schmidt 2003; without it each object has its own. `materials` are known in this scene
+    only.
     """
 
     name: str
@@ -130,7 +131,7 @@ class Scene(_Strict):
                 raise ValueError(f"{name}: is the name of a known material; choose another")
             if len(name) > MAX_TEXT:
                 raise ValueError(f"{name}: is longer than {MAX_TEXT} characters")
-        # A piece that is described by itself is this very piece, unless told otherwise.
+        # A material of the scene describes this very piece, so its spread is 0 by default.
         return {
             name: Material.read(name, {"spread": 0.0, **given} if isinstance(given, dict) else given, name)
             for name, given in tables.items()
@@ -167,18 +168,18 @@ class Scene(_Strict):
         return self
 
     def knows_piece(self, material_name: str) -> bool:
-        """Whether objects of this material are blocks that the scene's table was made with."""
+        """Return whether objects of this material are blocks of the table's calibration."""
         return self.pieces == "calibrated" and material_name in self.calibrated
 
     def material(self, name: str) -> Material:
-        """Constants of a material that the scene names."""
+        """Return the constants of a material of the scene."""
         return self.materials.get(name) or materials()[name]
 
     def object_named(self, name: str) -> SceneObject:
         """Look an object up.
 
         Raises:
-            KeyError: no object of this name.
+            KeyError: there is no object of this name.
         """
         for thing in self.objects:
             if thing.name == name:
@@ -194,7 +195,7 @@ def _overlap(a: SceneObject, b: SceneObject) -> bool:
 
 
 def scene_names() -> tuple[str, ...]:
-    """Names of the scenes that come with the program."""
+    """Return the names of the scenes shipped with the program."""
     return tuple(sorted(path.stem for path in SCENES.glob("*.toml")))
 
 
@@ -202,7 +203,7 @@ def load_scene(name_or_path: str) -> Scene:
     """Load a scene by its name, or from a path that ends in `.toml`.
 
     Raises:
-        ValueError: unknown scene (the known ones are listed), unreadable file, or bad content; the
+        ValueError: the scene is unknown (the message lists the known ones), or the file is unreadable or invalid; the
             message is one line that names file and field.
     """
     path = Path(name_or_path) if name_or_path.endswith(".toml") else SCENES / f"{name_or_path}.toml"

@@ -1,11 +1,11 @@
-"""What a scripted hand does in a scene, step by step."""
+"""Steps of a simulated hand's script in a scene."""
 
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 Reach = Annotated[float, Field(ge=-0.655, le=0.655)]
-"""A place of the hand on the bench along one axis, m."""
+"""Position of the hand on the bench along one axis, m."""
 Finger = Literal["thumb", "index", "middle", "ring", "little"]
 Places = Annotated[tuple[Reach, ...], Field(min_length=1, max_length=100)]
 
@@ -15,7 +15,7 @@ class _Step(BaseModel):
 
 
 class Move(_Step):
-    """Travel at hover height until the hand's x is at fraction `u` of the object's length."""
+    """Move at hover height until the hand's x is at fraction `u` of the object's length."""
 
     act: Literal["move"]
     object: str
@@ -29,14 +29,14 @@ class Touch(_Step):
 
 
 class Hold(_Step):
-    """Rest in contact for `seconds`."""
+    """Rest in contact for `seconds`, s."""
 
     act: Literal["hold"]
     seconds: float = Field(gt=0.0, le=120.0)
 
 
 class Stroke(_Step):
-    """Slide in contact to fraction `u` of `to_object`, mm/s along the path."""
+    """Slide in contact to fraction `u` of `to_object` at `speed_mm_s` along the path, mm/s."""
 
     act: Literal["stroke"]
     to_object: str
@@ -51,16 +51,16 @@ class Lift(_Step):
 
 
 class Tap(_Step):
-    """Lower and lift quickly, `times` times, without holding."""
+    """Lower and lift quickly, `times` times, without rest."""
 
     act: Literal["tap"]
     times: int = Field(default=1, ge=1, le=20)
 
 
 class Presses(_Step):
-    """Touch, rest for `hold_s` and lift at each place of the hand: at all of `x_m`, in this order, for each of `y_m`.
+    """Touch, rest for `hold_s`, s, and lift at each position of the hand: all of `x_m`, in order, for each of `y_m`.
 
-    Before each touch it hovers for `wait_s`. Only `fingers` touch, the others stay up.
+    Before each touch it hovers for `wait_s`, s. Only `fingers` touch; the others stay up.
     """
 
     act: Literal["presses"]
@@ -72,7 +72,7 @@ class Presses(_Step):
 
 
 class Strokes(_Step):
-    """Along each line of the hand's `y_m`: touch, slide in contact to the far end and back, lift."""
+    """For each of the hand's `y_m`: touch, slide in contact from one end of `x_m` to the other and back, lift."""
 
     act: Literal["strokes"]
     x_m: tuple[Reach, Reach]
@@ -81,7 +81,7 @@ class Strokes(_Step):
 
 
 class Wait(_Step):
-    """Hover for `seconds`: the thermal sensor re-heats."""
+    """Hover for `seconds`, s, while the thermal sensor re-heats."""
 
     act: Literal["wait"]
     seconds: float = Field(gt=0.0, le=120.0)

@@ -1,6 +1,6 @@
-"""The surfaces that a scene may name, with what each does to a finger.
+"""Surfaces that a scene may name, with their effect on a finger.
 
-`surfaces.toml` beside this file holds the constants, and says what is meant by each.
+`surfaces.toml` holds the constants and explains each.
 """
 
 from dataclasses import dataclass
@@ -17,24 +17,24 @@ _RANGES = {
     "stiffness_n_m": (50.0, TOUCH_RANGES["stiffness_n_m"][1]),
     **{name: TOUCH_RANGES[name] for name in ("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f")},
 }
-"""Constants of every surface, and what a touch packet can say of each."""
+"""Constants of every surface, with the ranges that a touch packet can carry."""
 _GROOVE_RANGES = {"impulse_rad_s": TOUCH_RANGES["groove_rad_s"], "decay_per_s": TOUCH_RANGES["b_groove_per_s"]}
 STIFFNESS_N_M = _RANGES["stiffness_n_m"]
-"""Softest and stiffest object."""
+"""Stiffness of the softest and of the stiffest object, N/m."""
 _CLOSEST_M = 0.5e-3
-"""Grooves closer than that are no grooves to a finger."""
+"""Minimum distance between grooves that a finger can resolve, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Grooves:
-    """Grooves across x: distance of neighbours (smallest, largest), m; impulse of each, rad/s, and its decay, 1/s."""
+    """Grooves across x: distance between neighbours (minimum, maximum), m; impulse, rad/s; decay, 1/s."""
 
     apart_m: tuple[float, float]
     impulse_rad_s: float
     decay_per_s: float
 
     def draw(self, length_m: float, rng: np.random.Generator) -> list[float]:
-        """Distances of the grooves on a piece from its near edge, ascending, m."""
+        """Draw the distances of the grooves on a piece from its near edge, ascending, m."""
         low, high = self.apart_m
         places = []
         place = 0.5 * low
@@ -46,7 +46,7 @@ class Grooves:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceKind:
-    """One kind of surface; `grooves` is None where there are none."""
+    """One kind of surface; `grooves` is None for a surface without grooves."""
 
     name: str
     stiffness_n_m: float
@@ -59,16 +59,16 @@ class SurfaceKind:
 
 @cache
 def surfaces() -> dict[str, SurfaceKind]:
-    """All known surfaces by name."""
+    """Return all known surfaces by name."""
     return read_surfaces(Path(__file__).parent / "constants" / "surfaces.toml")
 
 
 def read_surfaces(path: Path) -> dict[str, SurfaceKind]:
-    """Surfaces of a file by name.
+    """Return the surfaces of a file by name.
 
     Raises:
-        ValueError: a constant is missing, unknown, no number, or out of range; the message names file, surface and
-            constant.
+        ValueError: a constant is missing, unknown, not a number, or out of range; the message names file, surface
+            and constant.
     """
     known = {}
     for name, given in read_tables(path).items():
@@ -82,7 +82,7 @@ def surface_kind(name: str) -> SurfaceKind:
     """Look a surface up by name.
 
     Raises:
-        ValueError: no such surface; the message lists those that there are.
+        ValueError: there is no such surface; the message lists the known ones.
     """
     try:
         return surfaces()[name]
