@@ -1,4 +1,4 @@
-"""Which version of this program runs."""
+"""Version of the installed program."""
 
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 @cache
 def software_version() -> str:
-    """As it was installed; says so where it was not."""
+    """Return the installed version, or "unknown: not installed"."""
     try:
         return version("teletaction")
     except PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""Names the field of a list that a decoder refused."""
+"""Names the field that a decoder refused in a list."""
 
 import re
 from collections.abc import Sequence
@@ -7,11 +7,11 @@ _PLACE = re.compile(r"`\$\[(\d+)\]")
 
 
 def misfit(names: Sequence[str], error: str) -> str:
-    """Why a list is refused: the first field that does not fit, or the number of fields.
+    """Return why a list is refused: the first field that does not fit, or the number of fields.
 
     Args:
-        names: of the list's fields, in order.
-        error: of the decoder, which names the place by its number.
+        names: names of the list's fields, in order.
+        error: message of the decoder, which contains the field's number.
     """
     found = _PLACE.search(error)
     if found is None:

@@ -1,4 +1,4 @@
-"""How the two sites agree: clock comparison, requests and their answers."""
+"""Messages for clock comparison, requests and their answers."""
 
 import sys
 from typing import Annotated, Self
@@ -8,19 +8,19 @@ from msgspec import Meta
 from common.wire.packets import MAX_INTEGER, BadPacket, Integer, LinkState, Packet
 
 LONGEST_REFUSAL = 400
-"""Characters of an answer's reason."""
+"""Maximum length of an answer's reason, characters."""
 REQUESTS = ("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate", "attend", "goodbye")
 _Plain = None | bool | int | Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)] | str
 Details = dict[str, _Plain | list[_Plain]]
-"""A flat map: null, booleans, finite numbers, texts, or lists of these."""
+"""A flat map of null, booleans, finite numbers, texts, or lists of these."""
 
 
 class Heartbeat(Packet, frozen=True):
-    """One leg of the clock comparison, from the loop itself.
+    """One leg of the clock comparison, sent from the loop itself.
 
-    The operator sends `sent_ns`; the remote answers with it, its own arrival time `arrived_ns` and
-    `time_ns` as the time of the answer. `offset_ns` +- `uncertainty_ns` is what the operator found so
-    far for (remote clock - operator clock); an uncertainty of 0 says nothing was found yet.
+    The operator sends `sent_ns`. The remote answers with it, with its own arrival time `arrived_ns`, and with `time_ns`
+    as the time of the answer. `offset_ns` +- `uncertainty_ns` is the operator's present estimate of (remote clock -
+    operator clock), ns; an uncertainty of 0 means that there is none.
     """
 
     state: LinkState
@@ -46,7 +46,7 @@ class Request(Packet, frozen=True):
 
 
 class Answer(Packet, frozen=True):
-    """The answer to the request of the same sequence number; `refused` is empty when it was done."""
+    """The answer to the request of the same sequence number; `refused` is empty when the request was done."""
 
     refused: Annotated[str, Meta(max_length=LONGEST_REFUSAL)]
     details: Details

@@ -1,4 +1,4 @@
-"""The one table of streams between the sites: sockets, watchdogs and recording derive from it."""
+"""Table of the streams between the sites, from which sockets, watchdogs and recording derive."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -7,7 +7,7 @@ from common.limits import GAP_S
 
 
 class Direction(Enum):
-    """Who sends a stream."""
+    """Sender and receiver of a stream."""
 
     TO_REMOTE = "operator to remote"
     TO_OPERATOR = "remote to operator"
@@ -20,12 +20,12 @@ class Stream:
     """One stream of the link.
 
     Attributes:
-        name: its name in configuration, recordings and counters.
-        direction: who sends it.
-        rate_hz: how often it is sent at most while a session runs (common/link/deadband.py spares some); 0 for events.
-        latest_only: an unread packet is replaced by a newer one instead of queueing behind it.
-        port: its TCP port, counted from the link's first port.
-        recorded: whether its sender records every packet of it.
+        name: name in configuration, recordings and counters.
+        direction: sender and receiver.
+        rate_hz: maximum rate while a session runs, Hz (common/link/deadband.py omits some packets); 0 for events.
+        latest_only: whether a newer packet replaces an unread one instead of queueing behind it.
+        port: TCP port, counted from the link's first port.
+        recorded: whether the sender records every packet.
     """
 
     name: str
@@ -47,7 +47,7 @@ STREAMS = {
         Stream("touch", Direction.TO_OPERATOR, 500.0, latest_only=True, port=1, recorded=True),
         Stream("heartbeat", Direction.BOTH, 20.0, latest_only=False, port=2, recorded=False),
         Stream("control", Direction.BOTH, 0.0, latest_only=False, port=3, recorded=False),
-        # The same packets as touch, on a socket of its own: cutting off an observer does not disturb the operator.
+        # The same packets as touch, on a separate socket: disconnecting an observer does not disturb the operator.
         Stream("observed", Direction.TO_OBSERVERS, 500.0, latest_only=True, port=4, recorded=False),
     )
 }

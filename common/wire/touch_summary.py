@@ -1,6 +1,6 @@
-"""What is told of the object under each finger for a person to read: slowly, beside the numbers that are felt.
+"""Summary of the object under each finger, as text and numbers for a person to read.
 
-It changes at most 1 / TOLD_EVERY_S times a second, so that what was packed or read once serves for many packets.
+It changes at most every TOLD_EVERY_S, so that one packing or reading serves for many packets.
 """
 
 from functools import lru_cache
@@ -11,20 +11,22 @@ from msgspec import Meta
 from common.wire.packets import BadPacket, N, Name, pack, unpack
 
 TOLD_EVERY_S = 0.1
-"""Between two changes, s, at least."""
+"""Minimum time between two changes of the summary, s."""
 MAX_CANDIDATES = 4
+"""Maximum number of materials in the summary of a finger."""
 ROUGHNESS_MAX_V = 100.0
+"""Maximum roughness, and maximum of its standard deviation, V."""
 GROOVE_MAX_M = 0.1
-"""Largest values, and of their standard deviations."""
+"""Maximum distance of grooves, and maximum of its standard deviation, m."""
 _Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
 _Roughness = Annotated[float, Meta(ge=0.0, le=ROUGHNESS_MAX_V)]
 _Groove = Annotated[float, Meta(ge=0.0, le=GROOVE_MAX_M)]
 
 
 class TouchSummary(NamedTuple):
-    """One finger's: materials with their probabilities, 0..1; roughness, V; distance of grooves, m. None: not known.
+    """Summary of one finger: materials with probabilities, 0..1; roughness, V; groove distance, m. None: unknown.
 
-    `candidates`: at most MAX_CANDIDATES, likeliest first; what is missing to 1 is anything else.
+    `candidates` has at most MAX_CANDIDATES, likeliest first; the rest to 1 is the probability of any other material.
     """
 
     candidates: Annotated[tuple[tuple[Name, _Probability], ...], Meta(max_length=MAX_CANDIDATES)] = ()
@@ -36,26 +38,26 @@ class TouchSummary(NamedTuple):
 
 NOTHING = TouchSummary()
 NOTHING_TOLD = (NOTHING,) * N
-"""Of all fingers."""
-_AllTold = Annotated[tuple[TouchSummary, ...], Meta(min_length=N, max_length=N)]
+"""Empty summary of all fingers."""
+_AllSummaries = Annotated[tuple[TouchSummary, ...], Meta(min_length=N, max_length=N)]
 
 
 @lru_cache(maxsize=64)
-def pack_told(told: tuple[TouchSummary, ...]) -> bytes:
-    """Bytes of all fingers' within a packet; raises BadPacket on what the far side would refuse."""
-    packed = pack(told)
+def pack_told(summaries: tuple[TouchSummary, ...]) -> bytes:
+    """Return the bytes of all fingers' summaries for a packet; raises BadPacket if the far side would refuse them."""
+    packed = pack(summaries)
     read_told(packed)
     return packed
 
 
 @lru_cache(maxsize=64)
 def read_told(packed: bytes) -> tuple[TouchSummary, ...]:
-    """What these bytes within a packet tell of each finger; raises BadPacket."""
-    told = unpack(packed, _AllTold, "told")
-    # The decoder takes integers for floats, and a list that ends early for one with default values.
+    """Return the summary of each finger from its bytes in a packet; raises BadPacket."""
+    summaries = unpack(packed, _AllSummaries, "told")
+    # The decoder takes integers for floats, and a short list for one with default values.
     for fields in unpack(packed, list[list[Any]], "told"):
         if len(fields) != len(TouchSummary._fields) or int in map(
             type, (*fields[1:], *(number for _, number in fields[0]))
         ):
             raise BadPacket(f"told: not {len(TouchSummary._fields)} fields of a finger, with numbers that are floats")
-    return told
+    return summaries
