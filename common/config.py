@@ -265,7 +265,7 @@ class SimNetworkConfig(_Section):
     @model_validator(mode="after")
     def _can_be_started(self) -> "SimNetworkConfig":
         if self.wait_for_start and self.fault_port is None:
-            raise ValueError("wait_for_start needs a fault_port to be started at")
+            raise ValueError("wait_for_start needs a fault_port for the command `start`")
         return self
 
 

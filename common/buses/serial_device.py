@@ -50,7 +50,7 @@ def open_line(address: str, baud: int = BAUD, wiring: Wiring = SYSTEM) -> OpenLi
         port.close()
         raise DeviceAbsent(f"{address}: {error}") from None
     port.close()
-    garbage = f"; what comes is no frame: is it at {baud} baud?" if reader.damaged else ""
+    garbage = f"; the received bytes are no frames: is it at {baud} baud?" if reader.damaged else ""
     raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s{garbage}")
 
 

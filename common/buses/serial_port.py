@@ -82,7 +82,7 @@ class SystemPort:
         except BlockingIOError:
             return b""
         if not chunk:
-            raise serial.SerialException("readable, but nothing comes: the device is gone, or another program reads it")
+            raise serial.SerialException("readable without data: the device is gone, or another program reads it")
         return chunk
 
     def write(self, data: bytes) -> int:

@@ -196,9 +196,9 @@ class TrustedKeys:
     def _notice(self, problem: str) -> None:
         before, self.problem = self.problem, problem
         if problem and problem != before:
-            log.error("no key is trusted until this is corrected: %s", problem)
+            log.error("nobody is trusted until this is corrected: %s", problem)
         elif before and not problem:
-            log.warning("%s is valid again", self.file)
+            log.warning("%s is sound again", self.file)
 
     def trust(self, name: str, public_key: str, role: Role = Role.PARTNER) -> None:
         """Add a key under a name; raises KeyProblem on a bad key or a name with white space."""

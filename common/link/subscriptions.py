@@ -34,6 +34,6 @@ class Subscriptions:
         count = subscriptions(self.socket)
         if count > self._known and (ended := end_strange_readers(self.local_port)):
             if not self.ended:
-                log.warning("ended a connection to port %d: its reader subscribes again and again", self.local_port)
+                log.warning("ended a connection to port %d: its reader subscribes repeatedly", self.local_port)
             self.ended += ended
         self._known = max(1, count)

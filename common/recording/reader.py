@@ -126,9 +126,9 @@ class _Checked:
         except Unreadable as error:
             raise DamagedRecording(path, f"byte {error.offset}: {error}") from None
         if end != file.seek(0, 2):
-            raise DamagedRecording(path, f"byte {end}: more follows after its end")
+            raise DamagedRecording(path, f"byte {end}: more data follow after its end")
         if self._chunks != self._indexed:
-            raise DamagedRecording(path, "its index names other chunks than there are")
+            raise DamagedRecording(path, "its index does not match its chunks")
 
     def _take(self, entry: Entry, data_crc: int, summary_crc: int) -> None:
         if entry.opcode == Opcode.CHUNK:
@@ -137,9 +137,7 @@ class _Checked:
         record = parse(entry)
         match record:
             case DataEnd() if record.data_section_crc not in (0, data_crc):
-                raise DamagedRecording(
-                    self._path, "the checksum of all data is wrong (metadata, or what finds messages)"
-                )
+                raise DamagedRecording(self._path, "the checksum of all data is wrong (metadata, or an index)")
             case Footer() if record.summary_crc not in (0, summary_crc):
                 raise DamagedRecording(self._path, f"byte {entry.offset}: the checksum of its index is wrong")
             case Metadata():

@@ -53,7 +53,7 @@ class Standstill:
 
 def end_process() -> None:
     """Write the stacks of all threads and end at once, because the hang would also block an orderly end."""
-    # The loop may hang on standard error: a write there must not block the end.
+    # A write to standard error may block as the loop does: it must not delay the end.
     writer = threading.Thread(target=_write_stacks, daemon=True, name="last-words")
     writer.start()
     writer.join(_LAST_WORDS_S)
