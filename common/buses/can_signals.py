@@ -70,7 +70,7 @@ class CanSignals:
             elif math.isfinite(value):
                 packed |= (round((low if value < low else high) / scale) & mask) << start
             else:
-                raise ValueError(f"{name}: {value} cannot be sent")
+                raise ValueError(f"{name}: {value} is no value to send")
         return packed.to_bytes(BYTES, "little")
 
     def unpack(self, data: bytes) -> tuple[dict[str, float], int]:

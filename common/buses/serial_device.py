@@ -23,7 +23,7 @@ class WrongDevice(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class OpenLine:
-    """An open port whose device has identified itself."""
+    """An open port whose device has answered with its identity."""
 
     port: Port
     identity: Identity

@@ -188,7 +188,7 @@ def _frame(text: str) -> TakenFrame | None:
 
 
 def _ask(host: str, port: int) -> None:
-    """Check that a gateway answers: without a listener the library retries for 10 s and uses a whole core."""
+    """Check that a gateway listens and answers; without one the library retries for 10 s and uses a whole core."""
     with socket.create_connection((host, port), timeout=ANSWER_S) as connection:
         if not connection.recv(16).startswith(b"< hi"):
             raise can.CanInitializationError("the peer is no socketcand gateway")
