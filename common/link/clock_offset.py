@@ -18,8 +18,8 @@ arrives, and only a time after the arrival bounds the offset. Without it, the ti
 class ClockOffset:
     """Estimates (far clock - own clock) in ns; the true offset is within `uncertainty_ns` of the estimate.
 
-    A round trip t1 -> t2, t3 -> t4 bounds the offset by half its network time on either side, for any asymmetry of the
-    two ways. The tightest recent bound is kept and widened by the drift since.
+    A round trip t1 -> t2, t3 -> t4 bounds the offset by half its network time on either side. This holds for any
+    asymmetry of the two ways. The tightest recent bound is kept and widened by the drift since.
     """
 
     offset_ns: int = 0

@@ -1,8 +1,8 @@
 """Deadband: sends a packet when the far side would perceive the change, and at least at the refresh interval.
 
-Without changes a packet follows every 12 ms. If a fifth of all packets is lost at random, the far side sees a gap of
-more than 0.1 s only after eight lost refreshes in a row, 0.6 times an hour. A change is repeated in the next tick, so
-that one lost packet leaves no error.
+Without changes a packet follows every 12 ms. The far side sees a gap of more than 0.1 s only after eight lost
+refreshes in a row. With a fifth of all packets lost at random this occurs 0.6 times an hour. A change is repeated in
+the next tick, so that one lost packet leaves no error.
 """
 
 import math

@@ -79,8 +79,8 @@ class _Link:
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send on a latest-only stream, replacing an unsent older packet; does nothing where the far side refused us.
 
-        A packet that is written just when the one before is read waits for the next write (measured at the end of one
-        in 14 bursts of 300). Therefore these streams never pause, and what must arrive is sent again.
+        A packet that is written just when the one before is read waits for the next write. One of 14 measured bursts of
+        300 packets ended so. Therefore these streams never pause, and what must arrive is sent again.
         """
         socket = self._sockets.get(stream)
         if socket is not None:

@@ -84,9 +84,9 @@ class Witness:
     """Compares one device's clock with the host's. Pure: both times are arguments, s.
 
     A report may be late, but never early. The device's lead over the host is therefore highest for a report without
-    delay, and a lead above that value is time that the host did not count. The highest value falls as fast as a slow
-    clock lags. A lead that falls faster than DRIFT belongs to a late line and will return. After a standstill the lead
-    rises in one step with the next report; a device that catches up raises it in several steps.
+    delay. A lead above that value is time that the host did not count. The highest value falls as fast as a slow clock
+    lags. A lead that falls faster than DRIFT belongs to a late line and will return. After a standstill the lead rises
+    in one step with the next report; a device that catches up raises it in several steps.
 
     A site that starts, or that a busy machine holds back, reads its backlog in pieces. The usual lead is not updated
     before the backlog is read, because all reports in it are late.
