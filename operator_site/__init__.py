@@ -1,3 +1,3 @@
-"""The operator site: makes five fingertips feel what the remote fingers touch."""
+"""The operator site: renders at five fingertips what the remote fingers touch."""
 
-import common  # noqa: F401 (before numpy: it keeps linear algebra to the thread that asks for it)
+import common  # noqa: F401 (before numpy: it limits linear algebra to the calling thread)

@@ -1,1 +1,1 @@
-"""The console: what a session shows to the people who run it, and what they found."""
+"""The console: shows a session to the people who run it, and records what they find."""

@@ -1,4 +1,4 @@
-"""Alarms, and the rules that raise them.
+"""Holds the alarms and the rules that raise them.
 
 The console's model uses both.
 """

@@ -1,7 +1,7 @@
-"""Alarms: one cause is one alarm, the urgent ones stay until a person has seen them (modelled on IEC 60601-1-8).
+"""Keeps the alarms of a session, one for each cause (modelled on IEC 60601-1-8).
 
-A high alarm stays until its cause is gone and it was cleared by hand; a medium one 3 s longer than its cause; a low
-one as long as its cause.
+A high-priority alarm latches: it stays until its cause is gone and a person has cleared it. A medium one outlasts its
+cause by HELD_S. A low one ends with its cause.
 """
 
 from collections.abc import Mapping
@@ -11,20 +11,21 @@ from typing import NamedTuple
 from operator_site.console.state.frame import Priority
 
 HELD_S = 3.0
-"""A medium alarm is shown for so long after its cause is gone."""
+"""Time for which a medium alarm is shown after its cause is gone, s."""
 LONGEST_QUIET_S = 60.0
+"""Longest pause of an alarm's sound, s."""
 MOST_PAST = 200
-"""Alarms that are over and still listed."""
+"""Maximum number of ended alarms in the list."""
 
 
 class Cause(NamedTuple):
-    """Why there is an alarm now.
+    """The cause of an alarm.
 
     Attributes:
         priority: LOW, MEDIUM or HIGH.
-        text: where, what, what to do; 60 characters at most.
-        after: what it says when only clearing it is left to do; the same without.
-        silenceable: whether its sound may be paused.
+        text: place, problem and remedy; 60 characters at most.
+        after: text once the cause is gone and the alarm waits to be cleared; empty keeps `text`.
+        silenceable: whether the sound may be paused.
     """
 
     priority: Priority
@@ -35,14 +36,15 @@ class Cause(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Alarm:
-    """One alarm, now or in the past; times in s.
+    """One present or past alarm; times in s.
 
     Attributes:
-        ident: names its cause.
-        ended_s: when it was over; None while it is shown.
-        cleared_by: who cleared it; None where nobody had to.
-        quiet_until_s: its sound is paused until then.
-        waits: its cause is gone, and it waits to be cleared.
+        ident: identifier of its cause.
+        since_s: when it began.
+        gone_s: when its cause was gone; None while the cause persists.
+        ended_s: when it ended; None while it is shown.
+        cleared_by: person who cleared it; None if it ended by itself.
+        quiet_until_s: end of the pause of its sound.
     """
 
     ident: str
@@ -55,17 +57,17 @@ class Alarm:
 
     @property
     def waits(self) -> bool:
-        """Whether only clearing it is left to do."""
+        """Whether the cause of this high alarm is gone and a person has yet to clear it."""
         return self.gone_s is not None and self.ended_s is None and self.cause.priority is Priority.HIGH
 
     @property
     def text(self) -> str:
-        """What it says now."""
+        """The text to show now."""
         return self.cause.after if self.waits and self.cause.after else self.cause.text
 
 
 class Alarms:
-    """All of a session. Pure: time is an argument, s."""
+    """All alarms of a session. Pure: time is an argument, s."""
 
     def __init__(self) -> None:
         self._shown: dict[str, Alarm] = {}
@@ -74,17 +76,17 @@ class Alarms:
 
     @property
     def priority(self) -> Priority:
-        """Of the most urgent one."""
+        """Priority of the most urgent alarm."""
         return max((alarm.cause.priority for alarm in self._shown.values()), default=Priority.NONE)
 
     @property
     def listed(self) -> list[Alarm]:
-        """Those that are shown, most urgent and newest first, then those that are over, newest first."""
+        """The shown alarms, most urgent and newest first, then the ended ones, newest first."""
         shown = sorted(self._shown.values(), key=lambda alarm: (-alarm.cause.priority, -alarm.since_s))
         return shown + self._past[::-1]
 
     def step(self, now_s: float, causes: Mapping[str, Cause]) -> None:
-        """Take what is wrong now, by what names each cause."""
+        """Update the alarms from the present causes, keyed by their identifiers."""
         for ident, cause in causes.items():
             self._meet(now_s, ident, cause)
         for ident, alarm in list(self._shown.items()):
@@ -92,14 +94,17 @@ class Alarms:
                 self._miss(now_s, alarm)
 
     def clear(self, now_s: float, who: str) -> int:
-        """Clear what waits to be cleared; returns how many alarms that were."""
+        """Clear all waiting alarms; return their number."""
         waiting = [alarm for alarm in self._shown.values() if alarm.waits]
         for alarm in waiting:
             self._end(now_s, alarm, who)
         return len(waiting)
 
     def quiet(self, now_s: float, ident: str, seconds: float) -> bool:
-        """Pause the sound of an alarm; False when there is none of that name, or it may not be paused."""
+        """Pause the sound of an alarm for up to LONGEST_QUIET_S.
+
+        Return False if no such alarm is shown or its sound may not be paused.
+        """
         alarm = self._shown.get(ident)
         if alarm is None or not alarm.cause.silenceable:
             return False
@@ -120,7 +125,7 @@ class Alarms:
         elif cause.priority > alarm.cause.priority:
             self._shown[ident] = alarm = replace(alarm, cause=cause, gone_s=None, quiet_until_s=0.0)
             self._changed.append(alarm)
-        elif alarm.waits:  # it came back: it sounds again
+        elif alarm.waits:  # the cause returned: the alarm sounds again
             kept = cause._replace(priority=alarm.cause.priority)
             self._shown[ident] = replace(alarm, cause=kept, gone_s=None, quiet_until_s=0.0)
         else:
@@ -128,7 +133,7 @@ class Alarms:
             self._shown[ident] = replace(alarm, cause=kept, gone_s=None)
 
     def _miss(self, now_s: float, alarm: Alarm) -> None:
-        """Its cause is gone."""
+        """Update an alarm whose cause is gone."""
         if alarm.gone_s is None:
             alarm = replace(alarm, gone_s=now_s)
         self._shown[alarm.ident] = alarm

@@ -1,4 +1,4 @@
-"""One examination at the console: whom it is of, when it began and ended, and what was found in it."""
+"""Holds one examination at the console: its pseudonym, its begin and end, and its findings."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,12 +12,12 @@ from operator_site.console.map.tactile_map import TactileMap
 LONGEST_NOTE = 10_000
 LONGEST_PSEUDONYM = 40
 SIDES = ("head", "feet", "left", "right")
-"""What may be told of where the map's edges are on the body."""
+"""Parts of the body at which an edge of the map may lie."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A place or a moment that somebody marked; m of the remote bench, s of the operator site's clock."""
+    """A place or moment that a person marked; m on the remote bench, s of the operator site's clock."""
 
     ident: int
     at_s: float
@@ -30,25 +30,25 @@ class Finding:
     note: str = ""
 
     def record(self) -> dict[str, Any]:
-        """As it is kept; a later record of the same id replaces an earlier one."""
+        """Return the record to store; a later record of the same id replaces an earlier one."""
         found = {name: getattr(self, name) for name in self.__slots__}
         return {"id": found.pop("ident"), **found}
 
     @classmethod
     def of(cls, record: dict[str, Any]) -> "Finding":
-        """Read what `record` wrote; raises KeyError or TypeError on something else."""
+        """Read a record that `record` made; raise KeyError or TypeError on anything else."""
         return cls(**{"ident": record["id"], **{name: value for name, value in record.items() if name != "id"}})
 
 
 @dataclass(slots=True)
 class Examination:
-    """Takes what people do. Pure: time is an argument, s.
+    """Applies the user's actions. Pure: time is an argument, s.
 
     Attributes:
         pseudonym: None while no examination is under way.
-        began_s, ended_s: of the last one; None before.
-        sides: what is at the map's top and right edge; None where nobody said.
-        findings: in the order in which they were made.
+        began_s, ended_s: begin and end of the newest examination; None before they happen.
+        sides: parts of the body at the map's top and right edges; None if not given.
+        findings: by number, in the order in which they were made.
     """
 
     pseudonym: str | None = None
@@ -61,7 +61,7 @@ class Examination:
         """Begin an examination.
 
         Raises:
-            Refused: one is under way, or the pseudonym cannot be one.
+            Refused: an examination is under way, or the pseudonym is invalid.
         """
         if self.pseudonym is not None:
             raise Refused(f"Session {self.pseudonym} is under way. End it first.")
@@ -79,10 +79,10 @@ class Examination:
         self.findings = {}
 
     def end(self, now_s: float) -> str:
-        """End the examination; its pseudonym.
+        """End the examination; return its pseudonym.
 
         Raises:
-            Refused: none is under way.
+            Refused: no examination is under way.
         """
         if self.pseudonym is None:
             raise Refused("No session is under way.")
@@ -90,10 +90,10 @@ class Examination:
         return ended
 
     def find(self, felt: TactileMap, details: dict[str, Any], now_s: float) -> Finding:
-        """Mark a place, or a moment where no place is given.
+        """Mark a place, or a moment if no place is given.
 
         Raises:
-            Refused: no examination is under way, or the details are not what a finding has.
+            Refused: no examination is under way, or the details are not valid for a finding.
         """
         if self.pseudonym is None:
             raise Refused("Begin a session first: findings need a study number.")
@@ -116,7 +116,7 @@ class Examination:
         return finding
 
     def note(self, ident: object, text: object) -> Finding:
-        """Write a note to a finding; it replaces an earlier one.
+        """Write a note to a finding; it replaces an earlier note.
 
         Raises:
             Refused: there is no such finding, or the text is too long.
@@ -130,7 +130,7 @@ class Examination:
         return noted
 
     def take(self, stream: str, record: dict[str, Any]) -> None:
-        """Take what a recording kept of it."""
+        """Apply a record of the examination from a recording."""
         if stream == "console/finding":
             finding = Finding.of(record)
             self.findings[finding.ident] = finding
@@ -143,5 +143,5 @@ class Examination:
 
 
 def _number(value: object) -> bool:
-    """Whether it is a finite number, and no truth value."""
+    """Return whether a value is a finite number below 1e12, and no truth value."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e12  # also not NaN

@@ -1,4 +1,4 @@
-"""What a finding says: the value at its place, in what it differs from the surroundings, and in words."""
+"""Describes a finding in words: the value at its place, and its difference from the surroundings."""
 
 import math
 from typing import NamedTuple
@@ -13,16 +13,16 @@ QUANTITY = {
     "stiff": "stiffness",
     "soft": "stiffness",
 }
-"""What a finding of each kind is about."""
+"""Measured quantity of each kind of finding."""
 UNIT = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
 CLEAR = 2.5
-"""A place differs from its surroundings where the difference is so many times its standard deviation, and"""
+"""Smallest clear difference from the surroundings, in standard deviations of the difference."""
 LEAST = {"temperature": 0.5, "roughness": 0.4, "stiffness": 0.2}
-"""this large at least: K, and logarithms of the ratio."""
+"""Smallest clear difference from the surroundings, K or natural logarithm of the ratio."""
 
 
 class Difference(NamedTuple):
-    """By how much a place differs: in K, else as the logarithm of the ratio; and the standard deviation of that."""
+    """Difference of a place and its standard deviation: in K, or as the natural logarithm of the ratio."""
 
     value: float
     sd: float
@@ -34,7 +34,7 @@ class Difference(NamedTuple):
 
 
 def difference(quantity: str, here: Felt, around: Felt) -> Difference:
-    """How one quantity differs from the surroundings."""
+    """Return the difference of one quantity from the surroundings."""
     if quantity == "temperature":
         return Difference(here.value - around.value, math.hypot(here.sd, around.sd))
     relative_sd = math.hypot(here.sd / here.value, around.sd / around.value)
@@ -42,7 +42,7 @@ def difference(quantity: str, here: Felt, around: Felt) -> Difference:
 
 
 def likely_kind(here: FeltPlace, around: FeltPlace) -> str | None:
-    """The kind of finding that a place looks like; None where it differs in nothing clearly."""
+    """Return the likely kind of finding at a place; None if no quantity differs clearly."""
     best, clearest = None, CLEAR
     names = {"temperature": ("cold", "warm"), "roughness": (None, "rough"), "stiffness": ("soft", "stiff")}
     for quantity, (less, more) in names.items():
@@ -57,7 +57,7 @@ def likely_kind(here: FeltPlace, around: FeltPlace) -> str | None:
 
 
 def describe(kind: str | None, here: FeltPlace) -> str:
-    """A finding in words: its kind and the value that it is about; all values where it is about none.
+    """Describe a finding in words: its kind and its value, or all values if its kind has no quantity.
 
     Raises:
         ValueError: no such kind.
@@ -73,7 +73,7 @@ def describe(kind: str | None, here: FeltPlace) -> str:
 
 
 def compare(kind: str | None, here: FeltPlace, around: FeltPlace) -> str:
-    """What a finding differs by from its surroundings, in words; empty where that is not known."""
+    """Describe the difference of a finding from its surroundings in words; empty if unknown."""
     quantity = QUANTITY.get(kind or "")
     mine, theirs = (getattr(place, quantity) if quantity else None for place in (here, around))
     if quantity is None or mine is None or theirs is None:
@@ -87,12 +87,12 @@ def compare(kind: str | None, here: FeltPlace, around: FeltPlace) -> str:
 
 
 def value_text(quantity: str, felt: Felt) -> str:
-    """A value with its standard deviation and unit, such as `36.4 ± 0.2 °C`."""
+    """Format a value with its standard deviation and unit, such as `36.4 ± 0.2 °C`."""
     return f"{with_sd(felt.value, felt.sd)} {UNIT[quantity]}"
 
 
 def with_sd(value: float, sd: float | None) -> str:
-    """A value to the place of the standard deviation's first digit, such as `24.1 ± 0.3`; `± ?` where none is known."""
+    """Round a value to the first digit of its standard deviation, such as `24.1 ± 0.3`; `± ?` if that is unknown."""
     if sd is None or not math.isfinite(sd) or sd <= 0.0:
         return f"{value:.3g} ± ?"
     place = _place(sd)
@@ -100,12 +100,12 @@ def with_sd(value: float, sd: float | None) -> str:
 
 
 def signed(value: float, sd: float) -> str:
-    """The same of a difference, with its sign."""
+    """Format a difference as `with_sd` does, with its sign."""
     return f"{'−' if value < 0.0 else '+'}{with_sd(abs(value), sd)}"
 
 
 def _place(sd: float) -> int:
-    """Decimal place of the first digit, after rounding to it."""
+    """Return the decimal place of the first digit after rounding to it."""
     place = math.floor(math.log10(sd))
     return place + (round(sd / 10.0**place) == 10)
 

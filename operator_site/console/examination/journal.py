@@ -1,7 +1,7 @@
-"""What people did and found at the console, on the disk: nothing is called saved before the disk has it.
+"""Records actions and findings on the disk, and confirms each one only once the disk has it.
 
-A recording that failed is begun again in another file, with all that was not saved: a disk may have room again.
-A console that starts while an examination is under way, for another one crashed or was ended, goes on with it.
+After a failure the journal opens a new file and writes all unsaved records to it, because a full disk may have room
+again. A console that restarts during an examination continues that examination.
 """
 
 import errno
@@ -34,38 +34,39 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "console/felt": {
         "type": "object",
         "description": "samples: quantity, key, touch, finger, x_m, y_m, t_s, value, variance, name of each that the "
-        "map took since the record before; a console that goes on with the examination shows them again",
+        "map took since the record before; a console that continues the examination shows them again",
     },
     "console/session": {"type": "object", "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides"},
 }
 AGAIN_S = 5.0
-"""A recording that failed is tried again so often."""
+"""Interval between two attempts to reopen a failed recording, s."""
 _MOST_UNSAVED = 20_000
+"""Maximum number of unsaved records in memory."""
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Journal:
-    """Writes to `PATH`, or where that exists, and after failures, to `PATH` with -1, -2 ... in its name.
+    """Writes to `PATH`; if that exists, and after failures, to `PATH` with -1, -2 ... in its name.
 
-    What an earlier run or one that was killed has kept is never written over. Time is an argument, s.
+    Files of an earlier run are never overwritten. Time is an argument, s.
 
     Attributes:
-        before: the examination that an earlier run has left under way.
-        files: those that hold what this examination found.
+        before: the unfinished examination of an earlier run.
+        files: the files that hold the records of this examination.
     """
 
     def __init__(self, path: Path | None, metadata: dict[str, str]):
-        """Open the recording; without a path nothing is ever saved. A full disk is tried again.
+        """Open the recording; without a path nothing is saved. A full disk is tried again later.
 
         Raises:
-            OSError: it cannot be created.
+            OSError: the recording cannot be created, for another reason than a full disk.
         """
         self._path, self._metadata = path, {"boot": boot(), **metadata}
         self.before = KeptBefore() if path is None else kept_before(path, self._metadata["boot"])
         self.files: list[Path] = [] if self.before.cut_off else [*self.before.files]
         self._saved_findings: set[int | None] = set() if self.before.cut_off else {*self.before.findings}
         self._unsaved: list[tuple[str, int, bytes, int | None]] = []
-        """Stream, time and payload of what is not saved yet, and the finding that it is."""
+        """Stream, time in ns and payload of each unsaved record, and the number of its finding or None."""
         self._confirmed: Counter[str] = Counter()
         self._tried_s = -math.inf
         self._recorder: Recorder | None = None
@@ -79,42 +80,42 @@ class Journal:
 
     @property
     def failed(self) -> bool:
-        """Whether what is given now stays in memory."""
+        """Whether new records stay in memory because the recording has failed or is not open."""
         return self._recorder is None or self._recorder.failed is not None
 
     @property
     def enabled(self) -> bool:
-        """Whether there is a file to save to at all."""
+        """Whether a recording is configured."""
         return self._path is not None
 
     @property
     def unsaved(self) -> int:
-        """Records that are not on the disk."""
+        """Number of records that are not on the disk."""
         return len(self._unsaved)
 
     def is_saved(self, finding: int) -> bool:
-        """Whether the newest record of a finding is on the disk."""
+        """Return whether the newest record of a finding is on the disk."""
         return finding in self._saved_findings
 
     def write(self, stream: str, now_s: float, record: dict[str, Any]) -> None:
-        """Keep one record of a stream of SCHEMAS; with a finding's it is unsaved again until this one is saved."""
+        """Write one record of a stream of SCHEMAS; its finding counts as unsaved until the disk has this record."""
         finding = record["id"] if stream == "console/finding" else None
         if finding is not None:
             self._saved_findings.discard(finding)
         kept = stream, round(max(0.0, now_s) * 1e9), msgpack.packb(record), finding
         self._unsaved.append(kept)
-        if len(self._unsaved) > _MOST_UNSAVED:  # acts and alarms go before findings do
+        if len(self._unsaved) > _MOST_UNSAVED:  # acts and alarms are dropped before findings
             lesser = next((n for n, entry in enumerate(self._unsaved) if entry[3] is None), 0)
             del self._unsaved[lesser]
         self._hand(kept)
 
     def forget(self) -> None:
-        """Another examination begins: its findings are counted anew."""
+        """Forget the saved findings and earlier files, because another examination begins."""
         self._saved_findings.clear()
         del self.files[:-1]
 
     def step(self, now_s: float) -> None:
-        """Take account of what was written; try again what failed."""
+        """Confirm the written records; retry a failed recording."""
         recorder = self._recorder
         if recorder is not None and recorder.failed is None:
             left = []
@@ -132,7 +133,7 @@ class Journal:
             self._begin_again(self._path)
 
     def close(self) -> None:
-        """Write what is queued and close the file."""
+        """Write the queued records and close the file."""
         if self._recorder is not None:
             self._recorder.close()
 
@@ -143,7 +144,7 @@ class Journal:
     def _begin_again(self, path: Path) -> None:
         if self._recorder is not None:
             self._recorder.close()
-            if not self._recorder.written:  # nothing of it is lost, and a disk that stays full is not strewn with files
+            if not self._recorder.written:  # an empty file: each attempt on a full disk would leave one
                 self.files.pop().unlink(missing_ok=True)
             self._recorder = None
         try:

@@ -1,4 +1,4 @@
-"""The report of an examination that has ended: written by a command of its own, beside everything else."""
+"""Writes the report of an ended examination by a command in a process of its own."""
 
 import asyncio
 import logging
@@ -13,31 +13,33 @@ from common.files.unique_path import free_name
 log = logging.getLogger(__name__)
 
 SETTLED_S = 1.0
-"""So much after the end all that was recorded of it is on the disk."""
+"""Time after the end until all records of the examination are on the disk, s."""
 LONGEST_S = 300.0
+"""Longest time that the command may take, s."""
 _NICE = 15
+"""Niceness of the command."""
 PLACE = "{report}"
-"""In the command, where the report is to be written."""
+"""Placeholder in the command for the path of the report."""
 RECORD = "{record}"
-"""A word of the command: the files that hold what the examination found."""
+"""Word of the command that stands for the files with the records of the examination."""
 
 
 class Reporting:
-    """Runs the configured command, and knows what it has written."""
+    """Runs the configured report command."""
 
     def __init__(self, command: Sequence[str], folder: Path | None):
-        """Write to `folder`; without a command or a folder there are no reports."""
+        """Set the command and the folder of the reports; without either there are no reports."""
         self._command, self._folder = list(command), folder
 
     async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
-        """Write the report of an examination; its address at the console's server.
+        """Write the report of an examination; return its address at the console's server.
 
         Args:
-            pseudonym: whose it is.
-            files: what was found in it.
+            pseudonym: pseudonym of the examined person.
+            files: recordings of the examination.
 
         Raises:
-            OSError: there is none; the message says why.
+            OSError: no report was written; the message says why.
         """
         if self._folder is None or not self._command:
             raise OSError("no report is configured: report_command and reports")

@@ -1,4 +1,4 @@
-"""What an earlier run of the console kept: an examination that it left under way is gone on with by the next."""
+"""Reads the unfinished examination of an earlier run of the console, so that the next run can continue it."""
 
 import glob
 import logging
@@ -15,19 +15,19 @@ from common.recording.truncated_mcap import TruncatedMcap
 log = logging.getLogger(__name__)
 
 Entry = tuple[int, str, dict[str, Any]]
-"""Time, ns of the machine's monotonic clock, stream and record."""
+"""Time in ns of the machine's monotonic clock, stream and record."""
 _STREAMS = ("console/session", "console/finding", "console/felt")
 
 
 @dataclass(frozen=True, slots=True)
 class KeptBefore:
-    """An examination that was begun and not ended.
+    """An examination that an earlier run began and did not end.
 
     Attributes:
-        files: those that hold it, oldest first.
-        records: stream and record of its begin, of its findings and of what was felt, in order of time.
-        cut_off: its study number, where the machine was restarted since: then it cannot be gone on with, for its
-            times are of a clock that began anew.
+        files: its recordings, oldest first.
+        records: stream and record of its begin, its findings and its samples of the map, in order of time.
+        cut_off: its study number if the machine was restarted since; empty otherwise. It cannot be continued then,
+            because the restart reset the monotonic clock.
     """
 
     files: tuple[Path, ...] = ()
@@ -36,12 +36,12 @@ class KeptBefore:
 
     @property
     def findings(self) -> set[int]:
-        """Their numbers."""
+        """Numbers of the findings."""
         return {record["id"] for stream, record in self.records if stream == "console/finding"}
 
 
 def boot() -> str:
-    """Names this run of the machine, whose monotonic clock means nothing in another; empty where that is not told."""
+    """Return the identifier of this boot, for which the monotonic clock is valid; empty if unavailable."""
     try:
         return Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
     except OSError:
@@ -49,13 +49,13 @@ def boot() -> str:
 
 
 def kept_before(path: Path, now: str) -> KeptBefore:
-    """The examination that was left under way in `PATH`, or in files of its name with `-` and anything more.
+    """Return the unfinished examination in `PATH` or in files of its name with `-` and any suffix.
 
-    Those are its successors, -1, -2 ..., and what a supervisor has set aside before a restart.
+    Those files are the successors -1, -2 ..., and files that a supervisor has set aside before a restart.
 
     Args:
-        path: of the first file.
-        now: this run of the machine, `boot()`.
+        path: path of the first file.
+        now: identifier of this boot, `boot()`.
     """
     named = (glob.escape(path.name), f"{glob.escape(path.stem)}-*{path.suffix}")
     files = [file for name in named for file in path.parent.glob(name)]
@@ -78,7 +78,7 @@ def kept_before(path: Path, now: str) -> KeptBefore:
 
 
 def _read(path: Path) -> tuple[str, list[Entry]]:
-    """In which run of the machine a file was made, and what it has of examinations; a cut one has what it has."""
+    """Return the boot identifier of a file and its entries of examinations; a truncated file yields what is left."""
     made, entries = "", []
     try:
         for item in _items(path):
