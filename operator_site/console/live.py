@@ -1,4 +1,4 @@
-"""A running site before the pages: what it feeds is taken, its desk is asked, what people do is kept."""
+"""Connects a running site with the pages: reads its feed, asks its desk, and records what people do."""
 
 import asyncio
 import contextlib
@@ -32,12 +32,15 @@ from operator_site.session.console_feed import BATCH_S, FeedSource
 log = logging.getLogger(__name__)
 
 STATE_S = 0.1
+"""Interval between two states for the pages, s."""
 _ATTEND_S = 0.1
+"""Interval between two presence messages to the site's desk, which answers with its status, s."""
 _STOPPING_S = 0.05
-"""The site is told of the page, and asked how it is, so often; more often while it stops."""
+"""The same interval while the site stops, s."""
 _KEEP_S = 0.2
+"""Interval between two steps of the journal, s."""
 _SLOW_PER_S = 10
-"""A page that skips more pictures in a second is slow."""
+"""Most skipped pictures in a second; a page that skips more is slow."""
 
 
 class LiveConsole:
@@ -54,10 +57,10 @@ class LiveConsole:
         """Show the site that feeds `feed`.
 
         Args:
-            config: of the console.
-            feed: what the site feeds.
-            desk: where the site is asked.
-            keeping: takes what people do and find; an examination that it has from before is taken up.
+            config: configuration of the console.
+            feed: source of the site's messages.
+            desk: the site's local control.
+            keeping: records actions and findings; an unfinished examination in it is continued.
             clock_s: this machine's monotonic clock, s.
         """
         self._feed, self._desk, self.keeping, self._clock_s = feed, desk, keeping, clock_s
@@ -67,7 +70,7 @@ class LiveConsole:
         self.acts = Commands(self.console, self._desk, self.keeping, control, None)
         self.pages = Pages(lambda: self.console, self.acts, control, self._site_s, clock_s)
         self.acts.reporting = Reporting(config.report_command, config.reports)
-        self._go_on(self.keeping.before)
+        self._resume(self.keeping.before)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Interval(BATCH_S), Interval(STATE_S), Interval(_ATTEND_S)
@@ -76,7 +79,7 @@ class LiveConsole:
         self._answering = False
 
     def step(self, here_s: float) -> None:
-        """Take what came, show what is due; `here_s` is of the machine's clock."""
+        """Take the received messages and show what is due; `here_s` is the time on the machine's clock, s."""
         fed = list(self._feed.receive())
         for stream, time_ns, payload in fed:
             self._time.heard(here_s, time_ns * 1e-9)
@@ -84,7 +87,7 @@ class LiveConsole:
         now_s = self._time.now_s(here_s)
         stopping = self.console.site.stop_asked_s is not None and None in self.console.site.stop_after_s.values()
         if not self._answering and self._attend(here_s, _STOPPING_S if stopping else None):
-            self._tell_desk()
+            self._report_presence()
         if self._second(here_s):
             self._look_around()
             self._keep_felt(now_s)
@@ -99,9 +102,9 @@ class LiveConsole:
             self.acts.step(now_s)
             self.pages.show(self._shown(now_s) if self._state(here_s) else None)
 
-    def _go_on(self, before: KeptBefore) -> None:
-        """Take up the examination that an earlier run has left under way; say so where that cannot be done."""
-        self._gone_on_s: float | None = None
+    def _resume(self, before: KeptBefore) -> None:
+        """Continue the unfinished examination of an earlier run, or show that this is not possible."""
+        self._resumed_s: float | None = None
         self._kept_s = -math.inf
         if before.cut_off:
             text = texts.cut_off(before.cut_off, len(before.findings), [path.name for path in before.files])
@@ -117,10 +120,10 @@ class LiveConsole:
                     self.console.book.take(stream, record)
             except (KeyError, TypeError, ValueError, IndexError) as error:
                 log.warning("%s of an earlier run: %r", stream, error)
-        self._gone_on_s = self.console.book.began_s
+        self._resumed_s = self.console.book.began_s
 
     def _keep_felt(self, now_s: float) -> None:
-        """What was felt during an examination is kept, so that another run of the console can show it."""
+        """Record the new samples of an examination, so that a later run of the console can show them."""
         if self.console.book.pseudonym is None or not self.keeping.enabled:
             return
         if samples := self.console.felt.after(self._kept_s):
@@ -128,11 +131,11 @@ class LiveConsole:
             self.keeping.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
 
     def _site_s(self) -> float:
-        """The time on the site's clock, s."""
+        """Return the time on the site's clock, s."""
         return self._time.now_s(self._clock_s())
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells."""
+        """Return the values for the status file."""
         silent_s = self.console.site.silent_s(self._site_s())
         return {
             "stale": f"no word of the operator site for {silent_s:.1f} s" if silent_s > SILENT_S else "",
@@ -147,8 +150,8 @@ class LiveConsole:
         state["session"]["saved"] = self.acts.saved
         return {**state, "wall_clock": f"{datetime.now():%H:%M:%S}"}
 
-    def _tell_desk(self) -> None:
-        """Tell the site whether somebody watches, and hear how it is; one question at a time."""
+    def _report_presence(self) -> None:
+        """Report to the desk whether a page was seen and receive the site's status; one request at a time."""
         self._answering = True
         loop = asyncio.get_running_loop()
         asked = self._desk.ask("attend", {"seen": self.pages.seen})
@@ -175,7 +178,7 @@ class LiveConsole:
             used = 0.0
         failed = self.keeping.enabled and self.keeping.failed
         book = self.console.book
-        gone_on = book.pseudonym is not None and book.began_s == self._gone_on_s
+        gone_on = book.pseudonym is not None and book.began_s == self._resumed_s
         self.console.around = replace(
             self.console.around, disk_used=used, recording_failed=failed, skipped_lately=slow, gone_on=gone_on
         )

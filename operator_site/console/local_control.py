@@ -1,4 +1,4 @@
-"""The console's line to the site's desk, in a thread of its own: an emergency stop does not wait for anything else."""
+"""Sends the console's requests to the site's desk from a separate thread, so that an emergency stop never waits."""
 
 import logging
 import queue
@@ -23,11 +23,12 @@ from common.wire.session_messages import Answer, Request
 log = logging.getLogger(__name__)
 
 PATIENCE_S = 0.3
-"""Who is not answered by then is told so."""
+"""Time within which the desk must answer a request other than an emergency stop, s; later the request fails."""
 AGAIN_S = 0.05
-"""An emergency stop is asked for again so often until it is answered, however long that takes."""
+"""Interval at which an emergency stop is requested again until the desk answers, s."""
 
-Told = dict[str, Any]
+Details = dict[str, Any]
+"""Details of a request or of its answer, by name."""
 
 
 class LocalControlSilent(OSError):
@@ -37,14 +38,14 @@ class LocalControlSilent(OSError):
 @dataclass(slots=True)
 class _Asked:
     verb: str
-    details: Told
-    told: "Future[Told]"
+    details: Details
+    answer: "Future[Details]"
     until_s: float
     again_s: float = 0.0
 
 
 class LocalControlClient:
-    """Asks the desk of a running site; finds it again whenever it is gone."""
+    """Sends requests to the desk of a running site and reconnects after each interruption."""
 
     def __init__(self, port: int, keys: KeyPair):
         """Connect in the background."""
@@ -56,19 +57,19 @@ class LocalControlClient:
         self._thread = threading.Thread(target=self._run, name="desk line", daemon=True)
         self._thread.start()
 
-    def ask(self, verb: str, details: Told | None = None) -> "Future[Told]":
-        """Ask for something.
+    def ask(self, verb: str, details: Details | None = None) -> "Future[Details]":
+        """Send a request to the desk.
 
-        The future holds what the desk tells; or DeskSilent after PATIENCE_S, or Refused. An emergency stop goes on
-        being asked for beyond that, and its future waits for the answer.
+        The future holds the details of the answer, or raises Refused, or LocalControlSilent after PATIENCE_S. An
+        emergency stop is requested until it is answered, and its future waits for that answer.
         """
         asked = _Asked(verb, details or {}, Future(), time.monotonic() + PATIENCE_S)
         self._new.put(asked)
         self._ring()
-        return asked.told
+        return asked.answer
 
     def close(self) -> None:
-        """End the thread; what is still waited for is cancelled."""
+        """End the thread and cancel all pending requests."""
         self._new.put(None)
         self._ring()
         self._thread.join(timeout=2.0)
@@ -76,7 +77,7 @@ class LocalControlClient:
         self._ear.close()
 
     def _ring(self) -> None:
-        """Wake the thread; a bell that is full rings already."""
+        """Wake the thread; a full socket buffer wakes it already."""
         with suppress(BlockingIOError):
             self._bell.send(b"!")
 
@@ -84,7 +85,7 @@ class LocalControlClient:
         context = zmq.Context()
         line: zmq.Socket[bytes] = context.socket(zmq.DEALER)
         prepare_socket(line)
-        # A request to nobody fails now and does not arrive minutes later; an emergency stop is asked for again.
+        # A request without a peer fails at once instead of arriving minutes later; an emergency stop is repeated.
         line.setsockopt(zmq.IMMEDIATE, 1)
         use_curve(line, self._keys, self._keys.public)
         line.connect(f"tcp://{HOST}:{self._port}")
@@ -111,33 +112,33 @@ class LocalControlClient:
                     _send(line, waiting)
         finally:
             for asked in waiting.values():
-                asked.told.cancel()
+                asked.answer.cancel()
             context.destroy(linger=0)
 
 
 def _send(line: "zmq.Socket[bytes]", waiting: dict[int, _Asked]) -> None:
-    """Send what is due, and give up on what has waited too long; emergency stops first."""
+    """Send the due requests, emergency stops first; fail those that have waited longer than PATIENCE_S."""
     now_s = time.monotonic()
     for sequence in sorted(waiting, key=lambda number: (waiting[number].verb != "estop", number)):
         asked = waiting[sequence]
         stops = asked.verb == "estop"
         if not stops and now_s >= asked.until_s:
             del waiting[sequence]
-            asked.told.set_exception(LocalControlSilent("the operator site does not answer"))
+            asked.answer.set_exception(LocalControlSilent("the operator site does not answer"))
         elif now_s >= asked.again_s:
             try:
                 line.send(Request(0, sequence, time.monotonic_ns(), asked.verb, asked.details).encode(), zmq.DONTWAIT)
             except zmq.Again:
-                asked.again_s = now_s + AGAIN_S  # nobody is there yet
+                asked.again_s = now_s + AGAIN_S  # no peer is connected yet
             except BadPacket as error:
                 del waiting[sequence]
-                asked.told.set_exception(Refused(str(error)))
+                asked.answer.set_exception(Refused(str(error)))
             else:
                 asked.again_s = now_s + AGAIN_S if stops else asked.until_s + 1.0
 
 
 def _take(line: "zmq.Socket[bytes]", waiting: dict[int, _Asked]) -> None:
-    """Take the answers that came; one to a request that is not waited for counts for nothing."""
+    """Take the received answers; an answer without a pending request is ignored."""
     while True:
         try:
             answer = Answer.decode(line.recv(zmq.DONTWAIT))
@@ -147,9 +148,9 @@ def _take(line: "zmq.Socket[bytes]", waiting: dict[int, _Asked]) -> None:
             log.warning("desk: %s", error)
             continue
         asked = waiting.pop(answer.sequence, None)
-        if asked is None or not asked.told.set_running_or_notify_cancel():
+        if asked is None or not asked.answer.set_running_or_notify_cancel():
             continue
         if answer.refused:
-            asked.told.set_exception(Refused(answer.refused))
+            asked.answer.set_exception(Refused(answer.refused))
         else:
-            asked.told.set_result(answer.details)
+            asked.answer.set_result(answer.details)

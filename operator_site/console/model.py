@@ -1,4 +1,4 @@
-"""The console's knowledge: stream messages of a site or of its recording go in, pictures, states and tiles come out."""
+"""Turns stream messages of a site or of its recording into the console's pictures, states and map tiles."""
 
 import logging
 import math
@@ -28,7 +28,7 @@ from operator_site.recorded_rows import Clock, Rendered, Skin
 log = logging.getLogger(__name__)
 
 ALARMS_EVERY_S = 0.1
-"""Of a recording's time."""
+"""Interval between two checks of the alarms of a recording, s of its time."""
 _HZ_PER_RPM = 1.0 / 60.0
 _DRAWN = {
     CONNECTED: LinkState.CONNECTED,
@@ -38,17 +38,17 @@ _DRAWN = {
     FAULT: LinkState.FAULT,
     STOPPED: LinkState.FAULT,
 }
-"""How a picture says the state; what is lost or silent is drawn as disconnected."""
+"""Link state in a picture for each session state; a lost or silent link is drawn as disconnected."""
 
 
 @dataclass(slots=True)
 class Console:
-    """Pure: time is an argument, s of the operator site's monotonic clock.
+    """Model of the console. Pure: time is an argument, s of the operator site's monotonic clock.
 
     Attributes:
-        live: what it is fed happens now; a recording else.
-        around: what its process knows of the world around it.
-        damaged: messages that could not be read, which are dropped.
+        live: whether the messages come from a running site; False for a recording.
+        around: state of the disk, the recording and the page, from the console's process.
+        damaged: number of unreadable messages, which are dropped.
     """
 
     live: bool = True
@@ -61,18 +61,18 @@ class Console:
     book: Examination = field(default_factory=Examination)
     damaged: int = 0
     map_number: int = 0
-    """Grows when the map begins anew."""
+    """Number of the map; grows with every new map."""
     _stepped_s: float = -math.inf
 
     def take(self, stream: str, time_ns: int, payload: bytes) -> None:
-        """Take one message; what cannot be read is counted and dropped."""
+        """Take one message; an unreadable one is counted and dropped."""
         try:
             self._take(stream, time_ns * 1e-9, payload)
-        except Exception as error:  # whatever is wrong with one message, the others are still to be shown
+        except Exception as error:  # one bad message must not stop the others
             if not self.damaged:
                 log.warning("%s: %s", stream, error, exc_info=not isinstance(error, ValueError))
             self.damaged += 1
-        # What a recording shows at a moment must not depend on how one came there: its own time makes its alarms.
+        # The alarms of a recording follow its own time: a moment must look the same after playing and after a jump.
         if not self.live and not 0.0 <= time_ns * 1e-9 - self._stepped_s < ALARMS_EVERY_S:
             self.step(time_ns * 1e-9)
 
@@ -114,48 +114,48 @@ class Console:
         self.signals.take(t_s, "force_n", [row.force_n])
         self.signals.take(t_s, "motor_hz", [motor_hz, self.fingers.plates_c(t_s)])
 
-    def desk(self, now_s: float, told: Mapping[str, Any]) -> None:
+    def desk(self, now_s: float, answer: Mapping[str, Any]) -> None:
         """Take an answer of the site's desk."""
         self.site.desk_s = now_s
-        self.site.take_brief(told.get("time_ns", now_s * 1e9) * 1e-9, told)
+        self.site.take_brief(answer.get("time_ns", now_s * 1e9) * 1e-9, answer)
 
     def begin_anew(self) -> None:
-        """Another examination begins: its map is its own."""
+        """Begin the map of another examination."""
         self.felt = TactileMap()
         self.map_number += 1
 
     def step(self, now_s: float) -> None:
-        """Judge what is wrong; called some thirty times a second."""
+        """Update the alarms; called about thirty times a second."""
         self._stepped_s = now_s
         self.alarms.step(now_s, causes(now_s, self.site, self.fingers, self.in_use, self.around, live=self.live))
 
     @property
     def in_use(self) -> tuple[bool, ...]:
-        """Which fingers take part: those that have a module, all where that is not known."""
+        """Whether each finger is in use: it has a module, or the modules are unknown."""
         devices = self.site.ready
         return tuple(not devices or name in devices for name in FINGERS)
 
     @property
     def recording(self) -> bool:
-        """Whether what goes on is kept."""
+        """Whether the site records the session."""
         figures = self.site.figures
         return bool(figures.get("recorded")) and not figures.get("recording_failed")
 
     def word(self, now_s: float) -> str:
-        """The state of the session, in one word."""
+        """Return the state of the session in one word."""
         return self.site.word(now_s, live=self.live, pauses=self.book.pseudonym is not None)
 
     def newest_bin(self, now_s: float) -> int:
-        """Number of the newest bin that a picture of now would hold."""
+        """Return the number of the newest bin that a picture at `now_s` holds."""
         return self.signals.newest_bin(now_s)
 
     def picture(self, now_s: float, sequence: int, after: int | None) -> bytes:
-        """A picture of now.
+        """Return the encoded picture at `now_s`.
 
         Args:
-            now_s: s.
+            now_s: time, s.
             sequence: number of the picture, rising.
-            after: the newest bin that the page has; None gives it all there is, as does one that is too old.
+            after: newest bin that the page has; None or one that is too old gives all bins.
         """
         newest = self.newest_bin(now_s)
         whole = after is None or not 0 <= newest - after < BINS
@@ -182,15 +182,15 @@ class Console:
         ).encode()
 
     def tiles(self, quantity: str, since: int) -> list[MapTile]:
-        """Tiles of a quantity that changed after a revision of the map, those that have waited longest first."""
+        """Return the tiles of a quantity that changed after a revision of the map, oldest change first."""
         return changed(self.felt, quantity, since)
 
     def clock_s(self, now_s: float) -> float | None:
-        """How long the examination has been going on; None while none is."""
+        """Return the duration of the present examination, s; None without one."""
         began_s = self.book.began_s
         return None if self.book.pseudonym is None or began_s is None else max(0.0, now_s - began_s)
 
     def age_s(self, now_s: float) -> float | None:
-        """Of what is shown; None where nothing ever came."""
+        """Return the age of the shown values, s; None before the first ones."""
         age_s = self.fingers.age_s(now_s)
         return age_s if math.isfinite(age_s) else None

@@ -1,4 +1,4 @@
-"""The console's process: from the site's feed and desk, or from a recording, to the pages that look at it."""
+"""Runs the console's process, which serves pages of a running site or of a recording."""
 
 import asyncio
 import contextlib
@@ -33,16 +33,17 @@ from operator_site.session.console_feed import FeedReader
 log = logging.getLogger(__name__)
 
 _LOOK_S = 0.008
-"""Between two looks whether the site has fed something: a batch waits no longer before it is shown."""
+"""Interval between two reads of the site's feed, s; a batch waits at most this long."""
 _SECOND_S = 1.0
+"""Interval between two writes of the status file, s."""
 _LARGEST_MESSAGE = 256 * 1024
-"""Bytes from a page: a note of 10 000 characters, each written as twelve."""
+"""Largest message from a page, bytes; it fits a note of 10 000 characters with twelve bytes each."""
 _LARGEST_HEAD = 16 * 1024
-"""Bytes of a request's head."""
+"""Largest head of a request, bytes."""
 _BACKLOG = 4096
-"""Connections that the operating system keeps until they are accepted."""
+"""Maximum number of connections that the operating system queues until they are accepted."""
 _DROP_S = 0.25
-"""Interval between two looks for connections whose time is over, s."""
+"""Interval between two searches for expired connections, s."""
 
 
 class _Server(uvicorn.Server):
@@ -50,7 +51,7 @@ class _Server(uvicorn.Server):
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Capture none."""
+        """Capture no signals."""
         yield
 
 
@@ -58,10 +59,10 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
     """Serve the page of a running site until `stop()`.
 
     Raises:
-        ValueError, OSError: the page may not be offered like that, its port is in use, keys cannot be used, or the
-            record cannot be made.
+        ValueError, OSError: the access settings are unsafe, the port is in use, the keys are unusable, or the
+            recording cannot be created.
     """
-    # STOP passes through this process, so it keeps its priority where the machine is full (decision 0041).
+    # The emergency stop passes through this process, so it keeps its priority on a busy machine (decision 0041).
     with ExitStack() as opened:
         access = Access(config)
         keys = load_keys(config.keys)
@@ -105,10 +106,10 @@ def _serve(
         figures = shown.figures()
         contained = {"contained": dict(shown.pages.contain.places)}
         status.write(0.0, {**about, **figures, **contained})
-        told.alive(f"{figures['clients']} pages")
+        supervisor.alive(f"{figures['clients']} pages")
 
-    with Supervisor() as told, contextlib.suppress(KeyboardInterrupt):
-        told.ready()
+    with Supervisor() as supervisor, contextlib.suppress(KeyboardInterrupt):
+        supervisor.ready()
         asyncio.run(_run(shown, config, app, socket, stop, each_second))
 
 
@@ -171,7 +172,7 @@ async def _run(
 
 
 def _name(contain: Containment, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Name what a connection raised outside a request; that its client has left is no error."""
+    """Report the error of a connection outside a request; a client that has left is no error."""
     error = context.get("exception")
     if not isinstance(error, Exception):
         loop.default_exception_handler(context)

@@ -1,4 +1,4 @@
-"""The tactile map: samples, layers and tiles.
+"""Builds the tactile map: samples, layers and tiles.
 
 The console uses `tactile_map`, the page receives `map_tiles`.
 """

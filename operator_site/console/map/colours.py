@@ -1,8 +1,8 @@
-"""Colours of the tactile map on the page and in the report: tables of 256 by Fabio Crameri, evenly spaced for the eye.
+"""Holds the perceptually uniform colour maps of the tactile map on the page and in the report, 256 colours each.
 
-`vik` for temperature, `batlow` for roughness and `bilbao` for stiffness (Scientific colour maps 8, MIT licence,
-copyright 2020 Fabio Crameri: page/colours-licence.txt), and four colours of this project for materials. The page's own
-module, page/colours.js, is `javascript()` of this one.
+Temperature uses `vik`, roughness `batlow` and stiffness `bilbao` (Scientific colour maps 8, MIT licence, copyright
+2020 Fabio Crameri: page/colours-licence.txt). Four colours of this project mark the materials. `javascript()` makes
+the page's module page/colours.js from these tables.
 """
 
 import base64
@@ -68,20 +68,21 @@ A26A59 A26959 A26859 A26759 A16758 A16658 A16558 A16458 A16358 A06357 A06257 A06
 621519 611418 601316 5E1115 5D1014 5B0E13 5A0D11 580B10 570A0E 55080D 54070B 520509 510407 4F0205 4E0103 4C0001
 """)
 TABLES = {"temperature": VIK, "roughness": BATLOW, "stiffness": BILBAO}
-"""Colours from the low to the high end of each quantity's scale, RRGGBB."""
+"""Colour map of each quantity from the low to the high end of its scale, RRGGBB."""
 MATERIALS = ["1F5FA8", "F2B134", "8FD0C0", "8B2F5F"]
-"""Of the first four materials; all others share OTHER_MATERIAL. A letter beside them tells them apart in grey."""
+"""Colours of the first four materials, RRGGBB. A letter beside each colour distinguishes them in greyscale."""
 OTHER_MATERIAL = "6D7680"
+"""Common colour of all other materials, RRGGBB."""
 NOT_FELT = "808890"
-"""The ground of every map, light or dark: what has not been felt."""
+"""Background of every map, light or dark, where nothing has been felt, RRGGBB."""
 _EVERY = 5
-"""The page is sent every fifth colour of a table: those that it puts between are within 1 of 255."""
+"""Step between the colours sent to the page; it interpolates the others within 1 of 255."""
 OPACITY = (0.0, 0.5, 0.75, 1.0)
-"""Of a cell over that ground, by its confidence."""
+"""Opacity of a cell over the background NOT_FELT, by its confidence 0..3."""
 
 
 def shown(colour: str, confidence: int) -> str:
-    """The colour of a cell of this confidence, 0..3, RRGGBB."""
+    """Return the displayed colour of a cell with a colour and a confidence, 0..3, RRGGBB."""
     share = OPACITY[confidence]
     mixed = (
         round(share * top + (1.0 - share) * ground)
@@ -95,7 +96,7 @@ def _base64(hexadecimal: str) -> str:
 
 
 def javascript() -> str:
-    """The same tables as a module of the page."""
+    """Return the tables as a JavaScript module of the page."""
     tables = "".join(f'  {name}: table("{_base64("".join(colours[::_EVERY]))}"),\n' for name, colours in TABLES.items())
     return (
         "// Colours of the tactile map, made by `python -m operator_site.console.map.colours` out of that module.\n"

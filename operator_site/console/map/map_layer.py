@@ -1,7 +1,7 @@
-"""One quantity over the bench: samples, and what they come to in each cell of 1 mm, in tiles made where it was felt.
+"""Maps the samples of one quantity onto cells of 1 mm on the bench, in tiles that exist only where it was felt.
 
-A cell's value is the mean of the samples around it, weighted by a Gaussian of KERNEL_M and by their precision. Where
-samples disagree by more than they claim to be wrong, the standard deviation says so (Birge 1932).
+A cell's value is the mean of the samples around it, weighted by a Gaussian of width KERNEL_M and by their precision.
+Where samples disagree by more than their variances allow, the standard deviation grows by the Birge ratio (1932).
 """
 
 import math
@@ -14,25 +14,27 @@ from operator_site.console.map.finger_samples import Sample
 
 Floats = NDArray[np.float64]
 CELL_M = 1e-3
+"""Side of a cell, m."""
 TILE = 32
 """Cells along each side of a tile."""
 KERNEL_M = 1.5e-3
+"""Standard deviation of the Gaussian kernel of a sample, m."""
 REACH_M = 3e-3
-"""Farther from every sample than this, nothing was felt."""
+"""Largest distance from a sample at which a cell counts as felt, m."""
 MOST_SAMPLES = 2000
-"""Of one tile; the oldest of more are forgotten as samples, and stay in the cells."""
+"""Maximum number of samples of a tile; the oldest are dropped, but remain in the sums of the cells."""
 LEAST_FREEDOM = 0.25
-"""One sample, or parts of some, cannot disagree with themselves."""
+"""Smallest number of degrees of freedom for the disagreement of the samples in a cell."""
 _MIDDLE = {"temperature": 30.0}
-"""Taken off before squares are summed, so that they keep their digits."""
+"""Offset that is subtracted before squares are summed, C; it prevents the loss of digits."""
 
 
 class Tile:
     """Sums over TILE x TILE cells, row by row from the near edge.
 
     Attributes:
-        revision: the map's, when this tile was changed last.
-        samples: those whose place lies in this tile.
+        revision: revision of the map at the newest change of this tile.
+        samples: samples whose place lies in this tile.
     """
 
     __slots__ = ("_count", "_sums", "revision", "samples")
@@ -42,14 +44,14 @@ class Tile:
         self.samples: dict[tuple[int, int, int], Sample] = {}
         self._count = np.zeros((TILE, TILE), dtype=np.int32)
         self._sums = np.zeros((4, TILE, TILE))
-        """Of the kernel k, and of k w, k w v and k w v^2 with precisions w and values v."""
+        """Sums of k, k w, k w v and k w v^2, with the kernel k, precisions w and values v."""
 
     def add(self, at: tuple[slice, slice], kernel: Floats, precision: float, value: float, sign: int) -> None:
-        """Put a sample into the cells `at`, or take it out again with `sign` -1."""
+        """Add a sample to the cells `at` with `sign` 1, or remove it with `sign` -1."""
         weight = precision * kernel
         self._sums[:, at[0], at[1]] += sign * np.stack((kernel, weight, value * weight, value * value * weight))
         self._count[at] += sign * (kernel > 0.0)
-        self._sums[:, self._count == 0] = 0.0  # what rounding has left
+        self._sums[:, self._count == 0] = 0.0  # clear the rounding residue
 
     @property
     def felt(self) -> NDArray[np.bool_]:
@@ -58,12 +60,12 @@ class Tile:
 
     @property
     def kernel(self) -> Floats:
-        """How much was felt in each cell: 1 for one sample in its middle."""
+        """Sum of the kernels in each cell; 1 for one sample in its middle."""
         kernel: Floats = self._sums[0]
         return kernel
 
     def mean(self) -> tuple[Floats, Floats]:
-        """Value and standard deviation of each cell, (TILE, TILE); NaN where nothing was felt."""
+        """Return value and standard deviation of each cell, (TILE, TILE); NaN where nothing was felt."""
         kernel, precision, first, second = np.where(self.felt, self._sums, np.nan)
         value = first / precision
         disagreement = (second - first * value) / np.maximum(kernel - 1.0, LEAST_FREEDOM)
@@ -71,20 +73,21 @@ class Tile:
 
 
 class Layer:
-    """One quantity's tiles by their column and row on the bench.
+    """Tiles of one quantity.
 
     Attributes:
-        middle: what is taken off the values in the sums.
+        tiles: by their column and row on the bench.
+        middle: offset that is subtracted from the values in the sums, in the quantity's unit.
     """
 
     def __init__(self, quantity: str) -> None:
-        """Nothing felt yet."""
+        """Begin with nothing felt."""
         self.tiles: dict[tuple[int, int], Tile] = {}
         self.middle = _MIDDLE.get(quantity, 0.0)
         self._newest: dict[int, Sample] = {}
 
     def put(self, sample: Sample, revision: int) -> None:
-        """Take a sample; it replaces the newest of its finger where that has the same key."""
+        """Add a sample; it replaces the newest sample of its finger if that has the same key."""
         before = self._newest.get(sample.finger)
         if before is not None and before.key == sample.key:
             self._paint(before, -1, revision)
@@ -97,7 +100,7 @@ class Layer:
             del samples[next(iter(samples))]
 
     def drop(self, finger: int, key: tuple[int, int, int], revision: int) -> None:
-        """Take the newest sample of a finger out again, where it has this key."""
+        """Remove the newest sample of a finger if it has this key."""
         before = self._newest.get(finger)
         if before is not None and before.key == key:
             self._paint(before, -1, revision)
@@ -105,15 +108,15 @@ class Layer:
             del self._newest[finger]
 
     def after(self, t_s: float) -> Iterator[Sample]:
-        """Samples felt after a moment, s."""
+        """Yield the samples felt after a time, s."""
         for tile in self.tiles.values():
-            for sample in reversed(tile.samples.values()):  # the newest was put last
+            for sample in reversed(tile.samples.values()):  # newest first
                 if sample.t_s <= t_s:
                     break
                 yield sample
 
     def near(self, x_m: float, y_m: float, radius_m: float) -> Iterator[Sample]:
-        """Samples within a radius."""
+        """Yield the samples within a radius of a place, m."""
         low, high = tile_of(x_m - radius_m, y_m - radius_m), tile_of(x_m + radius_m, y_m + radius_m)
         for column in range(low[0], high[0] + 1):
             for row in range(low[1], high[1] + 1):
@@ -146,12 +149,12 @@ class Layer:
 
 
 def tile_of(x_m: float, y_m: float) -> tuple[int, int]:
-    """Column and row of the tile that holds a place of the bench."""
+    """Return column and row of the tile that holds a place on the bench."""
     return math.floor(x_m / CELL_M) // TILE, math.floor(y_m / CELL_M) // TILE
 
 
 def _kernel(place_m: float) -> tuple[int, Floats]:
-    """First cell along one axis that a sample reaches, and the kernel in the middle of it and the next ones."""
+    """Return the first cell along one axis that a sample reaches, and the kernel at the middle of each reached cell."""
     first, last = math.floor((place_m - REACH_M) / CELL_M), math.floor((place_m + REACH_M) / CELL_M)
     away_m = (np.arange(first, last + 1) + 0.5) * CELL_M - place_m
     return first, np.exp(-0.5 * (away_m / KERNEL_M) ** 2)

@@ -1,4 +1,4 @@
-"""Tiles of the map as bytes for a page: for each of 32 x 32 cells a value and how far it can be trusted.
+"""Encodes tiles of the map for a page: a value and its spread for each of 32 x 32 cells.
 
 Little endian: u16 magic, u8 version, u8 kind, u8 quantity, u8 column and row in the frame, u8 0, u32 revision, 1024 u16
 values, 1024 u8 spreads, row by row from the near edge. Layout and ranges: docs/protocols.md.
@@ -16,23 +16,29 @@ from operator_site.console.map.tactile_map import COLUMNS, LOGARITHMIC, QUANTITI
 
 MAGIC, VERSION, KIND = 0x7EA7, 1, 2
 RANGES = {"temperature": (-10.0, 60.0), "roughness": (0.001, 10.0), "stiffness": (50.0, 20_000.0)}
-"""What the smallest and the largest value in a tile stand for, C, V and N/m; the logarithmic ones in logarithmic steps.
-A material's value is its place in the map's list."""
+"""Quantities at the values 0 and HIGHEST of a tile, C, V and N/m; LOGARITHMIC quantities have logarithmic steps.
+
+A material's value is its index in the map's list of materials.
+"""
 NOT_FELT = 65535
+"""Value of a cell where nothing was felt."""
 HIGHEST = 65534
+"""Largest value of a cell where something was felt."""
 CONFIDENT_SD = {"temperature": 0.5, "roughness": 0.15, "stiffness": 0.20}
-"""A standard deviation of half of this is full confidence, of this the second step, of twice this the last: K, and
-shares of the value."""
+"""Largest standard deviation of confidence 2, K or share of the value; half of it is confidence 3, twice is 1."""
 WORST = 127
-"""Spread of a cell of which nothing is known."""
+"""Spread of a cell with unknown value."""
 STEEP = 128
-"""Added to the spread of a cell on a slope of 45 degrees or more, which the map shows too narrow."""
+"""Flag in the spread of a cell on a slope of 45 degrees or more, which the map shows too narrow."""
 OCTAVE, MIDDLE = 8, 64
-"""A spread of MIDDLE is a standard deviation of CONFIDENT_SD, OCTAVE more is twice that. A material's spread is the
-share of the touches that were named otherwise, in percent."""
+"""Scale of the spread: MIDDLE is a standard deviation of CONFIDENT_SD, and each OCTAVE more doubles it.
+
+A material's spread is the share of the touches with another identified material, in percent.
+"""
 CONFIDENT = (MIDDLE + OCTAVE, MIDDLE, MIDDLE - OCTAVE)
+"""Largest spread of the confidences 1, 2, 3 of a measured quantity."""
 CONFIDENT_MATERIAL = (50, 10, 2)
-"""Largest spreads of the confidences 1, 2, 3."""
+"""Largest spread of the confidences 1, 2, 3 of a material, percent."""
 _HEAD = struct.Struct("<HBBBBBBI")
 _CELLS = TILE * TILE
 BYTES = _HEAD.size + 3 * _CELLS
@@ -41,7 +47,7 @@ _ROUNDING = 1e-6
 
 
 class MapTile(NamedTuple):
-    """One tile: `value` (32, 32) u16, `spread` (32, 32) u8 with STEEP in it, `column` and `row` in the frame, 0..7."""
+    """One tile: `value` (32, 32) u16, `spread` (32, 32) u8 with flag STEEP, `column` and `row` in the frame, 0..7."""
 
     quantity: str
     column: int
@@ -52,11 +58,11 @@ class MapTile(NamedTuple):
 
     @property
     def confidence(self) -> NDArray[np.uint8]:
-        """Of each cell, (32, 32), 0..3."""
+        """Confidence of each cell, (32, 32), 0..3."""
         return confidence(self.quantity, self.spread)
 
     def encode(self) -> bytes:
-        """The whole message."""
+        """Return the message."""
         number = QUANTITIES.index(self.quantity)
         head = _HEAD.pack(MAGIC, VERSION, KIND, number, self.column, self.row, 0, self.revision & 0xFFFFFFFF)
         return head + self.value.astype("<u2").tobytes() + self.spread.astype(np.uint8).tobytes()
@@ -66,7 +72,7 @@ class MapTile(NamedTuple):
         """Read a message.
 
         Raises:
-            ValueError: it is not a whole and possible tile.
+            ValueError: the message is not a complete and valid tile.
         """
         if len(message) != BYTES:
             raise ValueError(f"map tile: {len(message)} bytes, expected {BYTES}")
@@ -83,12 +89,12 @@ class MapTile(NamedTuple):
 
 
 def changed(felt: TactileMap, quantity: str, since: int) -> list[MapTile]:
-    """The frame's tiles of a quantity that changed after revision `since`, those that have waited longest first.
+    """Return the frame's tiles of a quantity that changed after revision `since`, oldest change first.
 
-    After the frame was moved these are all of it that were ever felt: what was there before is another place.
+    A move of the frame changes all its tiles, because each then shows another place.
 
     Raises:
-        ValueError: no such quantity.
+        ValueError: the quantity is unknown.
     """
     if quantity not in QUANTITIES:
         raise ValueError(f"no quantity {quantity!r}; there are {', '.join(QUANTITIES)}")
@@ -110,13 +116,13 @@ def changed(felt: TactileMap, quantity: str, since: int) -> list[MapTile]:
 
 
 def cells(felt: TactileMap, quantity: str, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
-    """Values and spreads of the tile at a column and row of the bench."""
+    """Return values and spreads of the tile at a column and row of the bench."""
     value, spread = _materials(felt, place) if quantity == "material" else _measured(felt, quantity, place)
     return value, np.where((value != NOT_FELT) & felt.steep(place), spread | STEEP, spread).astype(np.uint8)
 
 
 def confidence(quantity: str, spread: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Of cells with these spreads, 0..3."""
+    """Return the confidence of cells with these spreads, 0..3."""
     largest = np.array(CONFIDENT_MATERIAL if quantity == "material" else CONFIDENT)
     found: NDArray[np.uint8] = ((spread & ~np.uint8(STEEP))[..., None] <= largest).sum(axis=-1).astype(np.uint8)
     return found
@@ -134,10 +140,10 @@ def _measured(felt: TactileMap, quantity: str, place: tuple[int, int]) -> tuple[
 
 
 class MapPicture(NamedTuple):
-    """All that was felt of a quantity, (rows, columns) from the near left: `left_m` and `near_m` are that corner, m.
+    """Map of one quantity, (rows, columns) from the near left corner at `left_m` and `near_m`, m.
 
-    Values in C, V, N/m or places in the list of materials, NaN where nothing was felt; confidences 0..3; whether the
-    surface is steep there.
+    Values are in C, V, N/m or indices of the list of materials, and NaN where nothing was felt. Confidences are 0..3.
+    `steep` marks cells with a steep surface.
     """
 
     left_m: float
@@ -148,7 +154,7 @@ class MapPicture(NamedTuple):
 
 
 def picture(felt: TactileMap, quantity: str) -> MapPicture | None:
-    """All tiles of a quantity together; None where nothing of it was felt."""
+    """Return all tiles of a quantity as one map; None if nothing of it was felt."""
     layers = list(felt.named.values()) if quantity == "material" else [felt.layers[quantity]]
     places = {place for layer in layers for place, tile in layer.tiles.items() if tile.felt.any()}
     if not places:
@@ -171,7 +177,7 @@ def picture(felt: TactileMap, quantity: str) -> MapPicture | None:
 
 
 def value_of(quantity: str, value: NDArray[np.uint16]) -> NDArray[np.float64]:
-    """What a tile's values stand for, in C, V, N/m, or places in the list of materials; NaN where nothing was felt."""
+    """Convert a tile's values to C, V, N/m or indices of the list of materials; NaN where nothing was felt."""
     number = np.where(value == NOT_FELT, np.nan, value.astype(np.float64))
     if quantity == "material":
         return number
@@ -181,7 +187,7 @@ def value_of(quantity: str, value: NDArray[np.uint16]) -> NDArray[np.float64]:
 
 
 def _materials(felt: TactileMap, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
-    """The material most fingers named in each cell, and how much they disagreed."""
+    """Return the likeliest material of each cell by the touches' votes, and the percentage of other votes."""
     tiles = [layer.tiles.get(place) or Tile() for layer in felt.named.values()]
     votes = np.array([np.nan_to_num(tile.mean()[0]) * tile.kernel for tile in tiles])
     touched = np.array([tile.kernel for tile in tiles]).sum(axis=0)

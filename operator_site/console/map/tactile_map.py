@@ -1,6 +1,6 @@
-"""What has been felt, and where: temperature, roughness, stiffness and material over the explored surface.
+"""Builds the tactile map: temperature, roughness, stiffness and material over the explored surface.
 
-Pure: touch packets go in, in any tempo; the map grows where something was felt, and nowhere else.
+Pure: the map takes touch packets at any rate and grows only where something was felt.
 """
 
 import math
@@ -19,22 +19,24 @@ from operator_site.console.map.map_layer import CELL_M, KERNEL_M, REACH_M, TILE,
 
 QUANTITIES = ("temperature", "roughness", "stiffness", "material")
 LOGARITHMIC = frozenset(("roughness", "stiffness"))
-"""Samples of these are logarithms."""
+"""Quantities whose samples are natural logarithms."""
 COLUMNS = ROWS = 256
-"""Cells of the frame that a page shows."""
+"""Columns and rows of cells of the frame that a page shows."""
 SHARED_SD_K = 0.9
-"""How far the temperature of one place may be from what several fingers were told together: one warm finger of five is
-outvoted, for seconds."""
+"""Standard deviation of one finger's temperature from a temperature that several fingers share, K.
+
+The shared temperature outvotes one warm finger of five for seconds.
+"""
 SCALE_K = 3.0
-"""Half the span of the scale of temperature."""
+"""Half the span of the temperature scale, K."""
 SCALES = {"roughness": (0.002, 0.2), "stiffness": (200.0, 5000.0)}
-"""Ends of the other scales, V and N/m."""
+"""Ends of the roughness and stiffness scales, V and N/m."""
 CENTRED_BY = 10
-"""The scale of temperature has the median of so many touches in its middle; then it stays."""
+"""Number of first touches whose median is the centre of the temperature scale; later touches do not move it."""
 BESIDE_M, AROUND_M = 0.010, 0.030
-"""The surroundings of a place lie so far from it."""
+"""Inner and outer radius of the surroundings of a place, m."""
 STEEP_SLOPE = 0.999
-"""Rise over run from which a surface is steep: 45 degrees, the steepest that the link tells along either axis."""
+"""Smallest slope of a steep surface, rise over run: 45 degrees, the largest slope of the link along either axis."""
 _FRAME_TILES = COLUMNS // TILE
 
 
@@ -48,7 +50,7 @@ class Felt(NamedTuple):
 
 
 class FeltPlace(NamedTuple):
-    """What was felt around a place; None where nothing was. `material`: the likeliest, and its share of the touches."""
+    """Quantities around a place, None if not felt; `material` is the likeliest one and its share of the votes."""
 
     x_m: float
     y_m: float
@@ -64,28 +66,28 @@ class TactileMap:
     Attributes:
         revision: grows with every change.
         layers: temperature, roughness and stiffness, by name.
-        named: a layer of probabilities for each material that was identified, in the order of `materials`.
+        named: a layer of probabilities for each identified material, in the order of `materials`.
     """
 
     def __init__(self) -> None:
-        """Nothing felt yet."""
+        """Begin with nothing felt."""
         self.revision = 0
         self.layers = {name: Layer(name) for name in QUANTITIES[:3]}
         self.named: dict[str, Layer] = {}
         self._steep: dict[tuple[int, int], tuple[NDArray[np.bool_], int]] = {}
-        """Cells of each tile that are steep, and the revision since when."""
+        """Steep cells of each tile, and the revision of their newest change."""
         self._slants: list[Sample] = []
-        """Those by which a cell was found to be steep."""
+        """Samples that marked a cell as steep."""
         self._fingers = [FingerSamples(finger) for finger in range(len(FINGERS))]
         self._corner: tuple[int, int] | None = None
-        """Tile at the frame's left and near edge."""
+        """Column and row of the tile at the frame's left and near edge."""
         self._framed = 0
         self._centre_c: float | None = None
         self._centred_by: list[tuple[tuple[int, int, int], float]] = []
 
     @property
     def materials(self) -> list[str]:
-        """Names of the materials, in the order in which they were identified first."""
+        """Names of the materials in the order of their first identification."""
         return list(self.named)
 
     @property
@@ -96,36 +98,36 @@ class TactileMap:
 
     @property
     def framed(self) -> int:
-        """Revision at which the frame was moved last."""
+        """Revision of the newest move of the frame."""
         return self._framed
 
-    def felt(self, t_s: float, rows: Sequence[TouchRow], told: Sequence[TouchSummary]) -> None:
+    def felt(self, t_s: float, rows: Sequence[TouchRow], summaries: Sequence[TouchSummary]) -> None:
         """Take one accepted touch packet.
 
         Args:
             t_s: time, s.
-            rows: of each finger.
-            told: what is told slowly of each.
+            rows: touch row of each finger.
+            summaries: touch summary of each finger.
         """
         for finger, samples in enumerate(self._fingers):
             row = rows[finger]
             if row.contact and math.hypot(row.slope_x, row.slope_y) >= STEEP_SLOPE:
                 self.take(slant(t_s, finger, row.x_m, row.y_m + FINGER_Y_M[finger]))
-            for sample in samples.step(t_s, row, told[finger]):
+            for sample in samples.step(t_s, row, summaries[finger]):
                 shared = sample.quantity == "temperature" and _is_shared(rows, finger)
                 self.take(sample._replace(variance=sample.variance + SHARED_SD_K**2) if shared else sample)
 
     def steep(self, place: tuple[int, int]) -> NDArray[np.bool_]:
-        """Cells of the tile at a column and row of the bench where the surface is steep, (TILE, TILE)."""
+        """Return the steep cells of the tile at a column and row of the bench, (TILE, TILE)."""
         known = self._steep.get(place)
         return np.zeros((TILE, TILE), dtype=np.bool_) if known is None else known[0]
 
     def steep_revision(self, place: tuple[int, int]) -> int:
-        """When a cell of a tile was last found to be steep; 0 where none is."""
+        """Return the revision at which a cell of a tile was last marked steep; 0 if none is."""
         return self._steep[place][1] if place in self._steep else 0
 
     def _slant(self, sample: Sample) -> None:
-        """The surface is steep under a finger, and with it as far around as a sample reaches."""
+        """Mark the cells within KERNEL_M of a finger on a steep surface, in either axis."""
         x_m, y_m, before = sample.x_m, sample.y_m, self.revision
         for column in range(math.floor((x_m - KERNEL_M) / CELL_M), math.floor((x_m + KERNEL_M) / CELL_M) + 1):
             for row in range(math.floor((y_m - KERNEL_M) / CELL_M), math.floor((y_m + KERNEL_M) / CELL_M) + 1):
@@ -155,26 +157,26 @@ class TactileMap:
         self.layers[sample.quantity].put(sample, self.revision)
 
     def after(self, t_s: float) -> list[Sample]:
-        """Samples felt after a moment, s, in order of time: what another map has to take to show the same."""
+        """Return the samples felt after a time, s, in order of time; a map that takes them all shows the same."""
         layers = (*self.layers.values(), *self.named.values())
         felt = [sample for layer in layers for sample in layer.after(t_s)]
         felt += takewhile(lambda slant: slant.t_s > t_s, reversed(self._slants))
         return sorted(felt, key=lambda sample: sample.t_s)
 
     def take_again(self, sample: Sample) -> None:
-        """Take a sample of an earlier map; touches that come now are others than its."""
+        """Take a sample of an earlier map; later touches get other numbers than its touch."""
         self._fingers[sample.finger].count_from(sample.touch)
         self.take(sample)
 
     def legend(self, quantity: str) -> tuple[float, float]:
-        """Ends of a quantity's scale, in its unit; the middle of temperature is 33 C before anything was felt."""
+        """Return the ends of a quantity's scale, in its unit; temperature is centred at 33 C until it is felt."""
         if quantity in SCALES:
             return SCALES[quantity]
         centre_c = 33.0 if self._centre_c is None else self._centre_c
         return centre_c - SCALE_K, centre_c + SCALE_K
 
     def at(self, x_m: float, y_m: float, radius_m: float = REACH_M) -> FeltPlace:
-        """What the samples within `radius_m` of a place say together."""
+        """Combine the samples within `radius_m` of a place."""
         found = {name: _together(layer, name, x_m, y_m, radius_m) for name, layer in self.layers.items()}
         votes = {name: sum(s.value for s in layer.near(x_m, y_m, radius_m)) for name, layer in self.named.items()}
         best = max(votes, key=votes.__getitem__, default="")
@@ -183,12 +185,12 @@ class TactileMap:
         return FeltPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], material)
 
     def around(self, x_m: float, y_m: float) -> FeltPlace:
-        """What the surroundings of a place are like: the median of their samples, and how far others are off it."""
+        """Return median and spread of the samples in the surroundings of a place."""
         found = {name: _surroundings(layer, name, x_m, y_m) for name, layer in self.layers.items()}
         return FeltPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], None)
 
     def _follow(self, x_m: float, y_m: float) -> None:
-        """Move the frame by whole tiles, so that a place is well within it."""
+        """Move the frame by whole tiles, so that a place lies at least one tile inside it."""
         column, row = tile_of(x_m, y_m)
         if self._corner is None:
             corner = column - _FRAME_TILES // 2, row - _FRAME_TILES // 2
@@ -210,7 +212,7 @@ class TactileMap:
 
 
 def _is_shared(rows: Sequence[TouchRow], finger: int) -> bool:
-    """Whether another finger in contact is told the very same temperature."""
+    """Return whether another finger in contact has exactly the same temperature and standard deviation."""
     mine = rows[finger]
     return any(
         other.contact and other.object_c == mine.object_c and other.object_c_sd == mine.object_c_sd
@@ -220,7 +222,7 @@ def _is_shared(rows: Sequence[TouchRow], finger: int) -> bool:
 
 
 def _together(layer: Layer, name: str, x_m: float, y_m: float, radius_m: float) -> Felt | None:
-    """Mean of the samples by their precision; where they disagree, the standard deviation is what that says."""
+    """Return the precision-weighted mean of the samples; disagreement increases its standard deviation."""
     samples = list(layer.near(x_m, y_m, radius_m))
     if not samples:
         return None

@@ -1,4 +1,4 @@
-"""A recording on the console: play, pause and jump.
+"""Plays a recording on the console, with pause and jumps.
 
 The console's process uses `player`.
 """

@@ -1,4 +1,4 @@
-"""A recording read ahead by a process of its own: what jumps start from is made while the page plays."""
+"""Reads a recording ahead in a process of its own, to make the checkpoints that jumps start from."""
 
 import multiprocessing
 import signal
@@ -12,10 +12,10 @@ from operator_site.console.playback.playback import Playback, Recording
 
 
 class Checkpoints:
-    """Makes the checkpoints of a recording, from its beginning on: some ten seconds of it in each second."""
+    """Makes the checkpoints of a recording from its beginning, at about ten times its speed."""
 
     def __init__(self, path: Path, opened: ExitStack):
-        """Start the process; it ends with `opened`."""
+        """Start the process; closing `opened` ends it."""
         context = multiprocessing.get_context("spawn")
         self._made, given = context.Pipe(duplex=False)
         process = context.Process(target=_read, args=(path, given), name="reading ahead", daemon=True)
@@ -26,15 +26,15 @@ class Checkpoints:
         opened.callback(self._made.close)
 
     def made(self) -> Iterator[bytes]:
-        """Checkpoints since the last call."""
-        with suppress(EOFError):  # all are made
+        """Yield the checkpoints made since the last call."""
+        with suppress(EOFError):  # the process has made all checkpoints
             while not self._made.closed and self._made.poll():
                 yield self._made.recv_bytes()
 
 
 def _read(path: Path, given: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal; the page's process ends this one
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page's process takes it and ends this one
     playback = Playback(Recording(path), lambda: Console(live=False))
-    with suppress(OSError):  # nobody wants them any more
+    with suppress(OSError):  # the page's process has closed the pipe
         while playback.prepare():
             given.send_bytes(playback.checkpoints[-1])

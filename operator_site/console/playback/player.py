@@ -1,4 +1,4 @@
-"""A recording under the hands of a page: play, pause, jump; what the page shows of it."""
+"""Plays a recording for a page: play, pause, jump and the playback state."""
 
 import time
 from contextlib import ExitStack, suppress
@@ -20,51 +20,51 @@ from operator_site.session.console_feed import BATCH_S
 
 
 class Player:
-    """Plays by the wall clock."""
+    """Plays a recording by the wall clock."""
 
     def __init__(self, recording: Recording, ahead: Checkpoints):
-        """At the start, paused.
+        """Begin at the start, paused.
 
         Args:
-            recording: what is played.
-            ahead: reads the same.
+            recording: recording to play.
+            ahead: checkpoints of the same recording.
         """
         self._playback = Playback(recording, lambda: Console(live=False))
         self._ahead = ahead
         self._target_s: float | None = None
-        """Where to jump, as soon as that is read."""
+        """Target of a pending jump, s from the beginning; the jump waits for its checkpoints."""
         self._start = _start(recording)
         self._marks = [mark._asdict() for mark in self._playback.marks]
         self._jumps = self._playback.jumps
 
     @property
     def console(self) -> Console:
-        """As it was at this moment of the recording."""
+        """State of the console at the present moment of the recording."""
         return self._playback.console
 
     @property
     def now_s(self) -> float:
-        """This moment, on the clock it was recorded by."""
+        """Present moment on the clock of the recording, s."""
         return self._playback.time_s
 
     @property
     def start_s(self) -> float:
-        """Its beginning, on the same clock."""
+        """Beginning of the recording on the same clock, s."""
         return self._playback.time_s - self._playback.at_s
 
     @property
     def title(self) -> str:
-        """When it was made, as far as that is recorded; else the name of its file."""
+        """Date and time of the recording if known; otherwise the playback's title."""
         start = self._start
         return self._playback.title if start is None else f"{start.day} {start:%b %Y %H:%M}"
 
     @property
     def wall_clock(self) -> str:
-        """What a clock on the wall showed then; empty where that is not known."""
+        """Wall-clock time of the present moment; empty if unknown."""
         return "" if self._start is None else f"{self._start + timedelta(seconds=self._playback.at_s):%H:%M:%S}"
 
     def step(self, wall_s: float) -> bool:
-        """Play on; whether time has jumped since the last call."""
+        """Advance the playback; return whether its time has jumped since the last call."""
         self._playback.checkpoints += self._ahead.made()
         if self._target_s is None:
             self._playback.step(wall_s)
@@ -76,23 +76,23 @@ class Player:
         return jumped
 
     def play(self, speed: float) -> None:
-        """Go on, so many times as fast as it was; at the end, from the start."""
+        """Play at a multiple of the recorded speed; at the end, restart from the beginning."""
         self._playback.play(time.monotonic(), speed)
 
     def pause(self) -> None:
-        """Stand still."""
+        """Pause the playback."""
         self._playback.pause(time.monotonic())
 
     def seek(self, at_s: float) -> bool:
-        """Go to a time of the recording, s from its beginning, with the next step; False where it must be read first.
+        """Jump to a time, s from the beginning, at the next step; return False if that part must be read first.
 
-        A slider that is dragged asks for many: the newest counts.
+        The newest request replaces earlier ones, such as those of a dragged slider.
         """
         self._target_s = at_s
         return self._playback.ready(at_s)
 
     def shown(self) -> dict[str, Any]:
-        """For the page."""
+        """Return the playback state for the page."""
         playback = self._playback
         return {
             "at_s": round(playback.at_s, 3),
@@ -107,10 +107,10 @@ class PlayedConsole:
     """Shows a recording."""
 
     def __init__(self, path: Path, opened: ExitStack):
-        """Open it.
+        """Open the recording.
 
         Raises:
-            ValueError, OSError: it cannot be read, or has nothing that a console shows.
+            ValueError, OSError: the recording cannot be read, or has nothing that a console shows.
         """
         recording = Recording(path)
         opened.callback(recording.close)
@@ -123,7 +123,7 @@ class PlayedConsole:
         self._picture, self._state = Interval(BATCH_S), Interval(STATE_S)
 
     def step(self, now_s: float) -> None:
-        """Play on, show what is due."""
+        """Advance the playback and show what is due."""
         if not self._picture(now_s):
             return
         if self._player.step(now_s):
@@ -139,15 +139,15 @@ class PlayedConsole:
         self.pages.show(state)
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells."""
+        """Return the values for the status file."""
         return {"clients": len(self.pages.clients)}
 
 
 def _start(recording: Recording) -> datetime | None:
-    """When it began, by the clock on the wall of an examination in it; None where there is none."""
+    """Return the wall-clock time of a recording's start, from an examination in it; None if it has none."""
     for time_ns, entry in recording.examinations():
         if entry.get("wall_clock"):
             since_start = timedelta(microseconds=(time_ns - recording.start_ns) // 1000)
-            with suppress(ValueError, OverflowError):  # it is no time of a clock on the wall
+            with suppress(ValueError, OverflowError):  # not a valid wall-clock time
                 return datetime.fromisoformat(entry["wall_clock"]) - since_start
     return None

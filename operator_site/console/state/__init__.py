@@ -1,4 +1,4 @@
-"""The newest state of site, fingers and devices, as the console knows it.
+"""Keeps the newest state of site, fingers and devices for the console.
 
 The console's model and its alarms use it.
 """

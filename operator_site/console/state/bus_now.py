@@ -1,24 +1,24 @@
-"""What the CAN controllers of this site's devices report, from the figures of each second."""
+"""Reports the state and errors of the CAN controllers of this site's devices, from the figures of each second."""
 
 from collections.abc import Mapping
 from typing import Any
 
 HELD_S = 10.0
-"""An error is shown for this time after its count grew, s."""
+"""Time for which an error is shown after its count has grown, s."""
 _SOUND = ("", "error-active")
 
 
 class BusNow:
-    """Pure: time is an argument, s."""
+    """Newest state of the CAN controllers. Pure: time is an argument, s."""
 
     def __init__(self) -> None:
-        """Nothing was reported."""
+        """Begin without a report."""
         self._state: dict[str, str] = {}
         self._counts: dict[str, Mapping[str, Any]] = {}
         self._latest: dict[str, tuple[float, str]] = {}
 
     def take(self, t_s: float, device: str, line: Mapping[str, Any]) -> None:
-        """Take a device's figures; what they do not say is no trouble."""
+        """Take a device's figures; a missing figure is no error."""
         self._state[device] = str(line.get("controller", ""))
         counts = line.get("controller_errors")
         if not isinstance(counts, Mapping):
@@ -29,6 +29,6 @@ class BusNow:
             self._latest[device] = t_s, ", ".join(grown)
 
     def trouble(self, now_s: float) -> dict[str, str]:
-        """What is wrong with each device's bus."""
+        """Return the error or abnormal controller state of each device with one."""
         found = {device: said for device, (at_s, said) in self._latest.items() if 0.0 <= now_s - at_s <= HELD_S}
         return found | {device: state for device, state in self._state.items() if state not in _SOUND}

@@ -1,4 +1,4 @@
-"""The newest of each finger, with its age: nothing that is old looks as if it were now."""
+"""Keeps the newest values of each finger with their age, and hides values that are too old."""
 
 import math
 from collections.abc import Sequence
@@ -23,14 +23,17 @@ FIELDS = (
     "stiffness_n_m",
     "age_s",
 )
-"""Of one finger in a picture; NaN where not known. `force_n` is on the operator's finger, `contact_n` on the object."""
+"""Values of one finger in a picture, NaN if unknown.
+
+`force_n` acts on the operator's finger, `contact_n` on the remote object.
+"""
 GONE_S = 1.0
-"""An older value is not shown any more."""
+"""Largest age of a shown value, s."""
 HELD_S = 3.0
-"""A limit is shown for so long after it acted."""
+"""Time for which a limit is shown after it acted, s."""
 _NAN = math.nan
 _QUIET = int(Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE)
-"""These act whenever something begins or ends: they hold nothing back that a person would miss."""
+"""Limits that are not shown: they act at each begin and end, and a person misses nothing by them."""
 _QUIET_IN_AIR = _QUIET | int(Limit.STIFFNESS)
 _RELEASED = int(Limit.RELEASED)
 _LIMITS = {
@@ -44,18 +47,21 @@ _LIMITS = {
     int(Limit.DRIVE_RANGE): "drive",
     int(Limit.PLATE_TEST): "plate test",
 }
-"""Plain numbers: an enumeration's take as long to compare as all the rest of a message takes to be shown."""
+"""Name of each shown limit, by its bit.
+
+Plain integers, because comparing enumeration members takes as long as the rest of a message.
+"""
 _AGE = FIELDS.index("age_s")
 _shown = attrgetter("x_m", "y_m", "surface_z_m", "contact_force_n", "mode", "stiffness_n_m")
 
 
 class FingersNow:
-    """What came last. Pure: time is an argument, s of the operator site's clock.
+    """Newest values of the fingers. Pure: time is an argument, s of the operator site's clock.
 
     Attributes:
         touch: the newest touch, None before the first.
-        told: of each finger, by the newest touch.
-        contact_since_s: when each finger's contact began; None while it is free.
+        told: touch summary of each finger in the newest touch.
+        contact_since_s: begin of each finger's contact, s; None without contact.
     """
 
     def __init__(self) -> None:
@@ -63,14 +69,14 @@ class FingersNow:
         self.told: tuple[TouchSummary, ...] = (NOTHING,) * len(FINGERS)
         self.contact_since_s: list[float | None] = [None] * len(FINGERS)
         self.rows: Sequence[TouchRow] = (NO_TOUCH,) * len(FINGERS)
-        """Of each finger in the newest touch."""
+        """Touch row of each finger in the newest touch."""
         self._touch_s = self._rendered_s = self._skin_s = -math.inf
         self._force_n = self._motor_hz = self._plate_c = self._plate_set_c = self._skin_c = [_NAN] * len(FINGERS)
         self._limited = [0] * len(FINGERS)
         self._acted: list[dict[int, float]] = [{} for _ in FINGERS]
 
     def take_touch(self, t_s: float, touch: Touch, rows: Sequence[TouchRow]) -> None:
-        """A touch was accepted; `rows` are its block's."""
+        """Take an accepted touch with the `rows` of its block."""
         self.touch, self.told, self._touch_s, self.rows = touch, touch.told, t_s, rows
         for finger, row in enumerate(rows):
             if not row.contact:
@@ -87,7 +93,16 @@ class FingersNow:
         plate_set_c: Sequence[float],
         limited: Sequence[int],
     ) -> None:
-        """A tick's output left for the devices; a plate without a fresh reading has none."""
+        """Take the output of one tick to the devices.
+
+        Args:
+            t_s: time, s.
+            force_n: force on each finger, N.
+            motor_hz: motor frequency of each finger, Hz.
+            plate_c: temperature of each plate, C; invalid while its limits have PLATE_UNKNOWN.
+            plate_set_c: set-point of each plate, C.
+            limited: bits of the acting limits of each finger.
+        """
         self._rendered_s = t_s
         self._force_n, self._motor_hz, self._plate_c = list(force_n), list(motor_hz), list(plate_c)
         self._plate_set_c, self._limited = list(plate_set_c), list(limited)
@@ -98,15 +113,15 @@ class FingersNow:
                         self._acted[finger][limit] = t_s
 
     def take_skin(self, t_s: float, skin_c: Sequence[float]) -> None:
-        """Temperatures of the finger's skin, as the model has them."""
+        """Take the skin temperature of each finger from the skin model, C."""
         self._skin_s, self._skin_c = t_s, list(skin_c)
 
     def age_s(self, now_s: float) -> float:
-        """Of the older of touch and output, s; infinite before both came."""
+        """Return the age of the older of touch and output, s; infinite until both have arrived."""
         return now_s - min(self._touch_s, self._rendered_s)
 
     def shown(self, now_s: float) -> list[list[float]]:
-        """`FIELDS` of each finger."""
+        """Return the FIELDS of each finger."""
         touched, rendered = now_s - self._touch_s <= GONE_S, now_s - self._rendered_s <= GONE_S
         skin_c = self._skin_c if now_s - self._skin_s <= GONE_S else [_NAN] * len(FINGERS)
         age_s = self.age_s(now_s)
@@ -134,7 +149,7 @@ class FingersNow:
         return found
 
     def plates_c(self, now_s: float) -> list[float]:
-        """Each plate's temperature, C; NaN where there is no fresh reading."""
+        """Return each plate's temperature, C; NaN without a fresh reading."""
         if now_s - self._rendered_s > GONE_S:
             return [_NAN] * len(FINGERS)
         return [
@@ -143,25 +158,25 @@ class FingersNow:
         ]
 
     def in_contact(self, now_s: float) -> list[bool]:
-        """Which fingers touch, by a touch that is not too old to be shown."""
+        """Return whether each finger is in contact, by a touch no older than GONE_S."""
         fresh = now_s - self._touch_s <= GONE_S
         return [fresh and since_s is not None for since_s in self.contact_since_s]
 
     def acting(self, now_s: float) -> list[bool]:
-        """On which fingers a limit holds something back now."""
+        """Return whether a shown limit acts on each finger now."""
         return [bits != 0 for bits in self._acting(now_s)]
 
     def _acting(self, now_s: float) -> list[int]:
-        """Bits of the limits that do: none on a finger that is released, nor one of a wall that is not touched."""
+        """Return the bits of the shown limits: none for a released finger, and no stiffness limit in free air."""
         return [
             0 if bits & _RELEASED else bits & ~(_QUIET if touches else _QUIET_IN_AIR)
             for bits, touches in zip(self._limited, self.in_contact(now_s), strict=True)
         ]
 
     def holds(self, finger: int, limit: Limit) -> bool:
-        """Whether a limit acts on a finger now."""
+        """Return whether a limit acted on a finger in the newest output."""
         return bool(self._limited[finger] & limit)
 
     def limits(self, finger: int, now_s: float) -> list[str]:
-        """Names of the limits that acted on a finger in the last HELD_S."""
+        """Return the names of the limits that acted on a finger in the last HELD_S."""
         return [_LIMITS[limit] for limit, at_s in self._acted[finger].items() if 0.0 <= now_s - at_s <= HELD_S]

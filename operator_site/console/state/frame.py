@@ -1,4 +1,4 @@
-"""A picture: what the page draws thirty times a second, in bytes that its typed arrays view without copying."""
+"""Encodes the picture that the page draws thirty times a second; its typed arrays view the bytes without copying."""
 
 import struct
 from dataclasses import dataclass, field
@@ -19,24 +19,24 @@ _ROWS = len(FINGERS) * len(FIELDS)
 _FLOAT32 = np.dtype("<f4")
 _RECORDING, _PLAYBACK = 1 << 5, 1 << 6
 _CONTACT, _LIMITED, _IN_USE = 8, 16, 24
-"""First bit of each group of five flags."""
+"""First bit of each group of five flags, one flag a finger."""
 
 
 class BadFrame(ValueError):
-    """Bytes that are no picture of this version."""
+    """The bytes are no picture of this version."""
 
 
 class Kind(IntEnum):
-    """What a binary message to the page is."""
+    """Kind of a binary message to the page."""
 
     PICTURE = 1
     TILE = 2
     WHOLE = 3
-    """A picture with all bins that there are: the first one, and the one after a jump."""
+    """A picture with all kept bins: the first one, and the first after a jump."""
 
 
 class Priority(IntEnum):
-    """Of an alarm."""
+    """Priority of an alarm."""
 
     NONE = 0
     LOW = 1
@@ -46,7 +46,7 @@ class Priority(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Flags:
-    """What is said by single bits; five fingers each."""
+    """Flags of a picture in single bits; groups have one bit for each of the five fingers."""
 
     state: LinkState = LinkState.DISCONNECTED
     priority: Priority = Priority.NONE
@@ -57,7 +57,7 @@ class Flags:
     in_use: tuple[bool, ...] = (False,) * len(FINGERS)
 
     def bits(self) -> int:
-        """As one number."""
+        """Return the flags as one integer."""
         found = int(self.state) | int(self.priority) << 3 | _RECORDING * self.recording | _PLAYBACK * self.playback
         for first, group in ((_CONTACT, self.contact), (_LIMITED, self.limited), (_IN_USE, self.in_use)):
             for finger, flag in enumerate(group):
@@ -66,7 +66,7 @@ class Flags:
 
     @classmethod
     def of(cls, bits: int) -> "Flags":
-        """Read from one number; raises BadPicture where bits are set that mean nothing."""
+        """Read the flags from one integer; raise BadFrame if it has an unknown bit or state."""
 
         def five(first: int) -> tuple[bool, ...]:
             return tuple(bool(bits >> (first + finger) & 1) for finger in range(len(FINGERS)))
@@ -90,15 +90,16 @@ class Flags:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What is drawn.
+    """Contents of a picture.
 
     Attributes:
-        sequence: rises with every picture that is made.
+        sequence: number of the picture, rising.
         time_s: end of the newest bin, s of the operator site's monotonic clock.
-        fingers: (5, 12) of `FIELDS`; NaN where not known.
+        flags: flags of the session and of the fingers.
+        fingers: FIELDS of each finger, (5, 12); NaN if unknown.
         bins: (n, 25, 2) smallest and largest value, oldest bin first; n is 0..300.
         session: number of the session, its lower 32 bits.
-        kind: PICTURE, or WHOLE.
+        kind: PICTURE or WHOLE.
     """
 
     sequence: int
@@ -110,7 +111,7 @@ class Frame:
     kind: Kind = Kind.PICTURE
 
     def encode(self) -> bytes:
-        """Bytes, little-endian, all blocks at multiples of 4."""
+        """Return the bytes, little-endian, with all blocks at multiples of 4."""
         header = HEADER.pack(
             MAGIC,
             VERSION,
@@ -128,7 +129,7 @@ class Frame:
 
     @classmethod
     def decode(cls, packed: bytes) -> "Frame":
-        """Check and read; raises BadPicture."""
+        """Check and read the bytes; raise BadFrame if they are invalid."""
         if len(packed) < HEADER.size:
             raise BadFrame(f"{len(packed)} bytes, shorter than a header")
         magic, version, kind, session, sequence, bits, time_s, span_s, count, fingers, signals = HEADER.unpack_from(

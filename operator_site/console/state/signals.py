@@ -1,4 +1,4 @@
-"""The last ten seconds of 25 signals as smallest and largest value of each bin: no peak is too short to be seen."""
+"""Keeps the last ten seconds of 25 signals as minimum and maximum of each bin, so that every peak is visible."""
 
 import math
 from collections.abc import Sequence
@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from common.fingers import FINGERS
 
 SIGNALS = ("force_n", "contact_n", "motor_hz", "plate_c", "skin_c")
-"""Of each finger."""
+"""Signals of each finger."""
 SPAN_S = 1.0 / 30.0
+"""Time that one bin covers, s; bin n begins at n SPAN_S."""
 BINS = 300
-"""Time that one bin covers, and how many are kept: bin n begins at n SPAN_S."""
+"""Number of bins that are kept."""
 LATE_S = 0.2
-"""A feed that is silent for so long is silent: bins go on without it."""
+"""Longest wait for a silent feed, s; later the bins advance without it."""
 
 Block = NDArray[np.float32]
 
@@ -29,7 +30,7 @@ class Signals:
         self._newest_s = -math.inf
 
     def take(self, t_s: float, first: str, values: Sequence[Sequence[float]]) -> None:
-        """Values of all fingers of consecutive signals, beginning with `first`; NaN is none."""
+        """Take the values of all fingers for consecutive signals from `first` on; NaN stands for no value."""
         number = math.floor(t_s / SPAN_S)
         self._advance(number)
         self._newest_s = t_s
@@ -40,14 +41,14 @@ class Signals:
         np.fmax(self._high[slot], block, out=self._high[slot])
 
     def newest_bin(self, now_s: float) -> int:
-        """The newest bin that nothing more will come into: one that has ended, and that later values have followed."""
+        """Return the newest complete bin: it has ended, and later values have followed or the feed is silent."""
         ended = math.floor(now_s / SPAN_S) - 1
         if now_s - self._newest_s > LATE_S:
             return ended
         return min(ended, math.floor(self._newest_s / SPAN_S) - 1)
 
     def bins(self, newest: int, count: int) -> Block:
-        """(count, 25, 2) smallest and largest of the bins up to `newest`, fingers major; NaN where nothing came."""
+        """Return minimum and maximum of the bins up to `newest`, (count, 25, 2), fingers major; NaN without values."""
         numbers = np.arange(newest - count + 1, newest + 1)
         found = np.full((count, len(FINGERS) * len(SIGNALS), 2), np.nan, dtype=np.float32)
         if self._bin is not None:
@@ -58,7 +59,7 @@ class Signals:
         return found
 
     def _advance(self, number: int) -> None:
-        """Make room up to a bin; a clock that was set back, or far ahead, begins anew."""
+        """Make room up to a bin; a clock that was set back or far ahead empties all bins."""
         if self._bin is None or not -1 <= number - self._bin <= BINS:
             self._low[:] = self._high[:] = np.nan
             self._bin = number

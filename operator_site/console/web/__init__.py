@@ -1,4 +1,4 @@
-"""Pages and what they may do: server, access, places, commands.
+"""Serves the pages: server, access, places and commands.
 
 The console's process uses `server` and `pages`.
 """

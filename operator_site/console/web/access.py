@@ -1,4 +1,4 @@
-"""Who may open the page, and who may act on it: anybody on loopback; elsewhere whoever has a token, over TLS."""
+"""Controls access to the page: open on loopback by default, elsewhere by token over TLS."""
 
 import hmac
 import ipaddress
@@ -13,36 +13,37 @@ from common.config import ConsoleConfig
 
 Role = Literal["act", "observe"]
 LEAST_TOKEN = 32
-"""Characters of a token; `openssl rand -hex 32` makes one of 64."""
+"""Smallest length of a token, characters; `openssl rand -hex 32` makes one of 64."""
 COOKIE = "teletaction"
+"""Name of the cookie that holds the token."""
 
 
 class AccessProblem(ValueError):
-    """The page cannot be offered like that; the message says what to do."""
+    """The access settings are unsafe or invalid; the message gives the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
 class Visitor:
-    """Somebody who may open the page."""
+    """A user who may open the page, with a name and a role."""
 
     name: str
     role: Role
 
 
 class Access:
-    """Knows the tokens, and the addresses at which the page is asked for."""
+    """Checks tokens, and the addresses that requests name."""
 
     def __init__(self, config: ConsoleConfig):
-        """Read what is configured.
+        """Read the configuration.
 
         Raises:
-            AccessProblem: the page would be open to a network without a token, or its token without TLS.
+            AccessProblem: the page would be open to a network without tokens or TLS, or a setting is invalid.
         """
         self._loopback = is_loopback(config.bind)
         self._tokens = {} if config.tokens is None else read_tokens(config.tokens)
         encrypted = config.certificate is not None or config.behind_proxy
         self.secure = encrypted
-        """Whether browsers speak TLS to it, here or at a proxy."""
+        """Whether browsers reach the page over TLS, here or at a proxy."""
         self._origin = None if config.address is None else _origin(config.address)
         if not self._loopback and not self._tokens:
             raise AccessProblem(f"{config.bind} is open to a network: `tokens` first, or bind to 127.0.0.1")
@@ -55,17 +56,20 @@ class Access:
             raise AccessProblem("behind a proxy everybody comes from loopback: `tokens` first")
 
     def visitor(self, token: str | None, role: str | None = None) -> Visitor | None:
-        """Who has this token; without tokens on loopback, anybody as what they ask to be. None: may not come in."""
+        """Return the visitor with this token, or None if it is unknown.
+
+        Without configured tokens every visitor is accepted, in the requested role.
+        """
         if not self._tokens:
             return Visitor("console", "observe" if role == "observe" else "act")
         found = None
-        for known, visitor in self._tokens.items():  # all of them, so that the time tells nothing
+        for known, visitor in self._tokens.items():  # compare with all tokens: the time must not reveal a match
             if hmac.compare_digest(known.encode(), (token or "").encode()):
                 found = visitor
         return found
 
     def expected(self, host: str | None, origin: str | None) -> bool:
-        """Whether a request is for this page and, where a browser says which page makes it, from this page.
+        """Return whether a request is addressed to this page and comes from it, if the browser names its origin.
 
         Args:
             host: header `Host`.
@@ -78,7 +82,7 @@ class Access:
         except ValueError:
             return False  # such as half of an IPv6 address
         if self._loopback and self._origin is None and not is_loopback(name):
-            return False  # a foreign name that was made to lead here
+            return False  # DNS rebinding: a foreign name that resolves to this machine
         if origin is None:
             return True
         if self._origin is not None:
@@ -87,7 +91,7 @@ class Access:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address or a name is this machine's alone."""
+    """Return whether an address or a name is of the loopback interface."""
     try:
         return host == "localhost" or ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -95,10 +99,10 @@ def is_loopback(host: str) -> bool:
 
 
 def read_tokens(path: Path) -> dict[str, Visitor]:
-    """Tokens and whose they are, from lines `NAME act|observe TOKEN`; empty lines and `#` comments are skipped.
+    """Read tokens and their visitors from lines `NAME act|observe TOKEN`; skip empty lines and `#` comments.
 
     Raises:
-        AccessProblem: the file cannot be read, is open to others, or a line is none.
+        AccessProblem: the file cannot be read, is readable by others, has an invalid line, or has no token.
     """
     try:
         if stat.S_IMODE(os.stat(path).st_mode) & 0o077:

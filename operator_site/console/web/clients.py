@@ -1,7 +1,7 @@
-"""One page at the other end: what it may still be sent, so that nothing queues before a slow or sleeping one.
+"""Controls the flow of messages to one page, so that no queue forms before a slow or sleeping page.
 
-A page may have CREDIT pictures that it has not drawn yet. It gives credit back when it has drawn one, not when one has
-arrived: a page that sleeps takes messages without a limit and draws none.
+A page may have CREDIT pictures that it has not drawn yet. It returns credit when it has drawn a picture, because a
+sleeping page receives messages without a limit and draws none.
 """
 
 from collections import deque
@@ -12,29 +12,34 @@ from operator_site.console.map.map_tiles import MapTile
 from operator_site.console.web.access import Visitor
 
 CREDIT = 2
+"""Maximum number of pictures sent to a page and not yet drawn."""
 AWAKE_S = 3.0
-"""A page that said nothing for so long sleeps: it is sent nothing, and everything anew when it wakes."""
+"""Longest silence of a page that is awake, s. A sleeping page receives nothing, and everything again on waking."""
 SEEN_S = 2.5
-"""A page that drew nothing for so long shows nothing, whatever else it says: two heartbeats."""
+"""Longest time without a drawn picture after which a page still counts as seen, s: two heartbeats."""
 STATE_EVERY_S = 0.25
+"""Interval between two states, s."""
 URGENT_S = 0.1
-"""States are sent so often, and so often at most when something in them is urgent."""
+"""Shortest interval between two states after an urgent change, s."""
 TILES_EVERY_S = 0.1
+"""Interval between two groups of tiles, s."""
 TILES_AT_ONCE = 4
+"""Maximum number of tiles in a group."""
 MOST_ANSWERS = 100
-"""Answers that wait; a page that asks more without reading is cut off."""
+"""Maximum number of waiting answers; a page that exceeds it is disconnected."""
 
 
 @dataclass(slots=True)
 class Client:
-    """Pure: time is an argument, s.
+    """State of the messages to one page. Pure: time is an argument, s.
 
     Attributes:
-        visitor: who it is.
-        name: of this page, unique among all.
-        quantity: which map it shows.
-        visible: whether a person can see it, as it says.
-        skipped: pictures that were not sent for want of credit.
+        visitor: user of the page.
+        name: name of this page, unique among all pages.
+        heard_s: time of its newest message.
+        quantity: quantity of the map that it shows.
+        visible: whether the page reports that it is visible.
+        skipped: number of pictures that were not sent for lack of credit.
     """
 
     visitor: Visitor
@@ -46,8 +51,9 @@ class Client:
     answers: deque[dict[str, Any]] = field(default_factory=deque)
     last_bin: int | None = None
     tiles: deque[MapTile] = field(default_factory=deque)
-    """Tiles that are still to be sent, and the revision of the map that they lead to."""
+    """Tiles that are still to be sent."""
     tile_revision: int = 0
+    """Revision of the map that the page has once it has all tiles."""
     map_number: int = 0
     _undrawn: deque[int] = field(default_factory=deque)
     _drawn_s: float = 0.0
@@ -61,25 +67,25 @@ class Client:
 
     @property
     def acts(self) -> bool:
-        """Whether its visitor may act."""
+        """Whether the visitor may act."""
         return self.visitor.role == "act"
 
     def awake(self, now_s: float) -> bool:
-        """Whether it was heard lately."""
+        """Return whether a message arrived in the last AWAKE_S."""
         return 0.0 <= now_s - self.heard_s <= AWAKE_S
 
     def seen(self, now_s: float) -> bool:
-        """Whether a person can see what goes on: it is visible, awake and draws."""
+        """Return whether a person can see the session: the page is visible, awake and draws."""
         return self.visible and self.awake(now_s) and 0.0 <= now_s - self._drawn_s <= SEEN_S
 
     def heard(self, now_s: float) -> None:
-        """It said something; one that slept is given everything anew."""
+        """Note a message of the page; a page that slept receives everything again."""
         if not self.awake(now_s):
             self.begin_anew()
         self.heard_s = now_s
 
     def begin_anew(self) -> None:
-        """It has nothing of what was sent before."""
+        """Forget all that was sent, so that the page receives everything again."""
         self._undrawn.clear()
         self.last_bin = None
         self.tile_revision = 0
@@ -87,25 +93,25 @@ class Client:
         self._state_s, self._urgent = 0.0, None
 
     def show(self, quantity: str) -> None:
-        """It shows another map now."""
+        """Set the quantity of the shown map."""
         if quantity != self.quantity:
             self.quantity, self.tile_revision = quantity, 0
             self.tiles.clear()
 
     def shows(self, map_number: int) -> None:
-        """The map that there is now; another one is sent as a whole."""
+        """Set the number of the present map; a new map is sent completely."""
         if map_number != self.map_number:
             self.map_number, self.tile_revision = map_number, 0
             self.tiles.clear()
 
     def drew(self, now_s: float, sequence: int) -> None:
-        """It has drawn a picture, and with it all before."""
+        """Note that the page has drawn a picture, which acknowledges all earlier ones."""
         while self._undrawn and self._undrawn[0] <= sequence:
             self._undrawn.popleft()
             self._drawn_s = now_s
 
     def has_credit(self, now_s: float, sequence: int) -> bool:
-        """Whether it may be sent the picture of this sequence number; counts one that it may not."""
+        """Return whether the picture of this sequence number may be sent; count it as skipped for lack of credit."""
         if not self.awake(now_s) or sequence == self._sequence:
             return False
         if len(self._undrawn) >= CREDIT:
@@ -115,33 +121,33 @@ class Client:
         return True
 
     def sent_picture(self, sequence: int, newest_bin: int) -> None:
-        """It was sent a picture."""
+        """Note that a picture was sent."""
         self._sequence, self.last_bin = sequence, newest_bin
         self._undrawn.append(sequence)
 
     def wants_state(self, now_s: float, urgent: object) -> bool:
-        """Whether it is to be sent the state now."""
+        """Return whether a state is due."""
         if not self.awake(now_s):
             return False
         since_s = now_s - self._state_s
         return not 0.0 <= since_s < STATE_EVERY_S or (since_s >= URGENT_S and urgent != self._urgent)
 
     def sent_state(self, now_s: float, urgent: object) -> None:
-        """It was sent the state."""
+        """Note that a state was sent."""
         self._state_s, self._urgent = now_s, urgent
 
     def wants_tiles(self, now_s: float, revision: int) -> bool:
-        """Whether it is to be sent tiles now."""
+        """Return whether tiles are due."""
         due = not 0.0 <= now_s - self._tiles_s < TILES_EVERY_S
         behind = bool(self.tiles) or revision != self.tile_revision
         return due and behind and self.awake(now_s) and len(self._undrawn) < CREDIT
 
     def next_tiles(self, now_s: float) -> list[MapTile]:
-        """The tiles that it is sent now."""
+        """Take the next group of tiles to send."""
         self._tiles_s = now_s
         return [self.tiles.popleft() for _ in range(min(TILES_AT_ONCE, len(self.tiles)))]
 
     def answer(self, answer: dict[str, Any]) -> bool:
-        """Keep an answer for it; False when it does not read them."""
+        """Queue an answer; return False if more than MOST_ANSWERS wait."""
         self.answers.append(answer)
         return len(self.answers) <= MOST_ANSWERS
