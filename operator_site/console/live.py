@@ -51,7 +51,7 @@ class LiveConsole:
         config: ConsoleConfig,
         feed: FeedSource,
         desk: SiteControl,
-        keeping: Journal,
+        journal: Journal,
         clock_s: Callable[[], float] = time.monotonic,
     ):
         """Show the site that feeds `feed`.
@@ -60,17 +60,17 @@ class LiveConsole:
             config: configuration of the console.
             feed: source of the site's messages.
             desk: the site's local control.
-            keeping: records actions and findings; an unfinished examination in it is continued.
+            journal: records actions and findings; an unfinished examination in it is continued.
             clock_s: this machine's monotonic clock, s.
         """
-        self._feed, self._desk, self.keeping, self._clock_s = feed, desk, keeping, clock_s
+        self._feed, self._desk, self.journal, self._clock_s = feed, desk, journal, clock_s
         self.console = Console()
         self._time = SiteTime()
         control = Control()
-        self.acts = Commands(self.console, self._desk, self.keeping, control, None)
+        self.acts = Commands(self.console, self._desk, self.journal, control, None)
         self.pages = Pages(lambda: self.console, self.acts, control, self._site_s, clock_s)
         self.acts.reporting = Reporting(config.report_command, config.reports)
-        self._resume(self.keeping.before)
+        self._resume(self.journal.before)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Interval(BATCH_S), Interval(STATE_S), Interval(_ATTEND_S)
@@ -92,11 +92,11 @@ class LiveConsole:
             self._look_around()
             self._keep_felt(now_s)
         if self._keep(here_s):
-            self.keeping.step(now_s)
+            self.journal.step(now_s)
             for alarm in self.console.alarms.take_changes():
                 record = {"id": alarm.ident, "priority": alarm.cause.priority.name.lower(), "text": alarm.text}
                 times = {"since_s": alarm.since_s, "ended_s": alarm.ended_s, "cleared_by": alarm.cleared_by}
-                self.keeping.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
+                self.journal.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
         if self._picture(here_s, 0.5 * BATCH_S if fed else 1.5 * BATCH_S):
             self.console.step(now_s)
             self.acts.step(now_s)
@@ -124,11 +124,11 @@ class LiveConsole:
 
     def _keep_felt(self, now_s: float) -> None:
         """Record the new samples of an examination, so that a later run of the console can show them."""
-        if self.console.book.pseudonym is None or not self.keeping.enabled:
+        if self.console.book.pseudonym is None or not self.journal.enabled:
             return
         if samples := self.console.felt.after(self._kept_s):
             self._kept_s = samples[-1].t_s
-            self.keeping.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
+            self.journal.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
 
     def _site_s(self) -> float:
         """Return the time on the site's clock, s."""
@@ -142,11 +142,11 @@ class LiveConsole:
             "clients": len(self.pages.clients),
             "pictures_skipped": sum(client.skipped for client in self.pages.clients),
             "damaged": self.console.damaged,
-            "unsaved": self.keeping.unsaved,
+            "unsaved": self.journal.unsaved,
         }
 
     def _shown(self, now_s: float) -> dict[str, Any]:
-        state = shown_state(self.console, now_s, self.keeping.is_saved, self._operator)
+        state = shown_state(self.console, now_s, self.journal.is_saved, self._operator)
         state["session"]["saved"] = self.acts.saved
         return {**state, "wall_clock": f"{datetime.now():%H:%M:%S}"}
 
@@ -176,7 +176,7 @@ class LiveConsole:
             used = disk.used / max(1, disk.used + disk.free)
         except OSError:
             used = 0.0
-        failed = self.keeping.enabled and self.keeping.failed
+        failed = self.journal.enabled and self.journal.failed
         book = self.console.book
         gone_on = book.pseudonym is not None and book.began_s == self._resumed_s
         self.console.around = replace(

@@ -70,9 +70,9 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
         opened.callback(feed.close)
         desk = LocalControlClient(config.desk_port, keys)
         opened.callback(desk.close)
-        keeping = Journal(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
-        opened.callback(keeping.close)
-        _serve(LiveConsole(config, feed, desk, keeping), config, access, stop, opened)
+        journal = Journal(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
+        opened.callback(journal.close)
+        _serve(LiveConsole(config, feed, desk, journal), config, access, stop, opened)
 
 
 def run_playback(path: Path, port: int, stop: Callable[[], bool]) -> None:

@@ -1,4 +1,4 @@
-"""Drivers of the exoskeleton and the fingertip modules, with the checks of what they measure.
+"""Drives the exoskeleton and the fingertip modules, and checks their measurements.
 
-The site uses `devices` alone. Drivers know no gate.
+The site imports only `devices`. Drivers import no gate.
 """

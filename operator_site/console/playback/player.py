@@ -116,8 +116,8 @@ class PlayedConsole:
         opened.callback(recording.close)
         self._player = Player(recording, Checkpoints(path, opened))
         control = Control()
-        keeping = Journal(None, {})
-        acts = Commands(self._player.console, None, keeping, control, self._player)
+        journal = Journal(None, {})
+        acts = Commands(self._player.console, None, journal, control, self._player)
         self.pages = Pages(lambda: self._player.console, acts, control, lambda: self._player.now_s)
         self._acts = acts
         self._picture, self._state = Interval(BATCH_S), Interval(STATE_S)

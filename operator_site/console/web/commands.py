@@ -1,4 +1,4 @@
-"""What a page may ask for: who may, what is done, what is answered, and the record of it."""
+"""Carries out the requests of a page: checks permission, acts, answers, and records the request and its answer."""
 
 import asyncio
 import logging
@@ -29,46 +29,47 @@ from operator_site.console.web.page_state import refusal
 log = logging.getLogger(__name__)
 
 CLEARING_S = 2.0
-"""Who clears a fault clears its alarm too, as soon as both sites say that the fault is gone."""
+"""Time after clearing a fault in which its alarm is cleared too, once both sites report the fault gone, s."""
 WRITING_REPORT = "The report is being written."
 SETTLE_S = 0.15
-"""Half of what an answer may take."""
+"""Longest wait of a request for the disk, s: half of the time for an answer."""
 _LOOK_S = 0.005
+"""Interval between two checks of the disk during that wait, s."""
 STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
 FAILED_INSIDE = "That failed inside the console; its log says why."
 NOT_RECORDED = "That cannot be recorded. It was not done."
 _OBSERVERS_MAY = frozenset(("place",))
 _WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
-"""Whoever may act may stop, whoever is in control."""
+"""Requests that need no control; a page that may act may always stop."""
 _REFUSALS_PER_S, _REFUSALS_AT_ONCE = 0.2, 10
-"""Refused requests of one visitor that are recorded and logged; of more a part is."""
+"""Rate and burst of the refused requests of one visitor that are recorded and logged; others are only counted."""
 _LONGEST_KEPT = 200
-"""Characters of a detail in the record of acts; a note is kept whole with its finding."""
+"""Maximum length of a detail in the record of acts, characters; the finding holds the full note."""
 
 
 class SiteControl(Protocol):
-    """Where the operator site is asked for something."""
+    """Sends requests to the operator site."""
 
     def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
-        """Ask for something; the future holds the site's answer, see `LocalControlClient.ask`."""
+        """Send a request; the future holds the site's answer, see `LocalControlClient.ask`."""
 
 
 class Playing(Protocol):
-    """A recording that is played."""
+    """Playback of a recording."""
 
     def play(self, speed: float) -> None:
-        """Go on, so many times as fast as it was."""
+        """Play at a multiple of the recorded speed."""
 
     def pause(self) -> None:
-        """Stand still."""
+        """Pause the playback."""
 
     def seek(self, at_s: float) -> bool:
-        """Go to a time of the recording, s from its beginning; False where it must be read first."""
+        """Jump to a time, s from the beginning; return False if that part must be read first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a page is told."""
+    """Answer to a request of a page."""
 
     ok: bool
     text: str
@@ -76,23 +77,23 @@ class Answer:
 
 
 Act = Callable[[Client, dict[str, Any], float], Awaitable[Answer]]
-"""Carries out one verb for a page, with its details, at a time, s."""
+"""Carries out one verb for a page with its details at a time, s."""
 
 
 class Commands:
-    """Does what is asked for. Time is an argument, s of the operator site's clock."""
+    """Carries out the requests of pages. Time is an argument, s of the operator site's clock."""
 
     def __init__(
-        self, console: Console, desk: SiteControl | None, keeping: Journal, control: Control, playing: Playing | None
+        self, console: Console, desk: SiteControl | None, journal: Journal, control: Control, player: Playing | None
     ):
-        """Act on a live site by its desk, or on a recording that is played."""
-        self._console, self._desk, self._keeping = console, desk, keeping
-        self._control, self._playing = control, playing
+        """Act on a running site through its desk, or on a recording through its player."""
+        self._console, self._desk, self._journal = console, desk, journal
+        self._control, self._player = control, player
         self.saved: dict[str, Any] | None = None
-        """What came of the last examination."""
+        """Summary of the last examination and the address of its report."""
         self._clearing = (-math.inf, "")
         self._stopping: Future[dict[str, Any]] | None = None
-        """The stop that was asked for last; pages that stop at once wait for the same one."""
+        """The newest emergency stop; pages that stop at the same time share it."""
         self.contained = Containment()
         self.reporting = Reporting((), None)
         self._writing: set[asyncio.Task[None]] = set()
@@ -112,22 +113,23 @@ class Commands:
             "quiet": self._quiet,
             "place": self._place,
         }
-        if playing is not None:
+        if player is not None:
             self._verbs = {"place": self._place, "play": self._play, "pause": self._pause, "seek": self._seek}
 
     @property
     def plays(self) -> bool:
-        """Whether a recording is shown: a slider that is dragged asks often, and nothing acts."""
-        return self._playing is not None
+        """Whether a recording is shown, where a dragged slider sends many requests and nothing acts on a site."""
+        return self._player is not None
 
     def show(self, console: Console) -> None:
-        """Act on another console from now on: a recording was entered at another moment."""
+        """Act on another console from now on, after a jump in a recording."""
         self._console = console
 
     async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
-        """Carry out one request of a page: record it, do it, record and return the answer.
+        """Record one request of a page, carry it out, and record and return the answer.
 
-        Whatever is wrong with it is answered. What cannot be recorded is not done. A stop is done first, then recorded.
+        An invalid request gets an answer. A request that cannot be recorded is not carried out. An emergency stop is
+        carried out first and recorded afterwards.
         """
         given: dict[str, Any] = {}
         if isinstance(details, dict):
@@ -143,9 +145,9 @@ class Commands:
         except Refused as refused:
             self._refuse(client, record, str(refused))
             return Answer(False, str(refused))
-        if self._playing is not None or verb == "place":
+        if self._player is not None or verb == "place":
             return await self._do(act, client, verb, given, now_s)
-        # A stop waits for no record.
+        # An emergency stop does not wait for its record.
         if verb != "estop" and not self._record({**record, "ok": None, "answer": ""}):
             return Answer(False, NOT_RECORDED)
         answer = await self._do(act, client, verb, given, now_s)
@@ -154,15 +156,15 @@ class Commands:
         return answer
 
     def _act(self, client: Client, verb: object) -> Act:
-        """What carries out a verb.
+        """Return the function that carries out a verb.
 
         Raises:
-            Refused: there is no such verb, or not for this page.
+            Refused: the verb is unknown, or this page may not use it.
         """
         act = self._verbs.get(verb) if isinstance(verb, str) else None
         if act is None:
             raise Refused("That cannot be asked for here.")
-        if self._playing is not None:
+        if self._player is not None:
             return act
         if not client.acts and verb not in _OBSERVERS_MAY:
             raise Refused(words.OBSERVER.format(who=self._control.name))
@@ -171,9 +173,9 @@ class Commands:
         return act
 
     def _refuse(self, client: Client, record: dict[str, Any], why: str) -> None:
-        """Record a refusal; of many a part, which says how many there were before."""
+        """Record a refusal within the rate limit, with the number of unrecorded refusals before it."""
         who = client.visitor.name
-        if self._playing is not None:
+        if self._player is not None:
             return
         if not self._refusals.allows(who, record["at_s"]):
             self._unrecorded[who] += 1
@@ -183,10 +185,10 @@ class Commands:
         log.info("%s: %s, %s", client.name, record["verb"], why)
 
     def _record(self, record: dict[str, Any]) -> bool:
-        """Give one record of an act to the recording; False where that fails."""
+        """Write one record of an act to the journal; return False on failure."""
         try:
-            self._keeping.write("console/act", record["at_s"], record)
-        except Exception as error:  # a stop is answered, whatever its record raises
+            self._journal.write("console/act", record["at_s"], record)
+        except Exception as error:  # a stop is answered even if its record fails
             self.contained.caught("record of acts", error, latches=False)
             return False
         return True
@@ -202,38 +204,38 @@ class Commands:
             self.contained.caught(f"act {_shown(verb)}", error, latches=False)
             return Answer(False, FAILED_INSIDE)
 
-    async def _desk_told(self, verb: str, now_s: float, details: dict[str, Any] | None = None) -> dict[str, Any]:
+    async def _ask_desk(self, verb: str, now_s: float, details: dict[str, Any] | None = None) -> dict[str, Any]:
         if self._desk is None:
             raise Refused("There is no operator site.")
         return await self._heard(self._desk.ask(verb, details), now_s)
 
     async def _heard(self, asked: "Future[dict[str, Any]]", now_s: float) -> dict[str, Any]:
-        """What the desk answers to something that was asked.
+        """Wait for the desk's answer to a request and show it on the console.
 
         Raises:
-            TimeoutError: nothing in time.
+            TimeoutError: no answer in time.
         """
         waiting = asyncio.wrap_future(asked)
-        told: dict[str, Any] = await asyncio.wait_for(asyncio.shield(waiting), PATIENCE_S + 0.05)
-        self._console.desk(now_s, told)
-        return told
+        answer: dict[str, Any] = await asyncio.wait_for(asyncio.shield(waiting), PATIENCE_S + 0.05)
+        self._console.desk(now_s, answer)
+        return answer
 
     async def _engage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if why := refusal(self._console):
             raise Refused(why)
         if self._console.site.state is LinkState.ENGAGED:
             return Answer(True, "ENGAGED")
-        await self._desk_told("engage", now_s)
+        await self._ask_desk("engage", now_s)
         return Answer(True, "ENGAGING")
 
     async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        await self._desk_told("disengage", now_s)
+        await self._ask_desk("disengage", now_s)
         return Answer(True, "PAUSED. Outputs neutral.")
 
     async def _stop(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if self._desk is None:
             raise Refused("There is no operator site.")
-        if self._stopping is None or self._stopping.done():  # one that waits is asked for again until it is answered
+        if self._stopping is None or self._stopping.done():  # a pending stop is repeated already
             self._stopping = self._desk.ask("estop")
         await self._heard(self._stopping, now_s)
         return Answer(True, "STOPPING")
@@ -241,9 +243,9 @@ class Commands:
     async def _clear(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         site, alarms = self._console.site, self._console.alarms
         if site.state is LinkState.FAULT or site.remote_fault:
-            told = await self._desk_told("clear_fault", now_s)
-            if told.get("refusal"):
-                raise Refused(f"Not cleared: {told['refusal']}.")
+            answer = await self._ask_desk("clear_fault", now_s)
+            if answer.get("refusal"):
+                raise Refused(f"Not cleared: {answer['refusal']}.")
         elif not any(alarm.waits for alarm in alarms.listed):
             raise Refused("There is nothing to clear.")
         self._clearing = now_s, client.name
@@ -251,7 +253,7 @@ class Commands:
         return Answer(True, "Cleared. Nothing moves. Engage again.")
 
     def step(self, now_s: float) -> None:
-        """Clear the alarms whose cause was just cleared; a remote site takes a moment longer."""
+        """Clear the alarms of a fault that was cleared in the last CLEARING_S; a remote site needs a moment longer."""
         asked_s, who = self._clearing
         if 0.0 <= now_s - asked_s <= CLEARING_S:
             self._console.alarms.clear(now_s, who)
@@ -260,7 +262,7 @@ class Commands:
         book = self._console.book
         book.begin(now_s, details.get("pseudonym"), details.get("sides"))
         self._console.begin_anew()
-        self._keeping.forget()
+        self._journal.forget()
         self.saved = None
         self._write_session("begin", client, str(book.pseudonym), now_s)
         return Answer(True, f"Session {book.pseudonym}.")
@@ -268,11 +270,11 @@ class Commands:
     async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         book, site = self._console.book, self._console.site
         if site.state is LinkState.ENGAGED:
-            await self._desk_told("disengage", now_s)
+            await self._ask_desk("disengage", now_s)
         await self._settle(now_s)
         began_s, pseudonym = book.began_s or now_s, book.end(now_s)
         self._write_session("end", client, pseudonym, now_s)
-        unsaved = [finding for finding in book.findings if not self._keeping.is_saved(finding)]
+        unsaved = [finding for finding in book.findings if not self._journal.is_saved(finding)]
         lost = int(site.figures.get("recording_lost", 0))
         text = words.saved(now_s - began_s, len(book.findings), lost)
         if unsaved:
@@ -289,9 +291,9 @@ class Commands:
         return Answer(True, text)
 
     async def _write_report(self, saved: dict[str, Any], text: str, pseudonym: str) -> None:
-        """The report's address appears in what came of the examination when it is written."""
+        """Write the report and put its address, or the failure, into the summary of the examination."""
         try:
-            saved.update(report=await self.reporting.write(pseudonym, self._keeping.files), text=text)
+            saved.update(report=await self.reporting.write(pseudonym, self._journal.files), text=text)
         except OSError as error:
             log.warning("report of %s: %s", pseudonym, _shown(error, _LONGEST_KEPT))
             saved["text"] = f"{text} No report: {_shown(error, _LONGEST_KEPT)}."
@@ -301,29 +303,29 @@ class Commands:
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self._console.book.find(self._console.felt, details, now_s)
         await self._keep(finding, now_s)
-        saved = self._keeping.is_saved(finding.ident)
+        saved = self._journal.is_saved(finding.ident)
         kept = f"saved: {finding.text}." if saved else "kept here, not yet on disk."
         return Answer(True, f"Finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
 
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self._console.book.note(details.get("finding"), details.get("text"))
         await self._keep(finding, now_s)
-        saved = self._keeping.is_saved(finding.ident)
+        saved = self._journal.is_saved(finding.ident)
         kept = "saved." if saved else "kept here, not yet on disk."
         return Answer(True, f"Note to finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
 
     async def _keep(self, finding: Finding, now_s: float) -> None:
-        """Write a finding."""
-        self._keeping.write("console/finding", now_s, finding.record())
+        """Write a finding and wait for the disk."""
+        self._journal.write("console/finding", now_s, finding.record())
         await self._settle(now_s)
 
     async def _settle(self, now_s: float) -> None:
-        """Wait until the disk has all that was kept, or is too slow; then the state shows it when it has."""
+        """Wait until the disk has all records, at most SETTLE_S; the state shows records that are saved later."""
         clock = asyncio.get_running_loop().time
         until_s = clock() + SETTLE_S
-        while self._keeping.unsaved and not self._keeping.failed and clock() < until_s:
+        while self._journal.unsaved and not self._journal.failed and clock() < until_s:
             await asyncio.sleep(_LOOK_S)
-            self._keeping.step(now_s)
+            self._journal.step(now_s)
 
     async def _take_control(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if self._control.holder is client:
@@ -384,8 +386,8 @@ class Commands:
 
     @property
     def _played(self) -> Playing:
-        assert self._playing is not None
-        return self._playing
+        assert self._player is not None
+        return self._player
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
         record = {
@@ -396,31 +398,31 @@ class Commands:
             "who": client.name,
             "sides": self._console.book.sides,
         }
-        self._keeping.write("console/session", now_s, record)
+        self._journal.write("console/session", now_s, record)
 
 
 def _whole(value: object) -> object:
-    """A text without halves of characters, which no file and no socket takes; anything else as it is."""
+    """Replace unpaired surrogates in a text, which no file and no socket accepts; return other values unchanged."""
     return value.encode("utf-16", "surrogatepass").decode("utf-16", "replace") if isinstance(value, str) else value
 
 
 def _shown(text: object, longest: int = 40) -> str:
-    """A verb or another text as record and log have it: one line of printable characters."""
+    """Return a text for record and log: one line of printable characters."""
     return one_line(str(text), longest)
 
 
 def _recorded(details: dict[Any, Any]) -> dict[str, object]:
-    """Details as the record holds them: at most 20, each short."""
+    """Return details for the record: at most 20, each short."""
     return {str(name)[:40]: _plain(value) for name, value in list(details.items())[:20]}
 
 
 def _plain(value: object) -> object:
-    """A detail as the record holds it."""
+    """Return a detail for the record."""
     if value is None or isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 2**63):
         return value
     if isinstance(value, str):
         return value[:_LONGEST_KEPT]
     try:
         return str(_whole(str(value)[:_LONGEST_KEPT]))
-    except (RecursionError, ValueError):  # nested too deep, or an integer of too many digits
+    except (RecursionError, ValueError):  # nested too deeply, or an integer with too many digits
         return f"a {type(value).__name__}"

@@ -1,47 +1,47 @@
-"""Bounds the open connections of the console's server, and chooses the one that is dropped for a new one."""
+"""Limits the open connections of the console's server, and chooses the connection to drop for a new one."""
 
 import resource
 from enum import IntEnum
 from typing import Generic, Protocol, TypeVar
 
 MOST_CONNECTIONS = 256
-"""Connections that may be open at a time, whatever the process may open."""
+"""Maximum number of connections at a time, with enough file descriptors."""
 SHARE = 4
-"""One in so many of the process's file descriptors may be a connection: an answer opens a file, too."""
+"""File descriptors of the process for each allowed connection; an answer opens a file, too."""
 IDLE_S = 5.0
 """Longest time from connecting to a whole request head, TLS included, and from an answer to the next request, s."""
 
 
 class Stage(IntEnum):
-    """State of a connection; the lower it is, the sooner the connection is dropped for a new one."""
+    """State of a connection; the lowest state is dropped first for a new connection."""
 
     ARRIVING = 0
-    """It has not sent a whole request head."""
+    """The connection has not sent a complete request head."""
     IDLE = 1
-    """Its request was answered, or its page was sent away."""
+    """Its request was answered, or its page was disconnected."""
     BUSY = 2
     """Its request is being answered."""
     PAGE = 3
-    """A page that was let in; never dropped here."""
+    """An admitted page; never dropped here."""
 
 
 class Open(Protocol):
-    """A connection, as far as its place matters."""
+    """A connection that can report whether it is open."""
 
     @property
     def is_open(self) -> bool:
-        """Whether it still holds a file descriptor."""
+        """Whether the connection still holds a file descriptor."""
 
 
 Connection = TypeVar("Connection", bound=Open)
 
 
 class Connections(Generic[Connection]):
-    """Pure: time is an argument, s of any clock that never goes back.
+    """Open connections by stage. Pure: time is an argument, s of any monotonic clock.
 
     Attributes:
-        most: connections that may be open at a time.
-        dropped: connections that were dropped or refused, so far.
+        most: maximum number of connections at a time.
+        dropped: number of connections dropped or refused so far.
     """
 
     def __init__(self, most: int):
@@ -49,15 +49,15 @@ class Connections(Generic[Connection]):
         self.most = most
         self.dropped = 0
         self._since_s: dict[Stage, dict[Connection, float]] = {stage: {} for stage in Stage}
-        """Connections of each stage and when each reached it, the oldest first."""
+        """Connections of each stage with the time at which each reached it, oldest first."""
 
     def __len__(self) -> int:
-        """Connections that hold a file descriptor."""
+        """Return the number of connections that hold a file descriptor."""
         self._forget()
         return sum(map(len, self._since_s.values()))
 
     def arrived(self, connection: Connection, now_s: float) -> Connection | None:
-        """Give a new connection a place; returns which one to drop for it, itself where all others are pages."""
+        """Add a new connection; return the one to drop for it, which is the new one if all others are pages."""
         dropped = None
         if len(self) >= self.most:
             self.dropped += 1
@@ -70,18 +70,18 @@ class Connections(Generic[Connection]):
         return dropped
 
     def stage(self, connection: Connection) -> Stage | None:
-        """The stage of a connection; None where it has no place."""
+        """Return the stage of a connection; None if it was dropped or never added."""
         return next((stage for stage, places in self._since_s.items() if connection in places), None)
 
     def reached(self, connection: Connection, stage: Stage, now_s: float) -> None:
-        """Note that a connection is in another stage now; one that was dropped stays out."""
+        """Move a connection to another stage; a dropped one stays dropped."""
         before = self.stage(connection)
         if before is not None and before is not stage:
             del self._since_s[before][connection]
             self._since_s[stage][connection] = now_s
 
     def overdue(self, now_s: float) -> list[Connection]:
-        """Take out and return the connections that have waited longer than IDLE_S for their client."""
+        """Remove and return the connections that have waited longer than IDLE_S for their client."""
         self._forget()
         found = []
         for stage in (Stage.ARRIVING, Stage.IDLE):
@@ -99,12 +99,12 @@ class Connections(Generic[Connection]):
 
 
 def most_connections(descriptors: int) -> int:
-    """Connections that a process may have open that may open so many files."""
+    """Return the maximum number of connections for a process with this limit of open files."""
     return max(1, min(MOST_CONNECTIONS, descriptors // SHARE))
 
 
 def raise_descriptor_limit() -> int:
-    """Raise this process's limit of open files as far as it is allowed; returns the limit."""
+    """Raise this process's limit of open files to SHARE * MOST_CONNECTIONS if allowed; return the usable limit."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = SHARE * MOST_CONNECTIONS
     if soft != resource.RLIM_INFINITY and soft < wanted:

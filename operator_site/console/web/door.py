@@ -1,7 +1,7 @@
-"""Accepts the connections of the console's server, and drops those that keep others out.
+"""Accepts the connections of the console's server, and drops those that block others.
 
-uvicorn speaks HTTP on them. Its own listening is not used: it does not bound connections that send nothing, and does
-not know of a connection before its TLS handshake is complete.
+uvicorn serves HTTP on the accepted connections. Its own listener is not used: it does not limit connections that send
+nothing, and it does not see a connection before the TLS handshake is complete.
 """
 
 import asyncio
@@ -23,13 +23,13 @@ log = logging.getLogger(__name__)
 _KEY = "connection"
 """Name of the connection in the state of a request."""
 _AT_ONCE = 16
-"""Connections accepted in one turn of the server's loop: far fewer than its places, so that a request head is read."""
+"""Connections accepted in one turn of the server's loop; far fewer than the maximum, so that it reads requests, too."""
 _RETRY_S = 0.1
 """Wait after the operating system refused to accept a connection, s."""
 
 
 class Accepted:
-    """A connection that was accepted."""
+    """An accepted connection."""
 
     __slots__ = ("_serving", "_socket", "_transport")
 
@@ -40,16 +40,16 @@ class Accepted:
 
     @property
     def is_open(self) -> bool:
-        """Whether it still holds a file descriptor."""
+        """Whether the connection still holds a file descriptor."""
         return self._socket.fileno() >= 0
 
     def serve(self, server: Server) -> None:
-        """Let the server speak on it: TLS first, where the server has a certificate."""
+        """Serve the connection: first the TLS handshake, if the server has a certificate."""
         self._serving = asyncio.create_task(self._serve(server))
         self._serving.add_done_callback(self._begun)
 
     def drop(self) -> None:
-        """Close it at once; nothing more is sent."""
+        """Close the connection at once; nothing more is sent."""
         if self._transport is not None:
             self._transport.abort()
         elif self._serving is not None:
@@ -67,7 +67,7 @@ class Accepted:
 
     def _begun(self, serving: asyncio.Task[None]) -> None:
         error = None if serving.cancelled() else serving.exception()
-        if serving.cancelled() or error is not None:  # dropped, or no TLS was spoken
+        if serving.cancelled() or error is not None:  # dropped, or the TLS handshake failed
             self._socket.close()
         if error is not None:
             serving.get_loop().call_exception_handler({"message": "connection", "exception": error})
@@ -83,12 +83,12 @@ class Door:
         self._accepting = asyncio.create_task(self._accept())
 
     def step(self) -> None:
-        """Drop the connections whose time is over."""
+        """Drop the expired connections."""
         for connection in self.connections.overdue(asyncio.get_running_loop().time()):
             connection.drop()
 
     def close(self) -> None:
-        """Accept no more."""
+        """Stop accepting connections."""
         self._accepting.cancel()
         self._listening.close()
 
@@ -110,14 +110,14 @@ class Door:
             if dropped is not connection:
                 connection.serve(self._server)
             if next(count) % _AT_ONCE == 0:
-                await asyncio.sleep(0.0)  # what else is ready comes between
+                await asyncio.sleep(0.0)  # let other ready tasks run
 
 
 class Stages:
-    """Notes the stage of each request's connection; a page is in when the application sends to it."""
+    """Notes the stage of each request's connection; a page is admitted once the application sends to it."""
 
     def __init__(self, app: ASGIApp, connections: Connections[Accepted], contain: Containment):
-        """Serve `app`; `contain` names what a request raises."""
+        """Serve `app`; `contain` reports errors of requests."""
         self._app, self._connections, self._contain = app, connections, contain
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -1,4 +1,4 @@
-"""All pages that are open: each is sent what it wants and may have, by a task of its own."""
+"""Serves all open pages; a task of its own sends each page the messages that are due."""
 
 import asyncio
 import json
@@ -23,28 +23,29 @@ from operator_site.console.web.places import place_for
 log = logging.getLogger(__name__)
 
 FULL, NOT_UNDERSTOOD, TOO_MUCH, REPLACED, FAILED = 4429, 4400, 4408, 4409, 4500
-"""Codes with which a page is sent away; 4401 is for one that may not come in."""
+"""Close codes of a page's websocket; 4401 refuses a page without access."""
 _CLOSING_S = 1.0
-"""Longest wait for a page that does not read to take its code, s."""
+"""Longest wait for a page to take its close code, s."""
 MESSAGES_PER_S, MESSAGES_AT_ONCE = 100.0, 300
-"""Messages of one page: it says what it has drawn, 30 times a second, and that it is alive."""
+"""Rate and burst of one page's messages; it reports drawn pictures 30 times a second and sends heartbeats."""
 OPENINGS_PER_S, OPENINGS_AT_ONCE = 1.0, 20
-"""Pages that one observer may open; who may act may always come back."""
+"""Rate and burst of pages opened by one observer; a visitor who may act has no such limit."""
 REQUESTS_PER_S, REQUESTS_AT_ONCE = 10.0, 40
-"""Requests of all pages of one visitor, stops of those who may act apart."""
+"""Rate and burst of requests from all pages of one visitor; stops of a visitor who may act are exempt."""
 _STOP = '"estop"'
+"""Text by which a message may be an emergency stop."""
 _LARGEST = 2**53
-"""Integers below this are exact in every page."""
+"""Upper bound of integers that JavaScript represents exactly."""
 
 
 class PageSocket(Protocol):
-    """What is used of a page's websocket, once it is accepted.
+    """Accepted websocket of a page.
 
-    The methods that send raise WebSocketDisconnect or RuntimeError where the page is gone.
+    The methods that send raise WebSocketDisconnect or RuntimeError if the page is gone.
     """
 
     async def receive(self) -> MutableMapping[str, Any]:
-        """The next message of the page, `websocket.receive` or `websocket.disconnect` as in ASGI."""
+        """Return the next message of the page, `websocket.receive` or `websocket.disconnect` as in ASGI."""
 
     async def send_text(self, data: str) -> None:
         """Send an answer or a state."""
@@ -53,16 +54,16 @@ class PageSocket(Protocol):
         """Send a picture or a tile."""
 
     async def close(self, code: int = 1000, reason: str | None = None) -> None:
-        """Send the page away."""
+        """Close the websocket with a code."""
 
 
 class Pages:
-    """Sends to and hears from all pages; only ever used in the server's own thread.
+    """Exchanges messages with all pages; for use in the server's own thread only.
 
     Attributes:
-        control: which of them acts.
-        clients: all of them, the longest present first.
-        contain: contains what one page or one picture raises, so that the others are served.
+        control: holds the page in control.
+        clients: all pages, the longest present first.
+        contain: contains errors of one page or one picture, so that the others are served.
     """
 
     def __init__(
@@ -76,10 +77,10 @@ class Pages:
         """Show a console.
 
         Args:
-            console: what is shown.
-            acts: carries out what pages ask for.
-            control: which of them acts.
-            shown_s: the moment that is shown, s of the operator site's clock.
+            console: returns the console to show.
+            acts: carries out the requests of pages.
+            control: holds the page in control.
+            shown_s: returns the shown moment, s of the operator site's clock.
             clock_s: this machine's monotonic clock, s.
         """
         self._console, self._acts, self._shown_s = console, acts, shown_s
@@ -94,14 +95,14 @@ class Pages:
         self._urgent: object = None
         self._version = 0
         self._pictures: dict[tuple[int | None, int], bytes] = {}
-        """Those of this time, by the newest bin that a page has and the newest there is."""
+        """Encoded pictures of this step, by the newest bin that a page has and the newest bin."""
         self._count = 0
         self._messages: RateLimiters[str] = RateLimiters(MESSAGES_PER_S, MESSAGES_AT_ONCE)
         self._openings: RateLimiters[Visitor] = RateLimiters(OPENINGS_PER_S, OPENINGS_AT_ONCE)
         self._requests: RateLimiters[Visitor] = RateLimiters(REQUESTS_PER_S, REQUESTS_AT_ONCE)
 
     def show(self, state: dict[str, Any] | None) -> None:
-        """A new picture may be drawn, and with it a new state where one was made."""
+        """Offer a new picture to all pages, and a new state if there is one."""
         self._pictures.clear()
         self._sequence += 1
         if state is not None:
@@ -111,7 +112,7 @@ class Pages:
             ready.set()
 
     def begin_anew(self) -> None:
-        """What was sent before is of another time: after a jump in a recording, or with another map."""
+        """Send everything again to all pages, after a jump in a recording."""
         for client in self.clients:
             client.begin_anew()
 
@@ -122,7 +123,7 @@ class Pages:
         return holder is not None and holder.seen(self._now_s())
 
     async def serve(self, socket: PageSocket, visitor: Visitor) -> None:
-        """Serve one page of somebody who may open it, until it goes."""
+        """Serve one page of an accepted visitor until the page leaves."""
         self._count += 1
         client = Client(visitor, f"{visitor.name} {self._count}", self._now_s())
         if not (client.acts or self._openings.allows(client.visitor, self._now_s())):
@@ -151,7 +152,7 @@ class Pages:
             self._leave(client)
         failed = any(side.done() and not side.cancelled() and side.result() for side in (reading, writing))
         if replaced or failed:
-            with suppress(WebSocketDisconnect, RuntimeError, TimeoutError):  # it has closed already, or does not read
+            with suppress(WebSocketDisconnect, RuntimeError, TimeoutError):  # already closed, or not reading
                 await asyncio.wait_for(socket.close(REPLACED if replaced else FAILED), _CLOSING_S)
 
     def _leave(self, client: Client) -> None:
@@ -162,7 +163,7 @@ class Pages:
             log.info("%s went", client.name)
 
     async def _side(self, what: str, doing: Coroutine[Any, Any, None]) -> bool:
-        """Run one side of a page until the page goes; whether the side raised, which ends this page and no other."""
+        """Run one side of a page until the page leaves; return whether it failed, which ends this page only."""
         with self.contain.step(what, latches=False):
             with suppress(WebSocketDisconnect):
                 await doing
@@ -202,7 +203,7 @@ class Pages:
                     if not (stops or self._acts.plays or self._requests.allows(client.visitor, now_s)):
                         await socket.close(TOO_MUCH, "too many requests")
                         return
-                    if ident not in asked or asked[ident].done():  # a stop is asked for again while it is under way
+                    if ident not in asked or asked[ident].done():  # a pending stop is requested repeatedly
                         asked = {number: task for number, task in asked.items() if not task.done()}
                         answer = self._side("answering", self._answer(socket, client, ident, said))
                         asked[ident] = asyncio.create_task(answer)
@@ -212,10 +213,10 @@ class Pages:
         answer = Answer(False, FAILED_INSIDE)
         with self.contain.step("request", latches=False):
             answer = await self._acts.ask(client, said.get("verb"), said.get("details"), self._shown_s())
-        told = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
-        if not client.answer(told):
+        reply = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
+        if not client.answer(reply):
             await socket.close(NOT_UNDERSTOOD)
-        if (ready := self._ready.get(client.name)) is not None:  # the page may have gone meanwhile
+        if (ready := self._ready.get(client.name)) is not None:  # the page may have left meanwhile
             ready.set()
 
     async def _write(self, socket: PageSocket, client: Client, ready: asyncio.Event) -> None:
@@ -224,11 +225,11 @@ class Pages:
                 await ready.wait()
                 ready.clear()
                 await self._send(socket, client)
-        except (WebSocketDisconnect, RuntimeError):  # the latter: it closed while something was sent
+        except (WebSocketDisconnect, RuntimeError):  # RuntimeError: closed during a send
             return
 
     async def _send(self, socket: PageSocket, client: Client) -> None:
-        """Whatever the page wants and may have now; what it waits for longest is made newest."""
+        """Send the waiting answers and the due state, picture and tiles; each is made as late as possible."""
         while client.answers:
             await socket.send_text(_json(client.answers.popleft()))
         now_s = self._now_s()
@@ -287,7 +288,7 @@ class Pages:
 
 
 async def _text(socket: PageSocket) -> str:
-    """The next text of a page; an empty one for a binary message, which no page sends.
+    """Return the next text of a page; empty for a binary message, which no page sends.
 
     Raises:
         WebSocketDisconnect: the page is gone.
@@ -298,8 +299,8 @@ async def _text(socket: PageSocket) -> str:
     return message.get("text") or ""
 
 
-def _json(told: dict[str, Any]) -> str:
-    return json.dumps(told, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+def _json(message: dict[str, Any]) -> str:
+    return json.dumps(message, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def _integer(value: object) -> int:

@@ -1,4 +1,4 @@
-"""Places of pages: who gets one, and which page leaves for it. Those who may act have places of their own."""
+"""Assigns the limited places for pages, with separate places for visitors who may act and for observers."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -8,9 +8,9 @@ from operator_site.console.web.access import Visitor
 from operator_site.console.web.clients import Client
 
 ACTING_PLACES = 6
-"""Pages of visitors who may act; observers never get these places."""
+"""Maximum number of pages of visitors who may act; observers never get these places."""
 OBSERVING_PLACES = 14
-"""Pages of visitors who may only observe."""
+"""Maximum number of pages of visitors who may only observe."""
 
 
 class Place(NamedTuple):
@@ -21,11 +21,11 @@ class Place(NamedTuple):
 
 
 def place_for(visitor: Visitor, pages: Sequence[Client], holder: Client | None, now_s: float) -> Place:
-    """The place of a new page of this visitor. Pure: `now_s` is on the clock of the pages' heartbeats, s.
+    """Decide on the place of a new page of this visitor. Pure: `now_s` is on the clock of the pages' heartbeats, s.
 
-    Where all places of its kind are taken, the page that has slept longest leaves. Where none sleeps, the oldest page
-    of the visitor with most pages leaves if the new page's visitor has fewer even then, else the oldest of this visitor
-    himself. The page in control, the `holder`, always stays.
+    If all places of its role are taken, the page that has slept longest leaves. If none sleeps, the oldest page of the
+    visitor with most pages leaves, provided that the new page's visitor then still has fewer. Otherwise the visitor's
+    own oldest page leaves. The page in control, the `holder`, always stays.
     """
     same = [page for page in pages if page.visitor.role == visitor.role]
     if len(same) < (ACTING_PLACES if visitor.role == "act" else OBSERVING_PLACES):

@@ -1,4 +1,4 @@
-"""The console as a web page: its files, its reports, its websocket; nothing of it is for others to frame or to read."""
+"""Serves the console as a web application: page files, reports and websocket, protected against foreign origins."""
 
 from collections.abc import Awaitable, Callable
 from importlib import resources
@@ -17,7 +17,7 @@ from operator_site.console.web.pages import Pages
 
 PAGE = Path(str(resources.files("operator_site"))) / "console" / "page"
 REFUSED = 4401
-"""Code with which a websocket is closed that may not come in."""
+"""Close code of a websocket without access."""
 _HEADERS = {
     "content-security-policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "x-content-type-options": "nosniff",
@@ -26,7 +26,7 @@ _HEADERS = {
     "cache-control": "no-cache",
 }
 _REPORT_HEADERS = {"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:"}
-"""A report is one file with its style and pictures in it; nothing in it runs."""
+"""Headers of a report, which is one file with its style and pictures and without scripts."""
 _TYPES = {
     ".html": "text/html",
     ".css": "text/css",
@@ -38,13 +38,13 @@ _TYPES = {
 
 
 def application(access: Access, pages: Pages, reports: Path | None, health: Callable[[], dict[str, Any]]) -> Starlette:
-    """The web application.
+    """Return the web application.
 
     Args:
-        access: who may come in.
+        access: checks the visitors.
         pages: serves the websockets.
-        reports: folder of finished reports; there are none without.
-        health: what `/health` tells.
+        reports: folder of finished reports; None for no reports.
+        health: returns the contents of `/health`.
     """
 
     def visitor(connection: HTTPConnection) -> Visitor | None:
@@ -65,7 +65,7 @@ def application(access: Access, pages: Pages, reports: Path | None, health: Call
     async def index(request: Request) -> Response:
         token = request.query_params.get("token")
         if token is not None and access.expected(request.headers.get("host"), request.headers.get("origin")):
-            # The token leaves the address at once: it is not to be seen, stored or passed on with it.
+            # Redirect at once, so that the token in the address is not seen, stored or passed on.
             response = RedirectResponse("/", 303)
             if access.visitor(token) is not None:
                 response.set_cookie(COOKIE, token, httponly=True, samesite="strict", secure=access.secure, path="/")
@@ -108,7 +108,7 @@ def application(access: Access, pages: Pages, reports: Path | None, health: Call
 
 
 def _inside(folder: Path, name: str) -> Path | None:
-    """A file of a folder, not of one below or beside it."""
+    """Return the path of a file directly in a folder; None if there is no such file."""
     path = folder / name
     return path if path.parent == folder and not name.startswith(".") and path.is_file() else None
 
@@ -120,7 +120,7 @@ def _file(path: Path | None) -> Response:
 
 
 class _Headers:
-    """Puts the same headers before every answer."""
+    """Adds the common headers to every answer."""
 
     def __init__(self, app: ASGIApp):
         self._app = app
