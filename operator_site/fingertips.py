@@ -1,7 +1,7 @@
-"""All five fingertips of the operator: force, vibration and heat from what the remote site says it touches.
+"""Renders force, vibration and heat at the operator's five fingertips from the remote site's touch.
 
-Runs at the site's own rate (500 Hz; heat at 100 Hz inside). What comes out are requests: the gate stands between
-them and the devices.
+Runs at the site's rate (500 Hz; heat at 100 Hz). The results are requests, which the gate limits before they reach
+the devices.
 """
 
 import math
@@ -29,13 +29,16 @@ from operator_site.vibration.groove_timing import GrooveTiming
 from operator_site.vibration.vibration import FingerVibration, PlayedEvents, Surface
 
 NEAR_SURFACE_M = 0.3e-3
-"""A finger this close above the remote surface counts as touching for heat: heights of two sites differ a little."""
+"""Height above the remote surface below which a finger counts as touching for heat, m; allows for height errors."""
 
 PLANE_REACHES_M = 1e-3
-"""A sloping surface is taken to rise or fall by no more than this away from where it was felt: surfaces bend."""
+"""Largest extrapolated rise or fall of a sloping surface from the place where it was felt, m; surfaces bend."""
 
 MOST_STEPS = 10
-"""Of skin in one tick, 0.1 s: after a longer standstill outputs have gone to neutral, and time goes on from there."""
+"""Maximum number of skin steps in one tick, 0.1 s.
+
+After a longer standstill the outputs are neutral, and the skin continues from its state without catching up.
+"""
 
 _plane = attrgetter("surface_z_m", "x_m", "y_m", "slope_x", "slope_y")
 _vibration = attrgetter("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")
@@ -46,18 +49,18 @@ _STIFFNESS_LIMIT = Limit.STIFFNESS.value
 
 @dataclass(slots=True)
 class Requested:
-    """What the renderer would like the devices to do, five fingers each; the gate's input."""
+    """Requests of the renderer to the devices for five fingers; input of the gate."""
 
     force_n: list[float]
     motor_rpm: list[float]
     plate_set_c: list[float]
     peltier_drive: list[float]
     limited: list[int]
-    """`Limit` bits where a plate or the exoskeleton cannot show what the model wants."""
+    """`Limit` bits of each finger whose plate or exoskeleton cannot display the model's output."""
 
     @classmethod
     def neutral(cls) -> "Requested":
-        """No force, no vibration and no drive of any finger."""
+        """Return requests of no force, no vibration and no drive for all fingers."""
         n = len(FINGERS)
         return cls([0.0] * n, [0.0] * n, [SKIN_NEUTRAL_C] * n, [0.0] * n, [0] * n)
 
@@ -73,7 +76,15 @@ class Fingertips:
         body: Body | None = None,
         vibration: VibrationScale = "speed",
     ) -> None:
-        """Render with walls that the exoskeleton can show."""
+        """Begin at rest.
+
+        Args:
+            wall: bound of the walls that the exoskeleton can display passively.
+            profile: temperature range of the plates.
+            model: skin model of all touches; None selects one for each touch.
+            body: temperatures of the body and of the air.
+            vibration: scale of the motor speed.
+        """
         n = len(FINGERS)
         self._wall = wall
         self._contacts = [PassiveContact(wall) for _ in range(n)]
@@ -85,7 +96,7 @@ class Fingertips:
         self._skin = SceneSkin(model, body)
         prepare(materials().values(), RUNGS if model is None else (model,), self._skin.body.air_w_m2k)
         self.skin: SkinState = self._skin.state()
-        """What the fingers feel by the model, for display and recording."""
+        """State of the skin model, for display and recording."""
         self._display = PlateSetpoint(profile, self.skin.surface_c)
         self._loops = [PlateController() for _ in range(n)]
         self._drive = [0.0] * n
@@ -101,15 +112,15 @@ class Fingertips:
         self._objects: list[Touched | None] = [None] * n
         self._events: Sequence[Event] = ()
         self.impulses_played: list[Event] = []
-        """Taps and grooves begun in the last step; the packet that named them may be an earlier one."""
+        """Taps and grooves that began in the last step; their packet may be an earlier one."""
 
     def begin_session(self) -> None:
-        """Forget which events were played: a new session numbers its own."""
+        """Forget the played events, because a new session numbers its own."""
         self._played = PlayedEvents()
         self._events = ()
 
     def show(self, wall: SampledWall) -> None:
-        """From now on show no surface stiffer than this."""
+        """Set the bound of the walls; no stiffer surface is displayed from now on."""
         if wall is not self._wall:
             self._wall = wall
             for contact in self._contacts:
@@ -130,17 +141,18 @@ class Fingertips:
         plate_c: Sequence[float],
         plate_age_s: Sequence[float],
     ) -> Requested:
-        """Requests for this tick.
+        """Return the requests of this tick.
 
         Args:
             t_s: time on a steady clock, s.
-            engaged: whether outputs act; while not, plate loops rest and events pass unplayed.
-            rows: of the last accepted touch; hand over the same object until there is a new one, it is read once only.
+            engaged: whether outputs act; otherwise the plate loops rest and events are discarded.
+            rows: touch rows of the last accepted touch; pass the same object until there is a new one, as each object
+                is read only once.
             events: events of the last packet, played or not.
-            speed_m_s: the hand's own stroke speed along x.
-            x_m, y_m: where the hand is.
-            z_m: height of each fingertip.
-            pushed_n: force that was let through to each since the last step.
+            speed_m_s: stroke speed of the operator's hand, m/s.
+            x_m, y_m: place of the hand, m.
+            z_m: height of each fingertip, m.
+            pushed_n: force that the gate let through to each finger since the last step, N.
             plate_c: last reading of each plate, C; NaN without one.
             plate_age_s: age of each reading, s.
         """
@@ -171,7 +183,7 @@ class Fingertips:
             surface_m = self._surface_m[finger] = _surface_below(self._planes[finger], x_m, y_m)
             newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row.damping_n_s_m, approach_m_s)
             force.append(newton)
-            # The finger's own force says how hard it strokes; before a surface is known, the remote finger's.
+            # The displayed force sets the stroke's force; before a surface is known, the remote finger's force does.
             pressed, ahead_s = row.contact_force_n, math.inf
             if stiffness_n_m > 0.0:
                 pressed, ahead_s = newton, contact_in_s(height_m - surface_m, approach_m_s)
@@ -206,7 +218,7 @@ class Fingertips:
         plate_c: Sequence[float],
         plate_age_s: Sequence[float],
     ) -> list[float]:
-        """Set-points, C; with each step of skin, drives follow from them."""
+        """Return the plates' set-points, C; each skin step also updates the drives."""
         for finger, age_s in enumerate(plate_age_s):
             drives = engaged and age_s <= GAP_S
             if drives is not self._driven[finger]:
@@ -238,7 +250,7 @@ class Fingertips:
         self._rows = rows
 
     def _heat_steps(self, t_s: float) -> int:
-        """How many steps of skin are due; those that a standstill has cost are caught up with, the latest of them."""
+        """Return the number of due skin steps; after a standstill longer than MOST_STEPS only one is due."""
         since_s = t_s - self._heat_t_s
         if not 0.0 <= since_s < (MOST_STEPS + 1) * STEP_S:
             self._heat_t_s = t_s
@@ -248,7 +260,7 @@ class Fingertips:
         return steps
 
     def _heat(self, z_m: Sequence[float], steps: int) -> None:
-        """Some steps of 10 ms of all fingers' skin in the scene."""
+        """Advance the skin of all fingers in the scene by a number of steps of 10 ms."""
         for finger, row in enumerate(self._rows):
             near = row.stiffness_n_m > 0.0 and z_m[finger] < self._surface_m[finger] + NEAR_SURFACE_M
             touched = None
@@ -261,7 +273,7 @@ class Fingertips:
         self._display.aim(self.skin, self._touching, self._ahead_c())
 
     def _ahead_c(self) -> dict[int, float]:
-        """What fingers will meet that come down to a known object, C: those whose plates need all of the time left."""
+        """Return the expected contact temperature, C, of each approaching finger whose plate must start now."""
         found = {}
         for finger, contact_s in enumerate(self._contact_in_s):
             if self._touching[finger] or contact_s > LEAD_S:
@@ -275,7 +287,7 @@ class Fingertips:
 
 
 def _surface_below(plane: tuple[float, ...], x_m: float, y_m: float) -> float:
-    """Height of the surface, m, with the hand here: the remote hand, which felt it, is somewhat behind."""
+    """Return the surface height, m, below the operator's hand, from the plane at the remote hand, which lags behind."""
     surface_m, felt_x_m, felt_y_m, slope_x, slope_y = plane
     if slope_x == slope_y == 0.0:
         return surface_m

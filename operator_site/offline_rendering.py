@@ -1,4 +1,4 @@
-"""Rendering without devices: what a fingertip would feel in a stated case, as rows for a CSV file."""
+"""Renders one fingertip without devices, and yields the results of a stated case as rows for a CSV file."""
 
 import json
 import math
@@ -16,7 +16,9 @@ from operator_site.thermal.tissue import BLOOD_DENSITY_KG_M3, BLOOD_SPECIFIC_HEA
 from operator_site.vibration.vibration import FingerVibration, PlayedEvents, Surface
 
 CONTACT_S = 1.0
+"""Time at which the contact begins, s."""
 LONGEST_S = 3600.0
+"""Longest rendered case, s."""
 THERMAL_COLUMNS = ("time_s", "skin1_c", "skin2_c", "skin3_c", "surface_c", "flux_w_m2")
 PLATE_COLUMN = "plate_c"
 VIBRATION_COLUMNS = ("time_s", "mode", "motor_rpm")
@@ -36,7 +38,7 @@ def _temperature(value_c: float, name: str) -> float:
 
 
 def _model(name: str | None, touched: Touched, object_c: float, body: Body) -> SkinModel:
-    """The model named, or the smallest that is right enough for the touch."""
+    """Return the named model, or the smallest one that is accurate enough for the touch."""
     if name is not None:
         return SkinModel.parse(name)
     return choose(touched, object_c - rest(body).surface_c).model
@@ -52,12 +54,13 @@ def render_thermal(
     plate: bool = False,
     profile: PlateRange = COMFORT,
 ) -> Iterator[tuple[float, ...]]:
-    """Rows of `THERMAL_COLUMNS` every 10 ms, with `plate` also the plate's set-point at its own limits.
+    """Return rows of THERMAL_COLUMNS every 10 ms, with `plate` also the plate's set-point within its limits.
 
-    Free motion at steady state until CONTACT_S, contact after; flux is positive into the finger.
+    The finger moves freely in steady state until CONTACT_S and is in contact afterwards. Flux is positive into the
+    finger.
 
     Raises:
-        ValueError: unknown object or model, or a number out of range (before the first row).
+        ValueError: an object or model is unknown, or a number is out of range (before the first row).
     """
     touched = _object(object_name)
     _temperature(object_c, "object_c")
@@ -90,7 +93,7 @@ def _thermal_rows(
 
 
 def write_parameters(path: Path, object_name: str, object_c: float, air_c: float, *, model: str | None = None) -> None:
-    """Write every constant of the same case as JSON, enough for anybody to compute it again.
+    """Write all constants of the same case as JSON, so that it can be computed independently.
 
     Raises:
         ValueError: as `render_thermal`.
@@ -122,7 +125,7 @@ def write_parameters(path: Path, object_name: str, object_c: float, air_c: float
 
 @dataclass(frozen=True, slots=True)
 class StrokeSample:
-    """One moment of one finger: what its identification says and how the hand moves."""
+    """Identified surface of one finger and motion of the hand at one time."""
 
     t_s: float
     mode: int
@@ -133,10 +136,10 @@ class StrokeSample:
 
 
 def render_vibration(samples: Iterable[StrokeSample]) -> Iterator[tuple[float, int, float]]:
-    """Rows of `VIBRATION_COLUMNS`, one for each sample; an event is played once however often it is listed.
+    """Yield a row of VIBRATION_COLUMNS for each sample; a repeated event is played once.
 
     Raises:
-        ValueError: a sample's time is not after the one before, or a number of it is not finite.
+        ValueError: a sample's time is not after the one before, or one of its numbers is not finite.
     """
     vibration, played = FingerVibration(), PlayedEvents()
     last_s = -math.inf

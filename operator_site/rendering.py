@@ -1,4 +1,4 @@
-"""Renderer of all fingers at the operator site: from hand, plates and touch to requests."""
+"""Renders all fingers at the operator site: computes requests from hand, plates and touch."""
 
 import math
 from collections.abc import Sequence
@@ -16,27 +16,27 @@ from operator_site.thermal.tissue import Body
 from operator_site.vibration.stroke_speed import StrokeSpeed
 
 _NEUTRAL: tuple[TouchRow, ...] = (NO_TOUCH,) * len(FINGERS)
-"""Touching nothing: what is rendered while there is no fresh touch."""
+"""Touch rows without contact, rendered while there is no fresh touch."""
 
 
 class Rendering:
-    """Renders touch for all fingers. Pure: one tick's input in, requests out.
+    """Renders touch for all fingers. Pure: it turns the input of one tick into requests.
 
-    An exception in the renderer is contained: requests are neutral until the fault is cleared.
+    An exception in the renderer is contained, and requests are neutral until the fault is cleared.
 
     Attributes:
-        fingertips: the renderer, as the last step left it.
-        broken: name of the exception that the renderer raised; empty while it works.
+        fingertips: the renderer after the last step.
+        broken: name of the exception that the renderer raised; empty without one.
     """
 
     def __init__(self, config: RenderingConfig, period_s: float, gap_s: float, contain: Containment | None = None):
-        """Render as configured.
+        """Begin with a new renderer.
 
         Args:
             config: plate profile, damping and delay of the exoskeleton, temperatures of body and air.
-            period_s: of the loop.
-            gap_s: without an accepted touch packet for longer, nothing is touched.
-            contain: counts and logs what the renderer raises; one of its own by default.
+            period_s: nominal period of the loop, s.
+            gap_s: longest gap between accepted touch packets, s; after a longer one nothing is touched.
+            contain: counts and logs exceptions of the renderer; a new one by default.
         """
         self._contain = contain or Containment()
         self._config = config
@@ -46,10 +46,10 @@ class Rendering:
         self._time_s = -math.inf
         self._touch: Touch | None = None
         self._rows = _NEUTRAL
-        self._begin_anew()
+        self._restart()
 
-    def _begin_anew(self) -> None:
-        """A renderer that has rendered nothing yet."""
+    def _restart(self) -> None:
+        """Create a new renderer."""
         config = self._config
         self.fingertips = Fingertips(
             self.wall,
@@ -62,20 +62,20 @@ class Rendering:
 
     @property
     def wall(self) -> SampledWall:
-        """The stiffest that can be shown, as the loop runs now."""
+        """Bound of the walls that can be displayed at the present loop period."""
         return self._held.wall
 
     def step(self, now: RenderingInput, pushed_n: Sequence[float], in_test: Sequence[bool]) -> Requested:
-        """Requests for this tick, neutral where the renderer has failed.
+        """Return the requests of this tick, neutral if the renderer has failed.
 
         Args:
             now: input of the tick.
             pushed_n: force that the gate let through to each finger in the last tick, N.
-            in_test: whether each plate gets no drive but a test pulse; its reading is not used then.
+            in_test: whether each plate gets no drive except a test pulse; its reading is not used then.
         """
-        # A clock that was set back would stop what is timed by it until it is there again.
+        # After a clock was set back, all timed parts would stop until it reaches the old time again.
         if now.time_s < self._time_s or (now.fault_cleared and self.broken):
-            self._begin_anew()
+            self._restart()
         self._time_s = now.time_s
         if now.session != self._session:
             self._session = now.session

@@ -1,6 +1,6 @@
-"""What the operator site records: each tick's exact input and output, and at 20 Hz what changes slowly.
+"""Records the exact input and output of each tick at the operator site, and slowly changing values at 20 Hz.
 
-Consoles see some of the same: what both want is packed once.
+Consoles receive some of the same streams, and each record is packed once for both.
 """
 
 import time
@@ -27,16 +27,16 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "operator/rendered": Rendered.schema(),
     "operator/skin": Skin.schema(),
     "operator/played": Played.schema(),
-    "operator/figures": {"type": "object", "description": "what the status file tells, once a second"},
+    "operator/figures": {"type": "object", "description": "values of the status file, once a second"},
     "operator/clock": Clock.schema(),
 }
 _MOTION_RECORDED = STREAMS["motion"].recorded
 _SLOW_EVERY = 25
-"""Ticks between two records of what changes slowly: 20 Hz."""
+"""Ticks between two records of slowly changing values: 20 Hz."""
 
 
 class SiteRecording:
-    """Writes one tick after the other."""
+    """Writes the records of each tick to a recorder and to consoles."""
 
     def __init__(self, recorder: Recorder | None, feed: ConsoleFeed | None = None):
         """Write to a recorder that was opened with SCHEMAS, to consoles, or to both."""
@@ -46,12 +46,12 @@ class SiteRecording:
         self._touch: Touch | None = None
 
     def session(self, now_ns: int, happenings: Iterable[Happening]) -> None:
-        """Write what happened to the session."""
+        """Write the events of the session."""
         for happening in happenings:
             self._write("operator/session", now_ns, happening.pack())
 
     def figures(self, now_ns: int, figures: Mapping[str, object]) -> None:
-        """Write what the status file tells."""
+        """Write the values of the status file."""
         self._write("operator/figures", now_ns, msgpack.packb(figures))
 
     def tick(
@@ -63,15 +63,15 @@ class SiteRecording:
         motion: bytes | None,
         fingertips: Fingertips,
     ) -> None:
-        """Write one tick that has just been done.
+        """Write one completed tick.
 
         Args:
-            now_ns: when it began, this site's clock.
+            now_ns: begin of the tick on this site's clock, ns.
             client: this site's end of the session.
-            given: what was rendered from.
-            output: what left for the devices.
-            motion: the packet that was sent; None when none was.
-            fingertips: the renderer, as the tick left it.
+            given: input of the renderer.
+            output: output to the devices.
+            motion: sent motion packet; None without one.
+            fingertips: the renderer after the tick.
         """
         touch, gap_ns = given.touch, given.gap_ns
         if touch is not None and touch is not self._touch:

@@ -1,4 +1,4 @@
-"""The force on a finger that presses on a model of the remote surface.
+"""Computes the force on a finger that presses on a model of the remote surface.
 
-Rendering uses `passive_contact`. `loop_stiffness` limits what a slow loop may show.
+Rendering uses `passive_contact`. `loop_stiffness` limits the displayed stiffness of a slow loop.
 """

@@ -1,8 +1,8 @@
-"""How stiff a wall the loop may show as it really runs: one that stands still again and again holds each force longer.
+"""Limits the displayed stiffness by the loop's measured period, because a slow loop holds each force longer.
 
-The bound of the sampled wall has half of the period in it because a force is half a period old on average while it is
-held. So the period that counts is the mean over the time, not over the ticks: one pause in a second is felt by nobody,
-and a loop, or a device, that works for 10 ms in every 40 shows a softer wall for as long as it does.
+The bound of the sampled wall contains half of the period, the mean age of a held force. The relevant period is
+therefore the mean over time instead of the mean over ticks. One pause in a second is imperceptible. A loop or device
+that works for only 10 ms in every 40 ms displays a softer wall until it recovers.
 """
 
 import math
@@ -11,21 +11,22 @@ from dataclasses import replace
 from operator_site.safety.sampled_wall import SampledWall
 
 SETTLES_S = 0.25
+"""Time constant of the mean period, s."""
 SLACK = 1.5
-"""Up to so many periods the loop keeps its time."""
+"""Largest ratio of mean to nominal period that leaves the wall unchanged."""
 LONGEST_S = 0.1
-"""A longer pause lets every force go."""
+"""Longest pause that enters the mean, s; a longer one releases all forces."""
 
 
 class LoopStiffness:
-    """Watches the times of a loop that answers each new height with a force.
+    """Measures the period of a loop that answers each new height with a force.
 
     Attributes:
-        wall: what can be shown now.
+        wall: bound of the walls that the loop can display passively at present.
     """
 
     def __init__(self, wall: SampledWall) -> None:
-        """Take a loop that keeps the period of `wall` until it is seen that it does not."""
+        """Begin with the nominal period of `wall`."""
         self._kept = self.wall = wall
         self._held_s = wall.period_s
         self._t_s = self._height_s = math.nan
@@ -35,7 +36,7 @@ class LoopStiffness:
 
         Args:
             t_s: time, s.
-            height_s: when the heights that it answers were measured, s; the same again is no new answer.
+            height_s: time of the measured heights that it answers, s; a repeated time is ignored.
         """
         if height_s == self._height_s:
             return

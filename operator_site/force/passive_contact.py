@@ -1,14 +1,16 @@
-"""Entering a new model into a finger's contact so that the model can never push the finger with energy of its own.
+"""Updates the contact model of one finger passively, so that a new model cannot push the finger with its own energy.
 
-The contact is a spring, F = k d. What the finger has put into it and the spring does not hold has been dissipated: it
-is counted, at the force that was held over each interval, as a passivity observer does (Hannaford & Ryu 2002). A new
-surface or stiffness may raise the spring's energy only out of that account, which may be overdrawn by LENT_J. So late,
-noisy or wrong models leave the contact passive, and a finger inside the surface is pressed outwards no further than it
-pressed inwards before. Where the force came later than the finger, as when a session is engaged, the surface is near
-the finger; the true one is taken along when it lifts, or as fast as it pays. What is owed is forgiven while no force
-acts (FORGIVEN_W).
+The contact is a spring, F = k d. Energy that the finger has put in and the spring does not store was dissipated. An
+account counts it at the force held over each interval, as a passivity observer does (Hannaford & Ryu 2002). A new
+surface or stiffness may raise the spring's energy only from this account, which may be overdrawn by LENT_J. Late, noisy
+or wrong models therefore leave the contact passive. A finger inside the surface is pressed outwards no further than it
+pressed inwards before.
 
-Spring and damper themselves are passive within the bounds of the sampled wall, and are never more.
+If the finger is already inside when the force begins, as on engaging, the displayed surface starts near the finger. It
+approaches the true surface when the finger lifts, or as fast as the account pays. The debt is forgiven at FORGIVEN_W
+while no force acts.
+
+Spring and damper never exceed the bounds of the sampled wall, within which they are passive.
 """
 
 import math
@@ -17,23 +19,30 @@ from common.limits import ACCOUNT_J, FINGER_FORCE_N, FORCE_RAMP_DOWN_N_S, FORCE_
 from operator_site.safety.sampled_wall import SampledWall
 
 LENT_J = 0.35e-3
-"""So much a surface may borrow: a contact that begins around the finger is felt at once, with 0.53 N on 400 N/m. It is
-lent once, until the finger has paid it back, or it is forgiven: no model can pump it."""
+"""Largest debt of the account, J.
+
+A contact that begins around the finger is felt at once, with 0.53 N at 400 N/m. The debt must be repaid by the finger
+or forgiven before it is lent again, so that no model can pump energy.
+"""
 RESTED_J = 0.5e-3
-"""So much is in the account at least when outputs begin to act, which no hand and no model makes them do: a press that
-was interrupted is felt again without being lifted, 0.8 N with the half of it at least."""
+"""Smallest balance of the account when outputs begin to act, J.
+
+An interrupted press of 0.8 N is felt again with at least half its force, without lifting the finger. Neither a hand nor
+a model can make the outputs begin to act.
+"""
 LONGEST_STEP_S = 0.1
+"""Longest step over which energy is counted, s; after a longer one the account starts again at 0."""
 
 
 class PassiveContact:
-    """One finger's contact with a model that may change at any time: `step` gives the force to show, N, 0..10.
+    """One finger's contact with a model that may change at any time; `step` returns the force to display, N, 0..10.
 
     Attributes:
         force_n: force of the last step that was let through to the finger, N.
-        capped: whether the model's surface is stiffer than the device may show.
-        surface_m: height of the surface that is shown, m; it may lag behind the model's.
-        stiffness_n_m: stiffness that is shown; 0 where nothing is.
-        account_j: what the finger put in and the spring does not hold, J; not below -LENT_J by updates.
+        capped: whether the model's surface is stiffer than the device may display.
+        surface_m: height of the displayed surface, m; it may lag behind the model's.
+        stiffness_n_m: displayed stiffness, N/m; 0 without a surface.
+        account_j: energy that the finger put in and the spring does not store, J; updates keep it at -LENT_J or above.
     """
 
     __slots__ = (
@@ -50,7 +59,7 @@ class PassiveContact:
     )
 
     def __init__(self, wall: SampledWall) -> None:
-        """A contact within what the device can show; its own damping, which it surely has, counts as dissipated."""
+        """Begin without a surface, within the bounds of `wall`; the device's own damping counts as dissipation."""
         self.show(wall)
         self._t_s = self._z_m = math.nan
         self.force_n = self._held_j = 0.0
@@ -59,7 +68,7 @@ class PassiveContact:
         self.capped = False
 
     def show(self, wall: SampledWall) -> None:
-        """From now on keep within this wall."""
+        """Set the bound of the displayed walls."""
         self._wall, self._stiffest_n_m = wall, wall.stiffest_n_m
 
     def step(
@@ -71,24 +80,24 @@ class PassiveContact:
         damping_n_s_m: float = 0.0,
         approach_m_s: float = 0.0,
     ) -> float:
-        """Force at `t_s` for a finger at height `z_m`; it is held until the next step.
+        """Return the force at `t_s` for a finger at height `z_m`, N; it is held until the next step.
 
         Args:
             t_s: time, s.
             z_m: height of the finger, m, smaller is deeper.
-            surface_m: height of the surface as the remote site last knew it, m.
-            stiffness_n_m: its stiffness; 0 or less means that no surface is known.
-            damping_n_s_m: its damping; shown as far as the stiffness leaves room for it.
-            approach_m_s: speed of the finger into the surface, smoothed.
+            surface_m: height of the surface by the remote site's newest estimate, m.
+            stiffness_n_m: its stiffness, N/m; 0 or less means that no surface is known.
+            damping_n_s_m: its damping, Ns/m; limited to what the stiffness leaves of the wall's bound.
+            approach_m_s: smoothed speed of the finger into the surface, m/s.
         """
         dt_s = t_s - self._t_s
         self._t_s = t_s
         if 0.0 <= dt_s <= LONGEST_STEP_S and math.isfinite(z_m):
             depth_m = self._observe(dt_s, z_m)
-        else:  # what happened meanwhile is not known: begin anew
+        else:  # the energy exchanged meanwhile is unknown: restart
             dt_s = depth_m = self._held_j = self.stiffness_n_m = self.account_j = 0.0
             self._z_m = z_m
-        # Neither holds for what is not a number.
+        # Both conditions are false for NaN.
         known = stiffness_n_m > 0.0 and abs(surface_m - z_m) < math.inf
         self.capped = known and stiffness_n_m > self._stiffest_n_m
         if not known:
@@ -107,14 +116,14 @@ class PassiveContact:
         return self.force_n
 
     def rest(self) -> None:
-        """Outputs do not act: a contact that is there when they do begins with RESTED_J."""
+        """Raise the account to RESTED_J, while outputs do not act."""
         self.account_j = max(self.account_j, RESTED_J)
 
     def let_through(self, force_n: float) -> None:
-        """Only this much of the force of the last step was let through to the finger, N.
+        """Reduce the force of the last step to what was let through to the finger, N.
 
-        What does not push takes nothing from the finger: the surface sinks until its spring holds no more than that.
-        What it held beyond is in the account again.
+        A force that was not applied did no work on the finger. The surface sinks until its spring matches the applied
+        force, and the energy released by the spring returns to the account.
         """
         lacking_n = self.force_n - force_n
         if lacking_n > 0.0:
@@ -124,7 +133,7 @@ class PassiveContact:
             self._hold(depth_m)
 
     def _observe(self, dt_s: float, z_m: float) -> float:
-        """Count what the finger put in since the last step, less what the spring stored of it; the depth now, m."""
+        """Count the finger's work since the last step, less the energy stored in the spring; return the depth, m."""
         descent_m, force_n = self._z_m - z_m, self.force_n
         self._z_m = z_m
         depth_m, held_j, before_j = 0.0, 0.0, self._held_j
@@ -135,7 +144,7 @@ class PassiveContact:
             return 0.0  # a full account stays full
         put_in_j = force_n * descent_m
         if dt_s > 0.0:
-            put_in_j += self._wall.damping_n_s_m * descent_m * descent_m / dt_s  # the least that the device took
+            put_in_j += self._wall.damping_n_s_m * descent_m * descent_m / dt_s  # least dissipation of the device
         account_j = self.account_j + put_in_j + before_j - held_j
         if account_j < 0.0 and force_n == 0.0:
             account_j = min(0.0, account_j + FORGIVEN_W * dt_s)
@@ -144,19 +153,19 @@ class PassiveContact:
         return depth_m
 
     def _enter(self, dt_s: float, depth_m: float, surface_m: float, stiffness_n_m: float) -> float:
-        """Take as much of the model as costs no energy, or as the account pays; the depth that is shown, m.
+        """Adopt as much of the model as costs no energy or as the account pays; return the displayed depth, m.
 
         Args:
-            dt_s: since the last step, s.
-            depth_m: of the finger in the surface that is shown, m.
-            surface_m: height of the model's surface, m; -inf where nothing is known.
-            stiffness_n_m: of the model; 0 where nothing is known.
+            dt_s: time since the last step, s.
+            depth_m: depth of the finger in the displayed surface, m.
+            surface_m: height of the model's surface, m; -inf if unknown.
+            stiffness_n_m: stiffness of the model, N/m; 0 if unknown.
         """
         force_n, wanted_m = self.stiffness_n_m * depth_m, max(0.0, surface_m - self._z_m)
         if depth_m == 0.0:
-            self.stiffness_n_m = stiffness_n_m  # that costs nothing
+            self.stiffness_n_m = stiffness_n_m  # costs no energy
         elif 0.0 < stiffness_n_m != self.stiffness_n_m:
-            # As hard as before at most, and with no more energy than before.
+            # Neither force nor energy may exceed those before the change.
             ratio = self.stiffness_n_m / stiffness_n_m
             depth_m *= min(ratio, math.sqrt(ratio))
             self.stiffness_n_m = stiffness_n_m
@@ -169,18 +178,18 @@ class PassiveContact:
                 payable_m = math.sqrt(depth_m * depth_m + 2.0 * max(0.0, self.account_j + LENT_J) / self.stiffness_n_m)
                 depth_m = min(wanted_m, payable_m, depth_m + FORCE_RAMP_UP_N_S * dt_s / self.stiffness_n_m)
             self._hold(depth_m)
-        # A finger above the surface meets it where it is.
+        # For a finger above the surface, the model's height is displayed unchanged.
         self.surface_m = self._z_m + depth_m if wanted_m > 0.0 or depth_m > 0.0 else surface_m
         return depth_m
 
     def _hold(self, depth_m: float) -> None:
-        """Let the spring hold this depth; what it held before comes into the account, what it takes is paid from it."""
+        """Set the depth of the spring and charge the change of its energy to the account."""
         before_j, self._held_j = self._held_j, _stored_j(self.stiffness_n_m, depth_m)
         self.account_j = min(ACCOUNT_J, self.account_j + before_j - self._held_j)
 
 
 def _stored_j(stiffness_n_m: float, depth_m: float) -> float:
-    """Energy of the spring that can come back, J: above the force limit it is a constant force."""
+    """Return the recoverable energy of the spring, J; above the force limit the force is constant."""
     force_n = stiffness_n_m * depth_m
     if force_n <= FINGER_FORCE_N:
         return 0.5 * force_n * depth_m

@@ -1,4 +1,4 @@
-"""The gate before motors, Peltier elements and finger forces, and its parts.
+"""Limits the outputs to motors, Peltier elements and finger forces: the gate and its parts.
 
-The site uses `operator_gate`. This folder imports nothing but `common`.
+The site uses `operator_gate`. This folder imports only `common`.
 """

@@ -1,16 +1,15 @@
-"""A passivity observer and controller for one port that pushes: the last guard against force that pumps energy.
+"""Implements a passivity observer and controller for one force port, the last guard against generated energy.
 
-The observer counts the work between a finger and what pushes it, from the force that was really commanded and the
-height that was really measured (Hannaford & Ryu 2002). What the finger has put in makes an account, and what comes out
-is taken from it. The controller lets no more force through than the stiffest wall that the device can show would have
-at the energy that is left:
+The observer counts the work between a finger and its actuator, from the commanded force and the measured height
+(Hannaford & Ryu 2002). The finger's work is credited to an account, and returned energy is debited. The controller
+limits the force to that of the stiffest wall that the device can display, at the remaining energy:
 
     F <= sqrt(2 k (account + PRODUCED_J))
 
-Such a wall is itself passive, so the controller never chatters, adds no force, and lets every softer spring alone. It
-has to be one that the loop can show as it runs now: a loop that holds its forces longer says so (`show`). A controller
-that pays itself from the account ends at 0 N when the port has given out PRODUCED_J more than it was given. A debt is
-forgiven while no force acts (FORGIVEN_W), and when outputs do not act at all.
+Such a wall is itself passive, so the controller does not chatter, adds no force, and leaves every softer spring
+unchanged. The wall must be one that the loop can display at its present period, which `show` sets. The limit reaches
+0 N when the port has released PRODUCED_J more than it received. A debt is forgiven at FORGIVEN_W while no force acts,
+and completely while outputs do not act.
 """
 
 import math
@@ -20,22 +19,23 @@ from itertools import islice
 from common.limits import FORGIVEN_W, PRODUCED_J
 
 FADE_S = 1.0
-"""What was put in and cannot be stored in the present contact was lost in it: the account forgets it so fast."""
+"""Time constant with which the account loses energy that the present contact cannot store, s."""
 LONGEST_STEP_S = 0.1
+"""Longest gap between two measured heights, s; after a longer one the account restarts at 0, but keeps a debt."""
 FASTEST_M_S = 1.5
-"""After longer without a measured height, or with a faster one than of a finger, it is not known what happened: the
-account begins anew, but for what the port has given out too much."""
+"""Largest speed of a finger, m/s; after a faster change of height the account restarts at 0, but keeps a debt."""
 MOST_FORCES = 256
-"""As many commands are remembered while heights are late."""
+"""Maximum number of commands that are remembered while heights are late."""
 _SAME_S = 1e-6
+"""Largest time difference of two heights that are one sample, s."""
 
 
 class PassivityController:
-    """Observer and controller of one finger's port: `observe` what was measured, `limit_n`, then `command` the force.
+    """Observer and controller of one finger's port: call `observe`, `limit_n`, then `command` in each tick.
 
     Attributes:
-        account_j: what the finger has put in and may come back, J; negative: so much more has come out.
-        most_produced_j: the most that had come out beyond what was put in, since it was last set to 0.
+        account_j: energy from the finger that may return to it, J; a negative value is generated energy.
+        most_produced_j: largest generated energy since this attribute was last set to 0, J.
     """
 
     __slots__ = (
@@ -52,48 +52,47 @@ class PassivityController:
     )
 
     def __init__(self, stiffest_n_m: float, kept_j: float, *, damping_n_s_m: float = 0.0, delay_s: float = 0.0) -> None:
-        """A port that nothing has gone through.
+        """Begin with an empty account.
 
         Args:
-            stiffest_n_m: stiffest wall that the device can show passively, k.
-            kept_j: of what a contact has lost, so much may come back; that a spring gives back what it holds is beside
-                that.
-            damping_n_s_m: the device's own, between the force and the finger: it takes some of what the force does.
-            delay_s: from measuring a height to the force that answers it, beyond the loop's period.
+            stiffest_n_m: stiffest wall that the device can display passively, k, N/m.
+            kept_j: dissipated energy of a contact that may return, J, in addition to the energy of its spring.
+            damping_n_s_m: the device's own damping between the force and the finger, Ns/m; it dissipates some work.
+            delay_s: delay from measuring a height to the answering force, s, beyond the loop's period.
         """
         self.show(stiffest_n_m)
         self._kept_j = kept_j
         self._damping_n_s_m, self._delay_s = damping_n_s_m, delay_s
         self._forces: deque[tuple[float, float]] = deque(((-math.inf, 0.0),), maxlen=MOST_FORCES)
-        """When each force began, and the force; the first is the oldest that still counts."""
+        """Begin, s, and value, N, of each force; the first is the oldest one still acting on a counted interval."""
         self._t_s = self._z_m = self._top_m = math.nan
         self.account_j = 0.0
         self.most_produced_j = 0.0
 
     @property
     def produced_j(self) -> float:
-        """What has come out beyond what was put in, J."""
+        """Generated energy, J: released beyond what was put in."""
         return max(0.0, -self.account_j)
 
     def observe(self, t_s: float, z_m: float) -> None:
         """Count the work since the last measured height.
 
         Args:
-            t_s: when the height was measured, s; the same time again is the same sample again.
-            z_m: the height, m, in the direction of the force; not finite: not known.
+            t_s: time of the measured height, s; a repeated time is the same sample.
+            z_m: height in the direction of the force, m; not finite if unknown.
         """
         dt_s, rise_m = t_s - self._t_s, z_m - self._z_m
         if 0.0 <= dt_s < _SAME_S:
             return
-        # Neither holds for what is not a number.
+        # Both conditions hold for NaN, as their comparisons are false.
         if not _SAME_S <= dt_s <= LONGEST_STEP_S or not abs(rise_m) <= FASTEST_M_S * dt_s:
-            self.account_j = min(0.0, self.account_j)  # what it owes, it still owes
+            self.account_j = min(0.0, self.account_j)  # a debt remains
             self._top_m = z_m
         else:
-            taken_j = self._damping_n_s_m * rise_m * rise_m / dt_s  # the least that the device's damping took
+            taken_j = self._damping_n_s_m * rise_m * rise_m / dt_s  # least dissipation by the device's damping
             force_n = self._forces[-1][1]
             account_j = self.account_j + (taken_j - self._mean_n(dt_s) * rise_m)
-            # A force that falls as the finger rises gives back at most itself times the way up; what is beyond is lost.
+            # A force that falls as the finger rises returns at most its value times the rise; the excess is lost.
             if not (force_n > 0.0 and self._top_m > z_m):
                 self._top_m = z_m
             beyond_j = account_j - self._kept_j - force_n * (self._top_m - z_m)
@@ -106,29 +105,29 @@ class PassivityController:
         self._t_s, self._z_m = t_s, z_m
 
     def show(self, stiffest_n_m: float) -> None:
-        """From now on this is the stiffest wall that the device, and the loop as it runs, can show passively, N/m."""
+        """Set the stiffest wall that device and loop can display passively at present, N/m."""
         self._twice_n_m = 2.0 * stiffest_n_m
 
     def rest(self) -> None:
-        """Nothing may come out now, whatever the account says: what does later owes nothing of before."""
+        """Forgive the debt, while outputs do not act."""
         self.account_j = max(0.0, self.account_j)
 
     def limit_n(self) -> float:
-        """The largest force that the account can pay for, N."""
+        """Return the largest force that the account permits, N."""
         return math.sqrt(self._twice_n_m * max(0.0, self.account_j + PRODUCED_J))
 
     def command(self, t_s: float, force_n: float) -> None:
-        """Take the force that is commanded at `t_s`, N, and held until the next."""
+        """Note the force that is commanded at `t_s`, N, and held until the next command."""
         forces = self._forces
         last_s, last_n = forces[-1]
         if last_n == 0.0 == force_n and t_s > last_s:
-            return  # it has been 0 since then
-        while forces and not t_s > forces[-1][0]:  # a clock that was set back: what comes now follows all the others
+            return  # still 0
+        while forces and not t_s > forces[-1][0]:  # the clock was set back: drop later commands
             forces.pop()
         forces.append((t_s, force_n))
 
     def _mean_n(self, dt_s: float) -> float:
-        """Mean of the forces that acted between the last height and one `dt_s` later."""
+        """Return the mean force, N, between the last height and one `dt_s` later, shifted by the delay."""
         forces = self._forces
         begin_s = self._t_s - self._delay_s
         end_s = begin_s + dt_s

@@ -1,7 +1,7 @@
-"""How stiff and how damped a wall a device can show without giving out energy of its own.
+"""Computes the largest stiffness and damping of a virtual wall that a device can display passively.
 
-A wall that is measured and pushed in ticks holds each force too long, and pushes a finger that leaves it harder than it
-pushed it coming in. What that makes, the device's own damping has to take:
+A sampled wall holds each force for a period, so it pushes a leaving finger harder than an entering one. The device's
+own damping must dissipate the energy that this generates:
 
     k (T/2 + t_d) + |B| <= b
 
@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class SampledWall:
-    """What of the device and its loop bounds the walls it can show.
+    """Properties of the device and its loop that bound the displayed walls.
 
     Attributes:
-        damping_n_s_m: the device's own at a finger, without any hand, b.
-        period_s: of the loop that measures and pushes, T.
-        delay_s: from measuring to pushing, beyond the period itself, t_d.
+        damping_n_s_m: the device's own damping at a finger, without a hand, b, Ns/m.
+        period_s: period of the control loop, T, s.
+        delay_s: delay from measurement to force beyond the period, t_d, s.
 
     Raises:
         ValueError: a damping or delay is negative or not finite, or the period is not above 0.
@@ -43,5 +43,5 @@ class SampledWall:
         return self.damping_n_s_m / (0.5 * self.period_s + self.delay_s)
 
     def damping_left_n_s_m(self, stiffness_n_m: float) -> float:
-        """Largest damping that a wall of this stiffness may have, Ns/m; 0 where the stiffness takes it all."""
+        """Return the largest damping of a wall of this stiffness, Ns/m; 0 if the stiffness uses the whole bound."""
         return max(0.0, self.damping_n_s_m - stiffness_n_m * (0.5 * self.period_s + self.delay_s))

@@ -1,4 +1,4 @@
-"""The operator's end of the session: link, admission, local control, emergency stop.
+"""Runs the operator's end of the session: link, admission, local control and emergency stop.
 
-The site uses `session_client`. Rendering knows only `session_protocol`.
+The site uses `session_client`. Rendering imports only `session_protocol`.
 """

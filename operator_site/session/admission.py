@@ -1,4 +1,4 @@
-"""Whether the remote site lets this one in: its refusal ends a site that was never let in, and no other."""
+"""Checks whether the remote site admits this site; a refusal ends only a site that was never admitted."""
 
 import logging
 
@@ -10,40 +10,40 @@ log = logging.getLogger(__name__)
 
 
 class Admission:
-    """Looks at what became of the handshakes, and tries again where this site was let in before."""
+    """Checks the results of the handshakes, and reconnects a site that was admitted before."""
 
     def __init__(self, client: SessionClient, link: OperatorLink, remote: str):
-        """Look at nothing yet.
+        """Begin before the first handshake.
 
         Args:
-            client: knows whether there is a session, and tells its refusal.
-            link: knows of refusals.
-            remote: address of the remote site, for people to read.
+            client: has the session and publishes the refusal.
+            link: detects refusals.
+            remote: readable address of the remote site.
         """
         self._client, self._link = client, link
         self._problem = (
             f"{remote}: the remote site does not trust this site's key as an operator's; "
             "there: `teletaction keys trust --keys FOLDER -- NAME KEY`"
         )
-        self._welcome = self._said = False
+        self._admitted = self._reported = False
 
     def each_second(self) -> None:
-        """Look at what became of the handshakes.
+        """Check the results of the handshakes.
 
         Raises:
             LinkProblem: the remote site does not trust this site's key.
         """
         client = self._client
         connected = client.session.ident != 0
-        self._welcome = self._welcome or connected
+        self._admitted = self._admitted or connected
         if not self._link.key_refused():
-            if connected and self._said:
-                self._said, client.refusal = False, ""
+            if connected and self._reported:
+                self._reported, client.refusal = False, ""
             return
-        if not self._welcome:
+        if not self._admitted:
             raise LinkProblem(self._problem)
-        # It was revoked while we worked. The library does not try again after a refusal, so we do.
-        if not self._said:
-            self._said, client.refusal = True, self._problem
+        # The key was revoked during operation. The library does not retry after a refusal, so reconnect here.
+        if not self._reported:
+            self._reported, client.refusal = True, self._problem
             log.warning("%s", self._problem)
         self._link.reconnect()

@@ -1,7 +1,7 @@
-"""What consoles on this machine see of the site: its own recorded streams as they are made, some thirty times a second.
+"""Publishes the site's recorded streams to consoles on this machine, about thirty times a second.
 
-On loopback, with Curve, and only for the owner of the site's own secret key, as the desk. Whoever is slow, asleep or
-gone loses messages and delays nobody: a publisher never waits.
+The feed is on loopback with Curve, and accepts only the owner of the site's secret key, as the desk does. A console
+that is slow, asleep or gone loses messages and delays no other, because a publisher never waits.
 """
 
 from collections.abc import Iterator
@@ -20,14 +20,14 @@ from common.link.subscriptions import Subscriptions
 STREAMS = frozenset(
     f"operator/{stream}" for stream in ("touch", "rendered", "skin", "clock", "session", "played", "figures")
 )
-"""What a console sees."""
+"""Streams that consoles receive."""
 BATCH_S = 1.0 / 30.0
-"""Between two messages."""
+"""Interval between two messages, s."""
 _DOMAIN = "feed"
 _LARGEST = 1 << 20
-"""Bytes of a message; what a tick leaves for it is about 1.5 kB."""
+"""Largest message, bytes; one tick adds about 1.5 kB."""
 _WAITING = 8
-"""Messages for a console that does not read; further ones are lost to it."""
+"""Messages that are queued for a console that does not read; it loses further ones."""
 
 
 class Fed(NamedTuple):
@@ -39,27 +39,27 @@ class Fed(NamedTuple):
 
 
 class ConsoleFeed(Protocol):
-    """The site's side of a feed."""
+    """The site's end of a feed."""
 
     def write(self, stream: str, time_ns: int, payload: bytes) -> None:
-        """Keep one message for the next batch; of other streams than STREAMS nothing."""
+        """Add one message to the next batch, if its stream is in STREAMS."""
 
     def step(self, now_ns: int) -> None:
-        """Send what is kept when it is time to."""
+        """Send the batch when it is due."""
 
 
 class FeedSource(Protocol):
-    """A console's side of a feed."""
+    """A console's end of a feed."""
 
     def receive(self) -> Iterator[Fed]:
-        """What came since the last call, oldest first."""
+        """Yield the messages since the last call, oldest first."""
 
 
 class ConsoleFeedSocket:
-    """The site's side; never blocks."""
+    """The site's end; never blocks."""
 
     def __init__(self, port: int, keys: KeyPair):
-        """Bind.
+        """Bind the port.
 
         Raises:
             LinkProblem: the port is in use.
@@ -67,7 +67,7 @@ class ConsoleFeedSocket:
         self._batch: list[Fed] = []
         self._sent_ns = 0
         self._context = zmq.Context()
-        self._doorkeeper = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
+        self._authenticator = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
         self._socket = self._context.socket(zmq.PUB)
         prepare_socket(self._socket)
         prepare_publisher(self._socket)
@@ -81,12 +81,12 @@ class ConsoleFeedSocket:
             raise LinkProblem(f"{HOST}:{port} (feed): {error.strerror}; choose another feed_port") from None
 
     def write(self, stream: str, time_ns: int, payload: bytes) -> None:
-        """Keep one message for the next batch; of other streams than STREAMS nothing."""
+        """Add one message to the next batch, if its stream is in STREAMS."""
         if stream in STREAMS:
             self._batch.append(Fed(stream, time_ns, payload))
 
     def step(self, now_ns: int) -> None:
-        """Send what is kept when it is time to; a clock that was set back sends at once."""
+        """Send the batch when it is due; after a clock was set back, at once."""
         if 0 <= now_ns - self._sent_ns < BATCH_S * 1e9 or not self._batch:
             return
         self._sent_ns = now_ns
@@ -95,8 +95,8 @@ class ConsoleFeedSocket:
         self._batch = []
 
     def close(self) -> None:
-        """Give the port back."""
-        self._doorkeeper.close()
+        """Release the port."""
+        self._authenticator.close()
         self._context.destroy(linger=0)
 
     def __enter__(self) -> "ConsoleFeedSocket":
@@ -109,13 +109,13 @@ class ConsoleFeedSocket:
 
 
 class FeedReader:
-    """A console's side: takes what was fed, and finds the site again whenever it is gone."""
+    """A console's end: receives the feed, and reconnects after each interruption."""
 
     def __init__(self, port: int, keys: KeyPair):
         """Connect in the background."""
         self._context = zmq.Context()
         self.socket = self._context.socket(zmq.SUB)
-        """To wait for; read it with `receive` only."""
+        """Socket to poll; read it with `receive` only."""
         prepare_socket(self.socket)
         self.socket.setsockopt(zmq.MAXMSGSIZE, _LARGEST)
         self.socket.setsockopt(zmq.RCVHWM, _WAITING)
@@ -124,7 +124,7 @@ class FeedReader:
         self.socket.connect(f"tcp://{HOST}:{port}")
 
     def receive(self) -> Iterator[Fed]:
-        """What came since the last call, oldest first."""
+        """Yield the messages since the last call, oldest first."""
         for _ in range(_WAITING):
             try:
                 packed = self.socket.recv(zmq.DONTWAIT)

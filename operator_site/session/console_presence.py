@@ -1,14 +1,14 @@
-"""Whether somebody watches: a page that is hidden has no key for an emergency stop, and nobody sees its alarms."""
+"""Monitors whether a person watches the console; a hidden page has no emergency-stop key and shows no alarms."""
 
 from dataclasses import dataclass
 
 
 @dataclass(slots=True)
 class ConsolePresence:
-    """Counts how long the acting console was away while engaged. Pure: time is an argument, ns.
+    """Measures the absence of the acting console while engaged. Pure: time is an argument, ns.
 
     Attributes:
-        required_s: it may be away for so long, s; 0 where nobody has to watch.
+        required_s: longest allowed absence, s; 0 if nobody needs to watch.
     """
 
     required_s: float
@@ -16,13 +16,16 @@ class ConsolePresence:
     _hidden: bool = False
 
     def told(self, now_ns: int, seen: bool) -> None:
-        """A console said whether a person can see and use it."""
+        """Take a console's report whether a person can see and use it."""
         if seen:
             self._seen_ns = now_ns
         self._hidden = not seen
 
     def step(self, now_ns: int, engaged: bool) -> str:
-        """Why the site must pause; empty when it need not. Whoever engages has as long to be seen."""
+        """Return why the site must pause, or an empty text.
+
+        After engaging, the console has `required_s` to send its first presence message.
+        """
         if not self.required_s or not engaged:
             self._seen_ns = now_ns
             return ""

@@ -1,4 +1,4 @@
-"""Looking on: what the remote site identifies, as JSON lines for a second opinion. Asks and drives nothing."""
+"""Prints what the remote site identifies as JSON lines for a second opinion; requests and drives nothing."""
 
 import json
 import logging
@@ -23,15 +23,16 @@ from operator_site.session.session_client import SessionClient
 log = logging.getLogger(__name__)
 
 RATE_HZ = 50.0
+"""Rate of the client's loop, Hz."""
 SILENT_S = 0.5
-"""Maximum age of the newest touch that is still an opinion, s."""
+"""Maximum age of a touch that counts as an opinion, s."""
 
-_SAY = partial(print, flush=True)
-"""Whoever reads along reads each line at once."""
+_PRINT = partial(print, flush=True)
+"""Prints without buffering, so that a reader gets each line at once."""
 
 
 def opinion(touch: Touch) -> dict[str, Any]:
-    """What a touch packet says of each finger, in words; numbers that change all the time are not in it."""
+    """Return the state of each finger in a touch packet in words, without the continuously changing numbers."""
     fingers = {}
     for name, row, material in zip(FINGERS, touch.rows, touch.materials, strict=True):
         status = ThermalStatus(int(row.thermal_status))
@@ -45,7 +46,7 @@ def opinion(touch: Touch) -> dict[str, Any]:
 
 
 def measured(touch: Touch) -> dict[str, Any]:
-    """The numbers of each finger in contact at the moment of a packet."""
+    """Return the numbers of each finger in contact in a touch packet."""
     return {
         name: {
             "force_n": round(row.contact_force_n, 2),
@@ -58,7 +59,7 @@ def measured(touch: Touch) -> dict[str, Any]:
 
 
 def known(client: SessionClient, now_ns: int) -> tuple[Touch | None, dict[str, Any]]:
-    """The touch that an opinion rests on, and the opinion; without a session or a young touch, None and no fingers."""
+    """Return the newest touch and its opinion; without a session or a recent touch, None and no fingers."""
     touch = client.touch
     if not client.session.ident or touch is None:
         return None, {"state": DISCONNECTED, "fingers": {}}
@@ -70,8 +71,8 @@ def known(client: SessionClient, now_ns: int) -> tuple[Touch | None, dict[str, A
     return touch, said
 
 
-def run_observer(config: ObserverConfig, stop: Callable[[], bool], tell: Callable[[str], object] = _SAY) -> None:
-    """Tell a JSON line whenever what is identified changes, or nothing is known any more, until `stop()`.
+def run_observer(config: ObserverConfig, stop: Callable[[], bool], write: Callable[[str], object] = _PRINT) -> None:
+    """Write a JSON line whenever the opinion changes or is lost, until `stop()`.
 
     Raises:
         ValueError, OSError: keys cannot be used, or the remote site refuses this one.
@@ -96,7 +97,7 @@ def run_observer(config: ObserverConfig, stop: Callable[[], bool], tell: Callabl
                 continue
             last = now
             if touch is None:
-                tell(json.dumps({"time_s": None, "age_ms": None, **now, "measured": {}}))
+                write(json.dumps({"time_s": None, "age_ms": None, **now, "measured": {}}))
             else:
                 line = {"time_s": touch.time_ns * 1e-9, "age_ms": client.acceptance.age_ns * 1e-6, **now}
-                tell(json.dumps({**line, "measured": measured(touch)}))
+                write(json.dumps({**line, "measured": measured(touch)}))

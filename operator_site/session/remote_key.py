@@ -1,4 +1,4 @@
-"""Which public key the remote site must have."""
+"""Finds the public key that the remote site must have."""
 
 from common.config import OperatorLinkConfig
 from common.link.keys import KeyProblem, TrustedKeys, check_public_key
@@ -7,10 +7,10 @@ NAME = "remote"
 
 
 def remote_public_key(link: OperatorLinkConfig) -> str:
-    """The remote site's public key: from the configuration, or trusted under the name `remote`.
+    """Return the remote site's public key from the configuration, or the trusted key named `remote`.
 
     Raises:
-        KeyProblem: neither says it.
+        KeyProblem: there is neither, or the configured key is invalid.
     """
     if link.remote_key is not None:
         return check_public_key(link.remote_key)

@@ -1,4 +1,4 @@
-"""What the remote site says of its recording, in its answer to a status request."""
+"""Reads the state of the remote site's recording from its answer to a status request."""
 
 from collections.abc import Mapping
 
@@ -8,10 +8,10 @@ from common.wire.session_messages import LONGEST_REFUSAL
 
 
 def recording_stopped(details: Mapping[str, object]) -> str:
-    """Why the remote site's recording stopped, one printable line; empty while it is well, or where it does not say.
+    """Return why the remote site's recording stopped, in one printable line; empty while it works or if unreported.
 
     Raises:
-        BadPacket: it is no text.
+        BadPacket: the reason is no text.
     """
     said = details.get("recording", "")
     if not isinstance(said, str):

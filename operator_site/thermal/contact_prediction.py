@@ -1,7 +1,7 @@
-"""What is known of a contact before it happens: how fast a finger comes down, and when it will meet the surface.
+"""Predicts a contact: the speed of the approaching finger, and the time and temperature of contact.
 
-Only where the place is known beforehand, as a virtual scene knows it. A plate of 2.5 K/s and a motor need some time;
-what they do in the last moments before contact is theirs to be right in time, and too little to be felt.
+The prediction needs a surface that is known beforehand, as in a virtual scene. A plate of 2.5 K/s and a motor need
+time to reach their values. They start just before contact, too late for the change to be felt.
 """
 
 import math
@@ -10,30 +10,34 @@ from operator_site.thermal.skin_model import Touched
 from operator_site.thermal.tissue import LAYERS
 
 LEAD_S = 0.3
-"""A plate starts so long before contact at most: the skin is 0.06 K colder, or 0.09 K warmer by then, and a tenth of a
-kelvin is felt. A second would halve the error of cold metal, and be felt as 0.5 K before it is touched."""
+"""Longest time before contact at which a plate starts, s.
+
+It cools the skin by 0.06 K or warms it by 0.09 K until contact, and a tenth of a kelvin can be felt. With 1 s the error
+of cold metal would halve, but 0.5 K would be felt before contact.
+"""
 SPEED_LAG_S = 0.008
-"""Low-pass of the speed."""
+"""Time constant of the low-pass filter of the speed, s."""
 LONGEST_STEP_S = 0.1
+"""Longest step over which a speed is measured, s."""
 SLOWEST_M_S = 0.01
-"""A finger that comes down more slowly may as well stay up: tremor alone makes 2 mm/s."""
+"""Smallest speed that predicts a contact, m/s; tremor alone reaches 2 mm/s."""
 
 _EPIDERMIS = LAYERS[0]
 _SKIN_EFFUSIVITY = math.sqrt(_EPIDERMIS.conductivity_w_mk * _EPIDERMIS.density_kg_m3 * _EPIDERMIS.specific_heat_j_kgk)
 
 
 class ContactPrediction:
-    """How fast one finger comes down, out of its heights: they are quantised, 5 um in 2 ms are 2.5 mm/s."""
+    """Estimates the downward speed of one finger from its quantised heights, of which 5 um in 2 ms are 2.5 mm/s."""
 
     __slots__ = ("_t_s", "_z_m", "m_s")
 
     def __init__(self) -> None:
         self._t_s = self._z_m = math.nan
         self.m_s = 0.0
-        """The last result, m/s: positive downwards."""
+        """Last result, m/s, positive downwards."""
 
     def step(self, t_s: float, z_m: float) -> float:
-        """Speed downwards at `t_s` of a finger at height `z_m`, smoothed, m/s; 0 after a pause."""
+        """Return the smoothed downward speed at `t_s` of a finger at height `z_m`, m/s; 0 after a pause."""
         dt_s, descent_m = t_s - self._t_s, self._z_m - z_m
         self._t_s, self._z_m = t_s, z_m
         if 0.0 < dt_s <= LONGEST_STEP_S and math.isfinite(descent_m):
@@ -44,11 +48,11 @@ class ContactPrediction:
 
 
 def contact_in_s(height_m: float, approach_m_s: float) -> float:
-    """Time until a finger at `height_m` over the surface meets it, s; infinite where it does not come down.
+    """Return the time until contact, s; infinite below SLOWEST_M_S.
 
     Args:
-        height_m: above the surface; none is left below it.
-        approach_m_s: speed towards it.
+        height_m: height of the finger above the surface, m; below the surface the time is 0.
+        approach_m_s: speed towards the surface, m/s.
     """
     if not approach_m_s >= SLOWEST_M_S:
         return math.inf
@@ -56,6 +60,6 @@ def contact_in_s(height_m: float, approach_m_s: float) -> float:
 
 
 def contact_c(skin_c: float, touched: Touched, object_c: float) -> float:
-    """Temperature at which skin and object will meet, C: two half spaces, by their effusivities (Carslaw & Jaeger)."""
+    """Return the contact temperature of skin and object, C: two half spaces by effusivity (Carslaw & Jaeger)."""
     effusivity = math.sqrt(touched.conductivity_w_mk * touched.density_kg_m3 * touched.specific_heat_j_kgk)
     return (_SKIN_EFFUSIVITY * skin_c + effusivity * object_c) / (_SKIN_EFFUSIVITY + effusivity)

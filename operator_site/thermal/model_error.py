@@ -1,4 +1,4 @@
-"""How far a model's felt temperature is from that of a model of 100 cells; `model_choice` reads its table."""
+"""Computes the error of a model's felt temperature against a model of 100 cells; `model_selection` reads its table."""
 
 import json
 from pathlib import Path
@@ -10,6 +10,7 @@ from operator_site.thermal.skin_model import SkinModel, Touched, skin_rates
 from operator_site.thermal.tissue import Floats
 
 FINE = SkinModel(30, 15, 15, 40)
+"""Reference model."""
 TIMES_S = np.unique(np.round(np.geomspace(0.01, LONGEST_S, 90), 2))
 DWELL_S = (0.5, 1.0, 2.0, 4.0, 7.0, LONGEST_S)
 LN_EFFUSIVITY = np.linspace(np.log(20.0), np.log(50_000.0), 40)
@@ -17,11 +18,11 @@ LN_CONTACT = np.linspace(np.log(4e-4), np.log(2e-2), 20)
 
 
 def felt_per_k(model: SkinModel, touched: Touched, times_s: Floats) -> Floats:
-    """Change of the felt temperature at some times after contact, for each kelvin of difference."""
+    """Return the change of the felt temperature at times after contact, for each kelvin of difference, K/K."""
     rates = skin_rates(model, touched)
     start = np.zeros(model.states)
     start[model.skin_cells :] = 1.0
-    # An object without cells keeps its temperature, and the skin comes to rest between it and the body.
+    # An object without cells keeps its temperature, and the skin reaches a steady state between object and body.
     steady: Floats = np.zeros(model.states)
     if not model.ladder:
         steady = np.asarray(np.linalg.solve(rates.a, -rates.b[:, 1]), dtype=np.float64)
@@ -32,7 +33,7 @@ def felt_per_k(model: SkinModel, touched: Touched, times_s: Floats) -> Floats:
 
 
 def largest_difference_k(error_per_k: Floats, change_per_k: Floats) -> float:
-    """Largest difference at which an error stays within the used part of the tolerance at all times, K."""
+    """Return the largest difference at which the error stays within USED times the tolerance at all times, K."""
     relative = np.abs(error_per_k) > USED * TOLERANCE_SHARE * np.abs(change_per_k)
     if not relative.any():
         return ANY_K
@@ -40,11 +41,11 @@ def largest_difference_k(error_per_k: Floats, change_per_k: Floats) -> float:
 
 
 def make_rungs(out: Path) -> Path:
-    """Write the table; it takes some seconds."""
+    """Write the table to `out` within some seconds; return `out`."""
     largest = np.empty((len(RUNGS), len(LN_EFFUSIVITY), len(LN_CONTACT), len(DWELL_S)))
     for i, ln_effusivity in enumerate(LN_EFFUSIVITY):
         for j, ln_contact in enumerate(LN_CONTACT):
-            # Any half space of this effusivity does: one of a conductivity and a capacity alike.
+            # Any half space of this effusivity is equivalent; this one has equal conductivity and heat capacity.
             effusivity = float(np.exp(ln_effusivity))
             touched = Touched(effusivity, effusivity, 1.0, float(np.exp(ln_contact)))
             true = felt_per_k(FINE, touched, TIMES_S)

@@ -1,10 +1,10 @@
-"""Which model of skin and object a touch needs: the smallest whose felt temperature is right enough.
+"""Selects the smallest model of skin and object whose felt temperature is accurate enough for a touch.
 
-Right enough is an error of T1 within max(0.1 K, a tenth of the change): the best cold threshold of the hand, and a
-quarter of the step in heat flux that people tell apart. The model is linear, so its error grows with the difference in
-temperature between object and skin, and each rung has a largest difference for each object and dwell: a table of those
-is made with a model of 100 cells (`operator_site.thermal.model_error`). A half space enters by its effusivity and by
-how it touches alone: cells are cut where heat has come to.
+The error of T1 may be max(0.1 K, a tenth of the change). These are the best cold threshold of the hand, and a quarter
+of the JND in heat flux. The model is linear, so its error grows with the temperature difference between object and
+skin. Each candidate model therefore has a largest difference for each object and dwell. The table of these differences
+is made with a model of 100 cells (`operator_site.thermal.model_error`). A half space enters only by its effusivity and
+its contact resistance, because the cells scale with the depth that heat has reached.
 """
 
 import json
@@ -21,29 +21,30 @@ from operator_site.thermal.skin_model import SkinModel, Touched
 from operator_site.thermal.tissue import Floats
 
 TOLERANCE_K = 0.1
+"""Absolute tolerance of the felt temperature, K."""
 TOLERANCE_SHARE = 0.1
-"""Of the change of the felt temperature."""
+"""Relative tolerance of the change of the felt temperature."""
 USED = 0.9
-"""A rung is used up to this part of the tolerance: the table is read between its points."""
+"""Used share of the tolerance; the rest is for interpolation in the table."""
 RUNGS = (SkinModel(1, 1, 1), SkinModel(2, 1, 1, 6), SkinModel(4, 1, 1, 6), SkinModel(5, 5, 6, 10))
-"""Small to large; a finger at rest has none."""
+"""Candidate models from small to large; a finger at rest has none."""
 ANY_K = 1000.0
-"""Stands for a difference without bound."""
+"""Largest difference that stands for an unlimited one, K."""
 TABLE = Path(__file__).parents[1] / "tables" / "rungs.json"
 LONGEST_S = 10.0
-"""How long a touch is taken to last where nobody knows: later the object's ladder ends."""
+"""Assumed dwell of a touch without another estimate, s; the object's cells reach no deeper than heat in this time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A model, and why.
+    """A selected model and the reason.
 
     Attributes:
-        model: what to use.
-        rung: its index in RUNGS.
-        largest_k: up to which difference it is right enough, K; ANY_K where for any.
-        enough: whether that covers the touch; the largest model is used beyond.
-        why: in words.
+        model: model to use.
+        rung: index of the model in RUNGS.
+        largest_k: largest difference at which the model is accurate enough, K; ANY_K if unlimited.
+        enough: whether this covers the touch; if no model does, the largest one is selected.
+        why: reason in words.
     """
 
     model: SkinModel
@@ -55,7 +56,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class ModelTable:
-    """Largest differences by rung, ln effusivity, ln contact resistance and dwell; the last rung included.
+    """Largest differences by candidate model, ln effusivity, ln contact resistance and dwell.
 
     Attributes:
         ln_effusivity: (e,) of J/(m2 K s^0.5).
@@ -70,7 +71,7 @@ class ModelTable:
     ln_largest_k: Floats
 
     def largest_k(self, rung: int, touched: Touched, dwell_s: float) -> float:
-        """Up to which difference a rung is right enough, K; beyond the table's edges as at them."""
+        """Return the largest difference at which a model is accurate enough, K; clamped at the table's edges."""
         volume = touched.density_kg_m3 * touched.specific_heat_j_kgk
         ln_effusivity = 0.5 * math.log(touched.conductivity_w_mk * volume)
         longer = min(int(np.searchsorted(self.dwell_s, dwell_s - 1e-9)), len(self.dwell_s) - 1)
@@ -82,14 +83,14 @@ class ModelTable:
 
 
 def _between(knots: Sequence[float], value: float) -> tuple[int, float]:
-    """Knot below a value, and how far it is to the next, 0..1."""
+    """Return the index of the knot below a value, and the value's share of the way to the next knot, 0..1."""
     at = min(max(bisect_left(knots, value) - 1, 0), len(knots) - 2)
     return at, min(max((value - knots[at]) / (knots[at + 1] - knots[at]), 0.0), 1.0)
 
 
 @cache
 def rung_table() -> ModelTable:
-    """The table that ships with the program."""
+    """Return the shipped table; raise ValueError if it was made for other models."""
     stored = json.loads(TABLE.read_text(encoding="utf-8"))
     if stored["rungs"] != [str(model) for model in RUNGS]:
         raise ValueError(f"{TABLE}: made for other models ({', '.join(stored['rungs'])}): run make rungs")
@@ -100,17 +101,17 @@ def rung_table() -> ModelTable:
 
 @lru_cache(maxsize=256)
 def _largest_k(rung: int, touched: Touched, dwell_s: float) -> float:
-    """What the program's table says of a rung; a touch asks the same again in every step."""
+    """Return the shipped table's largest difference, K; cached, because a touch needs it again in every step."""
     return rung_table().largest_k(rung, touched, dwell_s)
 
 
 def choose(touched: Touched, difference_k: float, dwell_s: float = LONGEST_S) -> Choice:
-    """The smallest model that is right enough.
+    """Select the smallest model that is accurate enough.
 
     Args:
-        touched: the object.
-        difference_k: object minus skin's surface at contact, K.
-        dwell_s: how long the touch may last, s.
+        touched: the touched object.
+        difference_k: object minus skin surface at contact, K.
+        dwell_s: expected dwell of the touch, s.
     """
     wanted = abs(difference_k)
     largest = 0.0
@@ -118,6 +119,6 @@ def choose(touched: Touched, difference_k: float, dwell_s: float = LONGEST_S) ->
         largest = _largest_k(rung, touched, dwell_s)
         if wanted <= largest:
             up_to = "any difference" if largest >= 0.5 * ANY_K else f"up to {largest:.1f} K"
-            return Choice(model, rung, largest, True, f"smallest that is right enough for {wanted:.1f} K ({up_to})")
-    why = f"largest there is; right enough up to {largest:.1f} K, not for {wanted:.1f} K"
+            return Choice(model, rung, largest, True, f"smallest model accurate enough for {wanted:.1f} K ({up_to})")
+    why = f"largest model; accurate enough up to {largest:.1f} K, not for {wanted:.1f} K"
     return Choice(RUNGS[-1], len(RUNGS) - 1, largest, False, why)

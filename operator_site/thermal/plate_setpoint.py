@@ -1,7 +1,8 @@
-"""What the plate under each fingertip must show (second stage of Kron & Schmidt 2003, Fig. 5).
+"""Computes the set-point of the plate under each fingertip (second stage of Kron & Schmidt 2003, Fig. 5).
 
-The second model of the paper is the same skin on the aluminium plate. Equal flux into an equal skin gives an equal
-felt temperature, so nothing has to be inverted: the plate sits where the scene's flux would cross its own contact.
+The second model of the paper is the same skin on the aluminium plate. Equal flux into an equal skin gives an equal felt
+temperature, so no model is inverted. The set-point is the plate temperature that drives the scene's flux through the
+plate's contact resistance.
 """
 
 import math
@@ -14,21 +15,22 @@ from operator_site.thermal.scene_skin import SkinState
 from operator_site.thermal.tissue import Floats
 
 PLATE_CONTACT_M2K_W = 5.4e-4
-"""Contact resistance between finger and aluminium plate."""
+"""Contact resistance between finger and aluminium plate, m2K/W."""
 _OUTSIDE, _BEHIND = Limit.PLATE_RANGE.value, Limit.PLATE_RATE.value
 NOTHING_AHEAD: Mapping[int, float] = MappingProxyType({})
+"""No finger is about to touch."""
 
 
 class PlateSetpoint:
-    """Set-points of all plates, kept inside what a plate may and can do.
+    """Set-points of all plates within their range and rate.
 
     Attributes:
         set_c: present set-points (n,), C.
-        limited: `Limit` bits (n,): where the plate cannot show what the model wants.
+        limited: `Limit` bits (n,) of each plate that cannot display the model's output.
     """
 
     def __init__(self, profile: PlateRange, neutral_c: Floats) -> None:
-        """Start at `neutral_c` (n,), the skin's own surface temperatures."""
+        """Start at `neutral_c` (n,), the skin's own surface temperatures, C."""
         self._profile = profile
         self._surface_c: list[float] = neutral_c.tolist()
         self._flux_w_m2 = [0.0] * len(self._surface_c)
@@ -37,15 +39,15 @@ class PlateSetpoint:
         self.set_c = list(self._wanted_c)
         self.limited = list(self._outside)
         self._settled = False
-        """Whether all set-points are what is wanted."""
+        """Whether all set-points have reached their wanted values."""
 
     def aim(self, skin: SkinState, touching: Sequence[bool], ahead_c: Mapping[int, float] = NOTHING_AHEAD) -> None:
-        """Take what the plates should show; a finger that touches nothing is shown its own skin, no flux.
+        """Set the wanted temperatures; the plate of a free finger gets the skin's own temperature, without flux.
 
         Args:
-            skin: of the scene.
-            touching: which fingers do.
-            ahead_c: by finger that is about to touch, what it will meet: its plate goes there already.
+            skin: state of the skin in the scene.
+            touching: whether each finger touches.
+            ahead_c: expected contact temperature of each finger about to touch, C; its plate goes there at once.
         """
         self._settled = False
         self._surface_c = skin.surface_c.tolist()
@@ -59,7 +61,7 @@ class PlateSetpoint:
             self._outside[finger] = _OUTSIDE if possible_c != wanted_c else 0
 
     def step(self, dt_s: float) -> list[float]:
-        """Set-points (n,), C, `dt_s` later, at no more than the plates' own rates."""
+        """Return the set-points (n,), C, `dt_s` later, at no more than the plates' rates."""
         if self._settled:
             return list(self.set_c)
         lowest_k, highest_k = -PLATE_COOLING_K_S * dt_s, PLATE_HEATING_K_S * dt_s
@@ -76,7 +78,7 @@ class PlateSetpoint:
         return list(self.set_c)
 
     def load_w_m2(self) -> list[float]:
-        """What fingers take from their plates (n,), W/m2: the scene's flux, as far as the plates' range allows it."""
+        """Return the flux from the plates into the fingers (n,), W/m2: the scene's flux within the plates' range."""
         found = []
         for wanted_c, surface_c, flux_w_m2 in zip(self._wanted_c, self._surface_c, self._flux_w_m2, strict=True):
             possible_w_m2 = (wanted_c - surface_c) / PLATE_CONTACT_M2K_W
@@ -84,12 +86,12 @@ class PlateSetpoint:
         return found
 
     def needs_s(self, finger: int, goal_c: float) -> float:
-        """How long a plate takes to a goal, s."""
+        """Return the time that a plate needs to reach a temperature, s."""
         change = goal_c - self.set_c[finger]
         return change / PLATE_HEATING_K_S if change > 0.0 else -change / PLATE_COOLING_K_S
 
     def restart(self, finger: int, plate_c: float) -> None:
-        """Go on from where a plate is; without a reading (NaN) it keeps its set-point."""
+        """Continue from the plate's temperature; without a reading (NaN) the set-point stays."""
         self._settled = False
         if math.isfinite(plate_c):
             self.set_c[finger] = self._inside(plate_c)

@@ -1,4 +1,4 @@
-"""The pad of a finger: its layers, what surrounds it, and how warm it is while it touches nothing."""
+"""Models the pad of a finger: its tissue layers, its surroundings, and its steady temperatures in free motion."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 BLOOD_DENSITY_KG_M3 = 1060.0
+"""Density of blood, kg/m3."""
 BLOOD_SPECIFIC_HEAT_J_KGK = 3770.0
+"""Specific heat of blood, J/(kg K)."""
 REST_CELLS = (60, 60, 120)
-"""Cells of each layer where the temperatures at rest are solved: within 1 mK of twice as many."""
+"""Cells of each layer for the temperatures at rest; twice as many cells change them by less than 1 mK."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +33,12 @@ LAYERS = (
     Layer("dermis", 1.2e-3, 0.45, 1200.0, 3300.0, 0.005),
     Layer("subcutis", 5.0e-3, 0.19, 1000.0, 2500.0, 0.00125),
 )
-"""Outermost first."""
+"""Layers of the finger pad, outermost first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """The finger's surroundings; `deep_c` is the one number that differs between people."""
+    """Surroundings of the finger: temperatures, C, and heat transfer to air, W/m2K; only `deep_c` differs by person."""
 
     air_c: float = 25.0
     deep_c: float = 34.0
@@ -46,13 +48,13 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """Tissue cut into m cells, outermost first; per area of skin.
+    """Tissue divided into m cells, outermost first; per area of skin.
 
     Attributes:
         size_m: (m,) thickness.
-        conductivity_w_mk: (m,).
-        heat_j_m2k: (m,) capacity.
-        blood_w_m2k: (m,) what the blood carries for each kelvin between it and the cell.
+        conductivity_w_mk: (m,) thermal conductivity.
+        heat_j_m2k: (m,) heat capacity.
+        blood_w_m2k: (m,) heat flux from the blood for each kelvin between blood and cell.
         layer_of: (m,) index into LAYERS.
     """
 
@@ -64,13 +66,13 @@ class Cells:
 
     @property
     def links_w_m2k(self) -> Floats:
-        """(m - 1,) conductances of neighbours: Eq. 4, in series through both halves."""
+        """(m - 1,) conductances between neighbours: Eq. 4, both half cells in series."""
         half = self.size_m / (2.0 * self.conductivity_w_mk)
         return np.asarray(1.0 / (half[:-1] + half[1:]))
 
     @property
     def half_m2k_w(self) -> float:
-        """Resistance from the skin's surface to the centre of the outermost cell."""
+        """Thermal resistance from the skin's surface to the centre of the outermost cell."""
         return float(self.size_m[0] / (2.0 * self.conductivity_w_mk[0]))
 
     @property
@@ -85,7 +87,7 @@ class Cells:
 
 
 def cells(counts: tuple[int, int, int]) -> Cells:
-    """Cut each layer into as many equal cells."""
+    """Divide each layer into its count of equal cells."""
     layer_of = np.repeat(np.arange(len(LAYERS)), counts)
     size = np.array([layer.thickness_m / count for layer, count in zip(LAYERS, counts, strict=True)])[layer_of]
     blood = BLOOD_DENSITY_KG_M3 * BLOOD_SPECIFIC_HEAT_J_KGK
@@ -100,7 +102,7 @@ def cells(counts: tuple[int, int, int]) -> Cells:
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """A finger that has touched nothing for long: layer means and surface, C, and flux into it, W/m2."""
+    """A finger in steady state without contact: layer means and surface, C, and flux into the finger, W/m2."""
 
     layers_c: tuple[float, float, float]
     surface_c: float
@@ -109,7 +111,7 @@ class Rest:
 
 @cache
 def rest(body: Body) -> Rest:
-    """The steady state in free motion."""
+    """Return the steady state in free motion."""
     tissue = cells(REST_CELLS)
     air_w_m2k = 1.0 / (1.0 / body.air_w_m2k + tissue.half_m2k_w)
     links, blood = tissue.links_w_m2k, tissue.blood_w_m2k
