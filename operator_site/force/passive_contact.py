@@ -21,7 +21,7 @@ from operator_site.safety.sampled_wall import SampledWall
 LENT_J = 0.35e-3
 """Largest debt of the account, J.
 
-A contact that begins around the finger is felt at once, with 0.53 N at 400 N/m. The debt must be repaid by the finger
+A contact that begins around the finger acts at once, with 0.53 N at 400 N/m. The debt must be repaid by the finger
 or forgiven before it is lent again, so that no model can pump energy.
 """
 RESTED_J = 0.5e-3

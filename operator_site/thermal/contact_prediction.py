@@ -1,7 +1,7 @@
 """Predicts a contact: the speed of the approaching finger, and the time and temperature of contact.
 
 The prediction needs a surface that is known beforehand, as in a virtual scene. A plate of 2.5 K/s and a motor need
-time to reach their values. They start just before contact, too late for the change to be felt.
+time to reach their values. They start just before contact, and their change until then is too small to be felt.
 """
 
 import math

@@ -41,7 +41,7 @@ def largest_difference_k(error_per_k: Floats, change_per_k: Floats) -> float:
 
 
 def make_rungs(out: Path) -> Path:
-    """Write the table to `out` within some seconds; return `out`."""
+    """Write the table to `out` in some seconds; return `out`."""
     largest = np.empty((len(RUNGS), len(LN_EFFUSIVITY), len(LN_CONTACT), len(DWELL_S)))
     for i, ln_effusivity in enumerate(LN_EFFUSIVITY):
         for j, ln_contact in enumerate(LN_CONTACT):

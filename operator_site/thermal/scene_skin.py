@@ -1,7 +1,7 @@
-"""The fingers' temperatures in the explored scene, one batched product for each 10 ms (first stage of Fig. 5).
+"""Computes the fingers' temperatures in the scene, with one batched product every 10 ms (first stage of Fig. 5).
 
-The finger here touches what the remote finger touches; what the plate must show follows from it. Each finger has the
-smallest model that its touch needs, and none at all once it is back at rest.
+The modelled finger touches what the remote finger touches, and the plate's set-point follows from it. Each finger has
+the smallest model that its touch needs, and none once it is at rest again.
 """
 
 import math
@@ -18,15 +18,16 @@ from operator_site.thermal.skin_model import OUTPUTS, SkinModel, SkinStep, Touch
 from operator_site.thermal.tissue import Body, Floats, rest
 
 AT_REST_K = 0.03
-"""A free finger is back at rest when no cell departs further."""
+"""Largest departure of any cell of a free finger that is at rest, K."""
 FLUX = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+"""Selects the flux among the outputs of a step."""
 LOOK_EVERY = 10
-"""Steps between two looks at whether a finger is."""
+"""Steps between two checks whether fingers are at rest."""
 
 
 @dataclass(frozen=True, slots=True)
 class SkinState:
-    """What each finger feels, (n,) each; `flux_w_m2` is positive into the finger."""
+    """Skin temperatures of the fingers, C, and `flux_w_m2`, positive into the finger; (n,) each."""
 
     epidermis_c: Floats
     """Mean of the epidermis: the felt temperature T1."""
@@ -38,10 +39,10 @@ class SkinState:
 
 @lru_cache(maxsize=256)
 def touched_object(conductivity_w_mk: float, density_kg_m3: float, specific_heat_j_kgk: float) -> Touched | None:
-    """The object that these constants describe, rounded to 1 %; None when they describe none.
+    """Return the object with these constants, rounded to 1 %; None if they are out of range.
 
-    Rounding lets a slightly different estimate of the same object reuse its matrices: a difference of
-    1 % in a constant is far below what a finger tells apart.
+    Rounding lets a slightly different estimate of the same object reuse its matrices. A difference of 1 % in a constant
+    is far below the JND of a finger.
     """
     known = (
         0.01 <= conductivity_w_mk <= 1000.0
@@ -60,7 +61,7 @@ def touched_object(conductivity_w_mk: float, density_kg_m3: float, specific_heat
 def prepare(
     known: Iterable[Material], models: Iterable[SkinModel] = RUNGS, air_w_m2k: float = Body().air_w_m2k
 ) -> None:
-    """Solve the skin on materials beforehand: 0.4 ms each, too long for the tick that first touches one."""
+    """Solve the skin on materials beforehand, because 0.4 ms each are too long for the tick of the first touch."""
     rung_table()
     for kind in known:
         touched = touched_object(kind.conductivity_w_mk, kind.density_kg_m3, kind.specific_heat_j_kgk)
@@ -69,7 +70,7 @@ def prepare(
 
 
 class SceneSkin:
-    """Skin of the operator's fingers as the scene would have it."""
+    """Skin of the operator's fingers in the scene."""
 
     def __init__(
         self,
@@ -78,13 +79,13 @@ class SceneSkin:
         fingers: int = len(FINGERS),
         dwell_s: float = LONGEST_S,
     ) -> None:
-        """Fingers at rest.
+        """Begin with all fingers at rest.
 
         Args:
-            model: of all fingers at all times; None: for each touch the smallest that is right enough.
-            body: what surrounds the fingers.
-            fingers: how many.
-            dwell_s: how long a touch is taken to last, for the choice.
+            model: model of all fingers at all times; None selects the smallest accurate one for each touch.
+            body: surroundings of the fingers.
+            fingers: number of fingers.
+            dwell_s: assumed dwell of a touch for the selection, s.
         """
         self.body = body or Body()
         self._fixed, self._dwell_s = model, dwell_s
@@ -93,18 +94,18 @@ class SceneSkin:
         self._touched: list[Touched | None] = [None] * fingers
         self._object_c = np.full(fingers, self.body.air_c)
         self.models: list[SkinModel | None] = [model] * fingers
-        """Of each finger now; None at rest."""
+        """Present model of each finger; None at rest."""
         self._steps = 0
         self._x = np.zeros((fingers, 0))
         self._at_rest = SkinState(*np.tile(self._rest_row, (fingers, 1)).T)
         self._size(model.states if model else 0)
 
     def touch(self, finger: int, touched: Touched | None, object_c: float) -> None:
-        """Say what a finger is on: nothing (None) or an object of a temperature, C.
+        """Set the object that a finger touches, or None, and the object's temperature, C.
 
-        The first contact sets the object's cells to its temperature. While contact lasts, a better estimate of
-        the temperature shifts them, and of the material keeps their departure from it: the cells of two materials
-        lie at the same multiples of the depth that heat has reached, so the picture carries over.
+        The first contact sets the object's cells to its temperature. During contact, a better estimate of the
+        temperature shifts the cells. A better estimate of the material keeps their departures, because the cells of
+        all materials lie at the same multiples of the depth that heat has reached.
         """
         before = self._touched[finger]
         if touched is None:
@@ -139,11 +140,11 @@ class SceneSkin:
         return SkinState(*both[:, states:].T)
 
     def state(self) -> SkinState:
-        """The present state, with the flux that the present contact drives."""
+        """Return the present state with the flux of the present contact."""
         return SkinState(*(np.matmul(self._read, self._x[:, :, None])[:, :, 0] + self._offset).T)
 
     def _fit(self, finger: int, touched: Touched, object_c: float) -> None:
-        """Give a finger the model that a touch needs; one that has a larger one already keeps it."""
+        """Give a finger the model that a touch needs, unless it has one as large or larger."""
         old = self.models[finger]
         if self._fixed is not None or old == RUNGS[-1]:
             return
@@ -160,7 +161,7 @@ class SceneSkin:
         self.models[finger] = new
 
     def _come_to_rest(self) -> None:
-        """Drop the models of free fingers that are back at rest."""
+        """Remove the models of free fingers that are at rest again."""
         away = np.abs(self._x).max(axis=1).tolist()
         for finger, model in enumerate(self.models):
             if model is not None and self._touched[finger] is None and away[finger] <= AT_REST_K:
@@ -172,7 +173,7 @@ class SceneSkin:
             self._size(largest)
 
     def _size(self, states: int) -> None:
-        """Make room for the largest model in use; smaller ones have empty states."""
+        """Resize the arrays to the largest model in use; smaller models leave states empty."""
         n = len(self._touched)
         x = np.zeros((n, states))
         common = min(states, self._x.shape[1])
@@ -185,7 +186,7 @@ class SceneSkin:
             self._use(finger)
 
     def _use(self, finger: int) -> None:
-        """Take over the matrices of what a finger touches now: the next state, and what is read from it, in one."""
+        """Set the matrices of a finger's present touch; one product gives the next state and its outputs."""
         model, touched = self.models[finger], self._touched[finger]
         states = self._x.shape[1]
         advance, read = self._advance[finger], self._read[finger]
@@ -205,6 +206,6 @@ class SceneSkin:
             self._x[finger, n:] = 0.0
             inputs = np.array([self._rest.flux_w_m2, self._object_c[finger] - self._rest.surface_c])
             drift[:n] = step.b @ inputs
-            # What is read at rest is the rest; the flux at rest is among the inputs.
+            # The outputs at rest are the offset; the flux at rest is also an input, so subtract it.
             offset = self._offset[finger] = self._rest_row + step.d @ inputs - FLUX * self._rest.flux_w_m2
         self._advance_offset[finger] = np.concatenate((drift, read @ drift + offset))

@@ -1,10 +1,10 @@
-"""The three-layer finger of Kron & Schmidt 2003 (Eq. 3 and 4) as a chain of cells, exact in time.
+"""Models the three-layer finger of Kron & Schmidt 2003 (Eq. 3 and 4) as a chain of cells, exact in time.
 
 Cells run from the skin's surface to the deep tissue, then from the contact into the object (its ladder). All
-temperatures are departures: of tissue from its own rest, of the object from the skin's surface at rest. So every
-choice of cells rests at the same temperatures, and a finger at rest is all zeros. Eq. 4 is printed with "the
+temperatures are departures: of tissue from its own rest, of the object from the skin's surface at rest. Every choice of
+cells therefore rests at the same temperatures, and a finger at rest is all zeros. Eq. 4 is printed with "the
 conductivity between centres"; between unlike layers that is the series value of both halves. The system is linear, so
-one matrix exponential per time step and object replaces any integration error.
+one matrix exponential per time step and object leaves no integration error.
 """
 
 from dataclasses import dataclass
@@ -17,18 +17,20 @@ from common.scenes.materials import contact_resistance_m2k_w, material
 from operator_site.thermal.tissue import Cells, Floats, cells
 
 STEP_S = 0.01
+"""Time step of the model, s."""
 LADDER_REACH_S = 10.0
-"""The object's ladder is as deep as heat travels in this time: 4 sqrt(a t)."""
+"""Time that sets the depth of the object's ladder, s: heat travels 4 sqrt(a t)."""
 INPUTS = 2
-"""Of a step: the flux at rest, W/m2; the object's temperature where it has no cells of its own."""
+"""Number of inputs: the flux at rest, W/m2, and the temperature of an object without cells, K as departure."""
 OUTPUTS = 5
-"""Of a step: means of epidermis, dermis and subcutis and the surface as departures, K; the flux into the skin, W/m2."""
+"""Number of outputs: departures of epidermis, dermis, subcutis and surface, K, and the flux into the skin, W/m2."""
 MOST_CELLS = 400
+"""Maximum number of cells of one part in a parsed model."""
 
 
 @dataclass(frozen=True, slots=True)
 class Touched:
-    """An object as the finger meets it, SI; a half space when no thickness is known."""
+    """Thermal properties of a touched object and its contact, SI; a half space without a thickness."""
 
     conductivity_w_mk: float
     density_kg_m3: float
@@ -38,10 +40,10 @@ class Touched:
 
     @classmethod
     def of(cls, name: str) -> "Touched":
-        """A half space of a material, by its name or alias.
+        """Return a half space of a material by its name or alias.
 
         Raises:
-            KeyError: no such material.
+            KeyError: the material is unknown.
         """
         known = material(name)
         k = known.conductivity_w_mk
@@ -50,7 +52,7 @@ class Touched:
 
 @dataclass(frozen=True, slots=True)
 class SkinModel:
-    """How many cells each part has; without a ladder a touched object keeps its temperature for ever."""
+    """Number of cells of each part; without a ladder a touched object keeps its temperature permanently."""
 
     epidermis: int
     dermis: int
@@ -59,7 +61,7 @@ class SkinModel:
 
     @property
     def tissue(self) -> Cells:
-        """Its tissue."""
+        """The cells of the tissue."""
         return cells((self.epidermis, self.dermis, self.subcutis))
 
     @property
@@ -77,7 +79,7 @@ class SkinModel:
         """Read `epidermis+dermis+subcutis[+ladder]`; `3` is short for `1+1+1`.
 
         Raises:
-            ValueError: not such a sum, or a part without cells.
+            ValueError: the text is no such sum, or a part is not in 1..MOST_CELLS.
         """
         parts = ("1+1+1" if text.strip() == "3" else text).split("+")
         try:
@@ -94,7 +96,7 @@ class SkinModel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SkinStep:
-    """One time step `x' = a x + b u` and what is read from a state, `y = c x + d u`."""
+    """One time step `x' = a x + b u` and the outputs of a state, `y = c x + d u`."""
 
     a: Floats
     b: Floats
@@ -103,7 +105,7 @@ class SkinStep:
 
 
 def ladder_m(count: int, touched: Touched) -> Floats:
-    """Thickness of the object's cells, m, the finest (first) at the skin."""
+    """Return the thickness of the object's cells, m; the first and thinnest one is at the skin."""
     ratio = 2.6 if count <= 6 else 1.8 if count <= 12 else 1.0 + 9.6 / count
     heat = touched.density_kg_m3 * touched.specific_heat_j_kgk
     depth = 4.0 * float(np.sqrt(touched.conductivity_w_mk / heat * LADDER_REACH_S))
@@ -115,7 +117,7 @@ def ladder_m(count: int, touched: Touched) -> Floats:
 
 @lru_cache(maxsize=256)
 def skin_rates(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.0) -> SkinStep:
-    """Rates `dx/dt = a x + b u`, 1/s, free (`touched` None, tissue alone) or in contact, and what is read."""
+    """Return the rates `dx/dt = a x + b u`, 1/s, and the outputs, free (`touched` None, tissue alone) or in contact."""
     half_m2k_w, heat, own_balance, means = _tissue(model)
     m = model.skin_cells
     count = 0 if touched is None else model.ladder
@@ -139,7 +141,7 @@ def skin_rates(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.
             flux[m] = conducts
         else:
             flux_of[1] = conducts
-    gained = flux_of - np.array([1.0, 0.0])  # against the flux at rest, which holds the rest
+    gained = flux_of - np.array([1.0, 0.0])  # relative to the flux at rest, which maintains the rest
     inputs = np.zeros((n, INPUTS))
     balance[0] += flux
     inputs[0] = gained
@@ -157,7 +159,11 @@ def skin_rates(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.
 
 @cache
 def _tissue(model: SkinModel) -> tuple[float, Floats, Floats, Floats]:
-    """What no object changes: half of the first cell, m2K/W, heat capacities, balance alone, W/m2K, layer means."""
+    """Return the parts that no object changes, cached for each model.
+
+    These are the resistance of half the first cell, m2K/W, the heat capacities, J/m2K, the balance of the tissue alone,
+    W/m2K, and the weights of the layer means.
+    """
     tissue, m = model.tissue, model.skin_cells
     balance = np.zeros((m, m))
     _link(balance, tissue.links_w_m2k, 0)
@@ -179,9 +185,9 @@ def _link(balance: Floats, links: Floats, first: int) -> None:
 
 @lru_cache(maxsize=256)
 def skin_step(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.0, step_s: float = STEP_S) -> SkinStep:
-    """One step, free (tissue alone) or in contact, exact for inputs that stay; kept for the next call.
+    """Return one step, free (tissue alone) or in contact, exact for constant inputs; cached.
 
-    About 0.3 ms when new, so call it before it is needed where the object is known beforehand.
+    A new one takes about 0.3 ms, so call it in advance for objects that are known beforehand.
     """
     rates = skin_rates(model, touched, air_w_m2k)
     n = len(rates.a)
@@ -192,12 +198,12 @@ def skin_step(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.0
 
 
 def refined(x: Floats, old: SkinModel, new: SkinModel) -> Floats:
-    """A state of `old` in the cells of `new`: profiles in between, the means of layers and object kept.
+    """Convert a state of `old` to the cells of `new`: interpolate profiles, and keep the means of layers and object.
 
     Args:
         x: (old.states,) departures, K.
-        old: cells that `x` is of.
-        new: cells wanted.
+        old: model of `x`.
+        new: model of the result.
     """
     before, after = old.tissue, new.tissue
     m, k = old.skin_cells, new.skin_cells

@@ -1,4 +1,4 @@
-"""The vibration of a fingertip: taps, strokes and grooves.
+"""Computes the vibration of a fingertip: taps, strokes and grooves.
 
 Rendering uses `vibration` and `motor_drive`.
 """

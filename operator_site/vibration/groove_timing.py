@@ -1,8 +1,8 @@
-"""When a groove is felt: as far behind the hand as the one before it, however unevenly the link delivers them.
+"""Schedules grooves with a constant delay behind the hand, however unevenly the link delivers them.
 
-A groove is told with the time at which the operator's hand was there, on the operator's own clock. Played at once,
-those that a lost packet held up would come in a heap, and a regular grating would not be felt as one. So each waits
-until it is as late as the latest of a while ago: its way behind the hand stays, and so does that of its neighbours.
+Each groove carries the time at which the operator's hand was there, on the operator's clock. Played on arrival, the
+grooves that a lost packet held up would come in a burst, and a regular grating would feel irregular. So each groove
+waits until its age reaches the largest recent age, which keeps its spacing to its neighbours.
 """
 
 import math
@@ -12,18 +12,18 @@ from collections.abc import Iterable
 from common.wire.messages import Event, EventKind
 
 LONGEST_WAIT_S = 0.040
-"""Later than that a texture feels like another one (Okamoto et al. 2009): what comes later still is not waited for."""
+"""Longest added delay of a groove, s; a larger delay changes the perceived texture (Okamoto et al. 2009)."""
 OLDEST_S = 1.0
-"""What says that it is older than that, or from the future, says nothing of when it belongs: it is played at once."""
+"""Largest plausible age of a groove, s; an older one, or one from the future, is played at once."""
 MEMORY_S = 3.0
-"""How long a late one is remembered."""
+"""Time for which the age of a groove is remembered, s."""
 
 
 class GrooveTiming:
-    """Holds grooves back until their time; every other event passes.
+    """Delays grooves until they are due; all other events pass at once.
 
     Attributes:
-        behind_s: how far behind the hand grooves are felt now, s.
+        behind_s: present delay of grooves behind the hand, s.
     """
 
     def __init__(self) -> None:
@@ -33,15 +33,15 @@ class GrooveTiming:
 
     @property
     def waits(self) -> bool:
-        """Whether any groove is held back."""
+        """Whether any groove is delayed."""
         return bool(self._waiting)
 
     def step(self, t_s: float, fresh: Iterable[Event]) -> list[Event]:
-        """Events whose time has come, in the order in which they happened.
+        """Return the due events in the order in which they happened.
 
         Args:
-            t_s: time now on the operator's clock, s.
-            fresh: events that were not given before, in their order.
+            t_s: present time on the operator's clock, s.
+            fresh: new events in their order.
         """
         due = []
         for event in fresh:
@@ -50,7 +50,7 @@ class GrooveTiming:
                 self._ages.append((t_s, age_s))
                 self._waiting.append(event)
                 continue
-            if event.kind is EventKind.TAP:  # a tap waits for nothing; what happened before it is not felt after it
+            if event.kind is EventKind.TAP:  # a tap is due at once, after the finger's earlier grooves
                 due += [earlier for earlier in self._waiting if earlier.finger == event.finger]
                 self._waiting = deque(later for later in self._waiting if later.finger != event.finger)
             due.append(event)
@@ -61,11 +61,11 @@ class GrooveTiming:
         return due
 
     def clear(self) -> None:
-        """Nothing is to be felt: what waits is dropped."""
+        """Drop all waiting grooves."""
         self._waiting.clear()
 
     def _look_back(self, t_s: float) -> None:
-        """The latest of the last MEMORY_S sets the pace, unless the soonest would wait for too long."""
+        """Set the delay to the largest age in the last MEMORY_S, at most LONGEST_WAIT_S above the smallest."""
         ages = self._ages
         while ages and not t_s - MEMORY_S <= ages[0][0] <= t_s:
             ages.popleft()

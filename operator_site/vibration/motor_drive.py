@@ -1,8 +1,8 @@
-"""The vibration motor's drive: from the speed that should be felt to the voltage that brings the motor there in time.
+"""Drives the vibration motor with voltages that bring it to a wanted speed in the shortest time.
 
-An eccentric-rotating-mass motor obeys `u = R i + k_e omega` and `J domega/dt = k_e i - b omega - T_f`. Left alone at
-the voltage that holds a speed it needs 50 ms for two thirds of it, and is late for every tap. The same equation says
-how fast it turns by now, and so how much more, or less, brings it to its speed at once.
+An eccentric-rotating-mass motor obeys `u = R i + k_e omega` and `J domega/dt = k_e i - b omega - T_f`. At the voltage
+that holds a speed it needs 50 ms for two thirds of the speed, which is too late for every tap. The same equations
+estimate its present speed, and so the pulse of higher or lower voltage that brings it to the wanted speed.
 """
 
 import math
@@ -15,22 +15,24 @@ from common.limits import MODULE_TIMEOUT_S, MOTOR_MAX_RPM
 
 RPM_TO_RAD_S = math.pi / 30.0
 CLOSE = 0.04
-"""A speed is corrected to within this part of its goal; the rest it goes by itself, so that a motor not quite as told
-comes no further than the goal."""
+"""Relative speed error that pulses leave uncorrected, so that a motor with other constants does not overshoot."""
 JUMP = 0.1
+"""Relative rise of the wanted speed at once above which it counts as an impulse with a peak to display."""
 JUMP_RAD_S = 30.0
-"""A wanted speed that rises by this part and this much at once is an impulse: its peak is to be felt."""
+"""Absolute rise of the wanted speed at once above which it counts as an impulse, rad/s; JUMP must be exceeded, too."""
 PEAK_S = 0.05
-"""For so long an impulse's peak is still gone for although the wanted speed falls: from rest to full speed and more."""
+"""Longest time to reach an impulse's peak while the wanted speed falls, s; longer than from rest to full speed."""
 
 
 FULL_V = 1e-3 * MOTOR_MAX_MV
-"""Twice what holds the largest speed. The driver is a single transistor: it cannot turn the voltage round, and brakes
-by shorting the motor."""
+"""Full voltage, V, twice the voltage that holds the largest speed.
+
+The driver is a single transistor. It cannot reverse the voltage, and brakes by shorting the motor.
+"""
 
 
 class MotorVoltage(NamedTuple):
-    """What a module is told for its motor: once for each number `pulse_mv` for `pulse_us`, then `hold_mv`."""
+    """Motor command to a module: `pulse_mv` for `pulse_us`, once for each new `pulse_number`, then `hold_mv`."""
 
     hold_mv: int
     pulse_mv: int = 0
@@ -39,6 +41,7 @@ class MotorVoltage(NamedTuple):
 
 
 OFF = MotorVoltage(0)
+"""Command of no voltage."""
 
 
 @dataclass(frozen=True)
@@ -53,12 +56,12 @@ class Motor:
 
     @cached_property
     def start_v(self) -> float:
-        """Voltage at which the torque just beats dry friction, V."""
+        """Voltage at which the torque just exceeds dry friction, V."""
         return self.friction_n_m * self.resistance_ohm / self.emf_v_s
 
     @cached_property
     def time_constant_s(self) -> float:
-        """How fast the speed approaches its steady state, s."""
+        """Mechanical time constant of the speed, s."""
         return self.inertia_kg_m2 / (self.viscous_n_m_s + self.emf_v_s**2 / self.resistance_ohm)
 
     @cached_property
@@ -66,24 +69,24 @@ class Motor:
         return self.emf_v_s + self.resistance_ohm * self.viscous_n_m_s / self.emf_v_s
 
     def voltage_v(self, omega_rad_s: float) -> float:
-        """Voltage that holds a speed, V; zero for zero and below."""
+        """Return the voltage that holds a speed, V; 0 for speeds of 0 and below."""
         return self.start_v + self._slope_v_s * omega_rad_s if omega_rad_s > 0.0 else 0.0
 
     def speed_rad_s(self, from_rad_s: float, volts: float, after_s: float) -> float:
-        """Speed after some time at a constant voltage of 0 or more, never below 0."""
+        """Return the speed after a time at a constant voltage of 0 or more, rad/s, never below 0."""
         if from_rad_s == 0.0 and volts <= self.start_v:
             return 0.0
         final = (volts - self.start_v) / self._slope_v_s
         return max(0.0, final + (from_rad_s - final) * math.exp(-after_s / self.time_constant_s))
 
     def takes_s(self, from_rad_s: float, to_rad_s: float, volts: float) -> float:
-        """Time from one speed to another at a voltage, s; infinite where it never gets there."""
+        """Return the time from one speed to another at a voltage, s; infinite if it is never reached."""
         final = (volts - self.start_v) / self._slope_v_s
         share = (to_rad_s - final) / (from_rad_s - final) if from_rad_s != final else math.inf
         return -self.time_constant_s * math.log(share) if 0.0 < share <= 1.0 else math.inf
 
     def rise_s(self, omega_rad_s: float) -> float:
-        """Least time from rest to a speed, s."""
+        """Return the shortest time from rest to a speed, s."""
         return self.takes_s(0.0, omega_rad_s, FULL_V)
 
 
@@ -91,24 +94,24 @@ MOTOR = Motor()
 
 
 def motor_mv(rpm: float, motor: Motor = MOTOR) -> int:
-    """Voltage that holds a motor speed, mV.
+    """Return the voltage that holds a motor speed, mV.
 
-    Zero for zero, negative or non-finite speed; speeds above the motor's range count as its largest.
+    It is 0 for a zero, negative or non-finite speed. Higher speeds are limited to the motor's largest speed.
     """
     return _millivolts(motor.voltage_v(_omega(rpm)))
 
 
 class MotorDrive:
-    """Drives one motor: `step` for each command, at most MODULE_TIMEOUT_S after the one before.
+    """Drives one motor; call `step` for each command, at most MODULE_TIMEOUT_S after the one before.
 
     Attributes:
-        speed_rad_s: how fast the motor turns by now, if it is as told.
+        speed_rad_s: estimated present speed of the motor by its constants, rad/s.
     """
 
     def __init__(self, motor: Motor = MOTOR) -> None:
         self._motor = motor
         self._t_s = -math.inf
-        self._told = OFF
+        self._sent = OFF
         self._pulse_until_s = -math.inf
         self._pulse_to = 0.0
         self._pulse_number = 0
@@ -118,8 +121,8 @@ class MotorDrive:
         self.speed_rad_s = 0.0
 
     def step(self, t_s: float, rpm: float) -> MotorVoltage:
-        """What to tell the module at `t_s` for a wanted speed; no speed, or one that is no number, is no voltage."""
-        if rpm == 0.0 == self.speed_rad_s and self._told == OFF:  # at rest, and stays there
+        """Return the command to the module at `t_s` for a wanted speed; zero and non-finite speeds give 0 V."""
+        if rpm == 0.0 == self.speed_rad_s and self._sent == OFF:  # at rest, and stays there
             self._t_s = self._pulse_until_s = t_s
             return OFF
         self._advance(t_s)
@@ -129,25 +132,25 @@ class MotorDrive:
         self._wanted = wanted
         if wanted == 0.0 or self.speed_rad_s >= (1.0 - 1.5 * CLOSE) * self._peak or not t_s <= self._peak_until_s:
             self._peak = 0.0
-        self._told = self._drive(t_s, max(wanted, self._peak))
-        return self._told
+        self._sent = self._drive(t_s, max(wanted, self._peak))
+        return self._sent
 
     def _advance(self, t_s: float) -> None:
         since_s, before_s, self._t_s = t_s - self._t_s, self._t_s, t_s
         if not 0.0 <= since_s <= MODULE_TIMEOUT_S:
-            # The module has switched its motor off by itself; or the clock was set back, and no pulse is known.
+            # The module has switched its motor off by itself, or the clock was set back and the pulse is unknown.
             self.speed_rad_s, self._pulse_until_s = 0.0, -math.inf
             return
         pulse_s = min(since_s, max(0.0, self._pulse_until_s - before_s))
-        speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self._told.pulse_mv, pulse_s)
-        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self._told.hold_mv, since_s - pulse_s)
+        speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self._sent.pulse_mv, pulse_s)
+        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self._sent.hold_mv, since_s - pulse_s)
 
     def _drive(self, t_s: float, goal: float) -> MotorVoltage:
-        """Voltages that bring the motor to a speed as fast as may be, and hold it there."""
+        """Return the voltages that bring the motor to a speed as fast as possible and hold it there."""
         low, high = (1.0 - CLOSE) * goal, (1.0 + CLOSE) * goal
         hold_mv = _millivolts(self._motor.voltage_v(goal))
         if t_s < self._pulse_until_s and 0.0 < low <= self._pulse_to <= high:
-            return self._told._replace(hold_mv=hold_mv)
+            return self._sent._replace(hold_mv=hold_mv)
         self._pulse_until_s = t_s
         if goal == 0.0 or low <= self.speed_rad_s <= high:
             return MotorVoltage(hold_mv)

@@ -1,4 +1,4 @@
-"""How fast the operator's hand strokes, from the exoskeleton's quantised pose."""
+"""Estimates the stroke speed of the operator's hand from the exoskeleton's quantised pose."""
 
 import math
 from collections import deque
@@ -6,17 +6,17 @@ from collections import deque
 from common.limits import GAP_S
 
 WINDOW_S = 0.020
-"""The pose steps by 0.02 mm: over this window one step is 1 mm/s."""
+"""Window of the mean speed, s; one pose step of 0.02 mm over it is 1 mm/s."""
 LEAST_S = 0.009
-"""Over less no speed is told."""
+"""Shortest part of the window that gives a speed, s."""
 SILENCE_S = 0.025
+"""Gap after which poses count as delayed, s; they come in a burst with new times, which would look like a leap."""
 SETTLE_S = 0.010
-"""Poses that were held up for longer than the first come in a heap, old ones with new times: a leap that the motor
-would show. For the second they are passed over, and the speed from before holds until new ones tell another."""
+"""Time after such a gap for which poses are ignored, s; the former speed holds until new poses give another."""
 
 
 class StrokeSpeed:
-    """Speed in the bench plane as the mean over the last WINDOW_S."""
+    """Mean speed in the bench plane over the last WINDOW_S."""
 
     def __init__(self) -> None:
         self._track: deque[tuple[float, float, float]] = deque()
@@ -25,7 +25,7 @@ class StrokeSpeed:
         self._speed_m_s = 0.0
 
     def step(self, t_s: float, x_m: float, y_m: float) -> float:
-        """Take the pose at `t_s` and return the speed, m/s, >= 0; after GAP_S, or a time before the last, it is new."""
+        """Take the pose at `t_s`; return the speed, m/s, >= 0, which restarts at 0 after GAP_S or a clock set back."""
         since_s = t_s - self._t_s
         if since_s == 0.0:
             return self._speed_m_s

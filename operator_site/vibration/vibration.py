@@ -1,7 +1,7 @@
-"""Vibration of one fingertip: tap, stroke and grooves as one motor speed (Kron & Schmidt 2003, Eq. 1 and 2).
+"""Computes one fingertip's vibration from tap, stroke and grooves (Kron & Schmidt 2003, Eq. 1 and 2).
 
-The motor couples amplitude to speed, so everything here is a motor speed. What the hand does is known here
-without delay; the network only says what the surface is like and which impulses occurred.
+The motor couples amplitude to speed, so all results are motor speeds. The motion of the hand is known locally without
+delay. The network supplies only the constants of the surface and the impulses.
 """
 
 import math
@@ -16,31 +16,33 @@ from operator_site.vibration.intensity_scale import IntensityScale
 from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S
 
 TAP_S = 0.15
-"""How long a tap is displayed."""
+"""Duration of a displayed tap, s."""
 TAP_MIN_SPEED_M_S = 0.005
-"""A contact slower than this is a resting of the finger, not a tap: it gets no guaranteed impulse."""
+"""Smallest contact speed of a tap, m/s; a slower contact gets no guaranteed impulse."""
 TAP_HOLD_S = 0.06
+"""Duration of the guaranteed impulse of a tap, s."""
 TAP_FELT_RPM = 1.2 * MOTOR_FLOOR_RPM
-"""Least speed commanded during the first TAP_HOLD_S of a tap, by a difference in amplitude above what is felt at all.
+"""Smallest speed during the first TAP_HOLD_S of a tap, rpm: one amplitude JND above the perception floor.
 
-A usual tap of 40 mm/s on hard plastic asks for 160 rad/s, below what is felt: as the law has it, it would go unnoticed.
+A usual tap of 40 mm/s on hard plastic needs 160 rad/s by the law, which is below the floor and would go unnoticed.
 """
 COMMAND_S = 0.006
-"""From here to the motor: a tick, the module's rate of commands, and the line."""
+"""Delay from this step to the motor, s: a tick, the module's command interval, and the line."""
 AHEAD_S = 0.1
-"""A contact that has not come by so long after the motor started for it will not."""
+"""Longest wait for an expected contact after the motor has started for it, s."""
 REMEMBERED_EVENTS = 512
+"""Maximum number of remembered events."""
 _FREE, _STROKING = int(ExplorationMode.FREE), int(ExplorationMode.STROKING)
 
 
 class PlayedEvents:
-    """Lets each event through once, however many packets repeat it."""
+    """Passes each event once, although packets repeat it."""
 
     def __init__(self) -> None:
         self._seen: dict[int, None] = {}
 
     def new(self, events: Iterable[Event]) -> list[Event]:
-        """Events never seen before, in their order; they count as seen from now on."""
+        """Return the events not seen before, in their order, and remember them."""
         fresh = []
         for event in events:
             if event.ident not in self._seen:
@@ -53,7 +55,7 @@ class PlayedEvents:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """What one touched surface does to the motor; zero everywhere means it says nothing."""
+    """Constants of a touched surface for the motor's speed; all zero if unknown."""
 
     k_tap: float = 0.0
     """Eq. 1, (rad/s)/(m/s)."""
@@ -66,10 +68,10 @@ class Surface:
 
 
 class FingerVibration:
-    """One finger's vibration: `step` says how fast its motor should turn."""
+    """Vibration of one finger; `step` returns the speed of its motor."""
 
     def __init__(self, scale: VibrationScale = "speed") -> None:
-        self._felt = IntensityScale(scale)
+        self._scale = IntensityScale(scale)
         self._grooves = Grooves()
         self._t_s = -math.inf
         self._tap_t_s = -math.inf
@@ -78,7 +80,7 @@ class FingerVibration:
         self._tap_certain = False
         self._ahead_since_s: float | None = None
         self._at_rest = False
-        """Nothing is felt, and nothing will be before an event, a stroke, or a contact that is known beforehand."""
+        """Whether nothing is displayed until an event, a stroke, or a predicted contact."""
 
     def step(
         self,
@@ -92,7 +94,7 @@ class FingerVibration:
         contact_in_s: float = math.inf,
         approach_m_s: float = 0.0,
     ) -> float:
-        """Motor speed at `t_s`, rpm: zero, or between the perception floor and the motor's largest.
+        """Return the motor speed at `t_s`, rpm: 0, or between the perception floor and the motor's largest speed.
 
         Args:
             t_s: time on any steady clock, s.
@@ -100,9 +102,9 @@ class FingerVibration:
             speed_m_s: stroke speed of the hand, either sign.
             force_n: normal force on the fingertip, N.
             surface: constants of Eq. 1 and 2.
-            events: this finger's events not given before (see PlayedEvents).
-            contact_in_s: when a free finger will meet this surface, s; infinite where nobody knows.
-            approach_m_s: how fast it comes down then.
+            events: new events of this finger (see PlayedEvents).
+            contact_in_s: time until a free finger meets this surface, s; infinite if unknown.
+            approach_m_s: speed of the finger towards the surface, m/s.
         """
         if self._at_rest and mode != _STROKING and not events and (mode != _FREE or contact_in_s == math.inf):
             return 0.0
@@ -114,7 +116,7 @@ class FingerVibration:
         if mode == _FREE:
             self._tap_t_s = -math.inf
             self._grooves.end()
-            self._felt.still()
+            self._scale.still()
             self._at_rest = contact_in_s == math.inf
             return self._ahead(contact_in_s, approach_m_s, surface)
         self._ahead_since_s = None
@@ -125,7 +127,7 @@ class FingerVibration:
         else:
             self._grooves.end()
             self._at_rest = t_s - self._tap_t_s > TAP_S
-        return max(self._felt.rpm(wanted / RPM_TO_RAD_S), least_rpm)
+        return max(self._scale.rpm(wanted / RPM_TO_RAD_S), least_rpm)
 
     def _begin(self, event: Event, surface: Surface) -> None:
         if event.kind is EventKind.TAP:
@@ -137,7 +139,7 @@ class FingerVibration:
             self._grooves.cross(event.value, event.time_ns, surface.b_groove_per_s)
 
     def _tap(self) -> tuple[float, float]:
-        """Eq. 1, rad/s, and the least speed that makes this tap felt, rpm."""
+        """Return the speed by Eq. 1, rad/s, and the smallest speed at which this tap is felt, rpm."""
         since_s = self._t_s - self._tap_t_s
         if since_s > TAP_S:
             return 0.0, 0.0
@@ -145,17 +147,17 @@ class FingerVibration:
         return self._tap_rad_s * math.exp(-self._tap_decay * since_s), TAP_FELT_RPM if certain else 0.0
 
     def _ahead(self, contact_in_s: float, approach_m_s: float, surface: Surface) -> float:
-        """A tap that will come is begun so early that the motor turns as fast as it should on contact."""
+        """Return the speed for an expected tap, rpm, so early that the motor has its speed on contact."""
         if surface.k_tap <= 0.0 or contact_in_s == math.inf:
             self._ahead_since_s = None
-            self._felt.still()
+            self._scale.still()
             return 0.0
-        rpm = max(self._felt.rpm(surface.k_tap * approach_m_s / RPM_TO_RAD_S), TAP_FELT_RPM)
+        rpm = max(self._scale.rpm(surface.k_tap * approach_m_s / RPM_TO_RAD_S), TAP_FELT_RPM)
         if contact_in_s > MOTOR.rise_s(rpm * RPM_TO_RAD_S) + COMMAND_S:
             self._ahead_since_s = None
         elif self._ahead_since_s is None:
             self._ahead_since_s = self._t_s
         if self._ahead_since_s is None or self._t_s - self._ahead_since_s > AHEAD_S:
-            self._felt.still()
+            self._scale.still()
             return 0.0
         return rpm

@@ -1,4 +1,4 @@
-"""A virtual environment in place of a remote site.
+"""Runs the operator site on a virtual environment instead of a remote site.
 
 The command line uses `virtual_site`.
 """

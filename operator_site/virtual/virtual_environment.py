@@ -1,8 +1,8 @@
-"""A scene as the operator's own fingers would find it: the same touch parameters that a remote site would identify.
+"""Computes from a scene and the operator's fingers the touch parameters that a remote site would identify.
 
-Contact is geometry here, the force of a finger that is so deep in an object; what it is doing follows from that force
-and its motion by the mode machine that the remote site has too. Every object is a half space to touch: thickness is
-nothing that a touch packet can say.
+Contact is geometric: the depth of a finger in an object gives its force. The exploration mode follows from force and
+motion by the same mode detector as at the remote site. Every object is a half space, because a touch packet has no
+thickness.
 """
 
 import math
@@ -39,60 +39,60 @@ _Happening = tuple[EventKind, float, float]
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """One object with what was drawn for it: where its grooves are, m, and what its touch row holds."""
+    """One object with its drawn grooves and its touch row."""
 
     thing: SceneObject
     stiffness_n_m: float
     grooves_x_m: tuple[float, ...]
     row: TouchRow
-    """Known for certain: standard deviations are 0."""
-    told: TouchSummary
-    """Its material; how rough it is to a sensor that is not there cannot be said."""
+    """Exact values: standard deviations are 0."""
+    summary: TouchSummary
+    """Its material; there is no roughness without a texture sensor."""
 
 
 @dataclass(slots=True)
 class _Finger:
-    """One finger's exploration, and where it was when."""
+    """Exploration state of one finger with its last time and place."""
 
     exploration: ModeDetector
     time_s: float = 0.0
     x_m: float = math.nan
     row: TouchRow = NO_TOUCH
     material: str = ""
-    told: TouchSummary = NOTHING
+    summary: TouchSummary = NOTHING
 
 
 class VirtualEnvironment:
-    """All fingers over a scene. Pure: places and a time in, touches and events out."""
+    """Computes touches and events of all fingers over a scene. Pure: time is an argument, s."""
 
     def __init__(self, scene: Scene, fingers: Iterable[str], seed: int):
         """Draw a session: the objects' temperatures and the distances of arbitrary grooves.
 
         Args:
-            scene: what there is to touch; its script is nobody's here.
-            fingers: names of those in use; the others touch nothing.
-            seed: all that is drawn.
+            scene: objects to touch; its script is not used.
+            fingers: names of the fingers in use; the others touch nothing.
+            seed: seed of all draws.
         """
         self._pieces = _draw(scene, np.random.default_rng(seed))
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         self._time_s = -math.inf
         self._events: tuple[Event, ...] = ()
         self._event_count = 0
-        self._begin_anew()
+        self._restart()
 
-    def _begin_anew(self) -> None:
-        """Fingers that have touched nothing yet; events are numbered on, so that none is taken for an old one."""
+    def _restart(self) -> None:
+        """Reset the fingers; event numbers continue, so that no new event is taken for an old one."""
         self._hand = HandMotion()
         self._fingers = {number: _Finger(ModeDetector(self._hand)) for number in self._numbers}
 
     def step(self, time_s: float, x_m: float, y_m: float, z_m: Iterable[float]) -> tuple[Event, ...]:
-        """Take the hand's place and the height of each fingertip, m; return what happened since the last one.
+        """Take the hand's place and the height of each fingertip, m; return the events since the last step.
 
-        A finger over an object carries all that is known of it even before it touches: contact 0, mode free. What
-        is rendered may begin early, since here it is certain what will be touched.
+        The row of a finger above an object has the object's parameters already before contact, with contact 0 and
+        mode free. Rendering may therefore begin early, because the next contact is known.
         """
-        if time_s < self._time_s:  # the clock was set back: what was timed by it is felt anew
-            self._begin_anew()
+        if time_s < self._time_s:  # the clock was set back
+            self._restart()
         self._time_s = time_s
         self._hand.step(time_s, x_m, y_m)
         happened: list[tuple[int, _Happening]] = []
@@ -109,12 +109,12 @@ class VirtualEnvironment:
         return self._events
 
     def packet(self, session: int, sequence: int, time_ns: int, state: LinkState) -> Touch:
-        """The last step as a touch packet; each event is told once, as none can be lost."""
+        """Return the last step as a touch packet; each event is sent once, because none can be lost."""
         fingers = [self._fingers.get(number) for number in range(len(FINGERS))]
         rows = [NO_TOUCH if finger is None else finger.row for finger in fingers]
         names = tuple("" if finger is None else finger.material for finger in fingers)
-        told = tuple(NOTHING if finger is None else finger.told for finger in fingers)
-        return Touch(session, sequence, time_ns, state, pack_rows(rows), names, self._events, told)
+        summaries = tuple(NOTHING if finger is None else finger.summary for finger in fingers)
+        return Touch(session, sequence, time_ns, state, pack_rows(rows), names, self._events, summaries)
 
     def _below(self, x_m: float, y_m: float) -> _Piece | None:
         for piece in self._pieces:
@@ -126,18 +126,18 @@ class VirtualEnvironment:
 def _move(
     finger: _Finger, piece: _Piece | None, time_s: float, x_m: float, y_m: float, z_m: float
 ) -> Iterator[_Happening]:
-    """Take a finger to its new place; yield what it met on the way."""
+    """Move a finger to its new place; yield the events on the way."""
     exploration = finger.exploration
     force_n = 0.0 if piece is None else piece.stiffness_n_m * max(0.0, piece.thing.height_m - z_m)
     mode = exploration.step(time_s, force_n, z_m)
     from_s, from_x_m = finger.time_s, finger.x_m
     finger.time_s, finger.x_m = time_s, x_m
     if piece is None:
-        finger.row, finger.material, finger.told = NO_TOUCH, "", NOTHING
+        finger.row, finger.material, finger.summary = NO_TOUCH, "", NOTHING
         return
     pressed_n = min(force_n, _MOST_N)
     finger.row = piece.row._replace(mode=mode, contact=exploration.contact, contact_force_n=pressed_n, x_m=x_m, y_m=y_m)
-    finger.material, finger.told = piece.thing.material, piece.told
+    finger.material, finger.summary = piece.thing.material, piece.summary
     if exploration.began:
         yield EventKind.TAP, time_s, exploration.approach_m_s
     if mode is ExplorationMode.STROKING:
@@ -147,13 +147,13 @@ def _move(
 
 
 def _crossed(grooves_x_m: tuple[float, ...], from_x_m: float, to_x_m: float) -> tuple[float, ...]:
-    """Those between two places, in the order in which they are met."""
+    """Return the grooves between two places, m, in the order of crossing."""
     first, last = bisect_right(grooves_x_m, from_x_m), bisect_right(grooves_x_m, to_x_m)
     return grooves_x_m[first:last] if first <= last else grooves_x_m[last:first][::-1]
 
 
 def _draw(scene: Scene, rng: np.random.Generator) -> tuple[_Piece, ...]:
-    """The scene's objects; those of one body have one temperature."""
+    """Draw the scene's objects; all objects of one body have one temperature."""
     offsets_c: dict[str, float] = {}
     return tuple(_piece(scene, thing, offsets_c, rng) for thing in scene.objects)
 
@@ -181,5 +181,5 @@ def _piece(scene: Scene, thing: SceneObject, offsets_c: dict[str, float], rng: n
     )
     places = grooves.draw(thing.length_m, rng) if grooves else []
     grooves_x_m = tuple(thing.x_m + place for place in places)
-    told = TouchSummary(((thing.material, 1.0),))
-    return _Piece(thing, stiffness_n_m, grooves_x_m, row, told)
+    summary = TouchSummary(((thing.material, 1.0),))
+    return _Piece(thing, stiffness_n_m, grooves_x_m, row, summary)

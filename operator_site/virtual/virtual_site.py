@@ -1,4 +1,4 @@
-"""The operator site on a virtual environment: the same site, without any other."""
+"""Runs the operator site on a virtual environment, without a remote site."""
 
 import logging
 from collections.abc import Callable

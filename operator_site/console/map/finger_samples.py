@@ -38,7 +38,7 @@ _TEMPERATURE_KNOWN = frozenset(float(status) for status in ThermalStatus if stat
 
 
 class Sample(NamedTuple):
-    """One quantity felt at one place.
+    """One quantity at one place.
 
     Attributes:
         quantity: "temperature" (C), "roughness" (ln of V), "stiffness" (ln of N/m), "material" (probability), or
