@@ -99,7 +99,7 @@ class FingerSamples:
         self._strokes = 0
 
     def count_from(self, touch: int) -> None:
-        """Set the smallest number of touches counted before the next one."""
+        """Number the next touch above `touch`."""
         self._touch = max(self._touch, touch)
 
     def step(self, t_s: float, row: TouchRow, summary: TouchSummary) -> list[Sample]:

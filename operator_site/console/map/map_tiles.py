@@ -84,7 +84,7 @@ class MapTile(NamedTuple):
         value = np.frombuffer(message, "<u2", _CELLS, _HEAD.size).reshape(TILE, TILE)
         spread = np.frombuffer(message, np.uint8, _CELLS, _HEAD.size + 2 * _CELLS).reshape(TILE, TILE)
         if (spread[value == NOT_FELT] != WORST).any():
-            raise ValueError("map tile: something is known of what was not felt")
+            raise ValueError("map tile: a cell that was not felt has a spread")
         return cls(QUANTITIES[quantity], column, row, revision, value, spread)
 
 

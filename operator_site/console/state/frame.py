@@ -73,7 +73,7 @@ class Flags:
 
         state = bits & 7
         if state not in LinkState._value2member_map_:
-            raise BadFrame(f"state {state} is none")
+            raise BadFrame(f"unknown state {state}")
         flags = cls(
             LinkState(state),
             Priority(bits >> 3 & 3),
@@ -84,7 +84,7 @@ class Flags:
             five(_IN_USE),
         )
         if flags.bits() != bits:
-            raise BadFrame(f"flags {bits:#x} have bits that mean nothing")
+            raise BadFrame(f"flags {bits:#x} have unknown bits")
         return flags
 
 
@@ -138,7 +138,7 @@ class Frame:
         if magic != MAGIC or version != VERSION or kind not in (Kind.PICTURE, Kind.WHOLE):
             raise BadFrame(f"magic {magic:#x}, version {version}, kind {kind}: no picture of this version")
         if (fingers, signals) != (len(FINGERS), len(SIGNALS)) or not 0.0 < span_s < 1.0 or not np.isfinite(time_s):
-            raise BadFrame("fingers, signals, span or time are not what they can be")
+            raise BadFrame("invalid number of fingers or signals, span or time")
         if count > BINS or len(packed) != HEADER.size + 4 * (_ROWS + count * 2 * _SIGNALS):
             raise BadFrame(f"{len(packed)} bytes with {count} bins")
         floats = np.frombuffer(packed, dtype=_FLOAT32, offset=HEADER.size)

@@ -46,14 +46,14 @@ class Access:
         """Whether browsers reach the page over TLS, here or at a proxy."""
         self._origin = None if config.address is None else _origin(config.address)
         if not self._loopback and not self._tokens:
-            raise AccessProblem(f"{config.bind} is open to a network: `tokens` first, or bind to 127.0.0.1")
+            raise AccessProblem(f"{config.bind} is open to a network: set `tokens`, or bind to 127.0.0.1")
         if not self._loopback and not encrypted:
             raise AccessProblem(
-                f"{config.bind} is open to a network: `certificate` and `certificate_key`, or `behind_proxy = true` "
-                "where a reverse proxy speaks TLS, or bind to 127.0.0.1"
+                f"{config.bind} is open to a network: set `certificate` and `certificate_key`, or `behind_proxy = "
+                "true` if a reverse proxy serves TLS, or bind to 127.0.0.1"
             )
         if config.behind_proxy and not self._tokens:
-            raise AccessProblem("behind a proxy everybody comes from loopback: `tokens` first")
+            raise AccessProblem("behind a proxy all visitors come from loopback: set `tokens`")
 
     def visitor(self, token: str | None, role: str | None = None) -> Visitor | None:
         """Return the visitor with this token, or None if it is unknown.
@@ -118,10 +118,10 @@ def read_tokens(path: Path) -> dict[str, Visitor]:
         if len(parts) != 3 or parts[1] not in get_args(Role) or len(parts[2]) < LEAST_TOKEN:
             raise AccessProblem(f"{path}:{number}: expected NAME act|observe TOKEN of {LEAST_TOKEN} characters or more")
         if parts[2] in found:
-            raise AccessProblem(f"{path}:{number}: this token is another's already")
+            raise AccessProblem(f"{path}:{number}: this token is another visitor's")
         found[parts[2]] = Visitor(parts[0], "act" if parts[1] == "act" else "observe")
     if not found:
-        raise AccessProblem(f"{path}: no token in it")
+        raise AccessProblem(f"{path}: no token in this file")
     return found
 
 

@@ -43,9 +43,9 @@ def test_with_tokens_loopback_wants_one_too(tokens: Path) -> None:
 
 @pytest.mark.parametrize("bind", ["0.0.0.0", "192.168.1.7", "::", "console.example"])
 def test_a_network_needs_tokens_and_tls_and_behind_a_proxy_loopback_is_one(bind: str, tokens: Path) -> None:
-    with pytest.raises(AccessProblem, match="`tokens` first"):
+    with pytest.raises(AccessProblem, match="set `tokens`"):
         Access(config(bind=bind))
-    with pytest.raises(AccessProblem, match="`tokens` first"):
+    with pytest.raises(AccessProblem, match="set `tokens`"):
         Access(config(bind=bind, certificate=Path("c"), certificate_key=Path("k")))
     with pytest.raises(AccessProblem, match="certificate"):
         Access(config(bind=bind, tokens=tokens))
@@ -89,7 +89,7 @@ def test_behind_a_proxy_the_configured_address_counts(tokens: Path) -> None:
         ("OR-2 act short\n", ":1: expected NAME"),
         (f"OR-2 rule {TOKEN}\n", ":1: expected NAME"),
         (f"OR-2 {TOKEN}\n", ":1: expected NAME"),
-        (f"a act {TOKEN}\nb act {TOKEN}\n", ":2: this token is another's"),
+        (f"a act {TOKEN}\nb act {TOKEN}\n", ":2: this token is another visitor's"),
         ("# nobody\n", "no token"),
     ],
 )
