@@ -1,1 +1,1 @@
-"""The console: shows a session to the people who run it, and records what they find."""
+"""Runs the console, which shows a session to its users and records what they find."""

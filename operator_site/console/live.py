@@ -151,7 +151,10 @@ class LiveConsole:
         return {**state, "wall_clock": f"{datetime.now():%H:%M:%S}"}
 
     def _report_presence(self) -> None:
-        """Report to the desk whether a page was seen and receive the site's status; one request at a time."""
+        """Report to the desk whether a person can see the page in control; the answer holds the site's status.
+
+        There is one request at a time.
+        """
         self._answering = True
         loop = asyncio.get_running_loop()
         asked = self._desk.ask("attend", {"seen": self.pages.seen})
@@ -178,7 +181,7 @@ class LiveConsole:
             used = 0.0
         failed = self.journal.enabled and self.journal.failed
         book = self.console.book
-        gone_on = book.pseudonym is not None and book.began_s == self._resumed_s
+        resumed = book.pseudonym is not None and book.began_s == self._resumed_s
         self.console.around = replace(
-            self.console.around, disk_used=used, recording_failed=failed, skipped_lately=slow, gone_on=gone_on
+            self.console.around, disk_used=used, recording_failed=failed, skipped_lately=slow, gone_on=resumed
         )

@@ -10,7 +10,9 @@ from operator_site.console.examination.findings import KINDS, compare, describe,
 from operator_site.console.map.tactile_map import TactileMap
 
 LONGEST_NOTE = 10_000
+"""Maximum length of a note, characters."""
 LONGEST_PSEUDONYM = 40
+"""Maximum length of a pseudonym, characters."""
 SIDES = ("head", "feet", "left", "right")
 """Parts of the body at which an edge of the map may lie."""
 

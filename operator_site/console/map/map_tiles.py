@@ -27,7 +27,7 @@ HIGHEST = 65534
 CONFIDENT_SD = {"temperature": 0.5, "roughness": 0.15, "stiffness": 0.20}
 """Largest standard deviation of confidence 2, K or share of the value; half of it is confidence 3, twice is 1."""
 WORST = 127
-"""Spread of a cell with unknown value."""
+"""Largest spread of a cell, also used for an unknown value."""
 STEEP = 128
 """Flag in the spread of a cell on a slope of 45 degrees or more, which the map shows too narrow."""
 OCTAVE, MIDDLE = 8, 64
@@ -84,7 +84,7 @@ class MapTile(NamedTuple):
         value = np.frombuffer(message, "<u2", _CELLS, _HEAD.size).reshape(TILE, TILE)
         spread = np.frombuffer(message, np.uint8, _CELLS, _HEAD.size + 2 * _CELLS).reshape(TILE, TILE)
         if (spread[value == NOT_FELT] != WORST).any():
-            raise ValueError("map tile: a cell that was not felt has a spread")
+            raise ValueError("map tile: a cell that was not felt has a known spread")
         return cls(QUANTITIES[quantity], column, row, revision, value, spread)
 
 
