@@ -1,4 +1,4 @@
-"""The calibrated tables of a remote site, as its configuration names them."""
+"""Loads the calibrated tables that a remote site's configuration names."""
 
 from common.config import RemoteConfig
 from remote_site.texture.surface_table import SurfaceTable
@@ -6,5 +6,9 @@ from remote_site.thermal.material_table import MaterialTable
 
 
 def load_tables(config: RemoteConfig) -> tuple[MaterialTable, SurfaceTable]:
-    """Read the site's calibrated tables; raises ValueError when one cannot be used."""
+    """Read the site's calibrated tables.
+
+    Raises:
+        ValueError: a table cannot be used.
+    """
     return MaterialTable.load(config.calibration.materials), SurfaceTable.load(config.calibration.surfaces)

@@ -1,4 +1,4 @@
-"""Drivers of the telemanipulator and the sensors, with the checks of what they measure.
+"""Drivers of the telemanipulator and the sensors, with the checks of their measurements.
 
-The site uses `devices` alone. Drivers know no gate.
+The site uses only `devices`. Drivers import nothing of a gate.
 """

@@ -1,7 +1,7 @@
-"""Where the operator's hand was, and when: the way that the telemanipulator follows.
+"""Recent path of the operator's hand with source times, to find when the hand was at a place.
 
-A groove belongs to the moment at which the operator's hand was over it. The telemanipulator is late by the network's
-delay, by its jitter and by its own lag; by the place alone that moment is found whatever they are.
+A groove belongs to the moment at which the operator's hand was over it. The telemanipulator arrives later, by the
+delay and jitter of the network and by its own lag. The place alone gives that moment, whatever these delays are.
 """
 
 from typing import NamedTuple
@@ -14,15 +14,15 @@ from common.recording.recorded_row import Whole
 Floats = NDArray[np.float64]
 
 KEPT_S = 0.6
-"""Longer than a link may be late."""
+"""Duration of the path that is kept, s; longer than the maximum delay of a link."""
 MOST = 1024
-"""Places that are kept: more than the fastest loop takes in KEPT_S, whatever times an operator states."""
+"""Maximum number of places kept; the fastest loop takes fewer in KEPT_S. It holds for any times that a peer states."""
 NEAR_M = 0.5e-3
-"""The hand was at a place when its way passes it at this distance or less: the telemanipulator cuts corners."""
+"""Maximum distance at which the path counts as passing a place, m; the telemanipulator cuts corners."""
 
 
 class HandPlace(NamedTuple):
-    """What a motion packet says of the hand: its source time on the operator's clock, and the place, m."""
+    """The hand in a motion packet: source time on the operator's clock, ns, and place, m."""
 
     time_ns: Whole
     x_m: float
@@ -30,17 +30,17 @@ class HandPlace(NamedTuple):
 
 
 class HandPath:
-    """The way of the last KEPT_S, MOST places of it at most."""
+    """Path of the last KEPT_S, with at most MOST places."""
 
     def __init__(self) -> None:
         self._rows: Floats = np.empty((2 * MOST, 3))
-        """Time, ns, and place, m, oldest first; those before `_first` have been given up."""
+        """Time, ns, and place, m, oldest first; rows before `_first` are no longer used."""
         self._first = self._count = 0
         self._newest: HandPlace | None = None
         self._late_ns = 0.0
 
     def step(self, hand: HandPlace | None) -> None:
-        """Take what is followed now, the same for as long as there is nothing newer; None where nothing is."""
+        """Take the place followed now, unchanged until a newer one arrives; None when nothing is followed."""
         newest = self._newest
         if hand is None or (newest is not None and hand.time_ns < newest.time_ns):
             self._first = self._count = 0
@@ -58,10 +58,10 @@ class HandPath:
             self._first += 1
 
     def when_ns(self, x_m: float, y_m: float) -> int:
-        """When the hand was at this place, on the operator's clock; 0 where nothing is followed.
+        """Return when the hand was at this place, ns on the operator's clock; 0 when nothing is followed.
 
-        Where it passed the place more than once, the time counts that is as late as the one before; where it was never
-        near, the newest.
+        After several passes, the pass counts whose delay is nearest to the delay of the previous answer. If the path
+        never passed the place, the newest time counts.
         """
         if self._newest is None:
             return 0
@@ -79,7 +79,7 @@ class HandPath:
 
 
 def _nearest(way: Floats, x_m: float, y_m: float) -> tuple[Floats, Floats]:
-    """Each piece of the way: when it is nearest to the place, ns since its start, and how near that is, m."""
+    """Return the time, ns from the path's start, and the distance, m, at which each segment is nearest to the place."""
     times_ns = way[:, 0] - way[0, 0]
     if len(way) == 1:
         return times_ns, np.hypot(way[:, 1] - x_m, way[:, 2] - y_m)

@@ -1,31 +1,31 @@
-"""When a sensor took its readings: by the sensor's own clock, for the way from it is not regular."""
+"""Times readings by the sensor's own clock, because their transport delay varies."""
 
 FOLLOWS = 0.05
-"""Part of each reading's delay that the clock's own takes over."""
+"""Fraction of each reading's change of delay that corrects the estimated delay."""
 MOST_LATE_S = 0.005
-"""A reading that a busy machine held up for longer counts as this late: it says nothing of the usual way, s."""
+"""Limit of the change of delay that one reading contributes, s; a busy machine holds readings up for longer."""
 STEP_S = 0.001
-"""The clock is set only when it is off by more than this: readings keep the distances that they were taken at, s."""
+"""Minimum error of the applied delay before it is corrected, s; in between, readings keep the sensor's intervals."""
 LOST_S = 1.0
-"""A reading that arrives so much later or earlier than it should is timed by another clock: the sensor's began anew."""
+"""Maximum change of delay, s; a larger one means that the sensor's clock has restarted."""
 _WRAPS = 1 << 32
 
 
 class SensorClock:
-    """Times of readings in the time of who receives them."""
+    """Converts the sensor's times of readings to the receiver's time."""
 
     def __init__(self) -> None:
-        """No reading came yet."""
+        """Begin without a reading."""
         self._device_us = 0
         self._first_s: float | None = None
         self._delay_s = self._held_s = 0.0
 
     def step(self, arrived_s: float, device_us: int) -> float:
-        """The time of a reading, s; how late readings usually are is part of it.
+        """Return the time of a reading, s; it includes the usual transport delay.
 
         Args:
-            arrived_s: when it came, s.
-            device_us: when it was taken by the sensor's clock, us modulo 2^32.
+            arrived_s: time of arrival, s.
+            device_us: time of the reading by the sensor's clock, us modulo 2^32.
         """
         if self._first_s is not None:
             since_us = (device_us - self._device_us + _WRAPS // 2) % _WRAPS - _WRAPS // 2

@@ -14,32 +14,34 @@ from common.timing.standstill import HostClock
 VOLTS_PER_COUNT = 10.0 / 2048.0
 _SAMPLES = int(MessageId.TEXTURE_SAMPLES)
 _BYTES_PER_S = 200 * 31
-"""Of a sensor's samples on its line."""
+"""Data rate of a sensor's samples on its serial line, bytes/s."""
 _MOST_AT_ONCE = 4
-"""Largest number of chunks in one tick: a site that was late catches up, and each tick stays short."""
+"""Maximum number of chunks in one tick; a late site catches up in several short ticks."""
 _MOST_WAITING = 40
-"""Chunks kept when the loop stood still: 0.2 s of signal; older ones are dropped."""
+"""Maximum number of chunks kept while the loop stands still: 0.2 s of signal; older ones are dropped."""
 
 
 class TextureSensor:
-    """Hands over the signal in the sensor's own chunks, oldest first."""
+    """Returns the signal in the sensor's own chunks, oldest first."""
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
-        """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
+        """Open the sensor at `address` in the background; `clock` gives the times passed to `read`."""
         self.line = SerialDevice(address, DeviceKind.TEXTURE_SENSOR, finger, wiring)
         self.damaged = 0
         self.measured_s = -math.inf
-        """When the last samples came, s; -inf before the first."""
+        """Time of arrival of the last samples, s; -inf before the first."""
         self.stood_still_s = 0.0
-        """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
+        """Standstill of the host's clock before the last `read`, s, measured by the sensor's own clock."""
         self._witness = DeviceClock(self.line, clock)
         self.waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
-        """Chunks that were read and not yet handed over."""
+        """Chunks that were read and not yet returned."""
 
     def read(self, t_s: float) -> bytes | None:
-        """The next chunks of counts (int16 little endian), oldest first, at most _MOST_AT_ONCE; None where none waits.
+        """Return the next chunks of counts (int16 little endian), oldest first; None if none waits.
 
-        After a standstill of the host's clock nothing from before is handed over.
+        One call returns at most _MOST_AT_ONCE chunks.
+
+        After a standstill of the host's clock, older chunks are dropped.
 
         Args:
             t_s: time now, s.
@@ -63,7 +65,7 @@ class TextureSensor:
         if self.stood_still_s > 0.0:
             self.waiting.clear()
         if t_s - self.measured_s > GAP_S:
-            self.waiting.clear()  # what a sensor said that says no more is old
+            self.waiting.clear()  # the sensor is silent: its last chunks are too old
         waiting = self.waiting
         if len(waiting) <= 1:
             return waiting.popleft() if waiting else None
@@ -71,10 +73,10 @@ class TextureSensor:
 
     @property
     def unread_s(self) -> float:
-        """How long the sensor has taken for the samples that wait to be read, s."""
+        """Duration of the samples that wait to be read, s."""
         return self.line.unread_bytes() / _BYTES_PER_S
 
 
 def texture_v(counts: bytes) -> list[float]:
-    """Signal of one chunk of counts, -10..10 V."""
+    """Convert one chunk of counts to the signal, -10..10 V."""
     return [count * VOLTS_PER_COUNT for count in struct.unpack(f"<{len(counts) // 2}h", counts)]

@@ -1,6 +1,7 @@
-"""One remote finger's identification: mode, texture, surface, and the material that its thermal sensor finds.
+"""Identification by one remote finger: exploration mode, texture, surface and, by its thermal sensor, material.
 
-Joins the parts; numbers and a time in, numbers out. Texture comes at its own rate, None in between.
+This module joins the estimators. Its input is a time with measurements, its output is numbers. Texture samples come
+at their own rate, with None in between.
 """
 
 from common.exploration.exploration_mode import ModeDetector
@@ -22,11 +23,11 @@ from remote_site.thermal.thermal_result import ThermalResult
 
 
 class FingerIdentification:
-    """Identification of one finger; step it in every tick.
+    """Identification by one finger; step it in every tick.
 
     Attributes:
         finger: number of the finger, 0..4.
-        contact: whether it touches.
+        contact: whether the finger touches an object.
     """
 
     def __init__(
@@ -36,13 +37,13 @@ class FingerIdentification:
         surfaces: SurfaceTable,
         hand: HandMotion,
     ) -> None:
-        """Identify with what is known of sensors, materials and surfaces.
+        """Identify with the calibrated tables of sensors, materials and surfaces.
 
         Args:
-            finger: its number, 0..4.
-            knowledge: of materials.
-            surfaces: of textures.
-            hand: whose finger it is; stepped before it.
+            finger: number of the finger, 0..4.
+            knowledge: calibrated materials.
+            surfaces: calibrated textures.
+            hand: motion of the hand that has this finger; step it before the finger.
         """
         self.finger = finger
         self.contact = False
@@ -56,26 +57,26 @@ class FingerIdentification:
         self._texture_s = -1.0
         self._roughness_v = 0.0
         self._rough = False
-        """The roughness is of what is being touched."""
+        """Whether the roughness is that of the surface being touched."""
         self._texture_fault: str | None = None
         self._strokes = StrokeLaw(surfaces)
         self._stroke = self._strokes.at(surfaces.surfaces[0].ln_roughness)
         self._shown: ThermalResult | None = None
         self._constants = (0.0, 0.0, 0.0)
-        """Conductivity, density and specific heat to render: of the answer that was shown last."""
+        """Conductivity, W/mK, density, kg/m3, and specific heat, J/kgK, to render: those of the last answer."""
 
     @property
     def thermal(self) -> ThermalIdentification:
-        """Identification by this finger's thermal sensor alone. The caller does its slow work, with `work()`."""
+        """Identification by this finger's thermal sensor alone. The caller runs its slow work with `work()`."""
         return self._heat.thermal
 
     @property
     def answer(self) -> ThermalResult:
-        """What is known of the object's material and temperature."""
+        """Estimate of the object's material and temperature."""
         return self._heat.answer
 
     def share(self, answer: ThermalResult | None) -> None:
-        """Take the joint answer of all fingers on its object, for the next step; None: it speaks for itself."""
+        """Take the joint answer of all fingers on its object, for the next step; None if it answers for itself."""
         self._heat.share(answer)
 
     @property
@@ -85,7 +86,7 @@ class FingerIdentification:
 
     @property
     def roughness_v(self) -> tuple[float, float] | None:
-        """Roughness of what is being touched and its standard deviation, V; None before it was stroked far enough."""
+        """Roughness of the touched surface and its standard deviation, V; None before a sufficiently long stroke."""
         return (self._roughness_v, self._texture.roughness_sd_v) if self._rough else None
 
     def step(self, sample: FingerSample) -> FingerTouch:
@@ -108,8 +109,8 @@ class FingerIdentification:
             impulses = self._texture.take(t_s, sample.texture_v, force_n, speed_m_s, mode)
             self._texture_fault = self._texture.fault
             if mode is ExplorationMode.STROKING or self._texture_fault is not None:
-                events += self._feel(impulses, mode)
-        # A texture that is no longer measured is no texture: the finger feels the object, but nothing of its surface.
+                events += self._take_texture(impulses, mode)
+        # Without fresh texture samples the surface is rendered as smooth.
         measured = t_s - self._texture_s <= GAP_S and self._texture_fault is None
         stroke = self._stroke if measured else SMOOTH
         named = self._heat.step(sample, exploration)
@@ -143,8 +144,8 @@ class FingerIdentification:
             self._texture_fault,
         )
 
-    def _feel(self, impulses: list[Impulse], mode: ExplorationMode) -> list[TouchEvent]:
-        """Take what was found in a chunk of the texture signal; return its grooves."""
+    def _take_texture(self, impulses: list[Impulse], mode: ExplorationMode) -> list[TouchEvent]:
+        """Take the result of one chunk of the texture signal; return its grooves."""
         texture = self._texture
         self._rough = texture.valid
         if self._rough and mode is ExplorationMode.STROKING:

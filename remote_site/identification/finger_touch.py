@@ -1,6 +1,6 @@
 """Result of one finger's identification in one tick.
 
-It is made for each finger in each tick. It is not frozen: a frozen one takes eight times as long to make.
+Each tick makes one for each finger. It is not frozen, because a frozen dataclass takes eight times as long to make.
 """
 
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from remote_site.thermal.thermal_result import ThermalResult
 
 @dataclass(frozen=True, slots=True)
 class TouchEvent:
-    """Something that happened once.
+    """A single event.
 
-    `kind` is `tap` (value: approach speed, m/s), `groove` (value: amplitude, rad/s) or `material` (name). `time_s` is
-    when; None where that is now.
+    `kind` is `tap` (value: approach speed, m/s), `groove` (value: amplitude, rad/s) or `material` (value: probability,
+    name: the material). `time_s` is the time of the event, s; None means now.
     """
 
     kind: str
@@ -25,10 +25,10 @@ class TouchEvent:
 
 @dataclass(slots=True)
 class FingerTouch:
-    """One tick's output: what the operator site renders, and the state that the heater's control needs.
+    """Output of one tick: the values that the operator site renders, and the state that heater control needs.
 
-    A conductivity of 0 says that the material is unknown. Units: N, m, N/m, 1, N s/m, 1, 1, (rad/s)/(m/s),
-    (rad/s)/N, W/mK, kg/m3, J/kgK.
+    A conductivity of 0 means that the material is unknown. Units, in order from the contact force: N, m, N/m, 1,
+    N s/m, 1, 1, (rad/s)/(m/s), (rad/s)/N, W/mK, kg/m3, J/kgK.
     """
 
     mode: ExplorationMode
@@ -47,11 +47,11 @@ class FingerTouch:
     specific_heat_j_kgk: float
     thermal: ThermalResult
     measuring: bool
-    """Whether a touch that began, or the last reading, uses the plate: it must not be heated."""
+    """Whether a touch that began, or the last reading, uses the plate; the plate must not be heated then."""
     no_differences: int
-    """Thermal touches so far that ended because plate and object were equally warm."""
+    """Number of thermal touches that ended because plate and object had equal temperatures."""
     speed_m_s: float
     roughness_v: float
     events: tuple[TouchEvent, ...]
     texture_fault: str | None = None
-    """What is wrong with the texture sensor; None when nothing is."""
+    """Fault of the texture sensor; None without a fault."""

@@ -1,4 +1,4 @@
-"""Limits of one thermal sensor's heater, part of the patient-side gate: this plate touches a person."""
+"""Limits of one thermal sensor's heater, a part of the patient-side gate. The heated plate touches a person."""
 
 import math
 
@@ -7,28 +7,33 @@ from common.safety.repeated_fault import RepeatedFault
 from common.safety.thermal_dose import ThermalDose
 
 SENSOR_LOW_C = -5.0
+"""Lowest plausible reading, C; a lower one is a fault of the read-out."""
 SENSOR_HIGH_C = 60.0
-"""Outside, it is the read-out that is wrong."""
+"""Highest plausible reading, C; a higher one is a fault of the read-out."""
 LOOK_AHEAD_S = 0.5
+"""Prediction horizon of the plate temperature, s; the silicon sensor lags behind its plate."""
 RATE_LAG_S = 0.2
-"""The silicon sensor is behind its plate, which is judged by where it will be, from a smoothed rate."""
+"""Time constant of the filter for the reading's rate of change, s."""
 HOLDING_DRIVE = 0.2
+"""Drive that may be needed to hold a temperature, 0..1; only more drive must change the reading."""
 SILENT_WORK_S = 0.6
+"""Drive above HOLDING_DRIVE after which the reading must have changed by SILENT_K, s of full drive."""
 SILENT_K = 0.3
-"""So much drive above what holds a temperature, in s of full drive, must have moved the reading so far."""
+"""Smallest change of the reading that counts as an answer to the drive, K."""
 TEST_DRIVE = 0.15
+"""Drive of the test pulse, 0..1."""
 TEST_LEAST_K = 0.12
-"""Test pulse: its drive, and half of what the slowest sound sensor shows of it, K. The plate moves by 0.4 K."""
+"""Smallest answer to a test pulse, K: half that of the slowest sound sensor. The plate itself changes by 0.4 K."""
 
 
 class HeaterLimits:
-    """One plate's memory: dose, rate, and whether its reading answers to the drive.
+    """State of one plate: dose, rate, and whether its reading answers to the drive.
 
     Attributes:
         known: whether the last reading is fresh and plausible.
-        repeated: decides whether the heater gets no drive but a test pulse.
+        repeated: decides whether the heater gets only a test pulse.
         spent: whether the dose is spent.
-        too_hot: whether the plate is, or is about to be, above the limit.
+        too_hot: whether the plate is above the limit, or soon will be.
     """
 
     def __init__(self) -> None:
@@ -47,9 +52,9 @@ class HeaterLimits:
 
         Args:
             t_s, dt_s: time and time since the last tick, s.
-            drive: what was given to the heater since then, -1..1.
-            plate_c: last reading, C; NaN where it is implausible.
-            age_s: its age, s.
+            drive: drive of the heater since the last tick, -1..1.
+            plate_c: last reading, C; NaN when it is implausible.
+            age_s: age of the reading, s.
         """
         fresh = 0.0 <= age_s <= GAP_S
         if not (fresh and SENSOR_LOW_C <= plate_c <= SENSOR_HIGH_C):
@@ -76,7 +81,7 @@ class HeaterLimits:
         self.too_hot = plate_c + (LOOK_AHEAD_S * rate_k_s if rate_k_s > 0.0 else 0.0) > SENSOR_PLATE_C
 
     def _doubt(self, t_s: float, fresh: bool) -> None:
-        """A fresh reading that is implausible is a fault of the sensor, once until it is plausible again."""
+        """Count a fresh but implausible reading as one sensor fault, until a reading is plausible again."""
         if fresh and not self._implausible:
             self._implausible = True
             self.repeated.named(t_s)

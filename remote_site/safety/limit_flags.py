@@ -1,33 +1,33 @@
-"""The limits that act on a finger of the telemanipulator, its heater or the whole hand."""
+"""Flags of the limits that act on a finger of the telemanipulator, its heater or the whole hand."""
 
 from enum import IntFlag
 
 
 class Limit(IntFlag):
-    """Which limits acted on a finger (PLANE on all)."""
+    """Limits that acted on a finger; the PLANE limits act on all fingers."""
 
     RELEASED = 1
-    """Not engaged, motion or measurements missing, or a fault: stop, then retreat."""
+    """Stop and retreat: not engaged, motion or measurements missing, or a fault."""
     PLANE_RANGE = 2
     PLANE_SPEED = 4
     HEIGHT_RANGE = 8
     HEIGHT_SPEED = 16
     FORCE = 32
-    """Not lowered further, or taken back, because of the contact force."""
+    """The contact force keeps the finger from being lowered further, or raises it."""
     FORCE_UNKNOWN = 64
-    """No fresh measurement of the telemanipulator: it is not moved blindly."""
+    """The finger does not move, because no fresh measurement of the telemanipulator exists."""
     HEATER_CONTACT = 128
     SENSOR_UNKNOWN = 256
-    """No fresh, plausible or moving sensor reading: heater off."""
+    """The heater is off, because the sensor reading is old, implausible or does not change."""
     SENSOR_TEMPERATURE = 512
     DOSE = 1024
     HEATER_RANGE = 2048
     APPROACH = 4096
-    """Let go and not yet where the operator's hand is: the hand comes slowly, the finger is not lowered before."""
+    """The hand approaches the operator's hand slowly after a release; the finger is not lowered before it arrives."""
     ENERGY = 8192
-    """Not lowered further because of the work already left in what is touched."""
+    """The residual work in the touched object keeps the finger from being lowered further."""
     HEATER_TEST = 16384
-    """The sensor did not answer its heater, or faults named it repeatedly: no drive but a test pulse."""
+    """The heater gets only a test pulse: the sensor did not answer its heater, or had repeated faults."""
 
 
 (
@@ -47,9 +47,9 @@ class Limit(IntFlag):
     ENERGY,
     HEATER_TEST,
 ) = [limit.value for limit in Limit]
-"""Their bits as plain integers: an enumeration takes five times as long, in every tick and for each finger."""
+"""Bits of `Limit` as plain integers. Each tick uses them for each finger; an enumeration is five times slower."""
 
 
 def limit_names(bits: int) -> tuple[str, ...]:
-    """Names of the limits in one finger's `limited`, for people to read."""
+    """Return readable names of the limits in one finger's `limited`."""
     return tuple(str(limit.name).lower() for limit in Limit if bits & limit)

@@ -1,10 +1,11 @@
-"""How much work a remote finger has left in what it touches.
+"""Residual work: the energy that a remote finger leaves in the object it touches.
 
-At the patient a passivity observer has nothing to find: what is touched is passive, and the work on it is the
-operator's own. But it is bounded: a finger that presses, and taps as hard and as fast as a hand can, leaves little of
-what it puts in, for the object gives it back. A coupling that swings pumps, cycle by cycle, what the object loses in
-each. The work is counted at the finger's own measured place and not at the set-point, against which servo and bus turn
-the force by so much that even its sign is lost; and it drains at the power that a finger may lastingly leave.
+A passivity observer at the patient detects nothing, because the object is passive and the work on it is the operator's
+own. The residual work is nevertheless bounded in normal use. A finger that presses, or taps as hard and fast as a hand
+can, leaves little work, because the object returns most of it. An oscillating coupling adds in each cycle the energy
+that the object dissipates. The work is computed from the measured position of the finger. With the set-point, the
+phase lag of servo and bus would change even the sign of the work. The sum drains at LEFT_W, the power that a finger
+may leave permanently.
 """
 
 import math
@@ -13,7 +14,7 @@ from common.limits import LEFT_J, LEFT_W
 
 
 class ResidualWork:
-    """Of one finger; `left_j` is what it has left beyond what may be left lastingly, J."""
+    """Residual work of one finger; `left_j` is the work left beyond the permitted permanent power, J."""
 
     __slots__ = ("_force_n", "_z_m", "left_j")
 
@@ -23,14 +24,14 @@ class ResidualWork:
 
     @property
     def room_j(self) -> float:
-        """What may still be left, J."""
+        """Work that the finger may still leave, J."""
         return max(0.0, LEFT_J - self.left_j)
 
     def step(self, dt_s: float, z_m: float, force_n: float) -> None:
-        """Take a finger's measured height and contact force; where they are not numbers it begins anew.
+        """Take a finger's measured height and contact force; values that are not finite reset the sum to zero.
 
         Args:
-            dt_s: since the last step, s.
+            dt_s: time since the last step, s.
             z_m: height of the finger, m.
             force_n: contact force, N.
         """

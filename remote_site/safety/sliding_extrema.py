@@ -1,21 +1,23 @@
-"""Sliding minimum and maximum of recent set-points: a servo that does not overshoot is between them."""
+"""Sliding minimum and maximum of recent set-points. A servo without overshoot stays between them."""
 
 import math
 from collections import deque
 
 MEMORY_S = 0.25
-"""A set-point older than this moves nothing any more: servo (settled after 0.1 s), bus, and a process that stalls."""
+"""Maximum time for which a set-point can move a finger, s: servo (settled after 0.1 s), bus and a process stall."""
 
 _Falling = deque[tuple[float, float]]
-"""Times and values of the last MEMORY_S, without those that a later value exceeds (or undercuts): the first is the
-highest (or the lowest)."""
+"""Times, s, and values of the last MEMORY_S, without values that a later one exceeds (for the minimum: undercuts).
+
+The first entry is the maximum (or the minimum).
+"""
 
 
 class SlidingExtrema:
-    """Values of the last MEMORY_S.
+    """Sliding extrema of the last MEMORY_S.
 
     Attributes:
-        highest, lowest: of them; infinite before the first `add`.
+        highest, lowest: the extrema; infinite before the first `add`.
     """
 
     __slots__ = ("_depth", "_high", "highest", "lowest")
@@ -27,7 +29,7 @@ class SlidingExtrema:
         self.lowest = math.inf
 
     def add(self, t_s: float, value: float) -> None:
-        """Take a value of the time `t_s`, s, which does not go back."""
+        """Take a value of the time `t_s`, s, which never decreases."""
         high, depth, before_s, entry = self._high, self._depth, t_s - MEMORY_S, (t_s, value)
         while high and high[-1][1] <= value:
             high.pop()

@@ -1,4 +1,4 @@
-"""The remote end of the session: requests of the operator and of a person at the patient's side.
+"""The remote end of the session: requests by the operator and by a person at the patient's side.
 
 The site uses `session_server`.
 """

@@ -1,9 +1,9 @@
-"""Which connections speak for the session's operator: one on each stream, since a copy of its key may be in use.
+"""Selects the connection of the session's operator, one for each stream, because a copy of its key may be in use.
 
-Authority comes from the key that was admitted to the session. A second connection with that key is either the operator
-that connected anew, or somebody with a copy of the key. It takes a stream over when the first connection is closed, or
-is silent where the stream never pauses. Until then its packets have no effect. A motion that left on the first
-connection after the second one was heard proves that two senders use the key.
+Authority comes from the key that was admitted to the session. A second connection with that key is either a new
+connection of the operator, or a peer with a copy of the key. It takes a stream over when the first connection is
+closed, or is silent on a stream that never pauses. Until then its packets have no effect. If the first connection
+sends a motion after the second one was received, two senders use the key.
 """
 
 import math
@@ -15,48 +15,48 @@ from common.link.curve import Received
 from common.wire.streams import STREAMS
 
 SILENT_S: Mapping[str, float] = {"motion": GAP_S, "heartbeat": 5.0 / STREAMS["heartbeat"].rate_hz, "control": math.inf}
-"""Silence after which another connection of the operator's key takes a stream over, s; requests may pause for ever."""
+"""Silence after which another connection of the operator's key takes a stream over, s; requests may pause forever."""
 
 
 @dataclass(slots=True)
 class _Line:
-    """One connection that speaks on a stream."""
+    """The connection that owns a stream."""
 
     received: Received
     heard_ns: int
 
 
 class OperatorConnections:
-    """Belongs to one session server. Time is an argument, ns of this site's monotonic clock."""
+    """Operator connections of one session server. Time is an argument, ns of this site's monotonic clock."""
 
     def __init__(self, is_open: Callable[[str, int], bool]):
-        """Nobody is the operator yet.
+        """Begin without an operator.
 
         Args:
-            is_open: whether a connection, by stream and number, is still open.
+            is_open: returns whether a connection, given by stream and number, is still open.
         """
         self._is_open = is_open
         self._lines: dict[str, _Line] = {}
         self._rival: _Line | None = None
 
     def begin(self, hello: Received, now_ns: int) -> None:
-        """A session begins: the connection of its hello makes the operator's requests."""
+        """Begin a session; the connection of its hello owns the stream of requests."""
         self._lines = {"control": _Line(hello, now_ns)}
         self._rival = None
 
     def end(self) -> None:
-        """The session is over."""
+        """End the session."""
         self._lines.clear()
         self._rival = None
 
     @property
     def answers_to(self) -> bytes:
-        """Routing identity to which the operator's answers go; empty without a session."""
+        """Routing identity for answers to the operator; empty without a session."""
         line = self._lines.get("control")
         return b"" if line is None else line.received.who
 
     def own(self, stream: str, received: Received, now_ns: int) -> bool:
-        """Whether a packet of the operator's key came on the connection that speaks on this stream."""
+        """Return whether a packet with the operator's key came on the connection that owns this stream."""
         line = self._lines.get(stream)
         if line is None:
             self._lines[stream] = _Line(received, now_ns)
@@ -75,9 +75,9 @@ class OperatorConnections:
         return True
 
     def own_first(self, stream: str, packets: list[Received]) -> list[Received]:
-        """Packets in their order, but those of the connection that speaks on a stream first.
+        """Sort packets so that those of the connection that owns the stream come first, each group in its order.
 
-        After a pause of this site, that connection is heard before another one could take it for silent.
+        After a pause of this site, this keeps another connection from taking the owner for silent.
         """
         line = self._lines.get(stream)
         if line is None or len(packets) < 2:
@@ -86,10 +86,10 @@ class OperatorConnections:
         return sorted(packets, key=lambda received: received.connection != own)
 
     def used_twice(self, sent_ns: int) -> Received | None:
-        """A packet of a second sender with the operator's key, where a motion of the first proves that there is one.
+        """Return a packet of a second sender with the operator's key, if a motion of the first proves a second sender.
 
         Args:
-            sent_ns: when the operator's own connection sent its motion at the earliest, by this site's clock.
+            sent_ns: earliest time at which the operator's own connection sent its motion, ns of this site's clock.
         """
         rival = self._rival
         if rival is None or sent_ns <= rival.heard_ns:
