@@ -1,4 +1,4 @@
 """Height, slope, stiffness and damping of a pressed surface.
 
-Others use `surface_estimate`.
+Other folders use `surface_estimate`.
 """

@@ -1,45 +1,51 @@
-"""What a press tells: compliance and damping of an object, from one finger's force, height and speed.
+"""Estimates compliance and damping of an object from force, height and speed of one pressing finger.
 
     z = s - c F / (1 + a v)
 
 is the contact of Hunt & Crossley (1975), F = k d (1 + a v) at depth d = s - z, solved for the height z of the
 fingertip: s is the height of the undeformed surface, c = 1/k its compliance, a its damping and v the speed downwards.
-Noise of the force is then noise of the height, the wider the softer the object. An extended Kalman filter solves it,
-sample by sample. A sample is a mean over 8 ms, and counts when the force has changed since the last one that did: a
-finger at rest tells nothing of c, and the noise of its force would be taken for pressing.
+In this form, noise of the force is noise of the height, and is larger for softer objects. An extended Kalman filter
+solves the equation sample by sample. A sample is a mean over 8 ms. It counts when the force has changed since the last
+sample that counted. A finger at rest gives no information about c, and the noise of its force would look like a press.
 
-Force and height alone cannot tell an object that gives way from a surface that moves or slopes. Under a press the
-force rises while the finger sinks: that teaches c. Where both rise, the surface has risen. Where that contradicts what
-is known of a surface that is stroked, the finger has come upon something else.
+Force and height alone cannot distinguish an object that yields from a surface that moves or slopes. Under a press the
+force rises while the finger sinks; such samples teach c. If both rise, the surface has risen. If a sample contradicts
+the estimate of a stroked surface, the finger has reached another object.
 """
 
 import math
 
 FORCE_SD_N, PLACE_SD_M, SPEED_SD_M_S = 0.011, 10e-6, 1.8e-3
-"""Noise and steps of one sample's force and height, and of the speed over a window."""
+"""Standard deviations with quantisation: force, N, and height, m, of one sample, and speed over a window, m/s."""
 LAW_SHARE, DAMPED_SHARE = 0.01, 0.1
-"""No object keeps closer to the law than to these shares of its depth, and of what damping makes of it."""
+"""Model errors of the law and of its damping, as fractions of the depth and of the damping's part of the depth."""
 SOFTEST_N_M, HARDEST_N_M = 50.0, 20_000.0
+"""Range of the stiffness, N/m."""
 DAMPING_S_M, DAMPING_SD_S_M, MOST_DAMPING_S_M = 1.0, 1.0, 4.0
-"""Hunt and Crossley's a before a press has told it."""
+"""Hunt and Crossley's a before a press: mean, standard deviation and maximum, s/m."""
 LEAST_SHARE = 0.5
-"""Of k d that is left of the force of a finger that rises fast."""
+"""Lower limit of 1 + a v, the fraction of k d that remains of the force when a finger rises fast."""
 DRIFT_M_S05, DRIFT_N_S05 = 0.1e-3, 0.1
-"""A surface that stands still drifts by the first, m per root of a second, or by what makes the second of force."""
+"""Limits of a resting surface's drift: height, m per root of a second, and the force it causes, N per root of a second.
+
+The smaller drift counts.
+"""
 STEEPNESS, UNEVEN_M = 0.1, 0.2e-3
-"""A stroked surface slopes so much, and stays so near its height where it becomes something else."""
+"""Standard deviations of a stroked surface: slope, and change of height where another object begins, m."""
 PATCH_M = 3e-3
-"""A fingertip passes from one object to another within this way."""
+"""Length of stroke within which a fingertip passes from one object to another, m."""
 LEAST_CHANGE_N = 0.05
-"""Ten times the noise of the mean force."""
+"""Smallest change of force that makes a sample count, N: ten times the noise of the mean force."""
 REST_S = 0.05
+"""Time since the last sample that counted after which a stroke's separately tracked height is used, s."""
 CONTRADICTION_SD = 3.5
+"""Innovation from which a sample contradicts the estimate, in standard deviations."""
 MISTAKEN_SHARE = 0.25
-"""Of the way that a surface moves under a press, taken for depth."""
+"""Fraction of a surface's motion under a press that is mistaken for depth."""
 YIELDS_LN_SD = 0.3
-"""Doubt about c where a press contradicts it."""
+"""Standard deviation that is added to ln c when a press contradicts c."""
 ROUGHLY_LN_SD = 0.3
-"""Only when c is known as well as this, samples can contradict it, and teach a as well."""
+"""Standard deviation of ln c below which samples can contradict c and can also teach a."""
 
 
 class HuntCrossleyFit:
@@ -49,8 +55,8 @@ class HuntCrossleyFit:
         surface_m: height of the undeformed surface, m.
         compliance_m_n: c, m/N, within 1 / HARDEST_N_M .. 1 / SOFTEST_N_M.
         damping_s_m: a, s/m.
-        moved_m: how far the surface has moved while nothing pressed, m.
-        met_other: whether the last sample said that the finger strokes something else than before.
+        moved_m: motion of the surface while nothing pressed, m.
+        met_other: whether the last sample showed that the stroking finger has reached another object.
     """
 
     __slots__ = (
@@ -79,7 +85,7 @@ class HuntCrossleyFit:
         self.damping_s_m = DAMPING_S_M
         self.moved_m = 0.0
         self.met_other = False
-        # What is not known of c is not known of s = z + c F either.
+        # The uncertainty of c is also an uncertainty of s = z + c F.
         shared = c * c * force_n
         height = shared * force_n + PLACE_SD_M**2 + (c * FORCE_SD_N) ** 2
         self._cov = [[height, shared, 0.0], [shared, c * c, 0.0], [0.0, 0.0, DAMPING_SD_S_M**2]]
@@ -100,11 +106,11 @@ class HuntCrossleyFit:
 
     @property
     def drift_m_s05(self) -> float:
-        """How far a surface that stands still may drift, m per root of a second."""
+        """Drift of a surface at rest, m per root of a second."""
         return min(DRIFT_M_S05, DRIFT_N_S05 * self.compliance_m_n)
 
     def measured(self, force_n: float, z_m: float, speed_m_s: float) -> tuple[float, float]:
-        """Height of the surface by a sample and what is known of the object, m; and its variance, m2."""
+        """Return the height of the surface, m, from a sample and the present estimate, and its variance, m2."""
         c, a = self.compliance_m_n, self.damping_s_m
         depth_m = c * force_n / max(LEAST_SHARE, 1.0 + a * speed_m_s)
         return z_m + depth_m, PLACE_SD_M**2 + (c * FORCE_SD_N) ** 2 + (a * SPEED_SD_M_S * depth_m) ** 2
@@ -114,11 +120,11 @@ class HuntCrossleyFit:
         return self._way_m > 0.0 and t_s - self._t_s > REST_S
 
     def see(self, height_m: float, variance_m2: float, force_n: float) -> None:
-        """Take where the surface was seen since, by the compliance known and at a force in N; the last one holds."""
+        """Take a later height of the surface, found with the present compliance at this force, N; the last one counts."""
         self._seen, self._way_m = (height_m, variance_m2, force_n), 0.0
 
     def _take_seen(self, height_m: float, variance_m2: float, force_n: float) -> None:
-        """Go on from where the surface was seen."""
+        """Continue from the height that `see` was given."""
         cov, shared = self._cov, force_n * self._cov[1][1]
         own_m = LAW_SHARE * self.compliance_m_n * force_n
         self.surface_m, self._seen = height_m, None
@@ -126,15 +132,15 @@ class HuntCrossleyFit:
         cov[1][0], cov[2][0] = cov[0][1:]
 
     def step(self, t_s: float, force_n: float, z_m: float, speed_m_s: float, way_m: float, samples: int) -> bool:
-        """Take the mean of the newest samples; return whether it counted: else nothing has been learned.
+        """Take the mean of the newest samples; return whether it counted, that is, changed the estimate.
 
         Args:
             t_s: time, s.
             force_n: contact force, N.
             z_m: height of the fingertip, m.
             speed_m_s: speed downwards, m/s.
-            way_m: way along the surface since the last call, m; 0 for a finger that does not stroke.
-            samples: of how many it is the mean.
+            way_m: distance along the surface since the last call, m; 0 for a finger that does not stroke.
+            samples: number of samples in the mean.
         """
         self._way_m += way_m
         self.met_other = False
@@ -180,25 +186,25 @@ class HuntCrossleyFit:
                 cross[0] += moved_m2
                 variance += moved_m2
                 self.moved_m += rise_m
-            if contradicts:  # so fast it may have moved under the press, too
+            if contradicts:  # the surface may have moved at this speed during the press, too
                 moved_m = MISTAKEN_SHARE * abs(innovation_m) / seconds * self._press_s
                 self._doubt_m_n = max(self._doubt_m_n, moved_m / self._most_n)
         self._learn(learned, cross, variance, innovation_m)
         return True
 
     def _meet(self, z_m: float, depth_m: float, noise_m2: float) -> None:
-        """The surface stays about where it was, and what lies below is as soft as that says."""
+        """Begin another object at about the same surface height; its compliance follows from that height."""
         self.met_other = True
         by_c = -depth_m / self.compliance_m_n
         softness = (z_m - self.surface_m) / by_c
         self.compliance_m_n = min(max(softness, 1.0 / HARDEST_N_M), 1.0 / SOFTEST_N_M)
-        self.surface_m = z_m - by_c * self.compliance_m_n  # where no softness says it, the surface is another one
+        self.surface_m = z_m - by_c * self.compliance_m_n  # with a limited compliance, the height is another one
         height, a = UNEVEN_M**2, self._cov[2][2]
         shared = -height / by_c
         self._cov = [[height, shared, 0.0], [shared, (height + noise_m2) / by_c**2, 0.0], [0.0, 0.0, a]]
 
     def _learn(self, learned: tuple[int, ...], cross: list[float], variance: float, innovation_m: float) -> None:
-        """Learn some of s, c and a; what is not known of the others is minded all the same."""
+        """Update some of s, c and a; the uncertainty of the others is included."""
         gain = [each / variance * innovation_m if number in learned else 0.0 for number, each in enumerate(cross)]
         self.surface_m += gain[0]
         wanted = self.compliance_m_n + gain[1]
@@ -208,4 +214,4 @@ class HuntCrossleyFit:
             for j in range(3):
                 if i in learned or j in learned:
                     row[j] -= cross[i] * cross[j] / variance
-        self._cov[1][1] += max(0.0, 1.0 / HARDEST_N_M - wanted) ** 2  # what is harder than can be is not believed
+        self._cov[1][1] += max(0.0, 1.0 / HARDEST_N_M - wanted) ** 2  # a stiffness above HARDEST_N_M adds uncertainty

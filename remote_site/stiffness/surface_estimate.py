@@ -1,9 +1,9 @@
-"""What one finger's contact tells of the surface: height, slope, stiffness, damping, or that they are not yet known.
+"""Estimates height, slope, stiffness and damping of the surface below one finger in contact.
 
-Until a press has told the stiffness, what is told is too little rather than too much, at every depth: the softest that
-the object may be (three standard deviations), from the height where the force first rose above its noise: the finger
-touched there, so a resting surface is no lower than that. A local contact with this model presses a finger no harder
-than the remote finger is pressed at the same place.
+Until a press identifies the stiffness, the outputs are lower bounds at every depth. The stiffness is the softest
+possible one (three standard deviations). The height is that at which the force first rose above its noise. The finger
+touched there, so a resting surface is not lower. A local contact with this model presses the operator's finger no
+harder than the remote finger is pressed at the same place.
 """
 
 import math
@@ -14,28 +14,30 @@ from remote_site.stiffness.hunt_crossley_fit import SOFTEST_N_M, HuntCrossleyFit
 from remote_site.stiffness.surface_height import SurfaceHeight
 
 WINDOW = 5
-"""Samples, 16 ms at 250 Hz, whose mean is fitted, and over which speeds are measured."""
+"""Number of samples in the fitted mean and in each measurement of speed; 16 ms at 250 Hz."""
 ONSET_N, OFF_N = 0.05, 0.02
-"""A contact begins at the first and ends below the second: five and two times the noise of the force."""
+"""Forces at which a contact begins and below which it ends, N: five and two times the noise of the force."""
 LONGEST_GAP_S = 0.1
-"""What was known before a longer gap is forgotten."""
+"""Maximum gap between samples of one contact, s; a longer gap resets the estimate."""
 STROKE_M_S = 5e-3
-"""Slower than this along the surface, a finger rests."""
+"""Minimum speed of a stroke along the surface, m/s; a slower finger rests."""
 SAFE_SD = 3.0
+"""Standard deviations between the estimated compliance and the upper bound that is used before it is known."""
 DAMPING_SHARE = 0.25
-"""Damping is known when its standard deviation is less than this share of it."""
+"""Largest standard deviation of a known damping, as a fraction of the damping."""
 UNKNOWN_LN_SD = TOUCH_RANGES["stiffness_ln_sd"][1]
+"""Standard deviation of ln stiffness that stands for an unknown stiffness."""
 
 
 class SurfaceEstimate:
     """Surface below one finger; step it in every tick.
 
     Attributes:
-        stiffness_n_m: N/m; 0 without contact.
-        stiffness_ln_sd: standard deviation of its logarithm; STIFFNESS_KNOWN_LN_SD or more is "not yet known".
-        damping_n_s_m: of the object at the present force, N s/m; 0 when not known.
+        stiffness_n_m: stiffness of the object, N/m; 0 without contact.
+        stiffness_ln_sd: standard deviation of its logarithm; STIFFNESS_KNOWN_LN_SD or more means "not yet known".
+        damping_n_s_m: damping of the object at the present force, N s/m; 0 if unknown.
         surface_z_m: height of the undeformed surface below the finger, m; 0 without contact.
-        slope_x, slope_y: of the surface along a stroke; 0 when not known.
+        slope_x, slope_y: slope of the surface along a stroke; 0 if unknown.
     """
 
     __slots__ = (
@@ -69,11 +71,11 @@ class SurfaceEstimate:
 
     @property
     def known(self) -> bool:
-        """Whether this contact has told its stiffness."""
+        """Whether the stiffness of this contact is identified."""
         return self.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD
 
     def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
-        """Take contact force, N, and place of the fingertip, m, at `t_s`; not finite is left out."""
+        """Take contact force, N, and place of the fingertip, m, at `t_s`, s; a sample that is not finite is ignored."""
         if self._onset_z_m is None and not force_n >= ONSET_N:
             return
         if not math.isfinite(t_s + force_n + x_m + y_m + z_m):
@@ -92,12 +94,12 @@ class SurfaceEstimate:
         self._forces_n.append(force_n)
         self._heights_m.append(z_m)
         if len(recent) > 1:
-            self._feel(t_s, force_n, x_m, y_m, z_m)
+            self._take(t_s, force_n, x_m, y_m, z_m)
         if self._height is None:
-            self._tell_too_little(self._onset_z_m, force_n, z_m)
+            self._take_lower_bounds(self._onset_z_m, force_n, z_m)
 
     def _release(self) -> None:
-        """Nothing is touched, and so nothing is known."""
+        """Forget the contact."""
         self._recent.clear()
         self._forces_n.clear()
         self._heights_m.clear()
@@ -105,8 +107,8 @@ class SurfaceEstimate:
         self.stiffness_n_m = self.surface_z_m = self.damping_n_s_m = self.slope_x = self.slope_y = 0.0
         self.stiffness_ln_sd = UNKNOWN_LN_SD
 
-    def _feel(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
-        """Take the newest sample of a contact, its second or a later one."""
+    def _take(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
+        """Take the newest sample of a contact, the second or a later one."""
         recent, fit, height = self._recent, self._fit, self._height
         samples = len(recent)
         from_s, from_x_m, from_y_m, from_z_m = recent[0]
@@ -126,7 +128,7 @@ class SurfaceEstimate:
             self._learn(fit)
         if height is None and not self.known:
             return
-        # Means that overlap have no less noise together than single samples.
+        # Together, overlapping means have as much noise as single samples.
         measured_m, noise_m2 = fit.measured(mean_n, mean_m, sinks_m_s)
         if height is None or fit.met_other:
             height = self._height = SurfaceHeight(fit.surface_m, noise_m2)
@@ -138,14 +140,14 @@ class SurfaceEstimate:
         self.damping_n_s_m = fit.damping_s_m * force_n if self._damping_known else 0.0
 
     def _learn(self, fit: HuntCrossleyFit) -> None:
-        """Take over what the fit has learned from a sample that counts."""
+        """Copy the result of the fit after a sample that counted."""
         self.stiffness_ln_sd = min(fit.ln_sd, UNKNOWN_LN_SD)
         self.stiffness_n_m = 1.0 / fit.compliance_m_n
         self._drift_m2_s = fit.drift_m_s05**2
         self._damping_known = fit.damping_sd_s_m < DAMPING_SHARE * fit.damping_s_m
 
-    def _tell_too_little(self, onset_z_m: float, force_n: float, z_m: float) -> None:
-        """Tell the softest and lowest that the object may be."""
+    def _take_lower_bounds(self, onset_z_m: float, force_n: float, z_m: float) -> None:
+        """Set stiffness and surface height to their lower bounds."""
         self.stiffness_n_m, highest_m = SOFTEST_N_M, onset_z_m
         if self._fit is not None:
             softest = self._fit.compliance_m_n * (1.0 + SAFE_SD * self._fit.ln_sd)

@@ -1,40 +1,41 @@
-"""Height and slope of a surface below a finger that rests or strokes: a Kalman filter on noisy heights.
+"""Kalman filter for height and slope of a surface below a finger that rests or strokes.
 
     s(next) = s + g_x dx + g_y dy + drift,    measured = s + noise
 
-How much is smoothed follows from the noise: 0.01 N are 0.2 mm of a surface of 50 N/m, and 5 um of one of 2000 N/m.
+The noise sets the smoothing: 0.01 N equals 0.2 mm on a surface of 50 N/m, and 5 um on one of 2000 N/m.
 """
 
 import math
 
 SLOPE_SD = 0.1
-"""Slopes before a stroke has told them."""
+"""Standard deviation of a slope before a stroke."""
 BEND_M05 = 0.6
-"""A slope changes by so much per root of a metre: 0.02 within a millimetre."""
+"""Standard deviation of a slope's change per root of a metre; 0.02 within a millimetre."""
 KNOWN_SLOPE_SD = 0.05
+"""Largest standard deviation of a slope that counts as known."""
 
 
 class SurfaceHeight:
     """Surface below one finger.
 
     Attributes:
-        height_m: of the surface below the finger, m.
-        variance_m2: of the height, m2.
-        slope_x, slope_y: its slope.
+        height_m: height of the surface below the finger, m.
+        variance_m2: variance of the height, m2.
+        slope_x, slope_y: slope of the surface.
     """
 
     __slots__ = ("_sx", "_sy", "_xx", "_xy", "_yy", "height_m", "slope_x", "slope_y", "variance_m2")
 
     def __init__(self, height_m: float, variance_m2: float) -> None:
-        """Begin at a height known to this variance, m2, with no slope known."""
+        """Begin at a height, m, with this variance, m2, and an unknown slope."""
         self.height_m, self.variance_m2 = height_m, variance_m2
         self.slope_x = self.slope_y = 0.0
-        # The covariance of height (s) and slopes (x, y): `_sx` is that of height and slope along x.
+        # Covariance of height (s) and slopes (x, y); `_sx` belongs to height and slope along x.
         self._sx = self._sy = self._xy = 0.0
         self._xx = self._yy = SLOPE_SD**2
 
     def step(self, dx_m: float, dy_m: float, drift_m2: float, measured_m: float, noise_m2: float) -> None:
-        """Go on by `dx_m`, `dy_m` and a drift of this variance; take a measured height, m, with its noise, m2."""
+        """Move by `dx_m`, `dy_m` with a drift of variance `drift_m2`, and take a height, m, with its variance, m2."""
         ss, sx, sy = self.variance_m2, self._sx, self._sy
         if dx_m or dy_m:
             self.height_m += self.slope_x * dx_m + self.slope_y * dy_m
@@ -58,7 +59,7 @@ class SurfaceHeight:
         self._yy -= sy * sy / variance
 
     def slope_along(self, dx_m: float, dy_m: float) -> tuple[float, float]:
-        """Slope along a way, as its parts in x and y; (0, 0) where it is not known to KNOWN_SLOPE_SD."""
+        """Return the x and y parts of the slope along a motion; (0, 0) if it is less well known than KNOWN_SLOPE_SD."""
         way2 = dx_m * dx_m + dy_m * dy_m
         if way2 == 0.0:
             return 0.0, 0.0

@@ -1,4 +1,4 @@
-"""JSON files of calibrated tables: checked on reading, hashed on writing."""
+"""Reads and writes calibrated tables as JSON files, with checks and a hash."""
 
 import hashlib
 import json
@@ -11,13 +11,13 @@ from common.files.read_files import read_json
 
 
 class TableFile(BaseModel):
-    """A table that is a file of its own kind and version.
+    """A table in a file with a kind and a version.
 
     Attributes:
-        kind: what the table is for; a file of another kind is refused.
+        kind: purpose of the table; a file of another kind is refused.
         schema_version: version of the table's fields.
-        sensor_serial: the sensor that was calibrated; "unknown" where nobody said.
-        made_on: ISO date of the calibration, "" where nobody said.
+        sensor_serial: serial number of the calibrated sensor; "unknown" if not given.
+        made_on: ISO date of the calibration; "" if not given.
         content_hash: SHA-256 of all other fields; a table edited by hand is refused.
     """
 
@@ -48,8 +48,8 @@ class TableFile(BaseModel):
         """Read a table.
 
         Raises:
-            ValueError: the file is missing, is no JSON, is another kind or version of table, lacks a
-                field, or was changed since it was written.
+            ValueError: the file is missing, not JSON, of another kind or version, lacks a field, or was changed after
+                it was written.
         """
         kind = cls.model_fields["kind"].default
         try:
@@ -57,7 +57,7 @@ class TableFile(BaseModel):
         except OSError as error:
             raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
         except ValueError:
-            raise ValueError(f"{path}: not JSON; a {kind} table is what `teletaction calibrate` writes") from None
+            raise ValueError(f"{path}: not JSON; make a {kind} table with `teletaction calibrate`") from None
         if not isinstance(fields, dict) or fields.get("kind") != kind:
             raise ValueError(f"{path}: not a {kind} table; make one with `teletaction calibrate`")
         version = cls.model_fields["schema_version"].default

@@ -1,4 +1,4 @@
 """Roughness, grooves and the surface under a stroking finger.
 
-Others use `texture_identification`. `surface_table` and `texture_law` are what calibration finds.
+Other folders use `texture_identification`. `surface_table` and `texture_law` hold the results of calibration.
 """

@@ -1,4 +1,4 @@
-"""How much of the curvature's power is the sensor's own noise: exact for white noise, by the samples in a box."""
+"""Computes the part of the curvature's power that is sensor noise; exact for white noise, by the samples in a box."""
 
 import math
 
@@ -10,13 +10,13 @@ from remote_site.texture.tip_path import RATE_HZ
 _FEWEST, _MOST, _STEPS = 1.0, 64.0, 48
 _LN_MOST = math.log(_MOST)
 _PHASES = 8
-"""A box begins anywhere between two samples: places tried."""
+"""Number of starting points of a box between two samples over which the power is averaged."""
 _MEMORY = 40
-"""Samples after which a lag has forgotten."""
+"""Length of a lag's impulse response, samples."""
 
 
 class CurvatureNoise:
-    """Power of the curvature of white noise of one V rms, behind the lag that undoes the contact's viscosity."""
+    """Power of the curvature of white noise of 1 V rms after the lag that undoes the contact's viscosity."""
 
     __slots__ = ("_power",)
 
@@ -28,7 +28,7 @@ class CurvatureNoise:
         self._power = [_power(float(samples), lag) for samples in boxes]
 
     def power(self, samples: float) -> float:
-        """Power with this many samples in a box, in parts of the noise's own; interpolated in logarithms."""
+        """Return the power for a number of samples in a box over that of the noise; interpolated in ln(samples)."""
         at = _STEPS * math.log(min(max(samples, _FEWEST), _MOST)) / _LN_MOST
         whole = min(int(at), _STEPS - 1)
         low, high = self._power[whole], self._power[whole + 1]
@@ -36,7 +36,7 @@ class CurvatureNoise:
 
 
 def _power(samples: float, lag: NDArray[np.float64]) -> float:
-    """Sum of squared weights of single samples in box - (boxes beside it) / 2, mean over where a box begins."""
+    """Sum the squared weights of the samples in box - (boxes beside it) / 2, averaged over the starts of a box."""
     found = []
     for phase in np.arange(_PHASES) / _PHASES:
         edges = phase + samples * np.arange(4)

@@ -1,9 +1,9 @@
-"""Grooves and edges: the places where the tip's path is hollow beyond what the surface's own roughness makes it.
+"""Detects grooves and edges, where the tip's path is more hollow than the surface's own roughness makes it.
 
-A groove is a hollow; so is one side of an edge, whichever way it goes, and the foot of a ridge. Roughness is a
-hollow too, as often as a bump: what stands out is judged by a rank of the curvature round about, which a grating
-that fills half of the way cannot lift much, and which follows the surface within millimetres. So nothing is held,
-and nothing can latch.
+A groove is a hollow. One side of an edge, in either direction, and the foot of a ridge are hollows, too. Roughness
+makes hollows as often as bumps. The threshold therefore follows from a rank of the surrounding curvature. A grating
+that fills half of the path raises this rank only little, and the rank follows the surface within millimetres. The
+detector holds no value, so that it cannot latch.
 """
 
 import math
@@ -14,22 +14,26 @@ from typing import NamedTuple
 from remote_site.texture.tip_path import CELL_M, Curve
 
 STANDS_OUT = 7.0
-"""A hollow this many times the rms of the curvature round about is no roughness."""
+"""Hollow, over the rms of the surrounding curvature, above which it is not roughness."""
 WINDOWS_M = (8e-3, 2e-3)
+"""Lengths of path over which roughness is ranked, m; the rougher result counts.
+
+The longer window is more precise. The shorter one responds sooner when the surface becomes rougher.
+"""
 LEAST_M = 1.5e-3
-"""Ways that say how rough it is round about, and the least that says anything, m. The longer says it better, the
-shorter sooner where it becomes rougher: the rougher holds."""
+"""Minimum length of path before the roughness is known, m."""
 RANK = 1.0 / 3.0
+"""Fraction of the curvature's magnitudes that lie below the ranked value."""
 RMS_OF_RANK = 1.0 / 0.4307
-"""This part of the magnitudes of a normal curvature lies below 0.43 of its rms."""
+"""Rms of a normal curvature over the magnitude at RANK."""
 APART_M = 0.5e-3
-"""Nearer to each other than this no two grooves are told apart, m: an edge's two sides, a ridge's two feet are one."""
+"""Smallest spacing at which two grooves are resolved, m; the sides of an edge or feet of a ridge count as one."""
 SUNK = 0.5
-"""An impulse is over when the hollow has become this part of its deepest."""
+"""Fraction of its deepest hollow below which an impulse ends."""
 
 
 class Impulse(NamedTuple):
-    """A groove or an edge: when, s, and where along the way, m; its curvature for one newton, V."""
+    """A groove or an edge: time, s; place along the path, m; curvature for one newton, V."""
 
     time_s: float
     place_m: float
@@ -37,7 +41,7 @@ class Impulse(NamedTuple):
 
 
 class _Rank:
-    """The magnitude below which RANK of those of the last so many cells lie."""
+    """Magnitude below which the fraction RANK of the recent cells lies."""
 
     __slots__ = ("_cells", "_ranked", "_recent")
 
@@ -50,7 +54,7 @@ class _Rank:
         return len(self._ranked)
 
     def add(self, magnitude_v: float) -> None:
-        """Take another cell's; forget the oldest."""
+        """Take the magnitude of another cell and drop the oldest."""
         self._recent.append(magnitude_v)
         insort(self._ranked, magnitude_v)
         if len(self._recent) > self._cells:
@@ -58,7 +62,7 @@ class _Rank:
 
     @property
     def value_v(self) -> float:
-        """The magnitude at RANK; there must be one."""
+        """Magnitude at RANK; needs at least one cell."""
         return self._ranked[int(RANK * len(self._ranked))]
 
 
@@ -68,17 +72,17 @@ class GrooveDetector:
     __slots__ = ("_before_v", "_deepest", "_last_m", "_least_v", "_ranks", "_sides_v")
 
     def __init__(self, least_v: float) -> None:
-        """Take the curvature for one newton below which nothing counts as a groove, V."""
+        """Begin; `least_v` is the minimum curvature of a groove for one newton, V."""
         self._least_v = least_v
         self.forget()
 
     def forget(self) -> None:
-        """Another surface: what was round about says nothing about it."""
+        """Forget the roughness, since another surface begins."""
         self._ranks = tuple(_Rank(round(window_m / CELL_M)) for window_m in WINDOWS_M)
         self.interrupt()
 
     def interrupt(self) -> None:
-        """The way is interrupted."""
+        """Interrupt the path."""
         self._deepest: Impulse | None = None
         self._last_m = -math.inf
         self._before_v = 0.0
@@ -86,22 +90,22 @@ class GrooveDetector:
 
     @property
     def known(self) -> bool:
-        """Whether enough was felt to say what stands out."""
+        """Whether the path is long enough for a threshold."""
         return len(self._ranks[0]) * CELL_M >= LEAST_M
 
     @property
     def threshold_v(self) -> float:
-        """Hollow that stands out, V for one newton; infinite before anything is known of the surface."""
+        """Minimum hollow of a groove for one newton, V; infinite while the surface is unknown."""
         if not self.known:
             return math.inf
         return max(STANDS_OUT * RMS_OF_RANK * max(rank.value_v for rank in self._ranks), self._least_v)
 
     def step(self, curve: Curve, curvature_v: float) -> Impulse | None:
-        """Take the next cell, its curvature given for one newton; return the impulse that has just ended."""
+        """Take the next cell with its curvature for one newton, V; return the impulse that has just ended."""
         found: Impulse | None = None
         hollow_v, deepest = -curvature_v, self._deepest
         if deepest is None:
-            # The threshold is never below `_least_v`, and takes longer to find.
+            # The threshold is never below `_least_v` and takes longer to compute.
             if hollow_v > self._least_v and hollow_v > self.threshold_v and curve.place_m - self._last_m > APART_M:
                 self._deepen(curve, hollow_v)
         elif hollow_v > deepest.strength_v:
@@ -124,7 +128,7 @@ class GrooveDetector:
 
 
 def _between_cells(deepest: Impulse, before_v: float, after_v: float) -> Impulse:
-    """The top of the parabola through the deepest cell and those beside it; its time stays the cell's."""
+    """Move the place to the top of the parabola through the deepest cell and its neighbours; the time stays."""
     bend_v = before_v - 2.0 * deepest.strength_v + after_v
     cells = 0.5 * (before_v - after_v) / bend_v if bend_v < 0.0 else 0.0
     return deepest._replace(place_m=deepest.place_m + CELL_M * min(max(cells, -0.5), 0.5))

@@ -1,19 +1,19 @@
-"""Distance between the grooves of a surface, from the places of single impulses along the way."""
+"""Estimates the spacing of a surface's grooves from the places of single impulses along the path."""
 
 import math
 from collections import deque
 from dataclasses import dataclass
 
 REGULAR = 0.15
-"""Grooves whose gaps scatter by less than this part of their distance are regular."""
+"""Maximum scatter of the gaps of regular grooves, as a fraction of the spacing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Period:
-    """Distance of grooves and its standard deviation, m, and standard deviation over mean of single gaps.
+    """Spacing of grooves and its standard deviation, m, and standard deviation over mean of single gaps.
 
-    A speed that is wrong by a factor makes the distance and its deviation wrong by the same factor; `irregularity`
-    and `irregular` it leaves as they are.
+    An error of the speed by a factor changes the spacing and its deviation by the same factor. It does not change
+    `irregularity` and `irregular`.
     """
 
     period_m: float
@@ -22,17 +22,19 @@ class Period:
 
     @property
     def irregular(self) -> bool:
-        """Whether the grooves have no period of which a person could speak."""
+        """Whether the grooves are too irregular for a period."""
         return self.irregularity > REGULAR
 
 
 class GroovePeriod:
-    """Distance between impulses along the way."""
+    """Estimator of the distance between impulses along the path."""
 
     FEWEST = 3
+    """Minimum number of gaps for an estimate."""
     LONGEST_M = 0.030
+    """Longest gap that counts, m."""
     MOST = 64
-    """Gaps needed, the longest that counts, and how many of the latest are kept."""
+    """Number of the latest gaps that are kept."""
 
     __slots__ = ("_gaps_m", "_last_m")
 
@@ -41,17 +43,17 @@ class GroovePeriod:
         self._gaps_m: deque[float] = deque(maxlen=self.MOST)
 
     def groove(self, place_m: float) -> None:
-        """A groove was crossed at this place of the way, m, ascending."""
+        """Take a groove crossed at this place of the path, m, ascending."""
         if self._last_m is not None and place_m - self._last_m <= self.LONGEST_M:
             self._gaps_m.append(place_m - self._last_m)
         self._last_m = place_m
 
     def interrupt(self) -> None:
-        """The way was interrupted: the next gap starts anew."""
+        """Interrupt the path; the next gap starts at the next groove."""
         self._last_m = None
 
     def estimate(self) -> Period | None:
-        """Median distance with its standard error; None before FEWEST gaps."""
+        """Return the median spacing with its standard error; None before FEWEST gaps."""
         n = len(self._gaps_m)
         if n < self.FEWEST:
             return None

@@ -1,4 +1,4 @@
-"""Texture tables from labelled strokes.
+"""Calibration of texture tables from labelled strokes.
 
 The command line uses `texture_calibration` and `spectrum_calibration`.
 """

@@ -1,8 +1,8 @@
-"""What a texture sensor makes of a surface, from labelled strokes: noise, viscosity, and exponents of force and speed.
+"""Fits the law of a texture sensor to labelled strokes: noise, viscosity, and exponents of force and speed.
 
-The right viscosity is the one after which a fast stroke over a surface is as rough as a slow one. So it is sought, with
-no help from the speed's exponent, which has to answer for what is left only: a long lag and a power of the speed
-would make up for each other on one surface, and be wrong on the next. The exponents are a regression.
+With the right viscosity, a fast stroke over a surface is as rough as a slow one. The search for it keeps the speed
+exponent fixed; a regression then finds the exponents. If both were free, a long lag and a power of the speed would
+compensate each other on one surface and be wrong on the next.
 """
 
 import math
@@ -20,18 +20,19 @@ from remote_site.texture.tip_path import SLOWEST_M_S
 
 Array = NDArray[np.float64]
 LEAST_SPREAD = 0.2
-"""Exponents are fitted where ln(force), ln(speed) vary by this much within surfaces, standard deviation."""
+"""Minimum standard deviation of ln(force) or ln(speed) within surfaces for which its exponent is fitted."""
 VISCOUS_S = (0.0, 0.5e-3, 1e-3, 1.5e-3, 2e-3, 4e-3)
-"""Time constants tried before the best is refined."""
+"""Time constants tried before the best is refined, s."""
 _STEP = 2
-"""Noise is what a second difference over so many samples leaves at rest: 1 ms, in which nothing else moves."""
+"""Step of the second difference that measures the noise at rest, samples: 1 ms, in which nothing else moves."""
 _LEAST_REST = 100
+"""Minimum number of second differences at rest."""
 _ANYTHING = [Surface(name="anything", ln_roughness=-5.0, ln_roughness_sd=1.0, k_stroke_v=1.0, k_stroke_f=1.0)]
 
 
 @dataclass(frozen=True, slots=True)
 class LabelledStroke:
-    """A stroke over a known surface; `file` says where it comes from."""
+    """A stroke over a known surface; `file` names its source."""
 
     file: str
     surface: str
@@ -40,18 +41,18 @@ class LabelledStroke:
 
 @dataclass(frozen=True, slots=True)
 class LawFit:
-    """The law, and what of it could be fitted: the rest is usual."""
+    """A fitted law, with the parts that could be fitted; the other parts have usual values."""
 
     law: TextureLaw
     noise_known: bool
     force_known: bool
     speed_known: bool
     left_ln: float
-    """Standard deviation of ln(roughness) within surfaces, after the law."""
+    """Standard deviation of ln(roughness) within surfaces that the law leaves."""
 
 
 def fit_law(strokes: Sequence[LabelledStroke]) -> LawFit:
-    """Fit the law to strokes over two or more surfaces, or over one at several forces and speeds."""
+    """Fit the law to strokes over two or more surfaces, or over one surface at several forces and speeds."""
     noise_v = sensor_noise_v([labelled.stroke for labelled in strokes])
     usual = TextureLaw() if noise_v is None else TextureLaw(noise_v=noise_v)
     names = [labelled.surface for labelled in strokes]
@@ -85,7 +86,10 @@ def fit_law(strokes: Sequence[LabelledStroke]) -> LawFit:
 
 
 def sensor_noise_v(strokes: Sequence[EvenStroke]) -> float | None:
-    """Rms noise of a sample where the finger rests on a surface, V: of the quietest strokes; None without a rest."""
+    """Return the rms noise of a sample while the finger rests on a surface, V, from the quietest strokes.
+
+    The result is None if no finger rests.
+    """
     found = []
     for stroke in strokes:
         resting = np.array([block.mode is ExplorationMode.QUIESCENT for block in felt(stroke, anything(TextureLaw()))])
@@ -97,25 +101,25 @@ def sensor_noise_v(strokes: Sequence[EvenStroke]) -> float | None:
         v = stroke.signal_v
         bend_v = (v[: -2 * _STEP] - 2.0 * v[_STEP:-_STEP] + v[2 * _STEP :])[whole]
         if len(bend_v) >= _LEAST_REST:
-            # the mean magnitude: a median would be one of a converter's few steps
+            # the mean magnitude, since a median would be one of the converter's few steps
             found.append(math.sqrt(0.5 * math.pi / 6.0) * float(np.abs(bend_v).mean()))
     return float(np.quantile(found, 0.25)) if found else None
 
 
 def mean_ln_roughness(stroke: EvenStroke, law: TextureLaw) -> float:
-    """ln of the roughness of a whole stroke, less its first third, without grooves."""
+    """Return ln(roughness in V) of a whole stroke without its first third and without grooves."""
     stroking = [b.texture for b in felt(stroke, anything(law)) if b.mode is ExplorationMode.STROKING]
     settled = [texture.roughness_v for texture in stroking[len(stroking) // 3 :] if texture.valid]
     return ln_roughness(float(np.sqrt(np.mean(np.square(settled)))) if settled else 0.0)
 
 
 def anything(law: TextureLaw) -> SurfaceTable:
-    """A table that knows a sensor and no surface."""
+    """Return a table with the law of a sensor and one surface for anything."""
     return SurfaceTable(law=law, surfaces=_ANYTHING)
 
 
 def _ways_of_moving(strokes: Sequence[LabelledStroke]) -> Array:
-    """ln(force) and ln(speed) of every stroke while it strokes, shape (strokes, 2)."""
+    """Return ln(force) and ln(speed) of every stroke while it moves, shape (strokes, 2)."""
     rows = []
     for labelled in strokes:
         stroke = labelled.stroke
@@ -130,7 +134,7 @@ def _ways_of_moving(strokes: Sequence[LabelledStroke]) -> Array:
 
 
 def _within(values: Array, names: Sequence[str]) -> Array:
-    """Values less their surface's mean, by column."""
+    """Subtract from each value the mean of its surface, by column."""
     label = np.array(names)
     means = {name: values[label == name].mean(axis=0) for name in set(names)}
     centred: Array = values - np.array([means[name] for name in names])

@@ -1,4 +1,4 @@
-"""Calibrating the table of surfaces from slow labelled strokes, and how well it tells strokes that it has not seen."""
+"""Calibrates the table of surfaces from slow labelled strokes, and tests it on strokes that were left out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from remote_site.traces.trace_files import StrokeTrace, read_labels, read_stroke
 Array = NDArray[np.float64]
 
 SHRINKAGE = 0.1
-"""Part of the covariance between bands that is not believed: few strokes cannot tell it."""
+"""Fraction of the covariance between bands that is discarded, because few strokes cannot show it."""
 LEAST_SD = 0.1
-"""Of ln power, at least."""
+"""Minimum standard deviation of ln power."""
 SAME_LOAD = 0.05
-"""Strokes whose loads, in order, differ by no more than this part are of one pressure setting."""
+"""Largest relative difference between neighbours, sorted by load, that belong to one pressure setting."""
 
 
 @dataclass(frozen=True, slots=True)
 class LabelledStroke:
-    """A stroke, what it is of, and its speed where the recording has none, m/s."""
+    """A stroke, its surface, and its speed, m/s, if the recording has none."""
 
     trace: StrokeTrace
     surface: str
@@ -36,9 +36,10 @@ class SpectrumFit:
     """A calibration.
 
     Attributes:
-        table: what was learned.
+        table: calibrated table.
         left_out: label and answer (the nearest surface) of each stroke, by a table made without all strokes of its
-            load; of a surface stroked with one load only, without that stroke. Not of a surface's only stroke.
+            load. For a surface with one load only, the table is made without that stroke. A surface's only stroke is
+            not tested.
         by_load: whether any surface was stroked with several loads.
     """
 
@@ -48,10 +49,10 @@ class SpectrumFit:
 
 
 def of_slow_strokes(folder: Path, signal: str | None) -> bool:
-    """Whether the first stroke of FOLDER/labels.csv is too slow for the online identification.
+    """Return whether the first stroke of FOLDER/labels.csv is too slow for the online identification.
 
     Raises:
-        ValueError: naming file, line and column.
+        ValueError: a file cannot be used; the message names file, line and column.
     """
     return read_stroke(read_labels(folder, "surface")[0][0], signal).rate_hz < FAST_HZ
 
@@ -61,12 +62,12 @@ def read_labelled(folder: Path, signal: str | None, speed_mm_s: float | None) ->
 
     Args:
         folder: holds labels.csv and the strokes.
-        signal: a column's name; `best` and `mean` both read all signals: what passes them one after the other is lost
-            in a mean.
-        speed_mm_s: of strokes without a speed in labels.csv or in the recording, mm/s.
+        signal: name of a column. `best` and `mean` both read all signals, because a mean loses what passes the
+            signals one after the other.
+        speed_mm_s: speed of strokes without one in labels.csv or in the recording, mm/s.
 
     Raises:
-        ValueError: naming file, line and column.
+        ValueError: a file cannot be used; the message names file, line and column.
     """
     strokes = []
     for path, surface, own in read_labels(folder, "surface", "speed_mm_s"):
@@ -85,11 +86,11 @@ def calibrate_spectra(
 ) -> SpectrumFit:
     """Learn surfaces from labelled slow strokes.
 
-    Along metres where all speeds are known, and without a speed along seconds or parts of a stroke, whichever
-    tells strokes that were left out better.
+    One model measures the path in metres, if all speeds are known. Another needs no speed and measures it in seconds
+    or in parts of a stroke, whichever identifies left-out strokes better.
 
     Raises:
-        ValueError: strokes are flat, too short or too coarse, or have unlike numbers of signals.
+        ValueError: strokes are flat, too short or too coarse, or have different numbers of signals.
     """
     signals = {stroke.trace.signals.shape[1] for stroke in strokes}
     if len(signals) != 1:
@@ -119,7 +120,7 @@ class _Tried:
 
 
 def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
-    """A model along one measure of the path, and how it did on strokes left out; None if a stroke lacks it."""
+    """Return a model along one measure of the path, with its result on left-out strokes; None if a stroke lacks it."""
     seen = [unevenness(stroke.trace, along, stroke.speed_m_s) for stroke in strokes]
     whole = [one for one in seen if one is not None]
     if len(whole) < len(strokes):
@@ -157,7 +158,7 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
 
 
 def _loads(strokes: Sequence[Unevenness]) -> NDArray[np.intp]:
-    """Number of the pressure setting of each stroke, by its load."""
+    """Return the number of each stroke's pressure setting, from its load."""
     load = np.log([stroke.loads.mean() for stroke in strokes])
     order = np.argsort(load)
     numbers = np.empty(len(strokes), dtype=np.intp)
@@ -168,14 +169,14 @@ def _loads(strokes: Sequence[Unevenness]) -> NDArray[np.intp]:
 def learned(
     spectra: Sequence[Array], labels: NDArray[np.str_], along: Along, edges: Array, noise: Array
 ) -> SpectrumModel:
-    """A model of labelled spectra.
+    """Return a model of labelled spectra.
 
     Args:
-        spectra: ln power of each stroke, pieces x bands; one stroke at least.
-        labels: of the strokes.
-        along: what the path was measured in.
-        edges: of the bands.
-        noise: of each signal, as taken off.
+        spectra: ln power of each stroke, pieces x bands; at least one stroke.
+        labels: labels of the strokes.
+        along: measure of the path.
+        edges: edges of the bands, 1 over the unit of the path.
+        noise: standard deviation of each signal's noise, whose power was subtracted.
     """
     names = list(dict.fromkeys(labels))
     strokes = np.array([pieces.mean(axis=0) for pieces in spectra])

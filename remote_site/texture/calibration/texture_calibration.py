@@ -1,4 +1,4 @@
-"""Calibrating the surface table from labelled strokes."""
+"""Calibrates the surface table from labelled strokes."""
 
 import math
 from collections.abc import Sequence
@@ -18,26 +18,26 @@ from remote_site.texture.texture_law import TextureLaw, ln_roughness
 from remote_site.traces.trace_files import read_labels, read_stroke
 
 LEAST_SD = 0.08
-"""Standard deviation of ln(roughness) of a surface, at least."""
+"""Minimum standard deviation of ln(roughness) of a surface."""
 PATTERNED = 0.5
-"""A surface is patterned when more than this part of its strokes shows a period."""
-TOLD_APART = 0.9
-"""Two surfaces are told apart when at least this part of each one's strokes is not taken for the other."""
+"""Fraction of a surface's strokes with a period above which the surface is patterned."""
+DISTINGUISHED = 0.9
+"""Minimum fraction of each surface's strokes that are not taken for the other one if both are distinguished."""
 SMOOTH, ROUGH = (math.log(0.003), 1500.0, 45.0), (math.log(0.17), 5000.0, 120.0)
-"""ln(roughness), K_v,s and K_F,s of a smooth and a rough surface: the heuristic scale between."""
+"""ln(roughness in V), K_v,s, (rad/s)/(m/s), and K_F,s, (rad/s)/N, at the ends of a heuristic scale of roughness."""
 
 
 @dataclass(frozen=True, slots=True)
 class TextureFit:
-    """What a calibration found.
+    """Result of a calibration.
 
     Attributes:
         table: the calibrated table.
-        law: what of the sensor's law could be fitted.
-        strokes: of each surface.
+        law: the fitted law of the sensor.
+        strokes: number of strokes of each surface.
         scatter: standard deviation over mean of the roughness of each surface's strokes.
-        taken_for: by the true surface, how many strokes were taken for which, each with a table made without it.
-        warnings: what is wrong or missing, a line each.
+        taken_for: for each true surface, the number of strokes taken for each surface by a table made without them.
+        warnings: faults and missing data, one line each.
     """
 
     table: SurfaceTable
@@ -61,13 +61,13 @@ def calibrate_texture(
     Args:
         folder: holds labels.csv and the strokes it names.
         out: file to write.
-        constants: K_v,s in (rad/s)/(m/s) and K_F,s in (rad/s)/N of surfaces that have values of their
-            own; the others get theirs from a scale of roughness.
-        sensor_serial: the sensor that recorded them.
-        made_on: ISO date.
+        constants: K_v,s in (rad/s)/(m/s) and K_F,s in (rad/s)/N of surfaces with values of their own; the others get
+            theirs from a scale of roughness.
+        sensor_serial: serial number of the sensor that recorded the strokes.
+        made_on: ISO date of the calibration.
 
     Raises:
-        ValueError: a file cannot be used; names file, line and column.
+        ValueError: a file cannot be used; the message names file, line and column.
     """
     labelled = []
     for path, label, _ in read_labels(folder, "surface"):
@@ -82,7 +82,7 @@ def calibrate_texture(
 
 
 def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[float, float]]) -> TextureFit:
-    """Fit law and surfaces to strokes; arguments and errors as `calibrate_texture`."""
+    """Fit law and surfaces to strokes; `constants` and errors as in `calibrate_texture`."""
     labelled = sorted(labelled, key=lambda one: one.surface)
     law = fit_law(labelled)
     found = [_longest(one, law.law) for one in labelled]
@@ -103,11 +103,11 @@ def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[
 
 
 def _longest(one: LabelledStroke, law: TextureLaw) -> Segment:
-    """The longest part of a stroke that strokes; a change of surface within it is none, it has one label."""
+    """Return the longest stroking part of a stroke; it has one label, so a change of surface within it is ignored."""
     parts = even_segments(one.stroke, anything(law))
     parts = [p for p in parts if p.mode is ExplorationMode.STROKING and p.roughness_v is not None]
     if not parts:
-        raise ValueError(f"{one.file}: no stroke in it: column force_n or speed_mm_s never says so for 0.1 s")
+        raise ValueError(f"{one.file}: no stroke: columns force_n and speed_mm_s never show stroking for 0.1 s")
     return max(parts, key=lambda p: p.end_s - p.start_s)
 
 
@@ -119,9 +119,9 @@ def _table(law: TextureLaw, own: dict[str, list[Segment]], constants: dict[str, 
 
 
 def _surface(label: str, parts: Sequence[Segment], constants: tuple[float, float] | None) -> Surface:
-    """One surface's row of the table."""
+    """Return one surface's row of the table."""
     values = [ln_roughness(part.roughness_v or 0.0) for part in parts]
-    # by ranks: one stroke with a scratch or a crumb must not widen the class
+    # ranks, since one stroke with a scratch or a crumb must not widen the class
     centre = float(np.median(values))
     spread = 1.4826 * float(np.median(np.abs(np.array(values) - centre)))
     periods = [part.period for part in parts if part.period is not None]
@@ -151,7 +151,7 @@ def _leave_one_out(
     own: dict[str, list[Segment]],
     constants: dict[str, tuple[float, float]],
 ) -> dict[str, dict[str, int]]:
-    """Identify each stroke with a table whose surfaces do not know it; the law does, it is the sensor's."""
+    """Identify each stroke with surfaces fitted without it; the law belongs to the sensor and is fitted to all."""
     taken_for: dict[str, dict[str, int]] = {name: {} for name in own}
     number = dict.fromkeys(own, 0)
     for one in labelled:
@@ -165,7 +165,7 @@ def _leave_one_out(
 
 
 def recognised(stroke: EvenStroke, table: SurfaceTable) -> str:
-    """Name of the likeliest surface of the longest part of a stroke."""
+    """Return the name of the likeliest surface of the longest part of a stroke; "" without one."""
     parts = [p for p in even_segments(stroke, table) if p.surface is not None]
     return max(parts, key=lambda p: p.end_s - p.start_s).surface or "" if parts else ""
 
@@ -173,28 +173,28 @@ def recognised(stroke: EvenStroke, table: SurfaceTable) -> str:
 def _missing(law: LawFit) -> list[str]:
     warnings = []
     if not law.noise_known:
-        warnings.append("no stroke rests in contact before it moves: the sensor's noise is taken as usual")
+        warnings.append("no stroke rests in contact before it moves: the usual noise of a sensor is used")
     if not law.force_known:
         warnings.append(
-            "force hardly varies within surfaces: add strokes at half and twice of it; until then the usual law"
+            "force hardly varies within surfaces: the usual law is used; add strokes at half and twice the force"
         )
     if not law.speed_known:
         warnings.append(
-            "speed hardly varies within surfaces: add strokes at half and twice of it; until then the usual law"
+            "speed hardly varies within surfaces: the usual law is used; add strokes at half and twice the speed"
         )
     return warnings
 
 
 def _one_stroke(own: dict[str, list[Segment]]) -> list[str]:
-    return [f"{name}: one stroke: its scatter is a guess" for name, parts in own.items() if len(parts) == 1]
+    return [f"{name}: only one stroke: its scatter is assumed" for name, parts in own.items() if len(parts) == 1]
 
 
 def _confused(taken_for: dict[str, dict[str, int]]) -> list[str]:
-    """Pairs that strokes themselves do not tell apart."""
+    """Return a warning for each pair of surfaces that the strokes do not distinguish."""
     pairs = {
         tuple(sorted((true, other)))
         for true, taken in taken_for.items()
         for other, times in taken.items()
-        if other != true and times > (1.0 - TOLD_APART) * sum(taken.values())
+        if other != true and times > (1.0 - DISTINGUISHED) * sum(taken.values())
     }
-    return [f"{one} and {other} cannot be told apart by this sensor" for one, other in sorted(pairs)]
+    return [f"this sensor cannot distinguish {one} and {other}" for one, other in sorted(pairs)]

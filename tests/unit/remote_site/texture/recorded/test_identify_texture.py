@@ -87,7 +87,7 @@ def test_two_surfaces_that_are_one_cannot_be_told_apart(tmp_path):
     kept = [row for row in rows if row not in plain] + plain[1::2] + renamed
     (tmp_path / "labels.csv").write_text("\n".join(kept) + "\n")
     warnings = calibrate_texture(tmp_path, tmp_path / "surfaces.json").warnings
-    assert "plain_pvc and smooth cannot be told apart by this sensor" in warnings
+    assert "this sensor cannot distinguish plain_pvc and smooth" in warnings
 
 
 def test_constants_lie_between_the_calibrated_ones(calibrated):
