@@ -120,7 +120,7 @@ class HuntCrossleyFit:
         return self._way_m > 0.0 and t_s - self._t_s > REST_S
 
     def see(self, height_m: float, variance_m2: float, force_n: float) -> None:
-        """Take a later height of the surface, found with the present compliance at this force, N; the last one counts."""
+        """Take a later height of the surface, by the present compliance at this force, N; the last call counts."""
         self._seen, self._way_m = (height_m, variance_m2, force_n), 0.0
 
     def _take_seen(self, height_m: float, variance_m2: float, force_n: float) -> None:

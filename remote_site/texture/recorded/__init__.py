@@ -1,4 +1,4 @@
-"""Identification of recorded strokes, off line.
+"""Off-line identification of recorded strokes.
 
 The command line uses `identify_texture`. Calibration uses `stroke_playback`.
 """

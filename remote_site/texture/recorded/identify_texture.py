@@ -1,4 +1,4 @@
-"""Off-line texture identification of recorded strokes: one JSON line per segment."""
+"""Identifies the texture of recorded strokes off line, with one JSON line for each segment."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,17 +17,18 @@ from remote_site.texture.texture_law import ln_roughness
 from remote_site.traces.trace_files import StrokeTrace, read_stroke
 
 RPM_PER_MM_S = 60.0 / (2.0 * math.pi) / 1000.0
-"""(rad/s)/(m/s) to rpm/(mm/s)."""
+"""Factor from (rad/s)/(m/s) to rpm/(mm/s)."""
 RPM = 60.0 / (2.0 * math.pi)
+"""Factor from rad/s to rpm."""
 SHIPPED = Path(__file__).parents[2] / "tables" / "surfaces.json"
-"""What is known of the sensor where no table says it."""
+"""Table whose sensor law is used when no table is given."""
 
 
 def load_surfaces(path: Path) -> SurfaceTable | SpectrumTable:
-    """Read a table of surfaces of either kind: of a texture sensor, or of slow strokes.
+    """Read a table of surfaces, either of a texture sensor or of slow strokes.
 
     Raises:
-        ValueError: it is neither, or was changed.
+        ValueError: the file is neither, or was changed.
     """
     try:
         kind = read_json(path).get("kind")
@@ -44,20 +45,20 @@ def identify_texture(
     processes: int = 1,
     progress: Progress = unseen,
 ) -> Iterator[dict[str, Any]]:
-    """Yield one line per segment in contact of every stroke; `null` for what could not be determined.
+    """Yield one line per segment in contact of every stroke; `null` marks values that could not be determined.
 
     Args:
         strokes: trace files.
-        table: sensor and calibrated surfaces; without one neither a surface nor constants are stated, and the sensor
-            is taken to be as the shipped table has it. One of slow strokes states a surface, or `unknown`, with its
-            probability among the calibrated, and no constants.
+        table: sensor and calibrated surfaces. Without one, lines have neither a surface nor constants, and the shipped
+            table gives the law of the sensor. With a table of slow strokes, lines have a surface, or `unknown`, with
+            its probability among the calibrated ones, and no constants.
         signal: column, `best` or `mean`; see `read_stroke`.
         speed_mm_s: speed of recordings without a speed column, mm/s.
-        processes: that share the work; the lines do not depend on it.
-        progress: is given the share done, 0..1.
+        processes: number of processes that share the work; the lines do not depend on it.
+        progress: is called with the completed share, 0..1.
 
     Raises:
-        ValueError: a file cannot be used (names file, line and column), or the speed is not positive.
+        ValueError: a file cannot be used (the message names file, line and column), or the speed is not positive.
     """
     if speed_mm_s is not None and not 0.0 < speed_mm_s < 10_000.0:
         raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
@@ -69,7 +70,7 @@ def identify_texture(
 def _lines(
     table: SurfaceTable | SpectrumTable | None, signal: str | None, speed_m_s: float | None, path: Path
 ) -> list[dict[str, Any]]:
-    """The lines of one stroke."""
+    """Return the lines of one stroke."""
     surfaces = table if isinstance(table, SurfaceTable) else SurfaceTable.load(SHIPPED)
     trace, lines = read_stroke(path, signal), []
     for part in segments(trace, surfaces, speed_m_s):
@@ -90,7 +91,7 @@ def _recognised(path: Path, trace: StrokeTrace, table: SpectrumTable, speed_m_s:
 
 
 def _line(path: Path, part: Segment, table: SurfaceTable | None) -> dict[str, Any]:
-    """A segment as the line that is printed."""
+    """Return a segment as a line of output."""
     line: dict[str, Any] = {
         "stroke": str(path),
         "mode": part.mode.name.lower(),

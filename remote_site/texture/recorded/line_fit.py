@@ -1,10 +1,10 @@
-"""Frequency of one line of a spectrum by least squares, with the standard deviation that the stroke itself shows.
+"""Fits the frequency of one spectral line by least squares, with a standard deviation from the stroke itself.
 
-The highest bin of a spectrum knows a frequency to a part of its resolution, and is drawn to where the spectrum rises.
-A sinusoid fitted to all samples, beside a slow trend, knows it far better (the maximum likelihood estimate; Rife &
-Boorstyn 1974). How sure it is cannot be taken from the noise: a soft sensor leans into its stroke, so that the pattern
-leads and lags by up to a millimetre, and that is no white noise. Each tenth of the stroke is left out in turn, and the
-scatter of what the rest says is the standard deviation (jackknife over blocks; Kunsch 1989).
+The highest bin of a spectrum gives a frequency only to a fraction of its resolution, with a bias to where the spectrum
+rises. A sinusoid fitted to all samples with a slow trend is much more precise (the maximum likelihood estimate; Rife &
+Boorstyn 1974). The noise does not give its uncertainty. A soft sensor leans into its stroke, so that the pattern leads
+and lags by up to a millimetre, which is not white noise. Each tenth of the stroke is therefore left out in turn. The
+scatter of these estimates gives the standard deviation (jackknife over blocks; Kunsch 1989).
 """
 
 import numpy as np
@@ -13,26 +13,28 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 TREND = 4
-"""Degree of the polynomial that stands for tilt, drift and the arm's slow swing."""
+"""Degree of the polynomial that models tilt, drift and the arm's slow swing."""
 BLOCKS = 10
+"""Number of blocks of the jackknife."""
 STEPS = 12
+"""Maximum number of steps of the search."""
 SETTLED = 1e-7
-"""Of the frequency: a smaller step ends the search."""
+"""Step that ends the search, as a fraction of the frequency."""
 FARTHEST = 0.7
-"""The fit may move so far from where it started, in parts of the spectral resolution; beyond, it left the line."""
+"""Maximum distance of the fit from its start, in units of the spectral resolution; beyond, it has left the line."""
 
 
 def fit_line(path_m: Array, signal: Array, start_per_m: float) -> tuple[float, float] | None:
-    """Spatial frequency of the line nearest to `start_per_m` and its standard deviation, 1/m; None if there is none.
+    """Return the frequency of the line nearest to `start_per_m` and its standard deviation, 1/m; None without a line.
 
     Args:
-        path_m: where each sample was taken along the stroke, m; ascending, of any spacing.
-        signal: one value for each, any unit.
-        start_per_m: within half of the spectral resolution (1 over the length) of the line, 1/m.
+        path_m: place of each sample along the stroke, m; ascending, with any spacing.
+        signal: value of each sample, any unit.
+        start_per_m: start of the search, 1/m, within half of the spectral resolution (1 over the length) of the line.
     """
     along = (path_m - path_m[0]) / (path_m[-1] - path_m[0])
     trend = np.polynomial.legendre.legvander(2.0 * along - 1.0, TREND)
-    # in periods per stroke: all unknowns are of like size
+    # in periods per stroke, so that all unknowns are of similar size
     per_m = 1.0 / float(path_m[-1] - path_m[0])
     start = periods = start_per_m / per_m
     for _ in range(STEPS):
@@ -48,7 +50,7 @@ def fit_line(path_m: Array, signal: Array, start_per_m: float) -> tuple[float, f
 
 
 def _linearised(along: Array, signal: Array, trend: Array, periods: float) -> tuple[Array, Array]:
-    """Derivatives by trend, cosine, sine and number of periods, and what the best of the first three leave."""
+    """Return derivatives by trend, cosine, sine and number of periods, and the residual of the best first three."""
     angle = 2.0 * np.pi * periods * along
     line = np.column_stack([trend, np.cos(angle), np.sin(angle)])
     found = np.linalg.lstsq(line, signal, rcond=None)[0]
@@ -58,7 +60,7 @@ def _linearised(along: Array, signal: Array, trend: Array, periods: float) -> tu
 
 
 def _jackknife(slopes: Array, rest: Array, along: Array) -> float:
-    """Standard deviation of the last unknown, from what leaving out each block changes, to first order."""
+    """Return the standard deviation of the last unknown, from its first-order changes without each block."""
     block = np.minimum((BLOCKS * along).astype(int), BLOCKS - 1)
     whole = slopes.T @ slopes
     changes = []

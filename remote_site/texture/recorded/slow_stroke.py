@@ -1,4 +1,4 @@
-"""A stroke recorded too slowly to show single grooves: roughness and the period of its clearest line."""
+"""Finds roughness and the period of the clearest line in a stroke recorded too slowly to show single grooves."""
 
 import numpy as np
 
@@ -9,15 +9,16 @@ from remote_site.texture.recorded.stroke_segment import Segment
 from remote_site.traces.trace_files import StrokeTrace
 
 TREND = 4
-"""Degree of the polynomial that is no roughness: tilt, drift and the arm's slow swing."""
+"""Degree of the polynomial that models tilt, drift and the arm's slow swing, which are not roughness."""
 
 
 def slow_stroke(trace: StrokeTrace, speed_m_s: float | None) -> Segment:
-    """One stroking segment of a recording too slow for the online identification.
+    """Return one stroking segment for a recording too slow for the online identification.
 
     Args:
-        trace: the recording; of several signals the one that shows a line best is used, without a line the liveliest.
-        speed_m_s: speed where the recording has none, m/s.
+        trace: the recording. Of several signals, the one with the clearest line is used; without a line, the one that
+            varies most.
+        speed_m_s: speed if the recording has none, m/s.
     """
     path = travelled(trace, speed_m_s)
     found = None if path is None else spatial_period(path[0], trace.signals[path[1]])

@@ -1,10 +1,10 @@
-"""Spatial period of a surface from the spectrum of a stroke.
+"""Estimates the spatial period of a surface from the spectrum of a stroke.
 
-For signals too slow for impulse flags, and for gratings so dense that single grooves run together. A pattern is a line
-that stands out from its neighbourhood in the spectrum, and of several the one of most slope, together with its
-harmonics: the arm's swing may be higher than the pattern, but it is longer too, and it is slope that a texture sensor
-and a finger feel. Several signals of one stroke are judged together, and the period is taken from the one that
-shows the line most clearly.
+It serves signals too slow to show single grooves, and gratings so dense that single grooves merge. A pattern is a line
+that stands out from its neighbourhood in the spectrum, with its harmonics. Of several lines, the one with the largest
+slope counts. The arm's swing may have a larger amplitude than the pattern, but it is also longer, and a texture sensor
+or a finger responds to slope. Several signals of one stroke are judged together. The period comes from the signal with
+the clearest line.
 """
 
 import math
@@ -19,37 +19,45 @@ Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 PADDING = 8
+"""Length of the Fourier transform over the number of samples."""
 FEWEST_SAMPLES = 32
+"""Minimum number of samples of a stroke."""
 LEAST_PERIODS = 3.0
-"""A line needs this many periods within the stroke."""
+"""Minimum number of a line's periods within the stroke."""
 LEAST_SAMPLES = 2.2
-"""... and this many samples per period."""
+"""Minimum number of samples per period of a line."""
 LEAST_PROMINENCE = 30.0
-"""Power of a line over the median of its neighbourhood."""
+"""Minimum power of a line over the median of its neighbourhood."""
 NEIGHBOURS = 12
-"""The neighbourhood reaches this many times the spectral resolution to each side, or half of the frequency if more."""
+"""Half width of the neighbourhood in units of the spectral resolution; half of the frequency if that is more."""
 FINEST_M = 2e-3
-"""Slope over less than a soft fingertip's contact counts as height: else the edges of wide grooves outweigh them."""
+"""Wavelength scale of a soft fingertip's contact, m; shorter lines are weighted by height instead of slope.
+
+Without this, the edges of wide grooves would outweigh the grooves.
+"""
 HARMONIC_PROMINENCE = 8.0
-"""At a known place, noise is this prominent once in 2^8 times."""
+"""Minimum prominence of a harmonic; at a known place, noise reaches it once in 2^8 times."""
 HARMONIC_AMPLITUDE = 0.9
-"""Of the line's amplitude: the harmonics below it in one pattern are not weaker, but for noise."""
+"""Minimum amplitude of the harmonics below a line, over that of the line; apart from noise, they are not weaker."""
 MOST_HARMONICS = 6
+"""Highest order of harmonic that is considered."""
 SAME_LINE = 0.25
-"""A harmonic lies at a multiple of its fundamental, to this part of the spectral resolution."""
+"""Maximum distance of a harmonic from a multiple of its fundamental, in units of the spectral resolution."""
 CONTACT_M = 0.25e-3
-"""Standard deviation of where the contact is within a soft sensor, which leans into its stroke. In the recorded boards
-the pattern leads and lags by this much along a stroke, and by more at its ends."""
+"""Standard deviation of the contact's place within a soft sensor, which leans into its stroke, m.
+
+In the recorded boards the pattern leads and lags by this distance along a stroke, and by more at its ends.
+"""
 
 
 def spatial_period(path_m: Array, signals: Array) -> tuple[Period, int] | None:
-    """Period of the clearest pattern, and the number of the signal that shows it best; None without a pattern.
+    """Return the period of the clearest pattern, and the number of the signal with it; None without a pattern.
 
-    Its standard deviation is that of the stroke: an error of the speed, from which `path_m` comes, is not in it. A
-    speed that is wrong by some part makes the period wrong by the same part.
+    The standard deviation excludes an error of the speed from which `path_m` comes. A relative error of the speed
+    changes the period by the same fraction.
 
     Args:
-        path_m: where each sample was taken along the stroke, m; ascending.
+        path_m: place of each sample along the stroke, m; ascending.
         signals: samples x signals, any unit.
     """
     length_m = float(path_m[-1] - path_m[0])
@@ -72,7 +80,7 @@ def spatial_period(path_m: Array, signals: Array) -> tuple[Period, int] | None:
 
 
 def _slope_spectra(path_m: Array, signals: Array) -> tuple[Array, Array]:
-    """Spatial frequencies, 1/m, and the power of each signal's slope, over its median."""
+    """Return spatial frequencies, 1/m, and the power of each signal's slope over its median."""
     n = len(path_m)
     even_m = np.linspace(path_m[0], path_m[-1], n)
     slopes = np.diff(np.column_stack([np.interp(even_m, path_m, column) for column in signals.T]), axis=0)
@@ -83,7 +91,7 @@ def _slope_spectra(path_m: Array, signals: Array) -> tuple[Array, Array]:
 
 
 class _Spectrum:
-    """Power of slope, and how far each frequency stands out from its neighbourhood."""
+    """Power of the slope, and prominence of each frequency over its neighbourhood."""
 
     def __init__(self, frequency: Array, power: Array, length_m: float) -> None:
         self.frequency, self.power, self.resolution = frequency, power, 1.0 / length_m
@@ -100,24 +108,24 @@ class _Spectrum:
         return np.maximum(np.interp(self.frequency, centres, medians), np.finfo(float).tiny)
 
     def near(self, wanted: float, reach: float) -> int:
-        """The place of most power within `reach` times the resolution of a frequency."""
+        """Return the index of most power within `reach` times the resolution of a frequency, 1/m."""
         inside = np.flatnonzero(np.abs(self.frequency - wanted) <= reach * self.resolution)
         return int(inside[np.argmax(self.power[inside])])
 
     def pattern(self, slowest: float, fastest: float) -> int | None:
-        """The place of the fundamental of what has most slope among the lines between two frequencies, 1/m."""
+        """Return the index of the fundamental of the line with most slope between two frequencies, 1/m."""
         power = self.power
         peaks = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
         peaks = peaks[(self.frequency[peaks] > slowest) & (self.frequency[peaks] < fastest)]
         lines = peaks[self.prominence[peaks] > LEAST_PROMINENCE]
         if not len(lines):
             return None
-        felt = power[lines] / (1.0 + (FINEST_M * self.frequency[lines]) ** 2)
-        line = int(lines[np.argmax(felt)])
+        weighted = power[lines] / (1.0 + (FINEST_M * self.frequency[lines]) ** 2)
+        line = int(lines[np.argmax(weighted)])
         return self._fundamental(line, peaks[self.prominence[peaks] > HARMONIC_PROMINENCE])
 
     def _fundamental(self, line: int, peaks: Places) -> int:
-        """Of what `line` is a harmonic: itself, unless all harmonics below it are there and none is much weaker."""
+        """Return the fundamental of `line`: `line` itself, unless all lower harmonics exist and none is much weaker."""
         for order in range(MOST_HARMONICS, 1, -1):
             below = [self._peak(peaks, k * float(self.frequency[line]) / order) for k in range(1, order)]
             if all(k is not None and self._amplitude(k) > HARMONIC_AMPLITUDE * self._amplitude(line) for k in below):

@@ -1,4 +1,4 @@
-"""Surfaces of slow strokes: a Gaussian of the unevenness at each wavelength, with one covariance for all surfaces."""
+"""Models surfaces of slow strokes by a Gaussian of the unevenness at each wavelength; all share one covariance."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -16,18 +16,20 @@ Array = NDArray[np.float64]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 STRANGE = 1e-3
-"""A stroke that fewer than this part of a surface's strokes would miss by as much is of no calibrated surface."""
+"""Smallest probability of a distance as large as a stroke's; below it, the stroke is of no calibrated surface."""
 LEAST_BANDS = 3
+"""Minimum number of bands for a comparison."""
 UNKNOWN = "unknown"
+"""Label of a stroke of no calibrated surface."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recognised:
-    """What a stroke is of.
+    """Recognised surface of a stroke.
 
     Attributes:
-        surface: label given in calibration, or `unknown` where none fits.
-        probability: of the likeliest label among the calibrated, 0..1.
+        surface: label given in calibration, or `unknown` if none fits.
+        probability: probability of the likeliest label among the calibrated ones, 0..1.
     """
 
     surface: str
@@ -38,13 +40,14 @@ class SpectrumModel(BaseModel):
     """Unevenness of all surfaces along one measure of the path.
 
     Attributes:
-        along: what the path is measured in.
-        edges: of the bands, 1 over that unit.
+        along: measure of the path.
+        edges: edges of the bands, 1 over the unit of the path.
         noise: standard deviation of each signal's own white noise, in its unit.
         means: ln power of each surface (rows) in each band.
         between_strokes: covariance of ln power between strokes of one surface over the same place.
         between_places: covariance between quarters of one stroke.
-        misfit: mean squared distance of strokes left out in calibration, over what the covariances promise; 1 at least.
+        misfit: mean squared distance of strokes left out in calibration, over that expected from the covariances; at
+            least 1.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -58,7 +61,7 @@ class SpectrumModel(BaseModel):
     misfit: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 1.0
 
     def distances(self, pieces: Array) -> tuple[Array, int] | None:
-        """Squared distance of a stroke to each surface, and of how many bands; None if too few can be seen.
+        """Return a stroke's squared distance to each surface, and the number of bands; None with too few bands.
 
         Args:
             pieces: ln power, pieces x bands; bands that are nan are left out.
@@ -73,12 +76,12 @@ class SpectrumModel(BaseModel):
 
 
 class SpectrumTable(TableFile):
-    """Surfaces as slow strokes show them.
+    """Surfaces calibrated with slow strokes.
 
     Attributes:
         surfaces: labels.
-        signals: how many signals were calibrated with; others tell something else.
-        models: one along metres where speeds were known, and one that needs no speed.
+        signals: number of signals in calibration; a stroke must have the same number.
+        models: one along metres if all speeds were known, and one that needs no speed.
     """
 
     kind: Literal["surface_spectra"] = "surface_spectra"
@@ -88,10 +91,10 @@ class SpectrumTable(TableFile):
     models: list[SpectrumModel] = Field(min_length=1)
 
     def recognise(self, trace: StrokeTrace, speed_m_s: float | None = None) -> Recognised | None:
-        """The surface of a slow stroke; None where its speed, length or rate do not show enough.
+        """Return the surface of a slow stroke; None if its speed, length or rate do not suffice.
 
         Raises:
-            ValueError: the stroke has more or fewer signals than were calibrated with.
+            ValueError: the stroke has more or fewer signals than the calibration.
         """
         if trace.signals.shape[1] != self.signals:
             raise ValueError(
@@ -111,7 +114,7 @@ class SpectrumTable(TableFile):
 
 
 def judged(surfaces: list[str], found: tuple[Array, int], misfit: float) -> Recognised:
-    """The likeliest surface, all as likely beforehand."""
+    """Return the likeliest surface; all have the same prior probability."""
     distances, bands = found[0] / misfit, found[1]
     likelihood = np.exp(-0.5 * (distances - distances.min()))
     nearest = int(np.argmin(distances))

@@ -1,4 +1,4 @@
-"""The path of a recorded stroke, from its times and its speed."""
+"""Computes the path of a recorded stroke from its times and its speed."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,13 +8,13 @@ from remote_site.traces.trace_files import StrokeTrace
 Array = NDArray[np.float64]
 
 REST = 0.1
-"""A finger slower than this part of its highest speed rests."""
+"""Fraction of its highest speed below which a finger rests."""
 
 
 def travelled(trace: StrokeTrace, speed_m_s: float | None) -> tuple[Array, NDArray[np.bool_]] | None:
-    """Where each sample was taken along the stroke, m, and which samples those are: not the ones at rest.
+    """Return the places of the moving samples along the stroke, m, and a mask of these samples.
 
-    None where nothing is known of the speed, or nothing moves.
+    The result is None if the speed is unknown, or nothing moves.
     """
     if trace.speed_m_s is None:
         return None if speed_m_s is None else (speed_m_s * trace.time_s, np.full(len(trace.time_s), True))

@@ -1,4 +1,4 @@
-"""A recorded stroke of a fast sensor as a session would feel it: mode and texture, block by block."""
+"""Plays a recorded stroke of a fast sensor through the online identification: mode and texture, block by block."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ from remote_site.traces.trace_files import StrokeTrace
 
 Array = NDArray[np.float64]
 FAST_HZ = 1000.0
-"""Recordings from this rate on go through the online identification; slower ones cannot show single grooves."""
+"""Minimum sampling rate for the online identification, Hz; slower recordings cannot show single grooves."""
 
 
 @dataclass(frozen=True, slots=True)
 class EvenStroke:
-    """A stroke at the sensor's rate: arrays of one length; nominal where the recording says nothing."""
+    """A stroke at the sensor's rate, in arrays of one length; values that were not recorded are nominal."""
 
     time_s: Array
     signal_v: Array
@@ -32,7 +32,7 @@ class EvenStroke:
 
 @dataclass(frozen=True, slots=True)
 class FeltBlock:
-    """What was felt in one block: begin and end, s; mode; speed, m/s; force, N; whether a contact began; texture."""
+    """Result of one block: begin and end, s; mode; speed, m/s; force, N; whether a contact began; texture."""
 
     begin_s: float
     end_s: float
@@ -44,11 +44,11 @@ class FeltBlock:
 
 
 def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStroke:
-    """Bring a recording to the sensor's rate; of several signals the liveliest is taken.
+    """Resample a recording to the sensor's rate; of several signals, the one that varies most is used.
 
     Args:
         trace: the recording.
-        speed_m_s: speed where the recording has none, m/s.
+        speed_m_s: speed if the recording has none, m/s.
     """
     time_s = np.arange(trace.time_s[0], trace.time_s[-1], 1.0 / RATE_HZ)
 
@@ -65,7 +65,7 @@ def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStrok
 
 
 def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[FeltBlock]:
-    """Go through a stroke; one without force counts as in contact throughout, one without speed as stroking."""
+    """Yield the result of each block; a stroke without force counts as in contact, one without speed as stroking."""
     hand = HandMotion()
     exploration, identification = ModeDetector(hand), TextureIdentification(surfaces)
     x_m = 0.0

@@ -1,4 +1,4 @@
-"""What was found in one part of a recorded stroke."""
+"""Result of the identification for one part of a recorded stroke."""
 
 from dataclasses import dataclass, field
 
@@ -15,15 +15,15 @@ class Segment:
         start_s: begin, s.
         end_s: end, s.
         roughness_v: roughness without grooves, V (or the signal's own unit); None if unknown.
-        force_n: mean force, N; None where not recorded.
-        speed_m_s: mean speed, m/s; None where unknown.
+        force_n: mean force, N; None if not recorded.
+        speed_m_s: mean speed, m/s; None if unknown.
         impulses_s: times of grooves and edges, s.
-        strengths_v: their curvatures for one newton, V.
-        period: spatial period; None where there is none, or no speed is known.
-        surface: name of the likeliest surface; None without a table or where it was not stroked.
-        probability: of that surface, at the end.
-        changed: whether it begins where the stroke came to another surface.
-        fault: what is wrong with the sensor; None when nothing is.
+        strengths_v: curvatures of these grooves and edges for one newton, V.
+        period: spatial period; None without a period or a known speed.
+        surface: name of the likeliest surface; None without a table or a stroke.
+        probability: probability of that surface at the end, 0..1.
+        changed: whether the segment begins where the stroke reached another surface.
+        fault: fault of the sensor; None without a fault.
     """
 
     mode: ExplorationMode

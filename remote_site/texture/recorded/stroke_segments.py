@@ -1,4 +1,4 @@
-"""A recorded stroke cut where the mode changes, and where the surface does: each part with what was felt in it."""
+"""Cuts a recorded stroke where the mode or the surface changes, and identifies each part."""
 
 from collections import Counter
 from itertools import pairwise
@@ -17,12 +17,13 @@ from remote_site.traces.trace_files import StrokeTrace
 def segments(trace: StrokeTrace, surfaces: SurfaceTable, speed_m_s: float | None = None) -> list[Segment]:
     """Cut a stroke into its segments in contact.
 
-    A recording without force counts as in contact throughout, one without speed as stroking.
+    A recording without force counts as in contact throughout. A recording without speed counts as stroking.
 
     Args:
-        trace: the recording; of several signals the one with the clearest period is used.
-        surfaces: what is known of sensor and surfaces.
-        speed_m_s: speed where the recording has none, m/s.
+        trace: the recording. Of several signals, a slow recording uses the one with the clearest period, a fast one
+            the one that varies most.
+        surfaces: law of the sensor and calibrated surfaces.
+        speed_m_s: speed if the recording has none, m/s.
     """
     if trace.rate_hz < FAST_HZ:
         return [slow_stroke(trace, speed_m_s)]
@@ -36,7 +37,7 @@ def segments(trace: StrokeTrace, surfaces: SurfaceTable, speed_m_s: float | None
 
 
 def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
-    """Segments in contact of a stroke at the sensor's rate."""
+    """Return the segments in contact of a stroke at the sensor's rate."""
     found = [_segment(part) for part in _parts(stroke, surfaces) if part[0].mode is not ExplorationMode.FREE]
     for segment in found:
         inside = (stroke.time_s >= segment.start_s) & (stroke.time_s <= segment.end_s)
@@ -46,7 +47,7 @@ def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
 
 
 def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[FeltBlock]]:
-    """Consecutive blocks of one mode and one surface."""
+    """Return the blocks in groups of one mode and one surface."""
     blocks = list(felt(stroke, surfaces))
     cuts = [0]
     for number, (before, block) in enumerate(pairwise(blocks), start=1):
@@ -57,7 +58,7 @@ def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[FeltBlock]]:
 
 
 def _segment(part: list[FeltBlock]) -> Segment:
-    """What was felt in consecutive blocks of one mode; the later two thirds have settled."""
+    """Summarise consecutive blocks of one mode; roughness and surface come from the later two thirds."""
     segment = Segment(part[0].mode, part[0].begin_s, part[-1].end_s)
     segment.fault = next((block.texture.fault for block in part if block.texture.fault is not None), None)
     if segment.mode is not ExplorationMode.STROKING:

@@ -1,13 +1,13 @@
-"""What a slow stroke tells of a surface: how strongly it is uneven at each wavelength, whatever the pressure.
+"""Computes the spectrum of a surface's unevenness from a slow stroke, independent of the pressure.
 
-A slow sensor sees no single threads, but it sees how uneven a surface is over millimetres and centimetres. Four steps
-make of the signals something that another pressure, another speed and another place change little:
+A slow sensor does not resolve single threads, but it measures the unevenness over millimetres and centimetres. Four
+steps reduce the influence of pressure, speed and place:
 
-- Each signal over its own mean: unevenness is felt as a share of the load.
-- What all signals do together is taken away. Where the sensor as a whole heaves or tilts - the arm shakes, the finger
-  sticks and slips - all of them follow; the surface passes one after the other.
-- Power is taken in third octaves along the path, so that it belongs to the surface and not to the speed.
-- Each stroke is taken in quarters: how these differ shows how much another place of the same surface would.
+- Each signal is divided by its own mean, because unevenness changes the load in proportion.
+- The common motion of all signals is subtracted. All signals follow when the whole sensor heaves or tilts, because the
+  arm shakes or the finger sticks and slips. The surface passes the signals one after the other.
+- Power is computed in third octaves along the path, so that it belongs to the surface and not to the speed.
+- Each stroke is divided into quarters. Their differences show the effect of another place on the same surface.
 """
 
 from collections.abc import Sequence
@@ -23,34 +23,38 @@ from remote_site.traces.trace_files import StrokeTrace
 
 Array = NDArray[np.float64]
 Along = Literal["m", "s", "stroke"]
-"""What wavelengths are measured in: metres; where the speed is unknown seconds, or parts of a stroke if all strokes
-go the same way."""
+"""Measure of wavelengths: metres, or without a known speed seconds, or parts of a stroke if all cover the same path."""
 
 PIECES = 4
+"""Number of pieces of a stroke."""
 LEAST_PERIODS = 3.0
-"""A piece holds this many of the longest wavelength."""
+"""Minimum number of periods of the longest wavelength within a piece."""
 BANDS_PER_OCTAVE = 3
+"""Number of bands per octave."""
 HIGHEST = 0.95
-"""The highest band ends at this part of half the sampling rate."""
+"""Upper end of the highest band, as a fraction of half the sampling rate."""
 MOTIONS = 3
-"""A rigid sensor heaves and tilts two ways."""
+"""Number of rigid motions of the sensor: heave and two tilts."""
 ALL_NOISE = 0.3
-"""Of the noise, this much is left of a band that is nothing but noise."""
+"""Minimum power that remains in a band after the noise is subtracted, as a fraction of the noise power."""
 QUIET = 0.1
-"""The sensor's noise is what this part of the strokes is below at the highest frequencies: those over smooth ground."""
+"""Quantile of the strokes' noise at the highest frequencies that gives the sensor's own noise.
+
+The quietest strokes are those over smooth ground.
+"""
 SILENT = 1e-14
-"""Least relative power, so that a flat signal has a logarithm."""
+"""Relative power that is added before the logarithm, so that a flat signal has one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unevenness:
-    """Signals of one stroke as shares of the load, evenly along the path, without what they all do together.
+    """Signals of one stroke as shares of the load, evenly along the path, without their common motion.
 
     Attributes:
         values: samples x signals.
-        length: of the stroke, in the unit of `Along`.
-        loads: what each signal was divided by, its mean; the force or 1 where it carries no load.
-        used: places of these signals among those of the stroke; flat ones are left out.
+        length: length of the stroke, in the unit of `Along`.
+        loads: divisor of each signal: its mean, or the force or 1 if the signal crosses zero.
+        used: indices of these signals among those of the stroke; flat signals are left out.
     """
 
     values: Array
@@ -60,20 +64,20 @@ class Unevenness:
 
     @property
     def step(self) -> float:
-        """Distance of two samples."""
+        """Distance between two samples, in the unit of `length`."""
         return self.length / (len(self.values) - 1)
 
 
 def unevenness(
     trace: StrokeTrace, along: Along, speed_m_s: float | None = None, motions: int = MOTIONS
 ) -> Unevenness | None:
-    """What the signals of a stroke say of its surface; None without a signal that moves, or a speed where it is needed.
+    """Return the unevenness of a stroke; None without a signal that varies, without a needed speed or if too short.
 
     Args:
         trace: the stroke; flat signals are left out.
-        along: what the path is measured in.
-        speed_m_s: of a stroke without a speed of its own; needed along metres.
-        motions: of the whole sensor, to be taken away.
+        along: measure of the path.
+        speed_m_s: speed of a stroke without one of its own, m/s; needed along metres.
+        motions: number of common motions to subtract.
     """
     moved = travelled(trace, speed_m_s)
     if moved is None and along == "m":
@@ -96,7 +100,7 @@ def unevenness(
 
 
 def _without_motions(shares: Array, motions: int) -> Array:
-    """Signals less what they share: their mean, then what explains most of the rest; half of them are left at least."""
+    """Subtract the mean of the signals, then their main components; at least half of the dimensions remain."""
     motions = min(motions, shares.shape[1] // 2)
     if not motions:
         return shares
@@ -107,10 +111,10 @@ def _without_motions(shares: Array, motions: int) -> Array:
 
 
 def bands(strokes: Sequence[Unevenness]) -> Array:
-    """Edges of the bands, about third octaves, that all of some strokes can show, 1 over the unit of their path.
+    """Return the edges of the bands, about third octaves, that all strokes can show, 1 over the unit of their path.
 
     Raises:
-        ValueError: there are fewer than three.
+        ValueError: there are fewer than three bands.
     """
     lowest = LEAST_PERIODS * PIECES / min(stroke.length for stroke in strokes)
     highest = HIGHEST * 0.5 / max(stroke.step for stroke in strokes)
@@ -124,7 +128,7 @@ def bands(strokes: Sequence[Unevenness]) -> Array:
 
 
 def sensor_noise(strokes: Sequence[Unevenness], signals: int) -> Array:
-    """Standard deviation of the white noise of each signal, in its own unit, from the quietest strokes."""
+    """Return the standard deviation of each signal's white noise, in its own unit, from the quietest strokes."""
     found = np.full((len(strokes), signals), np.nan)
     for row, stroke in zip(found, strokes, strict=True):
         frequency, power = _power(stroke.values, stroke.step)
@@ -135,12 +139,12 @@ def sensor_noise(strokes: Sequence[Unevenness], signals: int) -> Array:
 
 
 def spectrum(stroke: Unevenness, edges: Array, noise: Array) -> Array:
-    """Natural logarithm of the power in each band, pieces x bands; nan where a stroke is too short or too coarse.
+    """Return ln of the power in each band, pieces x bands; nan where a stroke is too short or too coarse.
 
     Args:
-        stroke: of any length; a short one has fewer pieces, one at least.
-        edges: of the bands, ascending.
-        noise: of each signal of the sensor, from `sensor_noise`; its power is taken off.
+        stroke: stroke of any length; a short one has fewer pieces, but at least one.
+        edges: edges of the bands, ascending.
+        noise: noise of each signal of the sensor, from `sensor_noise`; its power is subtracted.
     """
     pieces = int(np.clip(np.floor(stroke.length * edges[0] / LEAST_PERIODS + 1e-6), 1, PIECES))
     floor = (noise[stroke.used] / stroke.loads) ** 2 * stroke.step
@@ -162,7 +166,10 @@ def spectrum(stroke: Unevenness, edges: Array, noise: Array) -> Array:
 
 
 def _power(values: Array, step: float) -> tuple[Array, Array]:
-    """Frequencies, and power density of each column less its trend; noise of variance 1 has the density `step`."""
+    """Return frequencies, and the power density of each column without its trend.
+
+    Noise of variance 1 has the density `step`.
+    """
     trend = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(values)), 2)
     window = np.hanning(len(values))[:, None]
     rest = (values - trend @ np.linalg.lstsq(trend, values, rcond=None)[0]) * window
