@@ -1,9 +1,9 @@
-"""Roughness of a surface: the power of the curvature that a stroke feels, without grooves and without noise.
+"""Estimates the roughness of a surface: the power of the curvature under a stroke, without grooves and noise.
 
 Eq. 5-6 of Kron & Schmidt 2003 average the rectified signal over the whole stroke and hold the mean within patterns. A
-plain average never forgets, and a hold that compares with the held mean never ends on a rougher surface. Here there
-is neither: places near an impulse are left out one by one, what was felt is forgotten with the way, and a surface
-that differs at once from what was before starts the mean anew.
+plain average never forgets, and a hold that compares with the held mean never ends on a rougher surface. This estimator
+has neither. It leaves out single cells near an impulse, forgets with distance, and restarts the mean at an abrupt
+change of surface.
 """
 
 import math
@@ -14,25 +14,26 @@ from typing import NamedTuple
 from remote_site.texture.tip_path import CELL_M
 
 FORGET_M = 15e-3
-"""Way over which a surface is forgotten, m."""
+"""Distance constant with which the mean forgets a surface, m."""
 FREEDOMS_PER_M = 3500.0
-"""Independent values of the curvature along the way, 1/m."""
+"""Number of independent values of the curvature per length of path, 1/m."""
 NEAR_M = 0.6e-3
-"""Curvature nearer than this to a groove's middle is the groove's, m."""
+"""Distance from a groove's centre within which the curvature belongs to the groove, m."""
 _LATE = round(1.1e-3 / CELL_M)
-"""Cells kept back until it is known that no groove was there: one is found up to 0.5 mm behind it."""
+"""Number of cells held back until no groove can be found there; a groove is found up to 0.5 mm behind it."""
 LEAST = round(2e-3 / CELL_M)
-"""Cells before the roughness is one."""
+"""Minimum number of cells for a valid roughness."""
 JUMP_M = 5e-3
+"""Length of the recent path whose power is compared with that before, m."""
 JUMP = 2.0
-"""A surface changed when the power over the last JUMP_M differs from that before by this in ln: 5 sd of chance."""
+"""Difference in ln(power) that shows a change of surface: 5 standard deviations of its random scatter."""
 _NEW = round(JUMP_M / CELL_M)
 _WATCH = 5
-"""Cells from one look for a jump to the next."""
+"""Number of cells between two tests for a change of surface."""
 
 
 class Felt(NamedTuple):
-    """One cell: its place, m; power of the curvature for one newton and what noise adds to it, V^2."""
+    """One cell: its place, m; power of the curvature for one newton, V^2; power that noise adds to it, V^2."""
 
     place_m: float
     power: float
@@ -40,10 +41,10 @@ class Felt(NamedTuple):
 
 
 class Roughness:
-    """Roughness along the way, cell by cell.
+    """Roughness along the path, cell by cell.
 
     Attributes:
-        changed: whether the last step started the mean anew on another surface.
+        changed: whether the last step restarted the mean on another surface.
     """
 
     __slots__ = ("_count", "_felt", "_groove_m", "_new", "_new_noise", "_new_power", "_noise", "_power", "changed")
@@ -52,7 +53,7 @@ class Roughness:
         self.forget()
 
     def forget(self) -> None:
-        """Another surface."""
+        """Forget the surface."""
         self.changed = False
         self._count = 0
         self._power = self._noise = 0.0
@@ -61,33 +62,33 @@ class Roughness:
         self.interrupt()
 
     def interrupt(self) -> None:
-        """The way is interrupted."""
+        """Interrupt the path."""
         self._felt: deque[Felt] = deque()
         self._groove_m: float | None = None
 
     @property
     def valid(self) -> bool:
-        """Whether enough was felt."""
+        """Whether the path is long enough for a roughness."""
         return self._count + len(self._new) >= LEAST
 
     @property
     def roughness_v(self) -> float:
-        """Rms curvature for one newton without noise, V; what noise hides is a third of it at most."""
+        """Rms curvature for one newton without noise, V; at least about a third of the noise's rms."""
         power, noise = self._mean()
         return math.sqrt(max(power - noise, 0.1 * noise))
 
     @property
     def roughness_sd_v(self) -> float:
-        """Its standard deviation by the chance of what was felt, V; the sensor's own calibration is not in it."""
+        """Standard deviation of the roughness due to random sampling, V; it excludes the sensor's calibration."""
         power, noise = self._mean()
         way_m = min((self._count + len(self._new)) * CELL_M, 2.0 * FORGET_M)
         freedoms = FREEDOMS_PER_M * max(way_m, CELL_M)
         return 0.5 * power * math.sqrt(2.0 / freedoms) / max(math.sqrt(max(power - noise, 0.1 * noise)), 1e-6)
 
     def _mean(self) -> tuple[float, float]:
-        """Power, and what noise adds to it, V^2."""
+        """Return the power, and the power that noise adds to it, V^2."""
         power, noise = self._power, self._noise
-        if self._new:  # what is too new to be old is as much of the mean as its way
+        if self._new:  # the recent cells are weighted by the length of their path
             cells = len(self._new)
             part = 1.0 - math.exp(-cells * CELL_M / FORGET_M) if self._count else 1.0
             power += part * (self._new_power / cells - power)
@@ -95,15 +96,15 @@ class Roughness:
         return power, noise
 
     def groove(self, place_m: float) -> None:
-        """A groove was found here: what was felt near it is its own."""
+        """Take a groove at this place, m; the cells near it are left out."""
         self._groove_m = place_m
         self._felt = deque(felt for felt in self._felt if abs(felt.place_m - place_m) > NEAR_M)
 
     def step(self, felt: Felt) -> Felt | None:
-        """Take the next cell; return the one that is now known to be of the surface itself."""
+        """Take the next cell; return the cell that now counts for the surface itself."""
         self.changed = False
         if self._groove_m is None:
-            self._groove_m = felt.place_m  # for all that is known there was one just before
+            self._groove_m = felt.place_m  # a groove may lie just before the path
         if felt.place_m - self._groove_m > NEAR_M:
             self._felt.append(felt)
         if not self._felt or felt.place_m - self._felt[0].place_m < _LATE * CELL_M:
@@ -122,17 +123,17 @@ class Roughness:
         return settled
 
     def _average(self, felt: Felt) -> None:
-        """Mean with forgetting; a plain one before there is anything to forget."""
+        """Update the mean with forgetting; the first cells form a plain mean."""
         self._count += 1
         part = max(1.0 / self._count, 1.0 - math.exp(-CELL_M / FORGET_M))
         self._power += part * (felt.power - self._power)
         self._noise += part * (felt.noise - self._noise)
 
     def _watch_for_a_jump(self) -> None:
-        self._new_power = sum(felt.power for felt in self._new)  # what rounding has left behind is gone
+        self._new_power = sum(felt.power for felt in self._new)  # removes the rounding errors of the running sum
         self._new_noise = sum(felt.noise for felt in self._new)
         if abs(math.log(max(self._new_power / _NEW, 1e-12) / max(self._power, 1e-12))) > JUMP:
-            # the way on which the power changed is of both surfaces: only its end is the new one's
+            # the path on which the power changed holds both surfaces: only its end belongs to the new one
             self.changed = True
             self._new = deque(islice(self._new, _NEW - _WATCH, None))
             self._new_power = sum(felt.power for felt in self._new)

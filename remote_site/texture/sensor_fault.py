@@ -1,16 +1,16 @@
-"""What is wrong with a texture sensor, from its signal and the force alone: a fault has a name, and ends by itself.
+"""Diagnoses faults of a texture sensor from its signal and the force; a fault has a name and ends by itself.
 
     saturated       every sample is at one end of the range
-    clipped         now and again samples are: it is pressed or shaken beyond its range
-    disconnected    no sample differs from the next: a sensor that is there has noise
-    noise only      it stays noise when the finger comes down, or lifts: loose
+    clipped         some samples are at an end of the range: the sensor is pressed or shaken beyond its range
+    disconnected    no sample differs from the next: a connected sensor has noise
+    noise only      the signal stays noise when the finger lands or lifts: the sensor is loose
 
-The last needs a change of force by a finger that does not stroke: it is told at the next contact. It ends when the
-signal goes anywhere, or becomes louder than its noise, whatever the finger does: a force sensor that jumps may have
-told of a contact that there was not. Neither units nor delays matter to it: force and texture come from two devices,
-and on a busy host either may come 0.1 s after the other. So it is not asked whether the signal has the shape of the
-force, only whether it has any: in noise a value tells nothing of the next. A sensor that moves with something else than
-its finger is not found out.
+The last fault needs a change of force by a finger that does not stroke, so that it is diagnosed at the next contact. It
+ends when the signal shows any course, or becomes louder than its noise, whatever the finger does. A force sensor that
+jumps may have reported a contact that never was. The diagnosis is independent of units and delays. Force and texture
+come from two devices, and on a busy host either may arrive 0.1 s after the other. The test therefore does not compare
+the signal with the force. It only asks whether the signal has any course: in noise, a value does not predict the next.
+A sensor that moves with something other than its finger remains undetected.
 """
 
 import math
@@ -27,33 +27,36 @@ CLIPPED = "clipped: beyond its range again and again"
 DISCONNECTED = "disconnected: no noise at all"
 NOISE_ONLY = "noise only: does not follow the force"
 RAIL_V = 9.98
-"""The ends of the converter's range are beyond this, V."""
+"""Magnitude from which a sample is at an end of the converter's range, V."""
 STILL_V = 1e-3
-"""A signal that stays within this, less than a converter's step, has no noise, V."""
+"""Span below which a signal has no noise, V; less than a step of the converter."""
 SATURATED_S, FLAT_S, CLIPPED_S, FOLLOWS_S = 0.05, 0.10, 0.50, 0.40
-"""How long each is watched, s."""
+"""Durations over which each fault is judged, s: saturated, disconnected, clipped, noise only."""
 CLIPPED_PART = 0.01
-"""Part of the samples at the ends of the range that is no accident."""
+"""Largest fraction of samples at the ends of the range in a sound signal."""
 _CLIPPED_MOST = CLIPPED_PART * CLIPPED_S * RATE_HZ
 PRESSED_N = 0.25
-"""Force, behind the integrator, that has to change before it is judged whether the signal follows, N."""
+"""Minimum change of the force after the integrator for the test for noise only, N."""
 LATE_S = 0.15
-"""Either of force and texture may come this much after the other, s."""
+"""Maximum delay between force and texture, in either direction, s."""
 NOISE_STEP = 0.5
-"""Mean square of the signal's steps, over twice its variance, from which on it is noise. White noise has 1 +- 0.11 in
-80 blocks, hum of 50 Hz has 1; a fingertip that bounces at 25 Hz has 0.3, one that rests or is pressed less."""
+"""Minimum mean square of the signal's steps, over twice its variance, that shows noise.
+
+White noise has 1 +- 0.11 in 80 blocks, and hum of 50 Hz has 1. A fingertip that bounces at 25 Hz has 0.3. A fingertip
+that rests or is pressed has less.
+"""
 
 WATCH_EVERY = 4
-"""Blocks from one look whether the signal follows the force to the next: 20 ms of FOLLOWS_S."""
+"""Number of blocks between two tests for noise only: 20 ms of FOLLOWS_S."""
 LOUDER = 4.0
-"""Noise does not become so much more by itself, in its mean square; by a stroke over plain plastic it does."""
+"""Ratio of the noise's mean squares that ends the fault; a stroke over plain plastic reaches it, noise does not."""
 
 
 class SensorFault:
-    """Watches one sensor, block by block.
+    """Monitors one sensor, block by block.
 
     Attributes:
-        fault: its name; None while the sensor is sound.
+        fault: name of the fault; None while the sensor is sound.
     """
 
     __slots__ = (
@@ -74,7 +77,7 @@ class SensorFault:
     )
 
     def __init__(self, samples: int) -> None:
-        """Take how many samples a block has."""
+        """Begin; a block has this number of samples."""
         self.fault: str | None = None
         self._samples = samples
         block_s = self._block_s = samples / RATE_HZ
@@ -84,27 +87,29 @@ class SensorFault:
         self._force_n: float | None = None
         self._count = 0
         self._stuck = 0
-        """Blocks until now of which every sample is at an end of the range."""
+        """Number of latest blocks with every sample at an end of the range."""
         clipped = math.ceil(CLIPPED_S / block_s)
         self._railed = deque([0] * clipped, maxlen=clipped)
-        """Samples at the ends of the range, of each block of CLIPPED_S, and all together."""
+        """Number of samples at the ends of the range in each block of CLIPPED_S."""
         self._clipped = 0
+        """Sum of `_railed`."""
         self._spans_v: deque[tuple[float, float]] = deque(maxlen=round(FLAT_S / block_s))
-        """The lowest and the highest sample, of each block of FLAT_S."""
+        """Lowest and highest sample of each block of FLAT_S, V."""
         follows = round(FOLLOWS_S / block_s)
         self._means_v: deque[float] = deque(maxlen=follows)
+        """Mean of the signal in each block of FOLLOWS_S, V."""
         self._presses_n = deque([0.0], maxlen=follows)
-        """The signal's mean and the force behind the integrator, of each block of FOLLOWS_S."""
+        """Force after the integrator in each block of FOLLOWS_S, N."""
         self._rested = 0
-        """Blocks until now in which the finger does not stroke."""
+        """Number of latest blocks in which the finger does not stroke."""
 
     def step(self, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
-        """Take the next block; return the fault there is now.
+        """Take the next block; return the present fault.
 
         Args:
             samples_v: samples, V.
             force_n: contact force, N.
-            resting: whether the finger does not stroke: then force is all that can move the signal.
+            resting: whether the finger does not stroke; then only the force can move the signal.
         """
         before_n, self._force_n = self._force_n, force_n
         changed_n = 0.0 if before_n is None else force_n - before_n
@@ -139,13 +144,13 @@ class SensorFault:
         return None if self._noise_v2 is None else NOISE_ONLY
 
     def _pressed(self) -> bool:
-        """Whether the force changed in FOLLOWS_S, without LATE_S at either end."""
+        """Return whether the force changed in FOLLOWS_S, without LATE_S at both ends."""
         late = round(LATE_S / self._block_s)
         pressed_n = list(islice(self._presses_n, late, len(self._presses_n) - late))
         return max(pressed_n) - min(pressed_n) >= PRESSED_N
 
     def _watch_signal(self) -> None:
-        """Whether the signal went anywhere, where the force did; also where that is not known, once it did not."""
+        """Test for noise only after a change of force; while the fault lasts, test whether it ends."""
         follows = len(self._means_v)
         if self._means_v.maxlen != follows:
             return

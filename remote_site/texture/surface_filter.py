@@ -1,8 +1,8 @@
-"""Which calibrated surface is being stroked: a recursive Bayesian filter along the way.
+"""Recognises the calibrated surface under a stroke with a recursive Bayesian filter along the path.
 
-One mechanism recognises, forgets and sees a change: what is felt multiplies the probabilities, and with every
-millimetre the surface may have become another one. Two things are felt: the power of the curvature, and the gaps
-between grooves, of which a gap that goes on and on is one too.
+One mechanism recognises a surface, forgets it and detects a change. Each measurement multiplies the probabilities, and
+with every millimetre the surface may have become another one. Measurements are the power of the curvature and the gaps
+between grooves, including the present gap that has not ended.
 """
 
 import math
@@ -16,15 +16,15 @@ from remote_site.texture.surface_table import Surface, SurfaceTable
 Array = NDArray[np.float64]
 
 CHANGES_PER_M = 2.0
-"""How often a stroke comes to another surface, 1/m."""
+"""Rate at which a stroke reaches another surface, 1/m."""
 INVENTED_PER_M = 1.0
-"""Impulses on a surface without grooves: edges, scratches, 1/m."""
+"""Rate of impulses on a surface without grooves, such as edges and scratches, 1/m."""
 OUTLIER = 0.05
-"""Part of the gaps that are no gaps of the pattern: a groove missed, one invented, a worn one."""
+"""Fraction of gaps outside of the pattern: a missed, a false or a worn groove."""
 RULED_OUT = 0.01
-"""A surface less probable than this, and its gap too, can only have just begun: anywhere in its pattern."""
+"""Probability below which a surface and its gap restart anywhere in the pattern, since it can only have just begun."""
 SURE = 0.95
-"""A surface this probable is the surface."""
+"""Minimum probability of a recognised surface."""
 _GRID_M = 0.1e-3
 _LONGEST_M = 40e-3
 _LAST = round(_LONGEST_M / _GRID_M)
@@ -55,19 +55,19 @@ class SurfaceFilter:
         self._power = np.array([math.exp(2.0 * surface.ln_roughness) for surface in table.surfaces])
         self._sd = np.array([2.0 * surface.ln_roughness_sd for surface in table.surfaces])
         laws = [_gaps(surface) for surface in table.surfaces]
-        # [0] from anywhere, [1] from a groove: log density of the next groove, log probability of none so far
+        # [0] from anywhere, [1] from a groove: ln density of the next groove, ln probability of none until now
         self._log_density = np.array([[law[known][0] for law in laws] for known in (0, 1)])
         self._log_survival = np.array([[law[known][1] for law in laws] for known in (0, 1)])
         self.forget()
 
     def forget(self) -> None:
-        """Anything may be touched."""
+        """Give all surfaces the same probability."""
         count = len(self._table.surfaces)
         self.probabilities: Array = np.full(count, 1.0 / count)
         self.interrupt()
 
     def interrupt(self) -> None:
-        """The way is interrupted: how far the last groove lies behind is not known."""
+        """Interrupt the path; the distance from the last groove becomes unknown."""
         self._gap = np.zeros(len(self.probabilities), dtype=np.intp)
         self._known = np.zeros(len(self.probabilities), dtype=np.intp)
 
@@ -78,11 +78,11 @@ class SurfaceFilter:
 
     @property
     def sure(self) -> Surface | None:
-        """The surface, where one is probable enough."""
+        """The surface whose probability is at least SURE; None without one."""
         return self.best if float(self.probabilities.max()) >= SURE else None
 
     def move(self, way_m: float) -> None:
-        """No groove for another `way_m`, m > 0."""
+        """Take another `way_m`, m > 0, without a groove."""
         count = len(self.probabilities)
         if count > 1:
             leaves = 1.0 - math.exp(-CHANGES_PER_M * way_m)
@@ -96,7 +96,7 @@ class SurfaceFilter:
         self._gap[out] = self._known[out] = 0
 
     def groove(self, beyond_m: float = 0.0) -> None:
-        """A groove, `beyond_m` further than was moved; negative when it lies behind."""
+        """Take a groove, `beyond_m`, m, ahead of the path moved; negative if it lies behind."""
         beyond = round(beyond_m / _GRID_M)
         density = self._log_density[self._known, self._each, _within(self._gap + beyond)]
         self._weigh(density - self._log_survival[self._known, self._each, self._gap])
@@ -104,9 +104,9 @@ class SurfaceFilter:
         self._known = np.ones_like(self._known)
 
     def roughness(self, power: float, noise: float, way_m: float) -> None:
-        """The surface's curvature over `way_m` had this mean power for one newton, noise and all, V^2."""
+        """Take the mean power of the curvature for one newton over `way_m`, m, with its noise power, both in V^2."""
         expected = self._power + noise
-        # the logarithm of a mean of squares lies below that of its expectation
+        # the expected logarithm of a mean of squares lies below the logarithm of its expectation
         freedoms = FREEDOMS_PER_M * way_m
         variance = (self._sd * self._power / expected) ** 2 + 2.0 / freedoms
         miss = math.log(max(power, 1e-14)) + 1.0 / freedoms - np.log(expected)
@@ -118,12 +118,12 @@ class SurfaceFilter:
 
 
 def _within(gaps: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Gaps held to the grid."""
+    """Limit gaps to the grid."""
     return np.minimum(np.maximum(gaps, 0), _LAST)
 
 
 def _gaps(surface: Surface) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Log density and log survival of the way to the next groove, from anywhere and from a groove, on the grid."""
+    """Return ln density and ln survival of the distance to the next groove, from anywhere and from a groove."""
     way: Array = _GRID_M * np.arange(_LAST + 1, dtype=np.float64)
     if surface.period_mm is None:
         rare: tuple[Array, Array] = (np.full_like(way, math.log(INVENTED_PER_M)), -INVENTED_PER_M * way)
@@ -143,6 +143,6 @@ def _gaps(surface: Surface) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
 
 
 def _beyond(density: Array) -> Array:
-    """Probability of a way as long or longer."""
+    """Return the probability of a distance at least this long."""
     beyond: Array = np.cumsum(density[::-1])[::-1] * _GRID_M
     return beyond

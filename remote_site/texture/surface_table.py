@@ -1,7 +1,7 @@
-"""The calibrated surfaces, and what vibration rendering needs of them (Kron & Schmidt 2003, section 4.1).
+"""Table of calibrated surfaces with the constants for vibration rendering (Kron & Schmidt 2003, section 4.1).
 
-The paper puts hard intervals on the mean rectified signal. Here roughness is what the surface has, not what force and
-speed make of it, and the constants are interpolated between calibrated surfaces, so that nothing jumps at a border.
+The paper divides the mean rectified signal into hard intervals. Here roughness is a property of the surface, whatever
+force and speed are. The constants are interpolated between calibrated surfaces, so that they never jump.
 """
 
 import math
@@ -15,16 +15,16 @@ from remote_site.tables.table_file import TableFile
 from remote_site.texture.texture_law import TextureLaw
 
 ONE_ROUGHNESS = 0.25
-"""Surfaces within this distance in ln(roughness) are equally rough: a quarter is below what a finger tells apart."""
+"""Difference in ln(roughness) below which surfaces count as equally rough; a finger does not resolve a quarter."""
 _ORDINARY = surface_kind("plain_pvc")
 TAP_SPEED_PER_M_S, TAP_DECAY_PER_S = _ORDINARY.k_tap, _ORDINARY.b_tap_per_s
-"""k_tap and b_tap of Eq. 1: a tap is too short to identify anything, the paper holds them constant."""
+"""Constants k_tap and b_tap (1/s) of Eq. 1; constant as in the paper, because a tap is too short for identification."""
 _GROOVED = surface_kind("closely_grooved_pvc").grooves
 assert _GROOVED is not None
 GROOVE_RAD_S, GROOVE_DECAY_PER_S = _GROOVED.impulse_rad_s, _GROOVED.decay_per_s
-"""Amplitude and decay of one damped impulse J(t) of a groove as deep as the calibrated ones."""
+"""Amplitude, rad/s, and decay rate, 1/s, of the damped impulse J(t) of a groove as deep as the calibrated ones."""
 FAINTEST, STRONGEST = 0.25, 1.5
-"""An impulse's amplitude follows the groove's strength between these parts of GROOVE_RAD_S."""
+"""Range of an impulse's amplitude over GROOVE_RAD_S; within it, the amplitude follows the groove's strength."""
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
@@ -35,9 +35,9 @@ class Surface(BaseModel):
     Attributes:
         name: label given in calibration.
         ln_roughness: mean of ln(roughness in V); roughness is the rms curvature for one newton.
-        ln_roughness_sd: its standard deviation.
-        period_mm: mean distance of grooves; None for a surface without.
-        irregularity: standard deviation of that distance over its mean.
+        ln_roughness_sd: standard deviation of ln(roughness).
+        period_mm: mean spacing of grooves, mm; None for a surface without grooves.
+        irregularity: standard deviation of the spacing over its mean.
         k_stroke_v: constant K_v,s of Eq. 2, (rad/s)/(m/s).
         k_stroke_f: constant K_F,s of Eq. 2, (rad/s)/N.
     """
@@ -57,9 +57,9 @@ class SurfaceTable(TableFile):
     """Calibrated surfaces of one texture sensor.
 
     Attributes:
-        law: what the sensor makes of a surface.
-        groove_v: curvature for one newton of the calibrated grooves, V; None when none was calibrated.
-        surfaces: the surfaces.
+        law: law of the sensor.
+        groove_v: curvature for one newton of the calibrated grooves, V; None if none was calibrated.
+        surfaces: the calibrated surfaces.
     """
 
     kind: Literal["texture_surfaces"] = "texture_surfaces"
@@ -69,7 +69,7 @@ class SurfaceTable(TableFile):
     surfaces: list[Surface] = Field(min_length=1)
 
     def groove_rad_s(self, strength_v: float) -> float:
-        """Amplitude of a groove's impulse, rad/s, from its curvature for one newton, V."""
+        """Return the amplitude of a groove's impulse, rad/s, from its curvature for one newton, V."""
         part = 1.0 if self.groove_v is None else strength_v / self.groove_v
         return GROOVE_RAD_S * min(max(part, FAINTEST), STRONGEST)
 
@@ -83,14 +83,14 @@ class StrokeConstants:
 
 
 SMOOTH = StrokeConstants(0.0, 0.0)
-"""Nothing to be felt."""
+"""Constants of a surface without vibration."""
 
 
 class StrokeLaw:
-    """ln K_v,s and ln K_F,s, interpolated between the calibrated surfaces, linearly in ln(roughness).
+    """Interpolates ln K_v,s and ln K_F,s between the calibrated surfaces, linearly in ln(roughness).
 
-    Surfaces nearer to each other than ONE_ROUGHNESS count as one, with the mean of their constants;
-    beyond the smoothest and the roughest their constants are held.
+    Surfaces closer than ONE_ROUGHNESS count as one, with the mean of their constants. Beyond the smoothest and the
+    roughest surface, the constants of these are used.
     """
 
     __slots__ = ("_centres",)
@@ -106,7 +106,7 @@ class StrokeLaw:
         self._centres = [_centre(group) for group in groups]
 
     def at(self, ln_roughness: float) -> StrokeConstants:
-        """The constants of a surface with this roughness."""
+        """Return the constants of a surface with this ln(roughness in V)."""
         low = high = self._centres[0]
         for centre in self._centres:
             low, high = high, centre
@@ -121,7 +121,7 @@ class StrokeLaw:
 
 
 def _centre(group: list[Surface]) -> tuple[float, float, float]:
-    """Means of ln(roughness), ln K_v,s and ln K_F,s."""
+    """Return the means of ln(roughness), ln K_v,s and ln K_F,s."""
     n = len(group)
     return (
         sum(surface.ln_roughness for surface in group) / n,

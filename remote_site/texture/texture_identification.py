@@ -1,7 +1,7 @@
-"""One finger's texture: roughness, grooves and the surface, from samples, force, speed and mode.
+"""Identifies the texture under one finger: roughness, grooves and surface, from samples, force, speed and mode.
 
-Joins the parts. However the samples arrive, one by one or many at once, they are worked off in blocks of BLOCK, so
-that the answer does not depend on it.
+This module joins the estimators. It processes samples in blocks of BLOCK, so that the answer does not depend on the
+number of samples that arrive at once.
 """
 
 import math
@@ -26,38 +26,42 @@ _Value = TypeVar("_Value")
 _Sample = tuple[float, float, float, ExplorationMode]
 """Signal, V, contact force, N, speed, m/s, and mode."""
 BLOCK = 10
+"""Number of samples in a block."""
 FAINTEST_GROOVE_V = 0.010
-"""Curvature for one newton below which nothing is a groove, V, where none was calibrated: 1 um of depth."""
+"""Minimum curvature of a groove for one newton if none was calibrated, V; it equals a depth of 1 um."""
 LISTEN_M = 1e-3
-"""The surface is judged anew after this way, m."""
+"""Length of path between updates of the surface filter, m."""
 BEHIND_M = 0.6e-3
-"""A groove is found this far behind at most, m: the way without one is known up to here."""
+"""Maximum distance behind the tip at which a groove is found, m; the path is free of grooves up to there."""
 SETTLE_M = 15e-3
-"""What leaps and what is recognised on so much way is one change, m; so much is needed to know the first surface."""
+"""Length of path within which changes of roughness and of the recognised surface count as one change, m.
+
+A contact needs the same length to establish its first surface.
+"""
 DIFFERENT = 0.25
-"""Roughness of two surfaces without grooves differs by this in ln at least, where one is said to follow the other."""
+"""Minimum difference in ln(roughness) for a change between two surfaces without grooves."""
 CARRY_S = 0.3
-"""A contact lost for no longer goes on: a finger that comes to something softer may lose it for a moment, s."""
+"""Maximum loss of contact that keeps the recognised surface, s; a softer object may cause a short one."""
 _LISTEN = round(LISTEN_M / CELL_M)
 STROKING_M_S = 10e-3
-"""Slower than this the surface hardly moves the signal, m/s."""
+"""Speed below which the surface hardly moves the signal, m/s."""
 _GAP_S = 3.0 * BLOCK / RATE_HZ
-"""A block that ends this much later than the last one is another piece of the way."""
+"""Maximum time between the ends of two blocks of one path, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class TextureReading:
-    """What the texture signal has told so far, and what happened in the samples just taken.
+    """Present estimate of the texture, and the events in the newest samples.
 
     Attributes:
         roughness_v: rms curvature for one newton without grooves and noise, V.
         valid: whether `roughness_v` describes the surface being touched.
-        surface: name of the surface; None while none is sure.
+        surface: name of the recognised surface; None while no surface is sure.
         best: name of the likeliest surface.
-        probability: of the likeliest.
+        probability: probability of the likeliest surface, 0..1.
         impulses: grooves and edges found in these samples, oldest first.
-        fault: what is wrong with the sensor, None when nothing is; while there is a fault, nothing else is told.
-        changed_s: when it was seen, in these samples, that the stroke came to another surface, s; None else.
+        fault: fault of the sensor, None without one; a fault suspends the identification.
+        changed_s: time at which these samples showed a change of surface, s; None without a change.
     """
 
     roughness_v: float
@@ -74,7 +78,7 @@ class TextureIdentification:
     """Texture identification of one finger."""
 
     def __init__(self, surfaces: SurfaceTable) -> None:
-        """Identify with what is known of sensor and surfaces."""
+        """Identify with the law of the sensor and the calibrated surfaces."""
         self._law = surfaces.law
         self._noise = CurvatureNoise(self._law.viscous_s)
         self._path = TipPath(self._law.viscous_s, self._law.leak_hz)
@@ -90,7 +94,7 @@ class TextureIdentification:
         self._forget()
 
     def _forget(self) -> None:
-        """Contact was lost: anything may be touched next."""
+        """Forget the surface after a loss of contact."""
         self._path.forget()
         self._impulses.forget()
         self._roughness.forget()
@@ -101,7 +105,7 @@ class TextureIdentification:
         self._begin_way()
 
     def _lose(self, t_s: float) -> None:
-        """Contact was lost: where it is back soon the finger jumped, and may have jumped to another surface."""
+        """Lose contact but keep the surface for comparison: the finger may jump to another surface."""
         surface = self._surface
         self._forget()
         if surface is not None:
@@ -109,7 +113,7 @@ class TextureIdentification:
         self._lost_s = t_s
 
     def _begin_way(self) -> None:
-        """The way was interrupted."""
+        """Begin a new path."""
         self._path.interrupt()
         self._impulses.interrupt()
         self._roughness.interrupt()
@@ -119,7 +123,7 @@ class TextureIdentification:
 
     @property
     def fault(self) -> str | None:
-        """What is wrong with the sensor; None when nothing is."""
+        """Fault of the sensor; None without a fault."""
         return self._watch.fault
 
     @property
@@ -129,12 +133,12 @@ class TextureIdentification:
 
     @property
     def roughness_v(self) -> float:
-        """Rms curvature for one newton without grooves and noise, V; 0 while there is a fault."""
+        """Rms curvature for one newton without grooves and noise, V; 0 during a fault."""
         return self._roughness.roughness_v if self.fault is None else 0.0
 
     @property
     def roughness_sd_v(self) -> float:
-        """Standard deviation of the roughness that was told last, V."""
+        """Standard deviation of the roughness, V."""
         return self._roughness.roughness_sd_v
 
     def step(
@@ -150,9 +154,9 @@ class TextureIdentification:
         Args:
             t_s: time, s.
             signal_v: samples, V.
-            force_n: contact force, N, at each or one for all; so also
-            speed_m_s: stroke speed, m/s, >= 0, and
-            mode: exploration mode.
+            force_n: contact force, N; one value for each sample, or one for all.
+            speed_m_s: stroke speed, m/s, >= 0; one value for each sample, or one for all.
+            mode: exploration mode; one for each sample, or one for all.
         """
         samples_v = np.atleast_1d(np.asarray(signal_v, dtype=float)).tolist()
         count = len(samples_v)
@@ -173,13 +177,13 @@ class TextureIdentification:
     def take(
         self, t_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
     ) -> list[Impulse]:
-        """As `step` with one force, speed and mode for all samples; returns only the impulses in them."""
+        """Take samples as `step`, with one force, speed and mode for all; return only their impulses."""
         if len(samples_v) == BLOCK and not self._waiting:
             return self._block(t_s, samples_v, force_n, speed_m_s, mode)[0]
         return self._gather(t_s, [(sample_v, force_n, speed_m_s, mode) for sample_v in samples_v])[0]
 
     def _gather(self, t_s: float, samples: list[_Sample]) -> tuple[list[Impulse], float | None]:
-        """Work off each block that these samples complete; the impulses, and when another surface began, s."""
+        """Process each block that these samples complete; return impulses, and the time of a change of surface, s."""
         impulses: list[Impulse] = []
         changed_s = None
         left = len(samples)
@@ -199,8 +203,8 @@ class TextureIdentification:
     def _block(
         self, end_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
     ) -> tuple[list[Impulse], bool]:
-        """Work off a block that ends at `end_s`; return its impulses, and whether the surface changed."""
-        # to 0.1 us, so that the time of a sample does not depend on how many came with it
+        """Process a block that ends at `end_s`; return its impulses, and whether the surface changed."""
+        # rounded to 0.1 us, so that the time of a sample does not depend on the number that arrived with it
         end_s = round(end_s, 7)
         watch, before = self._watch, self._mode
         faulty = watch.fault is not None
@@ -218,7 +222,7 @@ class TextureIdentification:
         if before is ExplorationMode.FREE and end_s - self._lost_s > CARRY_S:
             self._surface = None
         if mode is ExplorationMode.TAPPING or late:
-            # the signal of a tap is the tap's: what the surface is like is heard in what follows
+            # the signal of a tap says nothing about the surface; the samples after it do
             self._begin_way()
         moved = 0.0 if mode is ExplorationMode.TAPPING else speed_m_s
         curves = self._path.step(samples_v, end_s, moved)
@@ -228,39 +232,39 @@ class TextureIdentification:
             gain = self._law.gain(force_n, speed_m_s)
             noise_v2 = (self._law.noise_v / gain) ** 2
             for curve in curves:
-                impulse, jumped = self._hear(curve, gain, noise_v2)
+                impulse, jumped = self._take_curve(curve, gain, noise_v2)
                 if impulse is not None and mode is ExplorationMode.STROKING:
                     impulses.append(impulse)
                 changed = changed or jumped
         return impulses, changed
 
-    def _hear(self, curve: Curve, gain: float, noise_v2: float) -> tuple[Impulse | None, bool]:
-        """Take one curvature, with the power of a sample's noise for one newton."""
+    def _take_curve(self, curve: Curve, gain: float, noise_v2: float) -> tuple[Impulse | None, bool]:
+        """Take one curvature, and the noise power of a sample for one newton, V^2."""
         curvature_v = curve.curvature_v / gain
         impulse = self._impulses.step(curve, curvature_v)
         if impulse is not None:
             self._roughness.groove(impulse.place_m)
-        # before it is known what stands out, what is felt may be a groove
+        # before the threshold is known, any cell may be a groove
         if not self._impulses.known:
             return impulse, False
         noise = self._noise.power(curve.samples) * noise_v2
         settled = self._roughness.step(Felt(curve.place_m, curvature_v * curvature_v, noise))
-        told = self._recognise(curve.place_m, settled, impulse)
-        return impulse, (told or self._roughness.changed) and self._change(curve.place_m)
+        updated = self._recognise(curve.place_m, settled, impulse)
+        return impulse, (updated or self._roughness.changed) and self._change(curve.place_m)
 
     def _change(self, place_m: float) -> bool:
-        """Whether another surface has begun: the power of the curvature leaped, or the filter is sure of another."""
+        """Return whether another surface has begun: the roughness jumped, or the filter is sure of another surface."""
         changed = self._roughness.changed
         sure, before = self._filter.sure, self._surface
         felt = ln_roughness(self._roughness.roughness_v)
         if sure is not None and sure is not before:
-            # a surface that was not calibrated lies between two that were: that is no change of it
+            # a surface that was not calibrated may lie between two that were: then the surface is still the same
             patterned = before is not None and (sure.period_mm or before.period_mm) is not None
             if before is None or patterned or abs(felt - self._felt) > DIFFERENT:
                 changed = changed or before is not None
                 self._surface = sure
         if self._roughness.changed:
-            self._surface = None  # whatever it is recognised as is part of the same change
+            self._surface = None  # the recognition of the new surface is part of the same change
         if sure is not None and sure is self._surface:
             self._felt = felt
         if not changed or place_m - self._changed_m < SETTLE_M:
@@ -269,8 +273,8 @@ class TextureIdentification:
         return True
 
     def _recognise(self, place_m: float, settled: Felt | None, impulse: Impulse | None) -> bool:
-        """Tell the filter what was felt, and the way without grooves every LISTEN_M; whether there was anything."""
-        told = impulse is not None
+        """Update the filter with grooves, roughness, and every LISTEN_M the path without grooves; return if updated."""
+        updated = impulse is not None
         if self._moved_m is None:
             self._moved_m = place_m
         if impulse is not None:
@@ -280,7 +284,7 @@ class TextureIdentification:
             way_m = place_m - BEHIND_M - self._moved_m
             self._filter.move(way_m)
             self._moved_m += way_m
-            told = True
+            updated = True
         if settled is not None:
             self._heard.append(settled)
             if len(self._heard) == _LISTEN:
@@ -288,10 +292,10 @@ class TextureIdentification:
                 noise = sum(felt.noise for felt in self._heard) / _LISTEN
                 self._filter.roughness(power, noise, LISTEN_M)
                 self._heard = []
-                told = True
-        return told
+                updated = True
+        return updated
 
 
 def _each(value: _Value | Sequence[_Value], count: int) -> Sequence[_Value]:
-    """A value for each of `count` samples."""
+    """Return a value for each of `count` samples."""
     return value if isinstance(value, Sequence) else (value,) * count

@@ -1,13 +1,13 @@
-"""The path of the texture sensor's tip over a surface, in space, and the curvature that it feels.
+"""Computes the path of the texture sensor's tip over a surface, and its curvature along the path.
 
-What a stroke sounds like depends on how fast and how hard the finger goes; what the surface is like does not. So the
-signal is brought back to the surface before anything is judged. The sensor's leaky integrator is undone: it answers a
-groove with a tail of 50 ms. The viscosity of the contact is undone: F + tau dF/dt makes a fast stroke strong, and a
-lag of the same time is its exact inverse. And time becomes way: samples are averaged over cells of equal length.
+The signal of a stroke depends on speed and force, but the surface does not. Three steps therefore reconstruct the path
+before any judgement. The sensor's leaky integrator, which answers a groove with a tail of 50 ms, is undone. The
+viscosity of the contact is undone: F + tau dF/dt makes a fast stroke strong, and a lag with the time constant tau is
+its exact inverse. Time becomes distance: samples are averaged over cells of equal length.
 
-Curvature is the second difference of means over BOX_M: a box less the mean of its two neighbours. It knows neither the
-pressure of the hand nor the swing of an arm nor the tilt of a board, all of which change slowly along the way; it
-needs 0.6 mm of it and no more.
+Curvature is the second difference of means over BOX_M: a box minus the mean of its two neighbours. It is independent of
+the hand's pressure, an arm's swing and a board's tilt, which all change slowly along the path. It needs only 0.6 mm of
+path.
 """
 
 import math
@@ -16,22 +16,24 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 RATE_HZ = 2000.0
+"""Sampling rate of the texture sensor, Hz."""
 LEAK_HZ = 3.0
 """Corner of the texture sensor's leaky integrator, Hz."""
 DRIFT_HZ = 0.2
-"""Undoing the leak would sum noise for ever; below this it is let go, Hz."""
+"""Corner below which the leak is not undone, Hz; otherwise noise would be integrated without limit."""
 CELL_M = 0.1e-3
+"""Length of a cell of the path, m."""
 BOX_M = 2.0 * CELL_M
 """Length over which the path is averaged, m: half of a groove's width."""
 SLOWEST_M_S = 4e-3
-"""Slower than this the hand's force moves the signal more than the surface does: the path begins anew, m/s."""
+"""Minimum speed of a path, m/s; below it, the hand's force moves the signal more than the surface."""
 _CELLS = 6
 _KEEP = 1.0 - 2.0 * math.pi * DRIFT_HZ / RATE_HZ
 _LONGEST = RATE_HZ * CELL_M / SLOWEST_M_S
 
 
 class Curve(NamedTuple):
-    """Curvature at one place: when the tip was there, s; way since the path began, m; V; samples in a box."""
+    """Curvature at one place: time of the tip, s; distance from the start, m; curvature, V; samples in a box."""
 
     time_s: float
     place_m: float
@@ -40,31 +42,31 @@ class Curve(NamedTuple):
 
 
 class TipPath:
-    """From samples at RATE_HZ to curvature every CELL_M of way."""
+    """Converts samples at RATE_HZ to a curvature every CELL_M of path."""
 
     __slots__ = ("_cells", "_count", "_filled", "_integral_v", "_lag", "_leak", "_path_v", "_sum_v", "_way")
 
     def __init__(self, viscous_s: float, leak_hz: float = LEAK_HZ) -> None:
-        """Take the contact's time constant, s, and the corner of the integrator, Hz; 0 where there is none."""
+        """Take the contact's time constant, s, and the corner of the integrator, Hz; 0 means none."""
         self._leak = 2.0 * math.pi * leak_hz / RATE_HZ
         self._cells: deque[tuple[float, float, float]] = deque(maxlen=_CELLS)
         self._lag = 1.0 - math.exp(-1.0 / (RATE_HZ * viscous_s)) if viscous_s > 0.0 else 1.0
         self.forget()
 
     def forget(self) -> None:
-        """Nothing is touched: what the integrator held is gone, and so is the way."""
+        """Reset integrator and path after a loss of contact."""
         self._integral_v = 0.0
         self._path_v = 0.0
         self._way = 0
         self.interrupt()
 
     def interrupt(self) -> None:
-        """The way is interrupted: nothing before is compared with what comes."""
+        """Interrupt the path; no curvature spans the interruption."""
         self._cells.clear()
         self._sum_v = self._count = self._filled = 0.0
 
     def step(self, samples_v: Sequence[float], end_s: float, speed_m_s: float) -> list[Curve]:
-        """Take consecutive samples, V, the last at `end_s`, at one speed >= 0; return the curvatures now known."""
+        """Take consecutive samples, V, the last at `end_s`, s, at one speed, m/s >= 0; return the new curvatures."""
         curves: list[Curve] = []
         cells_a_sample = speed_m_s / (RATE_HZ * CELL_M)
         leak, lag, integral_v, path_v = self._leak, self._lag, self._integral_v, self._path_v
@@ -91,7 +93,7 @@ class TipPath:
         return curves
 
     def _close(self, sum_v: float, count: float, end_s: float, curves: list[Curve]) -> None:
-        """A cell is full: three boxes make a curvature."""
+        """Close a full cell; three boxes make a curvature."""
         cells = self._cells
         if count > _LONGEST:
             cells.clear()
