@@ -1,4 +1,4 @@
-"""When a contact has become another one: a finger that is back after a bounce, or presses otherwise for good."""
+"""Detects when a contact has become another one, after a bounce or a lasting change of pressure."""
 
 import math
 
@@ -6,24 +6,26 @@ from common.exploration.contact_detector import CONTACT_OFF_N
 from remote_site.thermal.touch_model import SensorConstants
 
 RESTS_S = 0.4
-"""A finger has come to rest so long after contact, s."""
+"""Time after contact when a finger has come to rest, s."""
 PRESSURE_S = 0.1
-"""Smoothing of the force, s."""
+"""Time constant of the smoothing of the force, s."""
 PRESSURE_STEP = 0.1
-"""Change of the contact's conductance, in its logarithm, that counts as another pressure."""
+"""Minimum change of the contact's ln conductance that counts as another pressure."""
 LEAST_SHARE = 0.02
-"""Of the full conductance; a lighter contact counts as this one."""
+"""Minimum share of the full conductance, 0..1; a lighter contact counts as this one."""
 REMADE = 0.25
-"""A contact that a finger made anew where it had been differs from the last one by so much in ln conductance: it is
-another draw, and two draws differ by more than one does from the mean."""
+"""Standard deviation of the change of ln conductance when a finger touches again at the same place.
+
+Each contact is a random draw, and two draws differ more from each other than one from the mean.
+"""
 UNSTEADY = 0.3
-"""A contact that a changed force made anew differs from the law by this part of the change."""
+"""Standard deviation of a contact after a change of force, as a fraction of the change of ln conductance by the law."""
 NEARLY_S = 1e-3
-"""A reading so much before a time counts as one at that time: clocks are rounded, s."""
+"""Maximum time by which a reading may precede its nominal time, s, because clocks are rounded."""
 
 
 class ContactChange:
-    """Follows the force on one touch; step it with each reading."""
+    """Monitors the force of one touch; step it with each reading."""
 
     def __init__(self, sensor: SensorConstants) -> None:
         """Begin at contact."""
@@ -34,14 +36,14 @@ class ContactChange:
         self._force_n, self._since_s = force_n, 0.0
         self._away = False
         self._ln_share: float | None = None
-        """Of the pressure that is relied on."""
+        """ln of the share of the full conductance at the last steady pressure; None before it."""
 
     def step(self, dt_s: float, force_n: float) -> float:
-        """Variance of ln conductance by which the contact may just have become another, beyond the law of force.
+        """Return the variance of ln conductance that a change of contact just added beyond the law of force.
 
         Args:
-            dt_s: since the last reading, s.
-            force_n: mean force since then, N.
+            dt_s: time since the last reading, s.
+            force_n: mean force since the last reading, N.
         """
         if force_n < CONTACT_OFF_N:
             self._away = True

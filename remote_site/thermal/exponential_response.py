@@ -1,9 +1,9 @@
-"""Extrapolation of the plate's exponential response (Kron & Schmidt 2003, Eq. 7-11, corrected).
+"""Extrapolates the plate's exponential response (Kron & Schmidt 2003, Eq. 7-11, corrected).
 
-The plate loses heat, C dT/dt = -A U (T - T_obj), so that T(t) = T_obj + D exp(-t/tau) with
-tau = C/(U A). The printed equations lack the sign and use a resistance where a conductance belongs.
-For every tau of a logarithmic grid T_obj and D follow by linear least squares from running sums
-(variable projection, which reaches the Cramer-Rao bound); the best cell is refined by a parabola.
+The plate loses heat, C dT/dt = -A U (T - T_obj), so that T(t) = T_obj + D exp(-t/tau) with tau = C/(U A). The printed
+equations lack the sign and use a resistance in place of a conductance. For every tau of a logarithmic grid, linear
+least squares on running sums gives T_obj and D (variable projection, which reaches the Cramer-Rao bound). A parabola
+refines the best tau.
 """
 
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 TAU_GRID_S: NDArray[np.float64] = np.geomspace(0.2, 80.0, 72)
 ONSET_S = 0.8
-"""Left out after contact, s: the lag of the SSR (0.2-0.5 s) shows there, not the object."""
+"""Time after contact that is left out, s; there the readings show the lag of the SSR (0.2-0.5 s)."""
 AT_ONCE = 10
-"""Readings that are summed at once, at most."""
+"""Maximum number of readings that are summed at once."""
 _LN_STEP = float(np.log(TAU_GRID_S[1] / TAU_GRID_S[0]))
 _MINUS_RATE: NDArray[np.float64] = -1.0 / TAU_GRID_S
 
 
 @dataclass(frozen=True, slots=True)
 class ExponentialFit:
-    """Parameters of Eq. 11: `rate_per_s` = 1/tau, steady state, start offset D, and rms residual."""
+    """Parameters of Eq. 11: `rate_per_s` = 1/tau, 1/s; steady state, C; start offset D, K; rms residual, K."""
 
     rate_per_s: float
     object_c: float
@@ -31,15 +31,15 @@ class ExponentialFit:
 
 
 class ExponentialResponse:
-    """Running fit of one touch; O(grid) per sample and independent of how many there are."""
+    """Running fit of one touch; its cost per sample depends only on the grid, not on the number of samples."""
 
     __slots__ = ("_cross", "_n", "_new", "_square", "_start_c", "_sum", "_y", "_yy")
 
     def __init__(self, start_c: float) -> None:
-        """Begin at contact; `start_c` is the plate there, C (an offset that keeps the sums small)."""
+        """Begin at contact; `start_c` is the temperature of the plate, C, an offset that keeps the sums small."""
         self._start_c = start_c
         self._new: list[tuple[float, float]] = []
-        """Readings that are not in the sums yet: time since contact, s, and reading above the start, K."""
+        """Readings that are not yet in the sums: time since contact, s, and reading above the start, K."""
         self._n = 0
         self._y = 0.0
         self._yy = 0.0
@@ -56,7 +56,7 @@ class ExponentialResponse:
             self._sum_up()
 
     def _sum_up(self) -> None:
-        """Take the new readings into the sums."""
+        """Add the new readings to the sums."""
         times_s, y = np.array(self._new).T
         self._new.clear()
         basis = np.exp(np.multiply.outer(times_s, _MINUS_RATE))
@@ -68,7 +68,7 @@ class ExponentialResponse:
         self._cross += y @ basis
 
     def fit(self) -> ExponentialFit | None:
-        """Best parameters so far; None with fewer than ten readings or none that differ."""
+        """Return the best parameters; None with fewer than ten readings or with equal readings."""
         if self._new:
             self._sum_up()
         n = self._n

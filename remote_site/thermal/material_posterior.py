@@ -1,7 +1,7 @@
-"""Which material, and how warm: from the evidence of one touch, or of several fingers on one object.
+"""Computes the posterior of material and temperature from the evidence of one touch, or of fingers on one object.
 
 Fingers on one object share its material, its piece and its temperature, but not the quality of their contacts. Each
-finger's evidence is normal in temperature and ln effusivity for each substance, so that they multiply in closed form.
+finger's evidence is normal in temperature and ln effusivity for each substance, so that the product has a closed form.
 """
 
 from collections.abc import Sequence
@@ -18,29 +18,30 @@ from remote_site.thermal.touch_hypotheses import Substances
 Array = NDArray[np.float64]
 
 ANYWHERE = 0.10
-"""Prior probability that an object has any temperature, beside that it is as warm as those of the calibration."""
+"""Prior probability of an object with any temperature, instead of one as in calibration."""
 STEPS = np.arange(-2.0, 3.0)
+"""Means of the narrow normals that model an even spread of the calibration's object temperatures, in steps."""
 STEP_SD = 0.6
-"""Temperatures of the calibration's objects count as evenly spread: as a row of narrow normals, in steps."""
+"""Standard deviation of each of these narrow normals, in steps."""
 SAME_OBJECT = 0.9
-"""Prior probability that fingers of one hand which touch at the same time touch the same object."""
+"""Prior probability that fingers of one hand that touch at the same time touch the same object."""
 SMALLEST_DIFFERENCE_K = 1.0
-"""Below this difference between plate and object there is nothing to see, K."""
+"""Smallest difference between plate and object that readings can show, K."""
 
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """What is known of an object.
+    """Posterior of an object.
 
     Attributes:
-        probability: of each calibrated material, in the table's order.
-        foreign: probability that it is none of them; with `probability` it sums to 1.
-        object_c: posterior mean of its temperature, C.
-        object_c_sd: standard deviation, K.
-        ln_effusivity: posterior mean, in the table's units.
-        ln_effusivity_sd: its standard deviation.
-        no_difference: probability that no finger's plate differed from it by more than SMALLEST_DIFFERENCE_K.
-        misfit: largest of the touches' misfits.
+        probability: probability of each calibrated material, in the table's order.
+        foreign: probability of another material; with `probability` it sums to 1.
+        object_c: posterior mean of the object's temperature, C.
+        object_c_sd: standard deviation of the temperature, K.
+        ln_effusivity: posterior mean of ln effusivity, in the table's units.
+        ln_effusivity_sd: standard deviation of ln effusivity.
+        no_difference: probability that no finger's plate differed from the object by more than SMALLEST_DIFFERENCE_K.
+        misfit: largest misfit of the touches.
         same_object: probability that all fingers touched one object; 1 for one finger.
     """
 
@@ -56,13 +57,13 @@ class Posterior:
 
 
 class MaterialPosterior:
-    """Judges evidence against one table; holds no touch."""
+    """Judges evidence by one table; it has no state of a touch."""
 
     def __init__(self, table: MaterialTable, known: Substances) -> None:
         self._known = known
         count = len(known.probability)
         self._ln_prior = np.log(known.probability)
-        # the prior that each finger's filters began with, in information form
+        # initial prior of each finger's estimate, in information form
         self._prior_information = np.zeros((count, 2, 2))
         self._prior_information[:, 0, 0] = 1.0 / ANYWHERE_K**2
         self._prior_information[:, 1, 1] = 1.0 / known.effusivity_variance
@@ -79,17 +80,17 @@ class MaterialPosterior:
         share = np.append(np.full(len(STEPS), (1.0 - ANYWHERE) / len(STEPS)), ANYWHERE)[:, None]
         warmer_k = np.vstack((usual_k + STEPS[:, None] * step_k, np.zeros(count)))
         sd_k = np.vstack((np.tile(STEP_SD * step_k, (len(STEPS), 1)), np.full(count, ANYWHERE_K)))
-        # each case of the prior, instead of the prior that the fingers began with: temperature above ambient (c, m)
+        # each case of the prior, in place of the fingers' initial prior: temperature above ambient (c, m)
         self._case_information = sd_k**-2 - ANYWHERE_K**-2
         self._case_vector = warmer_k * sd_k**-2
         self._case_ln = np.log(share * ANYWHERE_K / sd_k) - 0.5 * (warmer_k / sd_k) ** 2
 
     def judge(self, touches: Sequence[TouchEvidence], *, compare: bool = True) -> Posterior:
-        """Posterior from one touch or more, taken to be of one object.
+        """Return the posterior from one or more touches, assumed to be on one object.
 
         Args:
-            touches: their evidence.
-            compare: whether to find out how likely it is that it is one object.
+            touches: evidence of the touches.
+            compare: whether to compute the probability that it is one object.
         """
         ln_likelihood, information, vector = self._information(touches)
         others = len(touches) - 1
@@ -123,9 +124,9 @@ class MaterialPosterior:
         )
 
     def beside(self, touch: TouchEvidence) -> TouchEvidence:
-        """What a sensor of another kind says of the same object, for `judge`.
+        """Convert evidence of a sensor of another kind on the same object, for `judge`.
 
-        Each sensor has effusivities over its own plate's heat capacity; they share material and temperature only.
+        Each sensor measures effusivity over its own plate's heat capacity; only material and temperature are shared.
         """
         covariance = np.zeros_like(touch.covariance)
         covariance[:, 0, 0] = touch.covariance[:, 0, 0]
@@ -134,15 +135,15 @@ class MaterialPosterior:
         return replace(touch, mean=mean, covariance=covariance)
 
     def _weigh(self, ln_likelihood: Array, information: Array, vector: Array) -> tuple[Array, Array, Array]:
-        """Judge what is known of (temperature, ln effusivity), in information form, by the temperatures' prior.
+        """Combine evidence on (temperature, ln effusivity), in information form, with the prior of the temperature.
 
         Args:
-            ln_likelihood: (..., m) of each substance.
-            information: (..., m, 2, 2).
-            vector: (..., m, 2).
+            ln_likelihood: (..., m) ln likelihood of each substance.
+            information: (..., m, 2, 2) information matrices.
+            vector: (..., m, 2) information vectors.
 
         Returns:
-            Ln weights (..., c, m), means (..., c, m, 2) and covariances (..., c, m, 2, 2) for each case of that prior.
+            Ln weights (..., c, m), means (..., c, m, 2) and covariances (..., c, m, 2, 2) for each case of the prior.
         """
         shape = (*ln_likelihood.shape[:-1], *self._case_ln.shape)
         more, push = np.empty((*shape, 2, 2)), np.empty((*shape, 2))
@@ -155,10 +156,10 @@ class MaterialPosterior:
         return total + _integral(more, push, middle), middle, covariance
 
     def _information(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
-        """Each touch's ln likelihoods (t, m), information (t, m, 2, 2) and vector (t, m, 2) about (temperature, ln e).
+        """Return ln likelihoods (t, m), information (t, m, 2, 2) and vectors (t, m, 2) of (temperature, ln e).
 
-        Information is never less than a touch began with: guesses far apart, drawn together, can be wider than the
-        prior; what is said of them is then that prior.
+        The information is never less than that of the prior. Distant hypotheses drawn together can be wider than the
+        prior; then the prior is used.
         """
         mean = np.array([touch.mean for touch in touches])
         gained = _inverse(np.array([touch.covariance for touch in touches])) - self._prior_information
@@ -181,13 +182,13 @@ def _ln_sum(ln_weight: Array) -> float:
 
 
 def _same_object(ln_odds: float) -> float:
-    """Probability of one object, from ln(probability of the readings with one object / with one each)."""
+    """Return the probability of one object, from ln(probability of the readings with one object / with one each)."""
     odds = np.log(SAME_OBJECT / (1.0 - SAME_OBJECT)) + ln_odds
     return float(expit(odds))
 
 
 def _no_difference(touches: Sequence[TouchEvidence], weight: Array, mean_k: Array, variance: Array) -> float:
-    """Probability that even the plate farthest from the object is as warm as it is."""
+    """Return the probability that even the plate farthest from the object has the object's temperature."""
     ambient_c = _ambient_c(touches)
     middle_k = float((weight * mean_k).sum())
     start_k = max((touch.start_c - ambient_c for touch in touches), key=lambda k: abs(k - middle_k))
@@ -197,7 +198,7 @@ def _no_difference(touches: Sequence[TouchEvidence], weight: Array, mean_k: Arra
 
 
 def _integral(information: Array, vector: Array, mean: Array) -> Array:
-    """Ln of the integral of exp(-s' information s / 2 + vector' s), up to a constant that always cancels."""
+    """Return ln of the integral of exp(-s' information s / 2 + vector' s), up to a constant that always cancels."""
     return np.asarray(0.5 * (vector * mean).sum(axis=-1) - 0.5 * np.log(_determinant(information)))
 
 
@@ -206,7 +207,7 @@ def _determinant(matrix: Array) -> Array:
 
 
 def _inverse(matrix: Array) -> Array:
-    """Of symmetric 2 x 2 matrices (..., 2, 2), several times as fast as the general way."""
+    """Invert symmetric 2 x 2 matrices (..., 2, 2), several times faster than the general method."""
     found = np.empty_like(matrix)
     found[..., 0, 0], found[..., 1, 1] = matrix[..., 1, 1], matrix[..., 0, 0]
     found[..., 0, 1] = found[..., 1, 0] = -matrix[..., 0, 1]
@@ -214,5 +215,5 @@ def _inverse(matrix: Array) -> Array:
 
 
 def _times(matrix: Array, vector: Array) -> Array:
-    """Matrices (..., 2, 2) times vectors (..., 2)."""
+    """Multiply matrices (..., 2, 2) by vectors (..., 2)."""
     return np.asarray(matrix[..., 0] * vector[..., :1] + matrix[..., 1] * vector[..., 1:])

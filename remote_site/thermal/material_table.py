@@ -1,7 +1,7 @@
-"""The thermal look-up table: one kind of sensor, and the materials as it meets them.
+"""Thermal look-up table with the constants of one kind of sensor and its calibrated materials.
 
-Readings show only ratios to the heat capacity of the sensor's plate, so effusivity and conductance stand here as such
-ratios; `plate_j_m2k` turns them into J/(m2 K s^0.5) and W/(m2 K) for people.
+Readings show only ratios to the heat capacity of the sensor's plate. The table therefore holds effusivity and
+conductance as such ratios; `plate_j_m2k` converts them to J/(m2 K s^0.5) and W/(m2 K) for display.
 """
 
 import math
@@ -20,20 +20,20 @@ Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 class MaterialEntry(BaseModel):
-    """One material as this sensor meets it.
+    """One material as measured by this sensor.
 
     Attributes:
         name: label given in calibration.
-        touches: calibration touches behind the figures.
+        touches: number of calibration touches.
         ln_effusivity: mean of ln(e / C''), e / C'' in 1/sqrt(s).
         ln_conductance: mean of ln(h / C'') at large force, h / C'' in 1/s.
-        covariance: of both from touch to touch.
-        slab_s: thickness^2 / diffusivity of the pieces, s; None where their back was never felt.
-        offset_k: mean of object minus ambient temperature, K: the prior.
-        offset_sd_k: its standard deviation, K.
+        covariance: covariance of both from touch to touch.
+        slab_s: thickness^2 / diffusivity of the pieces, s; None if their back has no effect.
+        offset_k: mean of object minus ambient temperature, K; it serves as the prior.
+        offset_sd_k: standard deviation of object minus ambient temperature, K.
         ln_rate: mean of ln(rate of Eq. 11 in 1/s) at the table's times.
-        ln_rate_sd: its standard deviation over touches.
-        misfit: mean square of what the model leaves over the sensor's noise variance; 1 where it fits.
+        ln_rate_sd: standard deviation of that logarithm over touches.
+        misfit: mean square of the model's residuals over the sensor's noise variance; 1 for a perfect fit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -62,21 +62,21 @@ class MaterialTable(TableFile):
     """All calibrated materials of one sensor (or kind of sensor).
 
     Attributes:
-        ambient_c: mean ambient temperature in calibration, C; stands in where a touch has none.
+        ambient_c: mean ambient temperature in calibration, C; used for a touch without its own.
         plate_j_m2k: nominal heat capacity of the plate per area, J/(m2 K).
         leak_per_s: conductance from the plate into the Peltier's back, over the heat capacity, 1/s.
         half_force_n: force at which a contact conducts half as well as at large force, N.
-        force_power: a light contact conducts like this power of the force.
-        early_s: heat flows so long before the force tells of contact, s; negative where it flows later.
-        back_share: where the back is at contact between ambient (0) and plate (1).
-        back_sd_k: standard deviation around that, K.
-        start_sd_k: standard deviation of the plate at contact around what its reading and slope say, K.
+        force_power: exponent of the force in the conductance of a light contact.
+        early_s: time by which heat flows before the force shows contact, s; negative if it flows later.
+        back_share: temperature of the back at contact, between ambient (0) and plate (1).
+        back_sd_k: standard deviation of the back's temperature around that, K.
+        start_sd_k: standard deviation of the plate at contact around the estimate from its reading and slope, K.
         ln_lag: mean of ln(lag of the read-out in s).
-        ln_lag_sd: its standard deviation from touch to touch.
-        noise_k: white noise of one reading, as the estimator has to take it, K.
+        ln_lag_sd: standard deviation of that logarithm from touch to touch.
+        noise_k: white noise of one reading that the estimator must assume, K.
         times_s: times after contact of the rates, s, ascending.
-        materials: two or more.
-        reference: the unheated sensor beside this one, with the same materials; None where there was none.
+        materials: calibrated materials, two or more.
+        reference: table of the unheated sensor beside this one, with the same materials; None without one.
     """
 
     kind: Literal["thermal_materials"] = "thermal_materials"
@@ -114,7 +114,7 @@ class MaterialTable(TableFile):
         return [entry.name for entry in self.materials]
 
     def told(self) -> str:
-        """What a number of this sensor rests on, for people: when, how often, and how far single touches were apart."""
+        """Return a line about the calibration for people: date, number of touches and scatter of single touches."""
         touches = sum(entry.touches for entry in self.materials)
         apart = math.sqrt(sum(entry.covariance[0][0] * entry.touches for entry in self.materials) / touches)
         return (
@@ -123,5 +123,5 @@ class MaterialTable(TableFile):
         )
 
     def effusivity(self, ln_effusivity: float) -> float:
-        """J/(m2 K s^0.5) of an effusivity as the table has it."""
+        """Return the effusivity, J/(m2 K s^0.5), of a ln effusivity in the table's units."""
         return float(np.exp(ln_effusivity)) * self.plate_j_m2k

@@ -1,8 +1,8 @@
-"""What the readings of a touch say about guesses, to first order around each guess's numbers.
+"""Sums the readings of a touch as normal equations for many hypotheses, linearised around each hypothesis.
 
-A reading is linear in three temperatures, and near a guess in three logarithms (effusivity, conductance, lag). Sums
-over the readings therefore hold all that they say, whatever is believed meanwhile. Away from its numbers a guess is
-only as good as its slopes: the readings can be summed again around better numbers.
+A reading is linear in three temperatures, and near a hypothesis in three logarithms (effusivity, conductance, lag).
+Sums over the readings therefore hold all of their information, independent of the present estimate. Far from its
+parameters, a hypothesis is limited by its slopes. The readings can then be summed again around better parameters.
 """
 
 from collections.abc import Sequence
@@ -16,9 +16,9 @@ from remote_site.thermal.touch_model import COURSES, Contacts, SensorConstants, 
 Array = NDArray[np.float64]
 
 PLATE, CONDUCTANCE = 1, 4
-"""Rows of the courses: by the plate at contact, and the slopes by the contact's conductance."""
+"""Indices of two courses: that of the plate at contact, and the slope by the contact's conductance."""
 COOLED = 0.05
-"""A plate that has less than this of its warmth left carries nothing on, as a share."""
+"""Minimum share of the plate's initial temperature difference that is used as a divisor, 0..1."""
 
 
 @dataclass(slots=True)
@@ -26,11 +26,11 @@ class Reading:
     """One reading of a plate in contact.
 
     Attributes:
-        dt_s: since the one before, s.
+        dt_s: time since the previous reading, s.
         above_start_k: reading relative to that at contact, K.
-        force_n: mean force since the one before, N.
-        variance: of its noise, K^2.
-        contact_variance: by how much the contact's ln conductance has changed just before, beyond the law.
+        force_n: mean force since the previous reading, N.
+        variance: variance of the reading's noise, K^2.
+        contact_variance: variance of a change of the contact's ln conductance just before, beyond the law.
     """
 
     dt_s: float
@@ -41,15 +41,15 @@ class Reading:
 
 
 class NormalEquations:
-    """Sums over readings for n guesses.
+    """Sums over readings for n hypotheses.
 
     Attributes:
-        around: (3, n) ln effusivity, ln conductance and ln lag that the slopes were taken at.
-        information: (6, 6, n) over pairs of courses, in units of the noise.
-        vector: (6, n) over courses times reading.
-        square: (n,) over readings squared.
-        ln_blurred: (n,) what contacts that changed cost a guess in ln probability.
-        count: readings taken.
+        around: (3, n) ln effusivity, ln conductance and ln lag at which the slopes were taken.
+        information: (6, 6, n) sums over products of two courses, in units of the noise.
+        vector: (6, n) sums over courses times readings.
+        square: (n,) sums over squared readings.
+        ln_blurred: (n,) loss of ln probability due to changes of contact.
+        count: number of readings taken.
     """
 
     def __init__(self, sensor: SensorConstants, contacts: Contacts, contact_of: NDArray[np.intp], ln_lag: Array):
@@ -62,7 +62,7 @@ class NormalEquations:
         self.count = 0
 
     def take(self, readings: Sequence[Reading], difference_k: Array) -> None:
-        """More readings; `difference_k` (n,) between plate and object at contact is used where a contact changed."""
+        """Take more readings; a changed contact needs `difference_k` (n,) between plate and object at contact, K."""
         first = 0
         for after in range(1, len(readings) + 1):
             if after == len(readings) or readings[after].contact_variance > 0.0:
@@ -70,7 +70,7 @@ class NormalEquations:
                 first = after
 
     def _take(self, readings: Sequence[Reading], difference_k: Array) -> None:
-        """Readings of one contact, which may have changed just before the first."""
+        """Take readings of one contact, which may have changed just before the first."""
         if readings[0].contact_variance > 0.0:
             variance = readings[0].contact_variance * difference_k**2
             self._blur(CONDUCTANCE, variance)
@@ -86,16 +86,16 @@ class NormalEquations:
         self.count += len(readings)
 
     def carried_variance(self, variance: Array) -> Array:
-        """Of the plate at contact, K^2, that does to later readings what a contact did that was so different until now.
+        """Return a variance of the plate at contact, K^2, with the effect of a changed contact on later readings.
 
         Args:
-            variance: (n,) of the contact's ln conductance times the difference between plate and object, K^2.
+            variance: (n,) variance of the contact's ln conductance times the squared difference of plate and object, K^2.
         """
         plate, by_conductance = self._model.courses[:, PLATE], self._model.courses[:, CONDUCTANCE]
         return np.asarray(variance * (by_conductance / np.maximum(plate, COOLED)) ** 2)
 
     def _blur(self, column: int, variance: Array) -> None:
-        """Readings so far were of a contact, or a plate, whose factor differs from now by this variance."""
+        """Allow the factor of one course in earlier readings to differ from the present one by this variance."""
         row, at = self.information[column].copy(), self.vector[column].copy()
         share = variance / (1.0 + variance * row[column])
         self.information -= share * row[:, None] * row
@@ -104,7 +104,7 @@ class NormalEquations:
         self.ln_blurred -= 0.5 * np.log1p(variance * row[column])
 
     def keep(self, which: NDArray[np.bool_]) -> None:
-        """Go on with some of the guesses only."""
+        """Keep only some of the hypotheses."""
         self._model.keep(which)
         self.around = self.around[:, which]
         self.information, self.vector = self.information[..., which], self.vector[:, which]

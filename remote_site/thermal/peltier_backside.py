@@ -1,38 +1,38 @@
-"""How far the back of a thermal sensor is from ambient, from what its heater has done.
+"""Estimates the temperature of a thermal sensor's back from the drive of its heater.
 
-What a Peltier element pumps into the plate it takes from its back in part, the rest is electric power. After some
-touches, each with a plate heated anew, the backs of all fingers are therefore colder than at rest, and each touch
-leaks more heat than those did that calibrated the sensor. The constants are those of the sensor's design (an element
-of 2 W on a mount of 3 J/K); what a sensor of its own kind does otherwise is in the uncertainty.
+A Peltier element takes a part of the heat for the plate from its back; the rest is electric power. After some touches,
+with the plate heated again before each, the backs of all fingers are therefore colder than at rest. Each touch then
+leaks more heat than those in calibration. The constants belong to the sensor's design (an element of 2 W on a mount of
+3 J/K). The uncertainty covers the differences between sensors of this kind.
 """
 
 import math
 
 HEATING_K_S = -0.22
-"""Full drive that heats, K/s."""
+"""Rate of the back's temperature at full heating drive, K/s."""
 COOLING_K_S = 0.67
-"""Full drive that cools, K/s: there the electric power comes on top."""
+"""Rate of the back's temperature at full cooling drive, K/s; the electric power adds to the heat from the plate."""
 WARMED_PER_S = 0.003
-"""By the plate, part of the difference in a second."""
+"""Rate at which the back approaches the plate, 1/s."""
 RECOVERS_PER_S = 0.011
-"""Towards ambient, part of the difference in a second."""
+"""Rate at which the back approaches ambient, 1/s."""
 UNSURE = 0.5
-"""What the heater has done is known to this part of itself,"""
+"""Standard deviation of the heater's effect on the back, as a fraction of the effect."""
 LEAST_SD_K = 0.6
-"""and never better than this: sensors leak differently, and a session may begin with warm ones, K."""
+"""Minimum standard deviation of the back's temperature, K: sensors leak differently, and may be warm at the start."""
 LONGEST_S = 0.2
-"""A hole in the readings counts as no longer than this: the drive is off by then."""
+"""Maximum time that one step counts for, s; after a longer gap in the readings the drive is off."""
 
 
 class PeltierBackside:
     """Back of one finger's sensor; step it with each reading.
 
     Attributes:
-        above_k: mean temperature of what the plate leaks into, above ambient, K.
+        above_k: mean temperature of the back, into which the plate leaks, above ambient, K.
     """
 
     def __init__(self) -> None:
-        """A sensor that has not been heated for minutes."""
+        """Begin with a sensor that has not been heated for minutes."""
         self.above_k = 0.0
         self._heater_k = 0.0
 
@@ -40,9 +40,9 @@ class PeltierBackside:
         """Take one reading.
 
         Args:
-            dt_s: since the one before, s.
-            drive: of the heater in that time, -1..1; above 0 heats.
-            plate_k: plate above ambient, K.
+            dt_s: time since the previous reading, s.
+            drive: drive of the heater in that time, -1..1; positive values heat.
+            plate_k: temperature of the plate above ambient, K.
         """
         dt_s = min(max(dt_s, 0.0), LONGEST_S)
         heater_k_s = drive * HEATING_K_S if drive > 0.0 else -drive * COOLING_K_S

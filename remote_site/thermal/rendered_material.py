@@ -1,4 +1,4 @@
-"""Which constants of a material are rendered while it is still being identified, and after."""
+"""Selects the constants of a material that are rendered during and after its identification."""
 
 import numpy as np
 
@@ -7,15 +7,16 @@ from common.wire.messages import ThermalStatus
 from remote_site.thermal.thermal_result import ThermalResult
 
 VAGUE_LN_SD = 0.7
-"""An effusivity known no better than this (a factor of two) is not rendered."""
+"""Largest standard deviation of ln effusivity that is rendered (a factor of two)."""
 _SHOWN = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 
 
 def rendered_constants(answer: ThermalResult) -> tuple[float, float, float]:
-    """Conductivity, density and specific heat to render; zeros where nothing may be rendered.
+    """Return conductivity, W/mK, density, kg/m3, and specific heat, J/kgK, to render; zeros if nothing may be rendered.
 
-    An identified material's own; before that the mean (in logarithms) over the likely ones, made to have the effusivity
-    that the running estimate has: the finger feels something from the first moment, and no jump when a name is found.
+    An identified material has its own constants. Before that, the constants are the mean (in logarithms) over the
+    likely materials, scaled to the effusivity of the running estimate. The finger therefore feels something from the
+    first moment, and no jump when the material is identified.
     """
     if answer.status not in _SHOWN or answer.effusivity is None or answer.effusivity_ln_sd is None:
         return 0.0, 0.0, 0.0

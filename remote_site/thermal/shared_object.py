@@ -1,6 +1,6 @@
-"""Fingers that touch at the same time usually touch one object: what they know of it together.
+"""Joins the evidence of fingers that touch at the same time, because they usually touch one object.
 
-Each finger's own evidence stays its own; only where one object explains all of them is one answer given to all.
+Each finger keeps its own evidence. All fingers get one answer only if one object explains all of their evidence.
 """
 
 from collections.abc import Mapping
@@ -12,18 +12,18 @@ from remote_site.thermal.thermal_identification import ThermalIdentification, Th
 from remote_site.thermal.thermal_result import ThermalConclusion, ThermalResult
 
 ONE_OBJECT = 0.5
-"""Probability from which the fingers count as touching one object."""
+"""Minimum probability of one object for a joint answer."""
 JUDGE_EVERY_S = 0.04
-"""Between two judgements, s, at least: the fingers have to be solved anew."""
+"""Minimum interval between two judgements, s; each needs new solutions of the fingers."""
 DOUBT_EVERY_S = 0.10
-"""Between two looks at whether it is one object, s."""
+"""Interval between two tests for one object, s."""
 
 
 class SharedObject:
-    """Joint judgement of a hand; step it, or look at it, after its fingers.
+    """Joint judgement of a hand; call `step`, or `look`, after its fingers.
 
     Attributes:
-        waited_s: POSTPONED_S while a judgement is due, so that a late tick does not postpone it; below 0 otherwise.
+        waited_s: POSTPONED_S while a judgement is due, so that a late tick does not postpone it; negative otherwise.
     """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
@@ -41,13 +41,13 @@ class SharedObject:
         self._touching: list[ThermalIdentification] = []
 
     def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalResult | None:
-        """Judge if that is due, and return the answer that holds for all fingers in contact; see `look`."""
+        """Judge if due, and return the answer for all fingers in contact; see `look`."""
         self.look(fingers)
         self.work()
         return self.look(fingers)
 
     def look(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalResult | None:
-        """The answer that holds for all fingers in contact; None where each has to speak for itself.
+        """Return the answer for all fingers in contact; None if each finger answers for itself.
 
         Args:
             fingers: the identification of each finger in contact.
@@ -63,12 +63,12 @@ class SharedObject:
             if self._count:
                 self._release()
             return None
-        if longest_s < self._judged_s:  # the fingers of the touch before have left one by one
+        if longest_s < self._judged_s:  # the fingers of the previous touch have left one by one
             self._release()
         solved = longest_s - self._judged_s >= JUDGE_EVERY_S - NEARLY_S and all(
             finger.fresh or not finger.running for finger in touching
         )
-        # Where one has left, the others keep what was last said of all: together they know no more than then.
+        # After a finger has left, the others keep the last joint answer, since they have no more evidence than it had.
         due = running and len(touching) >= max(2, self._count) and (solved or len(touching) > self._count)
         self._touching, self.waited_s = touching, POSTPONED_S if due else NOTHING_DUE
         if self._answer is None or not self._one:
@@ -76,7 +76,7 @@ class SharedObject:
         return self._answer if running or self._answer.status is not ThermalStatus.DECIDING else None
 
     def work(self) -> None:
-        """Judge the hand as it was when last looked at, if that is due."""
+        """Judge the hand as of the last `look`, if due."""
         if self.waited_s < 0.0:
             return
         touching = self._touching
@@ -89,7 +89,7 @@ class SharedObject:
     def _judge(self, touching: list[ThermalIdentification], longest_s: float) -> None:
         if self._conclusion is None:
             self._conclusion = self._knowledge.conclusion()
-        # A plate that was still being heated would mislead the others, unless there are no others.
+        # A plate that was still heated at contact would mislead the others; alone it counts.
         judges = [finger for finger in touching if finger.rested] or touching
         evidence = [found for finger in judges if (found := finger.evidence()) is not None]
         if not evidence:

@@ -1,7 +1,7 @@
 """Assigns the slow work of each tick: fingers and the judgement of their hand take turns.
 
-A tick solves one finger at most; a late tick solves none, unless that has waited for POSTPONED_S. Both follow from the
-ticks' own times and from the readings, which a recording has: a replay solves when the session solved.
+A tick solves at most one finger. A late tick solves none, unless one has waited for POSTPONED_S. Both rules depend only
+on the times of ticks and on readings, which a recording contains. A replay therefore solves when the session solved.
 """
 
 import math
@@ -9,29 +9,29 @@ from collections.abc import Sequence
 from typing import Protocol
 
 LATE = 1.5
-"""Largest distance of two ticks of which the second is not late, periods."""
+"""Interval between two ticks above which the second is late, periods."""
 POSTPONED_S = 0.2
-"""Longest time that late ticks postpone a solution, s: a site that is always late solves five times a second."""
+"""Longest time for which late ticks postpone a solution, s; a site that is always late solves five times a second."""
 NOTHING_DUE = -math.inf
-"""Waiting time where nothing is due, s."""
+"""Waiting time if nothing is due, s."""
 
 
 class Solver(Protocol):
-    """A part of identification that takes its time."""
+    """A slow part of the identification."""
 
     @property
     def waited_s(self) -> float:
-        """For how long it has been due, s; below 0 while it is not."""
+        """Time since the work became due, s; negative if none is due."""
 
     def work(self) -> None:
-        """Do what is due."""
+        """Do the due work."""
 
 
 class SolvingTurns:
-    """Gives each tick to one of those that are due, one after the other. Pure: times, s, in.
+    """Gives each tick to one solver with due work, in turn. Pure: times are arguments, s.
 
     Attributes:
-        postponed: ticks so far in which all that was due waited, since the tick was late.
+        postponed: number of ticks in which all due work waited because the tick was late.
     """
 
     def __init__(self, period_s: float) -> None:
@@ -42,11 +42,11 @@ class SolvingTurns:
         self.postponed = 0
 
     def step(self, t_s: float, solvers: Sequence[Solver]) -> Solver | None:
-        """Whose turn the tick is that begins at `t_s`; None where it is nobody's.
+        """Return the solver for the tick that begins at `t_s`; None without one.
 
         Args:
             t_s: time, s.
-            solvers: all that take turns, the same in each tick.
+            solvers: all solvers that take turns, the same in each tick.
         """
         late = t_s - self._before_s > self._longest_s
         self._before_s = t_s

@@ -1,4 +1,4 @@
-"""Thermal tables from labelled touches.
+"""Calibration of thermal tables from labelled touches.
 
 The command line uses `thermal_calibration`.
 """

@@ -1,4 +1,4 @@
-"""Labelled touches side by side, as the fit of populations reads them."""
+"""Labelled touches in common arrays for the fit of populations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,12 +12,13 @@ from remote_site.thermal.touch_start import READING_S
 Array = NDArray[np.float64]
 
 EACH_UNTIL = 60
-"""Readings after contact that count one by one; later ones are averaged by BLOCK."""
+"""Number of readings after contact that are used singly; later ones are averaged over BLOCK."""
 BLOCK = 4
+"""Number of late readings in one mean."""
 KNOWN_OBJECT_SD_K = 0.03
-"""Of an object's temperature that was measured, K."""
+"""Standard deviation of a measured object temperature, K."""
 UNKNOWN_OBJECT_SD_K = 3.0
-"""Where nobody said: a first guess around ambient, K."""
+"""Initial standard deviation of an unknown object temperature around ambient, K."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +27,13 @@ class CalibrationTouch:
 
     Attributes:
         material: index of its material.
-        reading_c: (k,) C.
-        force_n: (k,) N.
+        reading_c: (k,) readings, C.
+        force_n: (k,) contact force, N.
         start_c: reading at contact, C.
-        slope_k_s: its slope just before, K/s.
+        slope_k_s: slope of the reading just before contact, K/s.
         ambient_c: ambient temperature, C.
-        object_c: of the object, C.
-        object_sd_k: how well that is known, K.
+        object_c: temperature of the object, C.
+        object_sd_k: standard deviation of the object's temperature, K.
     """
 
     material: int
@@ -47,17 +48,17 @@ class CalibrationTouch:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationReadings:
-    """All touches in one array, as long as the shortest; temperatures are above each touch's reading at contact.
+    """All touches in arrays, cut to the shortest; temperatures are relative to each touch's reading at contact.
 
     Attributes:
-        count: (k,) readings that were averaged; 1 for each of the first.
-        material: (touches,) index.
-        reading_k: (touches, k) K.
-        force_n: (touches, k) N.
-        slope_k_s: (touches,) of the reading just before contact, K/s.
-        ambient_k: (touches,) K.
-        object_k: (touches,) K.
-        object_sd_k: (touches,) how well that is known, K.
+        count: (k,) number of averaged readings; 1 for each of the first.
+        material: (touches,) index of the material.
+        reading_k: (touches, k) readings, K.
+        force_n: (touches, k) contact force, N.
+        slope_k_s: (touches,) slope of the reading just before contact, K/s.
+        ambient_k: (touches,) ambient temperature, K.
+        object_k: (touches,) temperature of the object, K.
+        object_sd_k: (touches,) standard deviation of the object's temperature, K.
     """
 
     count: Array
@@ -71,7 +72,7 @@ class CalibrationReadings:
 
     @classmethod
     def of(cls, touches: Sequence[CalibrationTouch]) -> Self:
-        """Of all touches; their common length counts."""
+        """Make the arrays from all touches; their common length counts."""
         length = min(len(touch.reading_c) for touch in touches)
         edges = _edges(length)
         start = np.array([touch.start_c for touch in touches])
@@ -88,17 +89,17 @@ class CalibrationReadings:
 
     @property
     def times_s(self) -> Array:
-        """Times after contact: the middles of what was averaged, s."""
+        """Times after contact at the middles of the averaged readings, s."""
         return np.asarray((np.cumsum(self.count) - 0.5 * (self.count - 1.0)) * READING_S)
 
 
 def _edges(length: int) -> NDArray[np.intp]:
-    """Where the blocks of readings begin, and where the last ends."""
+    """Return the first index of each block of readings, and the end of the last block."""
     late = np.arange(min(EACH_UNTIL, length), length + 1, BLOCK)
     return np.concatenate((np.arange(min(EACH_UNTIL, length)), late)).astype(np.intp)
 
 
 def _means(values: Array, edges: NDArray[np.intp]) -> Array:
-    """Means of (touches, readings) over blocks."""
+    """Return the means of (touches, readings) over blocks."""
     sums = np.concatenate((np.zeros((len(values), 1)), np.cumsum(values, axis=1)), axis=1)
     return np.asarray((sums[:, edges[1:]] - sums[:, edges[:-1]]) / np.diff(edges))

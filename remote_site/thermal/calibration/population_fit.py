@@ -1,10 +1,10 @@
-"""What all calibration touches say together: constants of the sensor, and a population for each material.
+"""Fits the constants of the sensor, and a population for each material, to all calibration touches together.
 
-Every touch has its own effusivity, conductance and lag, drawn from normals in their logarithms, and its own
-temperatures of plate and back. Each round linearises the model of all touches at once around its present guess and
-takes one damped Gauss-Newton step of everything: the touches' own numbers, with their population as the prior, and what
-touches share (the sensor's constants, where the populations lie). Then it takes the populations' scatter anew from the
-touches (expectation-maximisation), and the noise from what is left.
+Every touch has its own effusivity, conductance and lag, drawn from normal distributions of their logarithms, and its
+own temperatures of plate and back. Each round linearises the model of all touches around the present estimate. It then
+takes one damped Gauss-Newton step of all parameters. These are the touches' own parameters, with their population as
+the prior, and the shared parameters (the sensor's constants and the populations' means). After the step, the touches
+give a new scatter of the populations (expectation-maximisation), and the residuals give the noise.
 """
 
 from collections.abc import Iterable, Sequence
@@ -43,39 +43,43 @@ from remote_site.thermal.touch_start import READING_S
 Array = NDArray[np.float64]
 
 ROUNDS = 80
-"""At most, settled or not."""
+"""Maximum number of rounds."""
 SETTLED = 0.002
 """Change of any constant's logarithm in a round below which the fit has settled."""
 SETTLED_ROUNDS = 7
-"""Populations keep their first width for so long: means have to settle before scatter can be told from error."""
+"""Number of rounds in which populations keep their first width; means must settle before scatter can be estimated."""
 SLAB_ROUNDS = (7, 12, 17, 22)
-"""Effusivity and thickness trade against each other: each choice of slabs is made again once the rest has followed."""
+"""Rounds in which the slabs are chosen again, since effusivity and thickness compensate each other."""
 SLABS_S = (np.inf, 30.0, 20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5, 1.7, 1.2, 0.8, 0.6, 0.4, 0.3)
+"""Values of thickness^2 / diffusivity to choose from, s; infinite for a half space."""
 SLAB_GAIN = 6.0
-"""A slab has to explain a material's touches better than a half space by this much, in ln probability."""
+"""Minimum gain in ln probability of a material's touches for a slab instead of a half space."""
 COLOURED = 40
-"""What a model leaves is not white: the noise is taken as large as its means over so many neighbours tell."""
+"""Number of neighbouring residuals in the means that also set the noise, because residuals are not white."""
 LARGEST_STEP = 0.7
+"""Largest change of a parameter in one step."""
 LEAST_DAMPING, LARGEST_DAMPING = 1e-4, 1e3
-"""Of a Gauss-Newton step (Levenberg 1944, Marquardt 1963): far from the solution it overshoots."""
+"""Range of the damping of a Gauss-Newton step (Levenberg 1944, Marquardt 1963); far from the solution it overshoots."""
 TRIES = 5
+"""Maximum number of attempts at one step."""
 _GLOBAL_STEP = 0.05
+"""Change of a sensor parameter from which its slopes are computed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Population:
-    """Result of the fit; per material (m, ...).
+    """Result of the fit; arrays of the m materials begin with (m, ...).
 
     Attributes:
-        sensor: its constants.
+        sensor: constants of the sensor.
         back_share, back_sd_k, start_sd_k, ln_lag, ln_lag_sd, noise_k: see `MaterialTable`.
-        mean: (m, 2) of ln effusivity and ln conductance.
-        covariance: (m, 2, 2).
-        slab_s: (m,) infinite for a half space.
-        misfit: (m,) mean square of what is left, over that expected with this noise.
-        residual_k: (touches, k) what the model leaves, K.
-        object_k: (touches,) object temperature above ambient as the fit has it, K.
-        object_sd_k: (touches,) its standard deviation, K.
+        mean: (m, 2) mean of ln effusivity and ln conductance.
+        covariance: (m, 2, 2) covariance of both.
+        slab_s: (m,) thickness^2 / diffusivity, s; infinite for a half space.
+        misfit: (m,) mean square of the residuals, over that expected with this noise.
+        residual_k: (touches, k) residuals of the model, K.
+        object_k: (touches,) fitted object temperature above ambient, K.
+        object_sd_k: (touches,) standard deviation of the object temperature, K.
     """
 
     sensor: SensorConstants
@@ -95,7 +99,7 @@ class Population:
 
 
 class PopulationFit:
-    """The fit's state, round by round."""
+    """State of the fit, round by round."""
 
     def __init__(
         self, touches: Sequence[CalibrationTouch], materials: int, leak_per_s: float, mapped: Map = map
@@ -103,10 +107,10 @@ class PopulationFit:
         """Begin.
 
         Args:
-            touches: all of them; their common length counts.
+            touches: all touches; their common length counts.
             materials: number of materials; each needs two touches or more.
-            leak_per_s: rate of a free cool-down, 1/s: a first guess of the leak.
-            mapped: maps courses to what they are made with; the result does not depend on it.
+            leak_per_s: rate of a free cool-down, 1/s: the initial value of the leak.
+            mapped: the function `map`, or a parallel one, that computes courses; the result does not depend on it.
         """
         self._mapped = mapped
         self.seen = seen = CalibrationReadings.of(touches)
@@ -129,7 +133,7 @@ class PopulationFit:
         self.solved = np.zeros((n, 3))
 
     def run(self, progress: Progress = unseen) -> Population:
-        """All rounds; `progress` is given the share of them that is done."""
+        """Run all rounds; `progress` is called with the completed share of the rounds."""
         for number in range(ROUNDS):
             progress(number / ROUNDS)
             if number in SLAB_ROUNDS:
@@ -157,12 +161,12 @@ class PopulationFit:
         )
 
     def _courses(self, *ways: tuple[Array, Array]) -> Iterable[Array]:
-        """Courses of all touches, for each sensor's numbers with slabs of the materials."""
+        """Return the courses of all touches, for each pair of sensor parameters and slabs of the materials."""
         made = partial(_courses, self.seen, self.own, self.difference_k)
         return self._mapped(made, ways) if len(ways) > 1 else map(made, ways)
 
     def _prior(self) -> tuple[Array, Array]:
-        """Means (touches, 6) and precisions (touches, 6, 6) of the touches' own numbers."""
+        """Return prior means (touches, 6) and precisions (touches, 6, 6) of the touches' own parameters."""
         n = len(self.own)
         mean, precision = np.zeros((n, 6)), np.zeros((n, 6, 6))
         mean[:, 0], precision[:, 0, 0] = self.seen.object_k, self.object_sd_k**-2
@@ -174,7 +178,7 @@ class PopulationFit:
         return mean, precision
 
     def _solve(self, courses: Array) -> tuple[Array, Array]:
-        """Most probable own numbers (touches, 6) and their covariances."""
+        """Return the touches' most probable own parameters (touches, 6) and their covariances."""
         weight = self.seen.count / self.noise_k**2
         mean, precision = self._prior()
         normal = np.einsum("nki,k,nkj->nij", courses, weight, courses) + precision
@@ -185,7 +189,7 @@ class PopulationFit:
         return np.einsum("nij,nj->ni", covariance, right), covariance
 
     def _round(self, number: int) -> None:
-        """One step, shortened until it explains the touches better; then the scatter of what was found."""
+        """Take one step, damped until it fits the touches better; then update scatter and noise."""
         (courses,) = self._courses((self.sensor, self.slab_s))
         before = self._cost(courses)
         along = self._sensor_slopes(courses)
@@ -205,7 +209,7 @@ class PopulationFit:
         self._take_noise(courses, covariance)
 
     def _state(self) -> tuple[Array, Array, float, float, Array, Array]:
-        """What a step changes."""
+        """Return the state that a step changes."""
         return self.own, self.sensor, self.lag[0], self.back_share, self.mean, self.difference_k
 
     def _restore(self, state: tuple[Array, Array, float, float, Array, Array]) -> None:
@@ -213,7 +217,7 @@ class PopulationFit:
         self.lag = (lag, self.lag[1])
 
     def _temperatures(self, courses: Array) -> Array:
-        """Most probable temperatures of object, plate and back of each touch, (touches, 3), with all else as it is."""
+        """Return the most probable temperatures of object, plate and back, (touches, 3), with all else unchanged."""
         weight = self.seen.count / self.noise_k**2
         mean, precision = self._prior()
         mean, precision = mean[:, :3], precision[:, :3, :3]
@@ -227,7 +231,7 @@ class PopulationFit:
         return np.asarray(solved)
 
     def _cost(self, courses: Array) -> float:
-        """Twice the negative ln probability of readings and numbers, up to a constant."""
+        """Return twice the negative ln probability of readings and parameters, up to a constant."""
         solved = self._temperatures(courses)
         mean, precision = self._prior()
         away = np.concatenate((solved, np.zeros((len(solved), 3))), axis=1) - mean
@@ -237,11 +241,14 @@ class PopulationFit:
         return float(cost + np.einsum("ni,nij,nj->", away, precision, away) + off @ prior @ off)
 
     def _common(self) -> Array:
-        """What touches share, populations' means last."""
+        """Return the parameters that touches share, with the populations' means last."""
         return np.concatenate((self.sensor, [self.lag[0], self.back_share], self.mean.ravel()))
 
     def _sensor_slopes(self, courses: Array) -> Array:
-        """Slopes of all readings by what touches share, (touches, k, COMMON + 2 m); only the sensor's are not 0."""
+        """Return slopes of all readings by the shared parameters, (touches, k, COMMON + 2 m).
+
+        Only the slopes by the sensor's parameters differ from 0.
+        """
         slopes = np.zeros((*self.seen.reading_k.shape, COMMON + 2 * len(self.mean)))
         others = self._courses(*((self.sensor + step, self.slab_s) for step in np.eye(SENSOR) * _GLOBAL_STEP))
         for k, other in enumerate(others):
@@ -250,11 +257,10 @@ class PopulationFit:
         return slopes
 
     def _step(self, courses: Array, along: Array) -> Array:
-        """One damped Gauss-Newton step of all numbers; returns the covariances of the touches' own.
+        """Take one damped Gauss-Newton step of all parameters; return the covariances of the touches' own parameters.
 
-        Touches share the sensor's constants, which act on the readings, and where the populations lie, which act on
-        the touches' priors. Stepping both at once, with the touches eliminated, keeps one from being paid for by the
-        other.
+        The shared constants of the sensor act on the readings. The shared means of the populations act on the touches'
+        priors. One step changes both, with the touches eliminated, so that neither compensates an error of the other.
         """
         weight = self.seen.count / self.noise_k**2
         own = np.concatenate((self.solved, np.zeros((len(self.solved), 3))), axis=1)
@@ -295,14 +301,17 @@ class PopulationFit:
         return covariance
 
     def _take_object_sd(self, covariance: Array) -> None:
-        """Objects of unknown temperature are near ambient, few are far: Student's t, by its expected precision."""
+        """Set the standard deviation of unknown object temperatures by the expected precision of Student's t.
+
+        Most of these objects are near ambient, and few are far from it.
+        """
         self.solved_sd_k = np.sqrt(covariance[:, 0, 0])
         square = (self.solved[:, 0] - self.seen.object_k) ** 2 + covariance[:, 0, 0]
         wide = np.sqrt((T_FREEDOM * T_SCALE_K**2 + square) / (T_FREEDOM + 1.0))
         self.object_sd_k = np.where(self.unknown, wide, self.object_sd_k)
 
     def _take_scatter(self, covariance: Array) -> None:
-        """How far touches lie around where their populations do."""
+        """Update the scatter of the touches around the means of their populations."""
         weight = np.array(PRIOR_TOUCHES)
         usual = weight * np.square(USUAL_SD)
         pairs = np.sqrt(np.outer(weight[:2], weight[:2]))
@@ -310,7 +319,7 @@ class PopulationFit:
             mine = self.seen.material == m
             away = self.own[mine, :2] - self.mean[m]
             scatter = np.diag(usual[:2]) + away.T @ away + covariance[mine][:, 3:5, 3:5].sum(axis=0)
-            # what another touch will be like is less certain than what these were like
+            # the prediction of another touch is less certain than the scatter of these
             wider = (mine.sum() + 2.0) / max(mine.sum() - 2.0, 1.0)
             self.covariance[m] = scatter / (mine.sum() + pairs) * wider
         square = np.sum((self.own[:, 2] - self.lag[0]) ** 2 + covariance[:, 5, 5]) + usual[2]
@@ -323,7 +332,7 @@ class PopulationFit:
         self.start_sd_k = max(float(np.sqrt(rest.mean())), LEAST_START_SD_K)
 
     def _take_noise(self, courses: Array, covariance: Array) -> None:
-        """The noise that explains what is left, by each reading or by means over many, whichever asks for more."""
+        """Update the noise from single residuals or from means over many, whichever is larger."""
         weight = np.sqrt(self.seen.count) / self.noise_k
         left, weighed = self.residual_k * weight, courses * weight[:, None]
         found = []
@@ -331,7 +340,7 @@ class PopulationFit:
             blocks = len(weight) // each
             sums = left[:, : blocks * each].reshape(len(left), blocks, each).sum(axis=2) / np.sqrt(each)
             slopes = weighed[:, : blocks * each].reshape(len(left), blocks, each, COURSES).sum(axis=2) / np.sqrt(each)
-            # what each touch's own numbers have taken up is no longer left
+            # each touch's own parameters have absorbed a part of the residuals
             expected = blocks - np.einsum("nbi,nij,nbj->n", slopes, covariance, slopes, optimize=True)
             total = np.bincount(self.seen.material, (sums**2).sum(axis=1)), np.bincount(self.seen.material, expected)
             found.append((total[0].sum() / total[1].sum(), total[0] / total[1]))
@@ -340,7 +349,7 @@ class PopulationFit:
         self.noise_k *= float(np.sqrt(excess))
 
     def _choose_slabs(self) -> None:
-        """Whether a material's pieces are so thin that their back is felt."""
+        """Choose for each material a half space, or a slab if its pieces are so thin that their back has an effect."""
         misfits = []
         expected, precision = self._prior()
         for courses in self._courses(*((self.sensor, np.full(len(self.mean), slab_s)) for slab_s in SLABS_S)):
@@ -357,13 +366,13 @@ class PopulationFit:
 
 
 def _courses(seen: CalibrationReadings, own: Array, difference_k: Array, way: tuple[Array, Array]) -> Array:
-    """Courses of all touches, (touches, k, 6); slopes scaled by each touch's difference.
+    """Return the courses of all touches, (touches, k, 6), with slopes scaled by each touch's difference.
 
     Args:
         seen: the touches.
         own: (touches, 3) ln of their own effusivity, conductance and lag.
-        difference_k: (touches,) of plate and object, K.
-        way: the sensor's numbers, and the slab of each material, s.
+        difference_k: (touches,) difference between plate and object, K.
+        way: parameters of the sensor, and the slab of each material, s.
     """
     sensor, slab_s = way
     contacts = Contacts(own[:, 0], own[:, 1], slab_s[seen.material])
@@ -374,7 +383,7 @@ def _courses(seen: CalibrationReadings, own: Array, difference_k: Array, way: tu
             model.step(READING_S, seen.force_n[:, k])
             courses[:, k] = model.courses
             continue
-        # a mean over readings is the reading at their middle
+        # a mean over readings equals the reading at their middle
         middle = 0.5 * (count + 1.0) * READING_S
         model.step(middle, seen.force_n[:, k])
         courses[:, k] = model.courses
@@ -385,6 +394,6 @@ def _courses(seen: CalibrationReadings, own: Array, difference_k: Array, way: tu
 
 
 def _constants(sensor: Array) -> SensorConstants:
-    """From the numbers that are fitted."""
+    """Return the sensor's constants from the fitted parameters."""
     leak_per_s, half_force_n, _, power = (float(value) for value in np.exp(sensor))
     return SensorConstants(leak_per_s, half_force_n, EARLY_UNIT_S * float(sensor[2]), power)

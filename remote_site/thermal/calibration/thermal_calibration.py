@@ -1,4 +1,4 @@
-"""Calibrating the thermal look-up table from labelled touches."""
+"""Calibrates the thermal look-up table from labelled touches."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,32 +18,34 @@ from remote_site.traces.trace_files import ThermalTrace, read_labels, read_therm
 Array = NDArray[np.float64]
 
 AIR = "air"
-"""Label of a free cool-down: no material, but the leak."""
+"""Label of a free cool-down, which shows no material but the leak."""
 FEWEST = 2
-"""Touches below which a material cannot be calibrated."""
+"""Minimum number of touches of a material."""
 GOOD = 10
-"""Touches from which its scatter is known."""
+"""Minimum number of touches of a material with a known scatter."""
 SHORTEST_S = 0.5
+"""Minimum duration of a touch, s."""
 LONGEST_S = 8.0
-"""Readings after contact that are used, s."""
+"""Duration after contact from which readings are used, s."""
 USUAL_LEAK_PER_S = 0.04
-"""Where no free cool-down was recorded, 1/s."""
+"""Leak if no free cool-down was recorded, 1/s."""
 LEAST_OFFSET_SD_K = 1.0
+"""Minimum standard deviation of object minus ambient temperature in the table, K."""
 LEAST_DIFFERENCE_K = 1.0
-"""A calibration touch with less difference between plate and object calibrates nothing, K."""
+"""Minimum difference between plate and object in a calibration touch, K."""
 MISFIT = 2.0
-"""Residuals this many times the noise's variance mean that the model does not fit the sensor."""
+"""Mean square of the residuals, over the noise's variance, above which the model does not fit the sensor."""
 
 
 @dataclass(frozen=True, slots=True)
 class ThermalFit:
-    """A table and how well its touches fit.
+    """A table and the residuals of its touches.
 
     Attributes:
         table: the table.
         names: material of each touch.
         times_s: (k,) times of the residuals after contact, s.
-        residual_k: (touches, k) what the model leaves; of a mean of readings, as much as one of them would show, K.
+        residual_k: (touches, k) residuals of the model, K; those of a mean are scaled to one reading.
     """
 
     table: MaterialTable
@@ -53,14 +55,14 @@ class ThermalFit:
 
     @property
     def warnings(self) -> list[str]:
-        """What a person should know before relying on the table."""
+        """Limits of the table that a user should know, one line each."""
         found = [
             f"{entry.name}: the model does not fit this sensor on it (misfit {entry.misfit:.1f}, 1 is a perfect fit)"
             for entry in self.table.materials
             if entry.misfit > MISFIT
         ]
         return found + [
-            f"{entry.name}: only {entry.touches} touches; {GOOD} or more tell its scatter"
+            f"{entry.name}: only {entry.touches} touches; its scatter needs {GOOD} or more"
             for entry in self.table.materials
             if entry.touches < GOOD
         ]
@@ -80,13 +82,13 @@ def calibrate_thermal(
     Args:
         folder: holds labels.csv and the traces it names; the label `air` is a free cool-down.
         out: file to write.
-        sensor_serial: the sensor that recorded them.
-        made_on: ISO date.
-        processes: that share the work; the table does not depend on it.
-        progress: is given the share of the longest possible fit that is done.
+        sensor_serial: serial number of the sensor that recorded the traces.
+        made_on: ISO date of the calibration.
+        processes: number of processes that share the work; the table does not depend on it.
+        progress: is called with the completed share of the longest possible fit.
 
     Raises:
-        ValueError: a file cannot be used; names file, line and column.
+        ValueError: a file cannot be used; the message names file, line and column.
     """
     leaks: list[float] = []
     touches: dict[str, list[tuple[RecordedTouch, float | None]]] = {}
@@ -108,11 +110,11 @@ def calibrate_thermal(
 
 
 def _leak_per_s(trace: ThermalTrace, path: Path) -> float:
-    """Rate of a free cool-down to ambient, 1/s."""
+    """Return the rate of a free cool-down to ambient, 1/s."""
     around = trace.ambient_c if trace.ambient_c is not None else trace.reference_c
     if around is None:
         raise ValueError(f"{path}: column ambient_c is missing: a free cool-down needs it")
-    # the plate may be held for a while first; the last three quarters are free
+    # the heater may hold the plate at first; in the last three quarters it is free
     free = trace.time_s >= trace.time_s[0] + 0.25 * (trace.time_s[-1] - trace.time_s[0])
     above = (trace.sensor_c - around)[free]
     if not above.min() > 0.5:
@@ -128,14 +130,14 @@ def fit_thermal(
     mapped: Map = map,
     progress: Progress = unseen,
 ) -> ThermalFit:
-    """The table of labelled touches, and how well they fit.
+    """Fit the table to labelled touches.
 
     Args:
         where: the file of labels, for messages.
-        touches: per material, each with its object's temperature where that is known, C.
+        touches: touches of each material, each with the temperature of its object, C, or None if unknown.
         leak_per_s: rate of a free cool-down, 1/s.
-        mapped: maps courses of all touches to what they are made with.
-        progress: is given the share of the longest possible fit that is done.
+        mapped: the function `map`, or a parallel one, that computes courses of touches.
+        progress: is called with the completed share of the longest possible fit.
 
     Raises:
         ValueError: too few materials or touches, a touch too short, or one without temperature difference.
@@ -154,9 +156,9 @@ def fit_thermal(
     beside = {
         label: [(reference_touch(touch), object_c) for touch, object_c in listed] for label, listed in touches.items()
     }
-    reference, felt = _fit(where, beside, USUAL_LEAK_PER_S, length_s, None, mapped, lambda share: progress(share / 2))
-    # a sensor that starts at ambient shows best how warm the object is
-    fit, _ = _fit(where, touches, leak_per_s, length_s, felt, mapped, lambda share: progress((1 + share) / 2))
+    reference, other = _fit(where, beside, USUAL_LEAK_PER_S, length_s, None, mapped, lambda share: progress(share / 2))
+    # a sensor that starts at ambient gives the best temperature of the object
+    fit, _ = _fit(where, touches, leak_per_s, length_s, other, mapped, lambda share: progress((1 + share) / 2))
     return replace(fit, table=fit.table.model_copy(update={"reference": reference.table}))
 
 
@@ -165,11 +167,11 @@ def _fit(
     touches: dict[str, list[tuple[RecordedTouch, float | None]]],
     leak_per_s: float,
     length_s: float,
-    felt: Population | None,
+    other: Population | None,
     mapped: Map,
     progress: Progress,
 ) -> tuple[ThermalFit, Population]:
-    """The fit of one sensor; `felt` is that of another one beside it, which felt the same objects."""
+    """Fit one sensor; `other` is the fit of another sensor beside it, which touched the same objects."""
     everyone = [touch for listed in touches.values() for touch, _ in listed]
     ambients = [touch.ambient_c for touch in everyone if touch.ambient_c is not None]
     if not ambients and any(object_c is None for listed in touches.values() for _, object_c in listed):
@@ -183,12 +185,12 @@ def _fit(
         for touch, object_c in listed
     ]
     stated = np.array([touch.object_sd_k == KNOWN_OBJECT_SD_K for touch in each])
-    if felt is not None:
+    if other is not None:
         each = [
             touch
             if known
             else replace(touch, object_c=touch.ambient_c + float(object_k), object_sd_k=float(object_sd_k))
-            for touch, known, object_k, object_sd_k in zip(each, stated, felt.object_k, felt.object_sd_k, strict=True)
+            for touch, known, object_k, object_sd_k in zip(each, stated, other.object_k, other.object_sd_k, strict=True)
         ]
     fit = PopulationFit(each, len(touches), leak_per_s, mapped)
     population = fit.run(progress)
@@ -223,7 +225,7 @@ def _fit(
 def _calibration_touch(
     material: int, touch: RecordedTouch, object_c: float | None, ambient_c: float, readings: int
 ) -> CalibrationTouch:
-    """A touch at 100 Hz, whatever the rate of its trace."""
+    """Resample a touch to 100 Hz."""
     around_c = ambient_c if touch.ambient_c is None else touch.ambient_c
     trace = touch.trace
     if object_c is not None and abs(touch.start_c - object_c) < LEAST_DIFFERENCE_K:
@@ -251,7 +253,7 @@ def _entry(
     offsets_k: Array,
     times_s: list[float],
 ) -> MaterialEntry:
-    """One material's row of the table."""
+    """Return one material's row of the table."""
     rates = np.array([_ln_rates(touch, times_s) for touch, _ in listed])
     known = np.isfinite(rates)
     ln_rate, ln_rate_sd = [], []
@@ -276,7 +278,7 @@ def _entry(
 
 
 def _ln_rates(touch: RecordedTouch, times_s: list[float]) -> list[float]:
-    """Ln(rate of Eq. 11) of the readings up to each time; NaN where there is none."""
+    """Return ln(rate of Eq. 11 in 1/s) of the readings up to each time; NaN without a fit."""
     response = ExponentialResponse(touch.start_c)
     rates: list[float] = []
     for since_s, sensor_c, _ in touch.readings():

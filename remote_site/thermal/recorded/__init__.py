@@ -1,4 +1,4 @@
-"""Identification of recorded touches, off line.
+"""Off-line identification of recorded touches.
 
 The command line uses `identify_thermal`.
 """
