@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 PLATE, CONDUCTANCE = 1, 4
 """Indices of two courses: that of the plate at contact, and the slope by the contact's conductance."""
 COOLED = 0.05
-"""Minimum share of the plate's initial temperature difference that is used as a divisor, 0..1."""
+"""Lower limit of the remaining share of the plate's initial temperature where it is a divisor, 0..1."""
 
 
 @dataclass(slots=True)
@@ -89,7 +89,7 @@ class NormalEquations:
         """Return a variance of the plate at contact, K^2, with the effect of a changed contact on later readings.
 
         Args:
-            variance: (n,) variance of the contact's ln conductance times the squared difference of plate and object, K^2.
+            variance: (n,) variance of the contact's ln conductance times the square of plate minus object, K^2.
         """
         plate, by_conductance = self._model.courses[:, PLATE], self._model.courses[:, CONDUCTANCE]
         return np.asarray(variance * (by_conductance / np.maximum(plate, COOLED)) ** 2)

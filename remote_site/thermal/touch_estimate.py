@@ -1,12 +1,12 @@
-"""What one finger's readings say about one touch: every guess solved by itself, reading after reading.
+"""Estimates one touch from one finger's readings; each hypothesis is solved separately.
 
-Six numbers are unknown for each guess: the temperatures of object, plate and back at contact, and how far the guess is
-off in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the three
-products of an offset with the difference between plate and object, so that sums over the readings hold all that they
-say (a Kalman filter would freeze each reading where the estimate was when it came). Gauss-Newton steps, 50 in a second
-at first and 10 later, keep the six numbers most probable, and Laplace's approximation there weighs the guesses against
-each other. The readings between two steps are summed at once. A few times during a touch all readings are summed again
-around what each guess has come to by then.
+Each hypothesis has six unknown parameters: the temperatures of object, plate and back at contact, and the hypothesis's
+offsets in the logarithms of effusivity, conductance and lag. A reading is linear in the three temperatures and in the
+products of the three offsets with the difference between plate and object. Sums over the readings therefore hold all of
+their information. A Kalman filter would fix the linearisation of each reading at the estimate of its time. Gauss-Newton
+steps, 50 per second at first and 10 later, find the most probable parameters. Laplace's approximation there gives the
+weights of the hypotheses. The readings between two steps are summed at once. A few times during a touch, all readings
+are summed again around the present parameters of each hypothesis.
 """
 
 import math
@@ -25,47 +25,53 @@ from remote_site.thermal.touch_model import BLOCK, Contacts, SensorConstants
 Array = NDArray[np.float64]
 
 ANYWHERE_K = 10.0
-"""Object temperatures considered, standard deviation around ambient, K."""
+"""Prior standard deviation of object temperatures around ambient, K."""
 FORGET = 25.0
-"""A guess this far below the best in ln probability is given up,"""
+"""Distance below the best hypothesis in ln probability beyond which one may be dropped."""
 PATIENCE = 20
-"""once it has been there in so many comparisons on end: a step too far is taken back by the next ones."""
+"""Number of consecutive comparisons beyond FORGET before a hypothesis is dropped; later steps correct an overshoot."""
 FEW = 80
-"""So many guesses never take turns: to solve half of them costs as much."""
+"""Number of hypotheses up to which all are solved at once; half of them would cost as much."""
 SETTLED_ROUNDS = 4
-"""Of more guesses than are asked for at once: so often has each to be solved before they can be compared."""
+"""Number of solutions of each hypothesis before a comparison, if there are more than `at_once`."""
 AHEAD = 0.5
-"""How far a plate that is still being heated is ahead of its reading is known to this part of itself."""
+"""Standard deviation of a heated plate's lead over its reading, as a fraction of the lead."""
 LOOK_AGAIN_S = (0.15, 0.4, 1.0, 2.5)
-"""When the readings are summed again, s after contact: each look is exact nearer to what the touch really is."""
+"""Times after contact when the readings are summed again, s; each time the linearisation is nearer to the touch."""
 AGAIN_AT_ONCE = BLOCK
-"""Earlier readings that are summed again when a new one comes that solves nothing."""
+"""Number of earlier readings summed again in one turn."""
 MOST_AGAIN = 300
-"""Guesses that can be looked at again; from more the readings choose first."""
+"""Maximum number of hypotheses for which readings are summed again; with more, some must be dropped first."""
 STRAYED_SD = 2.5
-"""A substance that stands for a stretch of effusivities is not heard so far outside of it: what it says there is less
-exact than what its neighbour says, which stands nearer."""
+"""Distance from its range beyond which a substance for a range of effusivities is ignored, standard deviations.
+
+The neighbouring substance is nearer and more exact there.
+"""
 LARGEST_STEP = 0.3
-"""Of a logarithm, from one solution to the next."""
+"""Largest change of a logarithm from one solution to the next."""
 Intervals = tuple[tuple[float, float], ...]
 SOLVE_EVERY_S: Intervals = ((0.5, 0.02), (1.0, 0.04), (math.inf, 0.10))
-"""Ends of periods, s after contact, and the interval between two solutions in each, s. At first guesses still move far.
-Solutions come at multiples of it, so that there is one at each time that tables know (1 s, 2 s, ...)."""
+"""Ends of periods, s after contact, and the interval between two solutions in each, s.
+
+Hypotheses change most at first. Solutions come at multiples of the interval, so that one comes at each time in the
+tables (1 s, 2 s, ...).
+"""
 _ORDER = np.array([1, 2, 4, 5, 0, 3])
-"""Of the six numbers in the equations: those that evidence is of come last."""
+"""Order of the six parameters in the equations; the parameters of the evidence come last."""
 
 
 @dataclass(frozen=True, slots=True)
 class TouchEvidence:
-    """What one touch says about each substance: (m,) and, for (temperature, ln effusivity), (m, 2) and (m, 2, 2).
+    """Evidence of one touch on each substance: (m,) and, for (temperature, ln effusivity), (m, 2) and (m, 2, 2).
 
     Attributes:
-        ln_likelihood: of the readings; FORGET below the best guess where every guess was given up, or has strayed.
-        mean: of the object's temperature relative to ambient, K, and of ln effusivity.
-        covariance: of both.
+        ln_likelihood: ln likelihood of the readings; FORGET below the best hypothesis if all hypotheses of the
+            substance were dropped or have strayed.
+        mean: mean of the object's temperature relative to ambient, K, and of ln effusivity.
+        covariance: covariance of both.
         ambient_c: ambient temperature, C.
-        start_c: plate at contact, C.
-        misfit: mean square of what the best guess leaves over the noise's variance; 1 where all is well.
+        start_c: temperature of the plate at contact, C.
+        misfit: mean square of the best hypothesis's residuals over the noise's variance; 1 for a perfect fit.
     """
 
     ln_likelihood: Array
@@ -77,7 +83,7 @@ class TouchEvidence:
 
 
 def solve_interval_s(since_s: float, solve_every_s: Intervals = SOLVE_EVERY_S) -> float:
-    """Time from one solution to the next, s, `since_s` seconds after contact."""
+    """Return the time from one solution to the next, s, at `since_s` seconds after contact."""
     return next(every_s for until_s, every_s in solve_every_s if since_s < until_s - NEARLY_S)
 
 
@@ -101,14 +107,14 @@ class TouchEstimate:
 
         Args:
             table: calibrated sensor and materials.
-            substances: of `table`.
-            guesses: of `table`; fingers share them.
+            substances: substances of `table`.
+            guesses: hypotheses of `table`; fingers share them.
             start_c: reading at contact, C.
-            slope_k_s: its slope just before, K/s.
+            slope_k_s: slope of the reading just before contact, K/s.
             ambient_c: ambient temperature, C.
-            back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
-            trust_s: so long after contact a reading counts half, later ones ever less: what the model leaves out grows.
-            at_once: guesses that are solved with one reading; more, if they are not FEW, take turns. None: all.
+            back_k: difference of the back's temperature from calibration, and its standard deviation, K.
+            trust_s: time after contact at which a reading counts half, s; later ones count less as model errors grow.
+            at_once: number of hypotheses solved with one reading; more than this and FEW take turns. None means all.
             solve_every_s: intervals between solutions, as SOLVE_EVERY_S; the last period ends at infinity.
         """
         self._trust_s, self._solve_every_s = trust_s, solve_every_s
@@ -141,27 +147,27 @@ class TouchEstimate:
         self._precision[3:, 3:] = np.moveaxis(guesses.precision, 0, 2)
         self._ln_prior = guesses.ln_weight + 0.5 * (guesses.ln_determinant - np.log(variances).sum(axis=0))
         self._mean, self._covariance = self._expected.copy(), np.zeros((2, 2, n))
-        """Of the six numbers; of the object's temperature and ln effusivity."""
+        """Means of the six parameters, and covariance of the object's temperature and ln effusivity."""
         self._ln_weight = guesses.ln_weight.copy()
         self._misfit = np.zeros(n)
         self._substance = guesses.substance
         self._far_below = np.zeros(n, dtype=np.intp)
-        """For how many comparisons each guess has been far below the best."""
+        """Number of consecutive comparisons in which each hypothesis was far below the best."""
         self._ln_noise = 0.0
         self._used = (0, 0.0)
         self._evidence: TouchEvidence | None = None
         self._next = self._rounds = 0
         self._solve_from_s = 0.0
-        """When the guesses are solved again, s after contact."""
+        """Time of the next solution, s after contact."""
         self.news = False
-        """Whether the last work brought all guesses up to date."""
+        """Whether the last work completed a solution of all hypotheses."""
         self.solved = True
-        """Whether all guesses have been solved from the same readings; many of them take a few turns."""
+        """Whether all hypotheses have been solved from the same readings; many of them take a few turns."""
         self._since_s = 0.0
         self._pressed = ContactChange(sensor)
 
     def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
-        """Take one reading and do what is due; see `take`."""
+        """Take one reading and do the due work; see `take`."""
         self.take(dt_s, reading_c, force_n)
         self.work()
 
@@ -169,9 +175,9 @@ class TouchEstimate:
         """Take one reading, for later work.
 
         Args:
-            dt_s: since the one before, s.
-            reading_c: C.
-            force_n: mean force since then, N.
+            dt_s: time since the previous reading, s.
+            reading_c: reading, C.
+            force_n: mean force since the previous reading, N.
         """
         self._since_s += dt_s
         changed = self._pressed.step(dt_s, force_n)
@@ -181,7 +187,7 @@ class TouchEstimate:
 
     @property
     def waited_s(self) -> float:
-        """For how long a solution has been due, or a look at earlier readings, s; below 0 while none is."""
+        """Time since a solution, or a new sum of earlier readings, became due, s; negative if none is due."""
         return max(self._solution_waited_s, self._look_waited_s)
 
     @property
@@ -195,7 +201,7 @@ class TouchEstimate:
         return self._since_s - (self._looks[0] - NEARLY_S)
 
     def work(self) -> None:
-        """Do one turn's part of what is due: of a solution, or of a look that has waited too long, or of any look."""
+        """Do one turn of the due work: a new sum that waited too long, else a solution, else a new sum."""
         self.news = False
         overdue_s = POSTPONED_S if self._look_waited_s >= POSTPONED_S else 0.0
         if self._solution_waited_s >= overdue_s:
@@ -208,7 +214,7 @@ class TouchEstimate:
             self._look_again()
 
     def _loosen_plate(self, contact_variance: float) -> None:
-        """What the contact until now did to the plate stays with it: it is as if it had met the object otherwise."""
+        """Widen the prior of the plate at contact by the effect of the earlier contact on its temperature."""
         carried = self._sums.carried_variance(contact_variance * self._difference_k**2)
         grown = 1.0 + carried * self._precision[PLATE, PLATE]
         self._precision[PLATE, PLATE] /= grown
@@ -216,11 +222,11 @@ class TouchEstimate:
 
     @property
     def _difference_k(self) -> Array:
-        """Between plate and object at contact, as each guess has it."""
+        """Difference between plate and object at contact for each hypothesis, K."""
         return np.asarray(self._mean[1] - self._mean[0])
 
     def _look_again(self) -> None:
-        """Sum the readings again around what each guess has come to, some at once."""
+        """Sum some readings again around the present parameters of each hypothesis."""
         if self._again is None:
             ln_effusivity, ln_conductance, ln_lag = self._sums.around + self._mean[3:]
             contacts = Contacts(ln_effusivity, ln_conductance, self._slab_s)
@@ -238,11 +244,11 @@ class TouchEstimate:
 
     @property
     def settled(self) -> bool:
-        """Whether the guesses can be compared."""
+        """Whether the hypotheses can be compared."""
         return self._rounds >= self._settled_rounds
 
     def settle(self) -> None:
-        """Make use of every reading that came, however long it takes."""
+        """Use all readings, without a limit of time."""
         self._take_readings()
         while self._again is not None:
             self._look_again()
@@ -252,7 +258,7 @@ class TouchEstimate:
             self._solve_some()
 
     def _take_readings(self) -> None:
-        """Sum the readings that came since the last solution."""
+        """Sum the readings since the last solution."""
         readings, sums = self._readings, self._sums
         for number in range(sums.count, len(readings)):
             if (changed := readings[number].contact_variance) > 0.0:
@@ -261,7 +267,7 @@ class TouchEstimate:
         sums.take(readings[sums.count :], self._difference_k)
 
     def _solve_some(self) -> None:
-        """Solve the next guesses; when all are, each from the readings that there were when the first was, compare."""
+        """Solve the next hypotheses from the readings that the first one had; after the last one, compare them."""
         if self._next == 0:
             self._take_readings()
             sums = self._sums
@@ -280,7 +286,7 @@ class TouchEstimate:
             self._prune()
 
     def _solve(self, part: slice) -> None:
-        """One Gauss-Newton step of some guesses, and what they are worth there."""
+        """Take one Gauss-Newton step of some hypotheses, and compute their weights there."""
         information, vector, square = (sums[..., part] for sums in self._solved_from)
         precision, expected = self._precision[..., part], self._expected[:, part]
         mean = self._mean[:, part]
@@ -314,14 +320,14 @@ class TouchEstimate:
         self._substance, self._slab_s = self._substance[likely], self._slab_s[likely]
 
     def evidence(self) -> TouchEvidence:
-        """What all readings that were solved say: the guesses of each substance drawn together."""
+        """Return the evidence of all solved readings, with the hypotheses of each substance drawn together."""
         if self._evidence is None:
             self._evidence = self._drawn_together()
         return self._evidence
 
     def _drawn_together(self) -> TouchEvidence:
         known = self._substances
-        # Guesses are in the order of their substances; of some of these none may be left.
+        # Hypotheses are in the order of their substances; some substances may have none left.
         first = np.flatnonzero(np.diff(self._substance, prepend=-1))
         left = self._substance[first]
         of = np.repeat(np.arange(len(first)), np.diff(first, append=len(self._substance)))
@@ -336,17 +342,17 @@ class TouchEstimate:
         least = self._ln_weight.max() - FORGET
         usual, variance = known.ln_effusivity[left], known.effusivity_variance[left]
         strayed = np.abs(mean[1] - usual) > STRAYED_SD * np.sqrt(variance)
-        heard = (top >= least) & ((left < known.calibrated) | ~strayed)
-        # As likely as when it was given up, and as unknown as at first: fingers that gave up different substances
-        # still have to be judged together. One without the other would let fingers agree on what each finds absurd.
-        kept = left[heard]
+        counts = (top >= least) & ((left < known.calibrated) | ~strayed)
+        # A dropped substance is as likely as when it was dropped, and as uncertain as its prior. Fingers that dropped
+        # different substances can then be judged together. Without both, they could agree on what each rules out.
+        kept = left[counts]
         ln_likelihood = np.full(len(known.probability), least)
-        ln_likelihood[kept] = (top + np.log(total))[heard]
+        ln_likelihood[kept] = (top + np.log(total))[counts]
         means = np.stack((np.zeros_like(ln_likelihood), known.ln_effusivity), axis=1)
-        means[kept] = mean.T[heard]
+        means[kept] = mean.T[counts]
         covariances = np.zeros((*means.shape, 2))
         covariances[:, 0, 0], covariances[:, 1, 1] = ANYWHERE_K**2, known.effusivity_variance
-        covariances[kept] = np.moveaxis(covariance, 2, 0)[heard]
+        covariances[kept] = np.moveaxis(covariance, 2, 0)[counts]
         return TouchEvidence(
             ln_likelihood - 0.5 * self._used[1],
             means,
@@ -358,14 +364,14 @@ class TouchEstimate:
 
 
 def _seen(mean: Array) -> Array:
-    """What the courses are multiplied with: three temperatures, three offsets times the difference."""
+    """Return the factors of the courses: three temperatures, and three offsets times the difference."""
     seen = mean.copy()
     seen[3:] *= mean[1] - mean[0]
     return seen
 
 
 def _by_numbers(rows: Array, mean: Array) -> None:
-    """Turn what is by `_seen`, (6, any, n), into what is by the six numbers, in place."""
+    """Convert derivatives by `_seen`, (6, any, n), to derivatives by the six parameters, in place."""
     moved = np.einsum("kjn,kn->jn", rows[3:6], mean[3:])
     rows[0] -= moved
     rows[1] += moved
@@ -373,10 +379,10 @@ def _by_numbers(rows: Array, mean: Array) -> None:
 
 
 def _solved(system: Array) -> tuple[Array, Array, Array]:
-    """Solve positive definite equations, by elimination in place.
+    """Solve positive definite equations by elimination in place.
 
     Args:
-        system: (6, 7, n), the right side last.
+        system: (6, 7, n) equations, with the right side last.
 
     Returns:
         The solution (6, n), ln of the determinant (n,), and the last two rows of the inverse, (2, 2, n).
@@ -398,10 +404,10 @@ def _solved(system: Array) -> tuple[Array, Array, Array]:
 
 
 def _times(matrix: Array, vector: Array) -> Array:
-    """Matrix times vector of every guess, (i, j, n) and (j, n)."""
+    """Multiply matrix and vector of every hypothesis, (i, j, n) and (j, n)."""
     return np.asarray(np.einsum("ijn,jn->in", matrix, vector))
 
 
 def _along(one: Array, other: Array) -> Array:
-    """Scalar product of every guess, (i, n) each."""
+    """Return the scalar product for every hypothesis, (i, n) each."""
     return np.asarray(np.einsum("in,in->n", one, other))

@@ -1,7 +1,7 @@
-"""Guesses about a touch: which material, how good the contact, how slow the read-out.
+"""Makes the hypotheses about a touch: material, conductance of the contact and lag of the read-out.
 
-What a touch draws at random (effusivity of the piece, conductance of the contact, lag of the sensor) is normal in its
-logarithm. The estimator is exact only near a guess, so a wide normal is laid out as a row of narrow ones.
+Each touch has a random effusivity of the piece, conductance of the contact and lag of the sensor, with normal
+logarithms. The estimator is exact only near a hypothesis, so that a row of narrow normals replaces a wide one.
 """
 
 from dataclasses import dataclass, field
@@ -15,32 +15,34 @@ from remote_site.thermal.touch_model import Contacts
 Array = NDArray[np.float64]
 
 SPACING = {"effusivity": 0.40, "conductance": 0.30, "lag": 0.30}
-"""Distance of neighbouring guesses in each logarithm."""
+"""Distance between neighbouring hypotheses in each logarithm."""
 INNER = 0.6
-"""Standard deviation around each, as part of the distance: a row of such normals is as smooth as one."""
+"""Standard deviation around each hypothesis over their distance; a row of such normals is as smooth as one normal."""
 REACH_SD = 2.2
-"""How far guesses go out, in standard deviations."""
+"""Range of the hypotheses, in standard deviations."""
 FOREIGN_LN_STEP = 0.35
-"""Distance in ln effusivity of the substances that stand for everything that was not calibrated."""
+"""Distance in ln effusivity between the substances that represent all uncalibrated materials."""
 FOREIGN_FROM, FOREIGN_TO = 25.0, 45_000.0
-"""From foam to copper, J/(m2 K s^0.5)."""
+"""Range of effusivities of uncalibrated materials, from foam to copper, J/(m2 K s^0.5)."""
 FOREIGN_CONDUCTANCE_SD = 0.40
-"""Of a contact with something that was not calibrated, around that of the materials nearest in effusivity."""
+"""Standard deviation of an uncalibrated material's ln conductance around that of materials of similar effusivity."""
 SOFTER = 0.6
-"""Below the calibrated effusivities ln conductance falls with ln effusivity by so much: insulators conduct little even
-where they touch (Ho & Jones 2008)."""
+"""Slope of ln conductance over ln effusivity below the calibrated effusivities.
+
+Insulators conduct little even where they touch (Ho & Jones 2008).
+"""
 FOREIGN = 0.02
-"""Prior probability that a touched object is of no calibrated material, where nothing else is known of it."""
+"""Default prior probability of an object of no calibrated material."""
 
 
 @dataclass(frozen=True, slots=True)
 class Substances:
-    """What an object may be of: the calibrated materials, then everything else in steps of effusivity; (m,) each.
+    """Possible substances of an object: calibrated materials, then all others in steps of effusivity; (m,) each.
 
     Attributes:
-        ln_effusivity: mean, in 1/sqrt(s).
-        effusivity_variance: of its logarithm from piece to piece.
-        probability: prior, sums to 1.
+        ln_effusivity: mean of ln effusivity, effusivity in 1/sqrt(s).
+        effusivity_variance: variance of ln effusivity from piece to piece.
+        probability: prior probability; sums to 1.
         calibrated: number of calibrated materials, which come first.
     """
 
@@ -52,17 +54,17 @@ class Substances:
 
 @dataclass(frozen=True, slots=True)
 class TouchHypotheses:
-    """All guesses of one touch.
+    """All hypotheses of one touch.
 
     Attributes:
         contacts: p contacts.
-        contact_of: (n,) index into them.
-        ln_lag: (n,) s.
+        contact_of: (n,) index of the contact.
+        ln_lag: (n,) ln(lag in s).
         substance: (n,) index of the substance.
-        ln_weight: (n,) prior probability within its substance.
-        covariance: (n, 3, 3) of what ln effusivity, ln conductance and ln lag may still differ from the guess.
-        precision: (n, 3, 3) its inverse.
-        ln_determinant: (n,) of `precision`.
+        ln_weight: (n,) ln prior probability within its substance.
+        covariance: (n, 3, 3) covariance of ln effusivity, ln conductance and ln lag around the hypothesis.
+        precision: (n, 3, 3) inverse of `covariance`.
+        ln_determinant: (n,) ln determinant of `precision`.
     """
 
     contacts: Contacts
@@ -80,7 +82,7 @@ class TouchHypotheses:
 
 
 def spread(sd: float, spacing: float) -> tuple[Array, Array, float]:
-    """A normal around 0 as a row of narrower ones: their means, their weights, their common standard deviation."""
+    """Return a normal around 0 as a row of narrower ones: means, weights and common standard deviation."""
     if sd <= 0.75 * spacing:
         return np.zeros(1), np.ones(1), sd
     inner = INNER * spacing
@@ -92,10 +94,10 @@ def spread(sd: float, spacing: float) -> tuple[Array, Array, float]:
 
 
 def substances(table: MaterialTable, foreign_share: float = FOREIGN) -> Substances:
-    """The calibrated materials, each as frequent as in its calibration, and steps of effusivity for all others.
+    """Return the calibrated materials, each as frequent as in calibration, and steps of effusivity for all others.
 
     Args:
-        table: what was calibrated.
+        table: calibrated materials.
         foreign_share: prior probability of all others together.
     """
     touches = np.array([entry.touches for entry in table.materials], dtype=np.float64)
@@ -112,7 +114,7 @@ def substances(table: MaterialTable, foreign_share: float = FOREIGN) -> Substanc
 
 
 def guesses(table: MaterialTable) -> TouchHypotheses:
-    """All guesses of a touch, from the calibrated populations."""
+    """Return all hypotheses of a touch, from the calibrated populations."""
     ln_contacts: list[tuple[float, float, float]] = []
     rows: list[tuple[int, float, int, float, Array]] = []
     lags, lag_weights, lag_sd = spread(table.ln_lag_sd, SPACING["lag"])
@@ -130,7 +132,7 @@ def guesses(table: MaterialTable) -> TouchHypotheses:
 
     for number, entry in enumerate(table.materials):
         (ee, ec), (_, cc) = entry.covariance
-        follows = ec / cc  # effusivity goes along with conductance
+        follows = ec / cc  # regression of ln effusivity on ln conductance
         pieces, piece_weights, piece_sd = spread(float(np.sqrt(ee - follows * ec)), SPACING["effusivity"])
         contacts, contact_weights, contact_sd = spread(float(np.sqrt(cc)), SPACING["conductance"])
         own = contact_sd * contact_sd
@@ -163,6 +165,6 @@ def guesses(table: MaterialTable) -> TouchHypotheses:
 
 
 def _foreign_ln_effusivity(table: MaterialTable) -> Array:
-    """Steps of ln effusivity, in the table's units, from foam to copper."""
+    """Return steps of ln effusivity from foam to copper, in the table's units."""
     low, high = np.log(FOREIGN_FROM / table.plate_j_m2k), np.log(FOREIGN_TO / table.plate_j_m2k)
     return np.linspace(low, high, round((high - low) / FOREIGN_LN_STEP) + 1)

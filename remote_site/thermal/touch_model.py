@@ -1,9 +1,10 @@
-"""The plate of a thermal sensor on an object, for many guesses about the object at once.
+"""Models the plate of a thermal sensor on an object, for many hypotheses about the object at once.
 
-With the heater off the plate (per area: C'' dT/dt = -h (T - T_surface) - g (T - T_back)) loses heat through the contact
-into the object and leaks into the Peltier's back; its resistor reads it late. Only ratios to the plate's heat capacity
-show in the readings, so every constant is one: contact conductance h/C'' in 1/s, leak g/C'' in 1/s, effusivity e/C'' in
-1/sqrt(s). The response is linear in the temperatures of object, plate and back: three courses that add up to one.
+With the heater off, the plate (per area: C'' dT/dt = -h (T - T_surface) - g (T - T_back)) loses heat through the
+contact into the object and leaks into the Peltier's back. Its resistor reads it with a lag. The readings show only
+ratios to the plate's heat capacity, so that every constant is such a ratio: contact conductance h/C'' in 1/s, leak
+g/C'' in 1/s, effusivity e/C'' in 1/sqrt(s). The response is linear in the temperatures of object, plate and back: it is
+the sum of three courses, whose factors add up to one.
 """
 
 from collections.abc import Sequence
@@ -18,21 +19,21 @@ from remote_site.thermal.conduction import DECAYS_PER_S, mode_weights
 Array = NDArray[np.float64]
 
 PLATE_J_M2K = 1980.0
-"""Nominal heat capacity of the plate per area: turns the model's ratios into effusivity and conductance for people."""
+"""Nominal heat capacity of the plate per area, J/(m2 K); it converts the model's ratios for display."""
 COURSES = 6
-"""Columns of `TouchModel.courses`."""
+"""Number of columns of `TouchModel.courses`."""
 BLOCK = 12
-"""Most readings of one block."""
+"""Maximum number of readings in one block."""
 _STEP = 0.02
-"""Change of a logarithm by which the slopes of a course are taken."""
+"""Change of a logarithm from which the slopes of a course are computed."""
 _GRID_S = 2e-6
-"""Lengths of steps are rounded to this, s."""
+"""Grid to which lengths of steps are rounded, s."""
 _MOST_LENGTHS = 16
-"""Largest number of lengths whose factors are kept. A late site gets readings 10, 20 or 30 ms apart."""
+"""Maximum number of lengths whose factors are kept. A late site gets readings 10, 20 or 30 ms apart."""
 _PLATES = 4
-"""Of each contact: plate warm; the same with more effusivity; with more conductance; only the back warm."""
+"""Number of plates of each contact: warm plate; with more effusivity; with more conductance; only a warm back."""
 _BACK = np.array([0.0, 0.0, 0.0, 1.0])[:, None]
-"""How warm each of these backs is."""
+"""Temperature of the back of each plate."""
 _OF_READ: Array = np.array(
     [
         [-1.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0],
@@ -43,19 +44,22 @@ _OF_READ: Array = np.array(
         [-1.0 / _STEP, 0.0, 0.0, 0.0, 1.0 / _STEP, -1.0 / _STEP, 1.0 / _STEP],
     ]
 )
-"""Courses, less one for the object's, from what is read of each plate, of the first with more lag, and of the
-resistor's own temperature at contact, with the lag and with more."""
+"""Matrix from readings to courses; the course of the object also needs the constant 1.
+
+Columns are the readings of each plate, of the first plate with more lag, and the remains of the resistor's temperature
+at contact, with the lag and with more lag.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorConstants:
-    """What all touches of one kind of sensor have in common.
+    """Constants of all touches of one kind of sensor.
 
     Attributes:
         leak_per_s: conductance from the plate into the Peltier's back and the case, 1/s.
         half_force_n: force at which the contact conducts half as well as at large force, N.
-        force_power: a light contact conducts like this power of the force: about 1 for hard pads, more for soft ones.
-        early_s: heat flows so long before the force tells of contact, s; negative where it flows later.
+        force_power: exponent of the force in a light contact's conductance: about 1 for hard pads, more for soft ones.
+        early_s: time by which heat flows before the force shows contact, s; negative if it flows later.
     """
 
     leak_per_s: float
@@ -64,18 +68,18 @@ class SensorConstants:
     force_power: float = 1.0
 
     def force_share(self, force_n: Array | float) -> Array:
-        """Part of the full contact conductance at a force, 0..1."""
+        """Return the share of the full contact conductance at a force, 0..1."""
         pressing = (np.maximum(force_n, 0.0) / self.half_force_n) ** self.force_power
         return np.asarray(pressing / (1.0 + pressing))
 
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Guesses about object and contact, (p,) each.
+    """Hypotheses about object and contact, (p,) each.
 
     Attributes:
-        ln_effusivity: of the object, in 1/sqrt(s).
-        ln_conductance: of the contact at large force, in 1/s.
+        ln_effusivity: ln effusivity of the object, effusivity in 1/sqrt(s).
+        ln_conductance: ln conductance of the contact at large force, conductance in 1/s.
         slab_s: thickness^2 / diffusivity of the object, s; infinite for a half space.
     """
 
@@ -85,18 +89,18 @@ class Contacts:
 
 
 class _Factors(NamedTuple):
-    """Factors of one length of step.
+    """Factors for one length of step.
 
     Attributes:
-        decays: (BLOCK + 1, modes) of the modes after so many steps.
+        decays: (BLOCK + 1, modes) decay of the modes after each number of steps.
         fill: (modes, 4, p) temperature of the surface by each mode per flux.
-        keeps: (BLOCK + 1, 1, 1) part of a plate's distance from its back that is left after so many steps.
-        drains: (BLOCK + 1, BLOCK) what each step's flux takes from the plate, by the steps after which it is seen.
-        coast: part of that distance that is left in the middle of a step, twice.
-        gives: (4, p) by how much plate and surface approach each other within a step, per flux.
-        later: (BLOCK - 1, 4, p) and by how much so many steps later.
-        slow: (7, n) of the readings: what is kept,
-        quick: (5, n) and what is taken of the plates before and after, each.
+        keeps: (BLOCK + 1, 1, 1) share of a plate's difference from its back that is left after each number of steps.
+        drains: (BLOCK + 1, BLOCK) loss of the plate due to each step's flux, after each number of steps.
+        coast: twice the share of that difference that is left in the middle of a step.
+        gives: (4, p) approach of plate and surface within a step, per flux.
+        later: (BLOCK - 1, 4, p) approach of plate and surface after each number of later steps, per flux.
+        slow: (7, n) share of the previous reading in the next one.
+        quick: (5, n) share of the plate before, and of the plate after a step, in the next reading.
     """
 
     decays: Array
@@ -111,12 +115,12 @@ class _Factors(NamedTuple):
 
 
 class TouchModel:
-    """Courses of n guesses: each one of p contacts, read with one lag.
+    """Courses of n hypotheses, each with one of p contacts and one lag.
 
     Attributes:
-        courses: (n, 6), the newest reading relative to that at contact, per kelvin of object, plate at contact and
-            back; then the slopes of the reading by the logarithms of effusivity, conductance and lag, per kelvin
-            between plate and object.
+        courses: (n, 6) newest reading relative to that at contact, per kelvin of object, plate at contact and back.
+            The last three columns are slopes of the reading by the logarithms of effusivity, conductance and lag, per
+            kelvin between plate and object.
     """
 
     def __init__(
@@ -127,8 +131,8 @@ class TouchModel:
         Args:
             sensor: constants of the sensor.
             contacts: p contacts.
-            contact_of: (n,) which of them each guess has.
-            ln_lag: (n,) of the read-out, in s.
+            contact_of: (n,) index of each hypothesis's contact.
+            ln_lag: (n,) ln(lag of the read-out in s).
         """
         self._sensor = sensor
         effusivity, conductance = np.exp(contacts.ln_effusivity), np.exp(contacts.ln_conductance)
@@ -137,21 +141,21 @@ class TouchModel:
         weights = np.stack([mode_weights(float(slab_s)) for slab_s in contacts.slab_s], axis=1)
         self._weights: Array = weights[:, None, :] / np.stack((effusivity, effusivity * more, effusivity, effusivity))
         self._modes = np.zeros_like(self._weights)
-        """What each mode adds to the surface's temperature."""
+        """Contribution of each mode to the surface's temperature."""
         self._plate = np.ones_like(self._conductance) - 2.0 * _BACK
-        """Relative to the back: then the leak is a mere decay."""
+        """Temperature of each plate relative to its back, so that the leak is a simple decay."""
         self._contact_of = contact_of
         lag_s = np.exp(ln_lag)
         self._lag_s = np.stack((lag_s, lag_s, lag_s, lag_s, lag_s * more, lag_s, lag_s * more))
         self._read = np.zeros_like(self._lag_s)
         self._read[_PLATES + 1 :] = 1.0
-        """Of the plates, of the first with more lag, and what is left in the resistor of its temperature at contact."""
+        """Readings of the plates, of the first with more lag, and the remains of the resistor's initial temperature."""
         self._lengths: dict[int, _Factors] = {}
         self._early_s = sensor.early_s
         self.courses = np.zeros((len(lag_s), COURSES))
 
     def keep(self, which: NDArray[np.bool_]) -> None:
-        """Go on with some of the guesses only."""
+        """Keep only some of the hypotheses."""
         used, self._contact_of = np.unique(self._contact_of[which], return_inverse=True)
         self._conductance, self._weights = self._conductance[:, used], self._weights[..., used]
         self._modes, self._plate = self._modes[..., used], self._plate[:, used]
@@ -160,11 +164,11 @@ class TouchModel:
         self._lengths.clear()
 
     def step(self, dt_s: float, force_n: Array | float) -> None:
-        """Advance by one reading, `dt_s` (s) at a force (N), one for all contacts or (p,)."""
+        """Advance by one reading after `dt_s`, s, at a force, N; one force for all contacts, or (p,)."""
         self.advance((dt_s,), np.asarray(force_n)[None])
 
     def advance(self, dt_s: Sequence[float], force_n: Array) -> Array:
-        """Advance by k readings; steps of equal length are made as one block.
+        """Advance by k readings; steps of equal length form one block.
 
         Args:
             dt_s: length of each step, s.
@@ -190,7 +194,7 @@ class TouchModel:
         return found
 
     def _begin(self, dt_s: float, force_n: Array) -> Array:
-        """The step in which heat begins to flow: before the force shows contact, or after."""
+        """Advance through the step in which heat begins to flow, before or after the force shows contact."""
         if self._early_s > 0.0:
             courses = self._advance(round(self._early_s / _GRID_S), force_n)
             self._early_s = 0.0
@@ -204,7 +208,7 @@ class TouchModel:
         return np.asarray(courses[-1])
 
     def _advance(self, length: int, force_n: Array) -> Array:
-        """A block of steps of one length: courses after each."""
+        """Advance by a block of steps of one length; return the courses after each step."""
         if (factors := self._lengths.get(length)) is None:
             factors = self._factors(length * _GRID_S)
             if len(self._lengths) >= _MOST_LENGTHS:
@@ -224,17 +228,17 @@ class TouchModel:
         return np.asarray(courses)
 
     def _conduct(self, factors: _Factors, share: Array) -> Array:
-        """Move heat from plate to object with the flux that is steady over a step: second order in its length.
+        """Move heat from plate to object with a constant flux in each step; the method is of second order.
 
-        Twice the difference in the middle of a step is known first as it would be without flux in this block; then
-        each step's flux lowers that of the steps after it.
+        It first computes twice the difference in the middle of each step without any flux in this block. Then each
+        step's flux lowers the difference in the later steps.
 
         Args:
-            factors: of the steps.
-            share: (k,) or (k, p) part of the full conductance in each step.
+            factors: factors of the steps.
+            share: (k,) or (k, p) share of the full conductance in each step.
 
         Returns:
-            Each plate before plus after each step, (k, 4, p).
+            Sum of each plate's temperature before and after each step, (k, 4, p).
         """
         steps, shape = len(share), self._plate.shape
         conductance = self._conductance * share.reshape(steps, 1, -1)

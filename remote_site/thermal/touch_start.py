@@ -1,4 +1,4 @@
-"""A recorded touch as the online identification meets it: start, ambient, readings in contact."""
+"""Finds the start of a recorded touch as the online identification does: start, ambient, readings in contact."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -11,18 +11,18 @@ from remote_site.traces.trace_files import ThermalTrace
 READING_S = 0.01
 """Period of the thermal sensor's readings, s."""
 BEFORE = 5
-"""Readings averaged into one value of the plate before contact, where there are too few to see a slope (50 ms)."""
+"""Number of readings in the mean before contact if there are too few for a slope (50 ms)."""
 SHORT, WARMING = 25, 50
-"""Readings before contact whose straight line tells how warm the plate was and how fast it warmed (0.25 and 0.5 s)."""
+"""Numbers of readings before contact in the short and the long line fit of the plate (0.25 and 0.5 s)."""
 AGREE_SD = 2.0
-"""The longer line is less noisy; it counts where the shorter one, known to this many deviations, has the same slope."""
+"""Maximum difference of the two slopes for which the long, less noisy line counts, in standard deviations."""
 AMBIENT = 50
-"""Readings before contact averaged into the ambient temperature (0.5 s)."""
+"""Number of readings before contact in the mean of the ambient temperature (0.5 s)."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedTouch:
-    """Start of a touch in a trace: index and time of contact, reading and its slope then, ambient where known."""
+    """Start of a touch in a trace: index and time, s, of contact; reading, C; its slope, K/s; ambient, C, or None."""
 
     trace: ThermalTrace
     first: int
@@ -32,14 +32,14 @@ class RecordedTouch:
     ambient_c: float | None
 
     def readings(self) -> Iterator[tuple[float, float, float]]:
-        """Time since contact, s, plate, C, and force, N, of every sample from contact on."""
+        """Yield time since contact, s, plate, C, and force, N, of every sample from contact on."""
         trace = self.trace
         for k in range(self.first, len(trace.time_s)):
             yield float(trace.time_s[k]) - self.contact_s, float(trace.sensor_c[k]), float(trace.force_n[k])
 
 
 def reading_at_contact(before_c: Sequence[float]) -> tuple[float, float]:
-    """Reading at contact, C, and its slope, K/s, from the newest readings of a free sensor, oldest first.
+    """Return the reading at contact, C, and its slope, K/s, from the newest readings of a free sensor, oldest first.
 
     Raises:
         ValueError: there is no reading.
@@ -58,7 +58,7 @@ def reading_at_contact(before_c: Sequence[float]) -> tuple[float, float]:
 
 
 def _line(reading_c: NDArray[np.float64]) -> tuple[float, float, float]:
-    """The straight line through readings: its end, C, its slope and how well that is known, K/s."""
+    """Fit a line to readings; return its end, C, its slope and the slope's standard deviation, K/s."""
     time_s = READING_S * np.arange(len(reading_c))
     time_s -= time_s.mean()
     spread = float(time_s @ time_s)
@@ -69,9 +69,9 @@ def _line(reading_c: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
-    """The first contact of a trace; None where there is none.
+    """Return the first contact of a trace; None without one.
 
-    Where nothing measures the ambient temperature, an unheated sensor before contact stands in.
+    Without a measured ambient temperature, the unheated sensor before contact replaces it.
     """
     first = trace.contact()
     if first is None:
@@ -89,7 +89,7 @@ def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
 
 
 def reference_touch(touch: RecordedTouch) -> RecordedTouch:
-    """The same touch as the unheated sensor beside the heated one met it.
+    """Return the same touch as measured by the unheated sensor beside the heated one.
 
     Raises:
         ValueError: the trace has no unheated sensor.

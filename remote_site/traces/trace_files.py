@@ -1,6 +1,6 @@
-"""Trace files of touches and strokes: CSV with a header, read strictly.
+"""Reads trace files of touches and strokes: CSV with a header, strictly checked.
 
-Every error names file, line and column, so that a person can go and mend the file.
+Every error names file, line and column, so that a user can correct the file.
 """
 
 import csv
@@ -17,13 +17,13 @@ from common.exploration.contact_detector import CONTACT_ON_N
 Array = NDArray[np.float64]
 
 HELD_S = 0.050
-"""Contact is the first sample at CONTACT_ON_N or more that stays there for this long, s."""
+"""Minimum duration of a force of CONTACT_ON_N or more from its first sample that counts as contact, s."""
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
 
 
 @dataclass(frozen=True, slots=True)
 class ThermalTrace:
-    """One recorded touch; arrays of one length, `ambient_c` and `reference_c` where the file has them."""
+    """One recorded touch in arrays of one length; `ambient_c` and `reference_c` are None if the file lacks them."""
 
     name: str
     time_s: Array
@@ -33,7 +33,7 @@ class ThermalTrace:
     reference_c: Array | None
 
     def contact(self) -> int | None:
-        """Index of the first sample in contact, or None."""
+        """Return the index of the first sample in contact, or None."""
         touching = self.force_n >= CONTACT_ON_N
         for k in np.flatnonzero(touching & ~np.concatenate(([False], touching[:-1]))):
             held = (self.time_s >= self.time_s[k]) & (self.time_s <= self.time_s[k] + HELD_S + 1e-9)
@@ -44,7 +44,7 @@ class ThermalTrace:
 
 @dataclass(frozen=True, slots=True)
 class StrokeTrace:
-    """One recorded stroke: a signal (or several, samples x signals), and force and speed where known."""
+    """One recorded stroke: signals (samples x signals), and force and speed, or None if unknown."""
 
     name: str
     time_s: Array
@@ -60,7 +60,7 @@ class StrokeTrace:
 
 
 class TraceFile:
-    """Text of a CSV file by column; a column becomes numbers when it is asked for.
+    """Text of a CSV file by column; only requested columns are converted to numbers.
 
     Extra columns may therefore hold anything.
     """
@@ -89,12 +89,12 @@ class TraceFile:
             if len(row) != len(self.names):
                 raise ValueError(f"{path}: line {number}: {len(row)} values under {len(self.names)} columns")
         if "time_s" in self.names:
-            # some recorders write their last sample twice: a line that repeats the one before word for word
+            # some recorders write their last sample twice, as a line that repeats the previous one exactly
             repeated = {line for (_, before), (line, row) in pairwise(self.rows) if row == before}
             self.rows = [(number, row) for number, row in self.rows if number not in repeated]
 
     def texts(self, name: str) -> list[tuple[int, str]]:
-        """Line number and text of every cell of a column.
+        """Return line number and text of every cell of a column.
 
         Raises:
             ValueError: there is no such column.
@@ -105,10 +105,10 @@ class TraceFile:
         return [(number, row[k].strip()) for number, row in self.rows]
 
     def numbers(self, name: str) -> Array:
-        """A column as finite numbers.
+        """Return a column as finite numbers.
 
         Raises:
-            ValueError: there is no such column, or a value that is missing or no finite number.
+            ValueError: the column does not exist, or a value is missing or not a finite number.
         """
         cells = self.texts(name)
         values = np.empty(len(cells))
@@ -123,7 +123,7 @@ class TraceFile:
         return values
 
     def times(self) -> Array:
-        """The column `time_s`, s.
+        """Return the column `time_s`, s.
 
         Raises:
             ValueError: as `numbers`, or the times do not ascend strictly, or there are fewer than two.
@@ -138,10 +138,10 @@ class TraceFile:
 
 
 def read_thermal(path: Path) -> ThermalTrace:
-    """Read a touch: `time_s,sensor_c,force_n` and, where there are, `ambient_c`, `reference_c`.
+    """Read a touch: `time_s,sensor_c,force_n` and, if present, `ambient_c`, `reference_c`.
 
     Raises:
-        ValueError: naming file, line and column.
+        ValueError: the file cannot be used; the message names file, line and column.
     """
     file = TraceFile(path)
     return ThermalTrace(
@@ -155,15 +155,15 @@ def read_thermal(path: Path) -> ThermalTrace:
 
 
 def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
-    """Read a stroke: `time_s`, a signal and, where there are, `force_n`, `speed_mm_s`.
+    """Read a stroke: `time_s`, a signal and, if present, `force_n`, `speed_mm_s`.
 
     Args:
         path: the file.
-        signal: a column's name, or `best` or `mean` of all that are no time, force or speed;
-            None means `pressure_v`. All candidates are returned for `best`, their mean for `mean`.
+        signal: name of a column; None means `pressure_v`. `best` returns all columns other than time, force and
+            speed, and `mean` returns their mean.
 
     Raises:
-        ValueError: naming file, line and column.
+        ValueError: the file cannot be used; the message names file, line and column.
     """
     file = TraceFile(path)
     if signal is None and "pressure_v" not in file.names:
@@ -190,10 +190,10 @@ def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
 
 
 def read_labels(folder: Path, label: str, optional: str | None = None) -> list[tuple[Path, str, float | None]]:
-    """Read FOLDER/labels.csv: `file`, `label` and, where there is one, a number that may be empty.
+    """Read FOLDER/labels.csv: `file`, the column `label` and, if present, the column `optional` of numbers or blanks.
 
     Raises:
-        ValueError: naming file, line and column; also for a listed file that does not exist.
+        ValueError: the file cannot be used, or a listed file does not exist; the message names file, line and column.
     """
     file = TraceFile(folder / "labels.csv")
     files, labels = file.texts("file"), file.texts(label)
