@@ -58,7 +58,7 @@ class LocalControlSocket:
         """
         self._context = zmq.Context()
         # However often something on this machine asks how it goes, a person's emergency stop gets through.
-        self._doorkeeper = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
+        self._authenticator = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
         self._socket = self._context.socket(zmq.ROUTER)
         prepare_socket(self._socket)
         serve_curve(self._socket, keys, _DOMAIN)
@@ -87,7 +87,7 @@ class LocalControlSocket:
 
     def close(self) -> None:
         """Give the port back."""
-        self._doorkeeper.close()
+        self._authenticator.close()
         self._context.destroy(linger=0)
 
     def __enter__(self) -> "LocalControlSocket":

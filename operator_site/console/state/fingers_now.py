@@ -51,7 +51,6 @@ _LIMITS = {
 
 Plain integers, because comparing enumeration members takes as long as the rest of a message.
 """
-_AGE = FIELDS.index("age_s")
 _shown = attrgetter("x_m", "y_m", "surface_z_m", "contact_force_n", "mode", "stiffness_n_m")
 
 

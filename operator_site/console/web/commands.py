@@ -15,7 +15,7 @@ from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused
 from common.runtime.containment import Containment
 from common.wire.packets import LinkState
-from operator_site.console import texts as words
+from operator_site.console import texts
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import UNIT, value_text
 from operator_site.console.examination.journal import Journal
@@ -167,7 +167,7 @@ class Commands:
         if self._player is not None:
             return act
         if not client.acts and verb not in _OBSERVERS_MAY:
-            raise Refused(words.OBSERVER.format(who=self._control.name))
+            raise Refused(texts.OBSERVER.format(who=self._control.name))
         if self._control.holder is not client and verb not in _WITHOUT_CONTROL:
             raise Refused(f"Control is at {self._control.name}. Take control first.")
         return act
@@ -276,14 +276,14 @@ class Commands:
         self._write_session("end", client, pseudonym, now_s)
         unsaved = [finding for finding in book.findings if not self._journal.is_saved(finding)]
         lost = int(site.figures.get("recording_lost", 0))
-        text = words.saved(now_s - began_s, len(book.findings), lost)
+        text = texts.saved(now_s - began_s, len(book.findings), lost)
         if unsaved:
-            text = f"{words.count(len(unsaved), 'finding')} not yet on disk."
+            text = f"{texts.count(len(unsaved), 'finding')} not yet on disk."
         elif not self._console.recording:
-            text = f"Not recorded: {words.duration(now_s - began_s)}, {words.count(len(book.findings), 'finding')}."
+            text = f"Not recorded: {texts.duration(now_s - began_s)}, {texts.count(len(book.findings), 'finding')}."
         placeless = sum(finding.x_m is None for finding in book.findings.values())
         if placeless:
-            text += f" Report has {words.count(placeless, 'finding')} without a place."
+            text += f" Report has {texts.count(placeless, 'finding')} without a place."
         self.saved = {"text": f"{text} {WRITING_REPORT}", "report": None}
         writing = asyncio.create_task(self._write_report(self.saved, text, pseudonym))
         self._writing.add(writing)
@@ -356,16 +356,16 @@ class Commands:
             raise Refused("A place has x_mm and y_mm.")
         here = self._console.felt.at(x_mm / 1000.0, y_mm / 1000.0)
         felt = {name: found for name in UNIT if (found := getattr(here, name)) is not None}
-        texts: dict[str, Any] = {name: value_text(name, found) for name, found in felt.items()}
+        shown_texts: dict[str, Any] = {name: value_text(name, found) for name, found in felt.items()}
         if here.material is not None:
-            texts["material"] = f"{words.named(here.material[0])} {words.percent(here.material[1])}"
+            shown_texts["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
         shown = felt.get(client.quantity) or next(iter(felt.values()), None)
         if shown is None:
-            return Answer(True, words.NOTHING_HERE, {"text": words.NOTHING_HERE, **texts})
+            return Answer(True, texts.NOTHING_HERE, {"text": texts.NOTHING_HERE, **shown_texts})
         name = next(name for name, found in felt.items() if found is shown)
-        touches = words.count(shown.touches, "touch") if shown.touches == 1 else f"{shown.touches} touches"
-        text = f"{texts[name]}, {touches}, {max(0.0, now_s - shown.last_s):.0f} s ago"
-        return Answer(True, text, {"text": text, **texts})
+        touches = texts.count(shown.touches, "touch") if shown.touches == 1 else f"{shown.touches} touches"
+        text = f"{shown_texts[name]}, {touches}, {max(0.0, now_s - shown.last_s):.0f} s ago"
+        return Answer(True, text, {"text": text, **shown_texts})
 
     async def _play(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         speed = details.get("speed", 1.0)

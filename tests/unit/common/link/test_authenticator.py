@@ -12,7 +12,7 @@ GOOD_TEXT = zmq.utils.z85.encode(GOOD).decode()
 
 
 class Door:
-    """A doorkeeper and somebody who asks it as a socket would."""
+    """An authenticator, and a client that asks it as a socket does."""
 
     def __init__(self) -> None:
         self.context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()

@@ -6,44 +6,44 @@ from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.wire.messages import ThermalReason, ThermalStatus, explains
 from common.wire.touch_summary import TouchSummary
-from operator_site.console import texts as words
+from operator_site.console import texts
 from operator_site.console.state.site_now import DEVICES
 from tests.places import ROOT
 from tests.unit.common.any_fault import examples
 
 
 def test_alarms_say_where_what_and_what_to_do() -> None:
-    assert words.plate_over("index", 42.34) == "Index: plate 42.3 °C, over 42.0. Heat is off."
+    assert texts.plate_over("index", 42.34) == "Index: plate 42.3 °C, over 42.0. Heat is off."
     hot = Fault(FaultCode.PLATE_TOO_HOT, "index", value=42.34, limit=42.0)
-    assert words.fault(hot) == "Index: plate 42.3 °C, over 42.0. Heat is off."
-    assert words.fault(hot._replace(needs_test=True)) == "Index: plate 42.3 °C, over 42.0. Engage for a plate test."
+    assert texts.fault(hot) == "Index: plate 42.3 °C, over 42.0. Heat is off."
+    assert texts.fault(hot._replace(needs_test=True)) == "Index: plate 42.3 °C, over 42.0. Engage for a plate test."
     swings = Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0)
-    assert words.fault(swings) == "Index: force swings 23 Hz, 1.2 N. Force is off."
-    assert words.remote_fault(swings) == "Remote index: force swings 23 Hz, 1.2 N. It stands still."
+    assert texts.fault(swings) == "Index: force swings 23 Hz, 1.2 N. Force is off."
+    assert texts.remote_fault(swings) == "Remote index: force swings 23 Hz, 1.2 N. It stands still."
     stopped = Fault(FaultCode.REMOTE_STOP)
-    assert words.remote_fault(stopped) == "Remote site: emergency stop there. It stands still."
+    assert texts.remote_fault(stopped) == "Remote site: emergency stop there. It stands still."
     unread = Fault(FaultCode.CONTAINED, detail="read: ValueError in " + "x" * 300)
-    assert words.fault(unread).startswith("Program error: read: ValueError in x")
-    assert words.plate_held("index", 42.0) == "Index: plate held at 42.0 °C limit. Lift the finger."
-    assert words.link_slow(210.2, 8.1) == "Link slow: 210 ± 8 ms. Move slowly."
-    assert words.no_data(0.7) == "No data for 0.7 s. Screen is not live."
-    assert words.device_lost("ring") == "Ring module lost. Ring feels nothing."
-    assert words.device_absent("ring") == "Ring module absent."
-    assert words.not_confirmed(["index", "remote hand"]) == "STOP NOT CONFIRMED: Index, arm. Use the hardware switch."
-    assert words.confirmed(7, 0.0912) == "STOPPED. All 7 devices confirmed in 0.09 s."
-    assert words.saved(761.0, 3, 0) == "Saved: 12 min 41 s, 3 findings, 0 gaps."
-    assert words.saved(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 gap."
+    assert texts.fault(unread).startswith("Program error: read: ValueError in x")
+    assert texts.plate_held("index", 42.0) == "Index: plate held at 42.0 °C limit. Lift the finger."
+    assert texts.link_slow(210.2, 8.1) == "Link slow: 210 ± 8 ms. Move slowly."
+    assert texts.no_data(0.7) == "No data for 0.7 s. Screen is not live."
+    assert texts.device_lost("ring") == "Ring module lost. Ring feels nothing."
+    assert texts.device_absent("ring") == "Ring module absent."
+    assert texts.not_confirmed(["index", "remote hand"]) == "STOP NOT CONFIRMED: Index, arm. Use the hardware switch."
+    assert texts.confirmed(7, 0.0912) == "STOPPED. All 7 devices confirmed in 0.09 s."
+    assert texts.saved(761.0, 3, 0) == "Saved: 12 min 41 s, 3 findings, 0 gaps."
+    assert texts.saved(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 gap."
 
 
 def test_no_alarm_is_longer_than_its_line() -> None:
-    texts = [words.not_confirmed(DEVICES[:n]) for n in range(1, 8)]
-    texts += [words.device_lost(name) for name in DEVICES]
-    texts += [words.plate_held(name, 41.5) for name in FINGERS]
-    texts += [words.site_slow(412.4, 500.0), words.site_slow(None, "often")]
-    texts += [words.LINK_LOST, words.LINK_BACK, words.DISK_FULL, words.NOT_RECORDED]
-    texts += [words.REMOTE_NOT_RECORDED, words.CONSOLE_NOT_RECORDED]
-    texts += [words.bus_trouble(name, "x" * 300) for name in DEVICES]
-    assert [text for text in texts if len(text) > words.LONGEST_ALARM] == []
+    alarms = [texts.not_confirmed(DEVICES[:n]) for n in range(1, 8)]
+    alarms += [texts.device_lost(name) for name in DEVICES]
+    alarms += [texts.plate_held(name, 41.5) for name in FINGERS]
+    alarms += [texts.site_slow(412.4, 500.0), texts.site_slow(None, "often")]
+    alarms += [texts.LINK_LOST, texts.LINK_BACK, texts.DISK_FULL, texts.NOT_RECORDED]
+    alarms += [texts.REMOTE_NOT_RECORDED, texts.CONSOLE_NOT_RECORDED]
+    alarms += [texts.bus_trouble(name, "x" * 300) for name in DEVICES]
+    assert [text for text in alarms if len(text) > texts.LONGEST_ALARM] == []
 
 
 @pytest.mark.parametrize(
@@ -62,11 +62,11 @@ def test_the_decision_is_said_with_how_sure_it_is(
     status: ThermalStatus, candidates: tuple[tuple[str, float], ...], probability: float, line: str
 ) -> None:
     best = candidates[0][0] if candidates else ""
-    assert words.decision(status, ThermalReason.NONE, best, TouchSummary(candidates), probability)[1] == line
+    assert texts.decision(status, ThermalReason.NONE, best, TouchSummary(candidates), probability)[1] == line
 
 
 def decision(status: ThermalStatus, reason: ThermalReason) -> str:
-    return words.decision(status, reason, "pvc", TouchSummary((("pvc", 0.4),)), 0.4)[1]
+    return texts.decision(status, reason, "pvc", TouchSummary((("pvc", 0.4),)), 0.4)[1]
 
 
 def test_why_nothing_is_named_is_said() -> None:
@@ -78,7 +78,7 @@ def test_why_nothing_is_named_is_said() -> None:
     assert lines[ThermalReason.STILL_WARM] == "CANNOT TELL: spot still warm, touch beside it"
     assert lines[ThermalReason.SENSOR_OPEN] == "CANNOT TELL: sensor open"
     assert lines[ThermalReason.NONE] == "CANNOT TELL: no reason given"
-    assert max(map(len, lines.values())) <= words.LONGEST_ALARM
+    assert max(map(len, lines.values())) <= texts.LONGEST_ALARM
     assert decision(ThermalStatus.UNKNOWN, ThermalReason.NO_FIT) == "UNKNOWN: response fits no material"
     assert decision(ThermalStatus.UNKNOWN, ThermalReason.NOT_CALIBRATED) == "UNKNOWN: matches nothing calibrated"
 
@@ -86,16 +86,16 @@ def test_why_nothing_is_named_is_said() -> None:
 @pytest.mark.parametrize("code", FaultCode)
 def test_every_fault_is_an_alarm_that_names_its_place_its_value_and_its_limit(code: FaultCode) -> None:
     for fault in examples(code):
-        for text in (words.fault(fault), words.remote_fault(fault)):
-            assert len(text) <= words.LONGEST_ALARM
+        for text in (texts.fault(fault), texts.remote_fault(fault)):
+            assert len(text) <= texts.LONGEST_ALARM
             assert fault.where.lower() in text.lower()
             for number in (fault.value, fault.limit, fault.rate_hz):
                 assert number is None or f"{number:.0f}" in text or f"{number:.1f}" in text or f"{number:.2f}" in text
             assert text[0].isupper()
             assert text.endswith((".", "…"))
         if fault.device and not fault.where:
-            assert {"exoskeleton": "Exoskeleton", "telemanipulator": "Arm"}[fault.device] in words.fault(fault)
-            assert "Remote " in words.remote_fault(fault)
+            assert {"exoskeleton": "Exoskeleton", "telemanipulator": "Arm"}[fault.device] in texts.fault(fault)
+            assert "Remote " in texts.remote_fault(fault)
 
 
 STARTS, PATTERNS = {"access.py", "server.py"}, {"reporting.py", "texts.py"}
@@ -111,8 +111,8 @@ def test_the_console_reads_no_sentence() -> None:
 
 
 def test_a_probability_is_never_certain() -> None:
-    assert words.percent(1.0) == "> 99 %"
-    assert words.percent(0.994) == "99 %"
+    assert texts.percent(1.0) == "> 99 %"
+    assert texts.percent(0.994) == "99 %"
 
 
 NUMBERS = ("P-0417", "A12", "STUDY 7", "2026-P3", "OR 2", "x1", "0417")
@@ -122,4 +122,4 @@ BIRTH_DATES = ("12.3.1961", "1961-03-12", "P 19610312")
 
 @pytest.mark.parametrize("text", [*NUMBERS, *NAMES, *BIRTH_DATES])
 def test_names_and_birth_dates_are_no_study_numbers(text: str) -> None:
-    assert words.looks_like_a_name(text) is (text not in NUMBERS)
+    assert texts.looks_like_a_name(text) is (text not in NUMBERS)
