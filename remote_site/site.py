@@ -22,7 +22,7 @@ from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.link.link import RemoteLink
 from common.link.link_sides import RemoteSide
 from common.link.local_control import LocalControl, LocalControlSocket
-from common.link.perception_thresholds import touch_felt
+from common.link.perception_thresholds import touch_perceptible
 from common.recording.recorder import Recorder
 from common.runtime.containment import Containment, MakeContainment
 from common.runtime.site_loop import run_site_loop
@@ -86,7 +86,7 @@ class RemoteSite:
             config.rate_hz,
             materials=list(materials.names()),
             calibration=materials.content_hash,
-            calibrated=materials.told(),
+            calibrated=materials.described(),
             surfaces=surfaces.content_hash,
             contact_force_n=config.patient.contact_force_n,
             max_age_s=config.link.max_age_s,
@@ -277,7 +277,7 @@ class RemoteSite:
         sequence = 1 if told is None else told.sequence + 1
         touch = packet_of(session.ident, sequence, now_ns, session.state)
         if self._deadband is not None:
-            felt = told is None or touch_felt(told, touch)
+            felt = told is None or touch_perceptible(told, touch)
             if not self._deadband.step(now_ns * 1e-9, felt):
                 return None
         self._told, packet = touch, touch.encode()

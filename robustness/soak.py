@@ -87,7 +87,7 @@ def _judged(soak: Soak, samples: Sequence[Sample], records: Records, seed: int) 
     if killed != soak.restarts:
         problems.append(f"killed {killed}, started again {soak.restarts}")
     for process, seen in by_process.items():
-        if lost := max(int(sample.told.get("recording_lost", 0)) for sample in seen):
+        if lost := max(int(sample.status.get("recording_lost", 0)) for sample in seen):
             problems.append(f"{process}: {lost} messages lost by its recording")
     again_s = [episode.again_s for episode in soak.episodes if episode.again_s is not None]
     data = {

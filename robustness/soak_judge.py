@@ -107,19 +107,19 @@ def _traces(fault: Fault, samples: Mapping[str, Sequence[Sample]], begin_s: floa
     before = [sample for sample in seen if sample.time_s < begin_s][-1:]
     during = [sample for sample in seen if begin_s <= sample.time_s < next_s]
     pid = before[0].pid if before else None
-    status = before[0].told if before else {}
+    status = before[0].status if before else {}
     word = fault.begin.split()[0]
     match fault.where, word:
         case _, "kill":
             return any(sample.pid != pid for sample in during)
         case _, "stop" | "slow":
-            return any(sample.told["overruns"] > status.get("overruns", 0) for sample in during if sample.pid == pid)
+            return any(sample.status["overruns"] > status.get("overruns", 0) for sample in during if sample.pid == pid)
         case "network", "delay":
-            return any(sample.told["delay_ms"] > 0.0 for sample in during)
+            return any(sample.status["delay_ms"] > 0.0 for sample in during)
         case "network", kind:
             count = status.get("faults", {}).get(kind, 0)
-            return any(sample.told["faults"].get(kind, 0) > count for sample in during)
-    return any(_noticed(fault, sample.told, status if sample.pid == pid else {}) for sample in during)
+            return any(sample.status["faults"].get(kind, 0) > count for sample in during)
+    return any(_noticed(fault, sample.status, status if sample.pid == pid else {}) for sample in during)
 
 
 def _noticed(fault: Fault, status: Mapping[str, Any], before: Mapping[str, Any]) -> bool:

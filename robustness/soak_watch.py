@@ -35,7 +35,7 @@ class Sample:
         time_s: time on the monotonic clock.
         pid: process number, which distinguishes a restarted process from the one before.
         rss_mib, open_files, threads: values from /proc, including the processes that it started.
-        told: parts of its status file on state, devices, loop and injected faults.
+        status: parts of its status file on state, devices, loop and injected faults.
     """
 
     time_s: float
@@ -44,7 +44,7 @@ class Sample:
     rss_mib: float
     open_files: int
     threads: int
-    told: dict[str, Any]
+    status: dict[str, Any]
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from typing import Any, Protocol
 from studies.kept_pieces import KeptPieces
 
 Piece = tuple[Callable[..., Any], tuple[Any, ...]]
-TellShare = Callable[[float], object]
+ReportShare = Callable[[float], object]
 Workers = Callable[[Sequence[bytes]], Iterator[tuple[int, bytes]]]
 """Runs packed pieces in any order; yields the place of each and its packed result, as soon as it is done."""
 
@@ -40,7 +40,7 @@ class OtherCode(ValueError):
 class Work(Protocol):
     """Runs pieces somewhere; returns their results in the order of the pieces, whatever the order of execution."""
 
-    def __call__(self, pieces: Sequence[Piece], progress: TellShare = ...) -> list[Any]:
+    def __call__(self, pieces: Sequence[Piece], progress: ReportShare = ...) -> list[Any]:
         """Run all pieces; `progress` gets the share done, 0..1, kept ones first. Raises what a piece raises."""
         ...
 
@@ -54,7 +54,7 @@ def here(packed: Sequence[bytes]) -> Iterator[tuple[int, bytes]]:
 def working(workers: Workers = here, kept: KeptPieces | None = None) -> Work:
     """Work that runs on `workers`; results that are already kept are not computed again."""
 
-    def work(pieces: Sequence[Piece], progress: TellShare = lambda _: None) -> list[Any]:
+    def work(pieces: Sequence[Piece], progress: ReportShare = lambda _: None) -> list[Any]:
         packed = [pickle.dumps(piece, _PROTOCOL) for piece in pieces]
         keys = [hashlib.sha256(code_version().encode() + each).hexdigest() for each in packed]
         done = {place: found for place, key in enumerate(keys) if kept and (found := kept.find(key)) is not None}
@@ -71,13 +71,13 @@ def working(workers: Workers = here, kept: KeptPieces | None = None) -> Work:
     return work
 
 
-def rows_of(pieces: Mapping[str, Sequence[Piece]], work: Work, progress: TellShare) -> dict[str, list[Any]]:
+def rows_of(pieces: Mapping[str, Sequence[Piece]], work: Work, progress: ReportShare) -> dict[str, list[Any]]:
     """Run pieces that make rows, all at once; returns all rows of each name, in the order of its pieces."""
     done = iter(work([piece for each in pieces.values() for piece in each], progress))
     return {name: [row for _ in each for row in next(done)] for name, each in pieces.items()}
 
 
-def part_of(progress: TellShare, begin: float, end: float) -> TellShare:
+def part_of(progress: ReportShare, begin: float, end: float) -> ReportShare:
     """Map the share done of a part, 0..1, to the range from `begin` to `end` of the whole, 0..1."""
     return lambda share: progress(begin + (end - begin) * share)
 

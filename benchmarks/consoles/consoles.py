@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.consoles.consoles_figure import plot
-from common.runtime.scheduling import policy, stand_in_line
+from common.runtime.scheduling import policy, take_ordinary
 from robustness.fault_session import read_figures
 from robustness.soak_growth import lives
 from robustness.soak_watch import Sample, sample
@@ -149,7 +149,7 @@ class Watched:
 
     def _put_loop_in_line(self) -> None:
         """Give the loop's thread ordinary priority; it lasts until the loop was late and is on time again."""
-        stand_in_line(self._loop())
+        take_ordinary(self._loop())
 
     def _loop(self) -> int:
         return self._processes.running["virtual"].pid  # a process's first thread has its number

@@ -87,7 +87,9 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
 
 def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:
     """The same touch in another packet."""
-    return Touch(SESSION, sequence, time_ns, LinkState.ENGAGED, like.floats, like.materials, like.events, like.told)
+    return Touch(
+        SESSION, sequence, time_ns, LinkState.ENGAGED, like.floats, like.materials, like.events, like.summaries
+    )
 
 
 def next_motion(sequence: int, time_ns: int) -> Motion:

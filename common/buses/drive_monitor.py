@@ -57,22 +57,22 @@ class DriveMonitor:
 
     code: FaultCode
     """Of an output that was not asked for."""
-    _told: deque[tuple[float, int]] = field(default_factory=deque)
+    _commanded: deque[tuple[float, int]] = field(default_factory=deque)
     _doubt: Doubt = field(default_factory=Doubt)
 
-    def told(self, t_s: float, drive: int) -> None:
+    def commanded(self, t_s: float, drive: int) -> None:
         """The device was sent a command; 0 is no output."""
-        if self._told and self._told[-1][1] == drive:
+        if self._commanded and self._commanded[-1][1] == drive:
             return  # it stays in force
-        self._told.append((t_s, drive))
-        _forget(self._told, t_s)  # a device that is away for hours reports nothing, and is told all the same
+        self._commanded.append((t_s, drive))
+        _forget(self._commanded, t_s)  # a device that is away for hours reports nothing, and still gets commands
 
     def reported(self, t_s: float, drive: int) -> Fault | None:
         """The device reported what it applies; returns what is wrong with that, None when nothing is."""
-        _forget(self._told, t_s)
+        _forget(self._commanded, t_s)
         wrong = drive != 0
         if wrong:
-            for _, sent in reversed(self._told):  # it is mostly one of the newest
+            for _, sent in reversed(self._commanded):  # it is mostly one of the newest
                 if sent == drive:
                     wrong = False
                     break
@@ -88,20 +88,20 @@ class ForceMonitor:
     """
 
     def __init__(self) -> None:
-        self._told: deque[tuple[float, Sequence[float]]] = deque()
+        self._commanded: deque[tuple[float, Sequence[float]]] = deque()
         self._doubts = [Doubt() for _ in FINGERS]
 
-    def told(self, t_s: float, force_n: Sequence[float]) -> None:
+    def commanded(self, t_s: float, force_n: Sequence[float]) -> None:
         """The device was sent forces, (5,), N."""
-        told_n = tuple(force_n)
-        if self._told and self._told[-1][1] == told_n:
+        commanded_n = tuple(force_n)
+        if self._commanded and self._commanded[-1][1] == commanded_n:
             return  # they stay in force
-        self._told.append((t_s, told_n))
-        _forget(self._told, t_s)
+        self._commanded.append((t_s, commanded_n))
+        _forget(self._commanded, t_s)
 
     def reported(self, t_s: float, force_n: Sequence[float]) -> list[Fault]:
         """The device reported the forces that it applies, (5,), N; returns what is wrong with them."""
-        _forget(self._told, t_s)
+        _forget(self._commanded, t_s)
         found = []
         for index, (finger, applied_n, doubt) in enumerate(zip(FINGERS, force_n, self._doubts, strict=True)):
             if not applied_n > 0.0:
@@ -119,12 +119,12 @@ class ForceMonitor:
         It is mostly near one of the newest.
         """
         low_n, high_n = math.inf, -math.inf
-        for _, told_n in reversed(self._told):
-            asked_n = told_n[index]
+        for _, commanded_n in reversed(self._commanded):
+            asked_n = commanded_n[index]
             low_n, high_n = min(low_n, asked_n), max(high_n, asked_n)
             if _near(applied_n, low_n, high_n):
                 break
-        return (low_n, high_n) if self._told else (0.0, 0.0)
+        return (low_n, high_n) if self._commanded else (0.0, 0.0)
 
 
 @dataclass(slots=True)
@@ -152,6 +152,6 @@ def _near(applied_n: float, low_n: float, high_n: float) -> bool:
     return low_n - NEAR_N <= applied_n <= high_n + NEAR_N
 
 
-def _forget(told: deque[tuple[float, int]] | deque[tuple[float, Sequence[float]]], t_s: float) -> None:
-    while len(told) > 1 and t_s - told[1][0] > MEMORY_S:
-        told.popleft()
+def _forget(commands: deque[tuple[float, int]] | deque[tuple[float, Sequence[float]]], t_s: float) -> None:
+    while len(commands) > 1 and t_s - commands[1][0] > MEMORY_S:
+        commands.popleft()

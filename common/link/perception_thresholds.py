@@ -75,12 +75,12 @@ _SHARE = np.array([TOUCH_STEPS[name].share for name in TOUCH_FIELDS])
 _LEAST = np.array([TOUCH_STEPS[name].least for name in TOUCH_FIELDS])
 
 
-def motion_felt(told_m: NDArray[np.float64], true_m: NDArray[np.float32]) -> bool:
+def motion_perceptible(told_m: NDArray[np.float64], true_m: NDArray[np.float32]) -> bool:
     """Whether places (5, 3), m, differ by more than a hand would notice, in any direction of any finger."""
     return bool(np.count_nonzero(np.abs(true_m - told_m) > _MOTION_M))
 
 
-def touch_felt(told: Touch, true: Touch) -> bool:
+def touch_perceptible(told: Touch, true: Touch) -> bool:
     """Whether there is news in a touch: a state, a material's name, an event, or a number that differs by a step."""
     if true.state is not told.state or true.materials != told.materials:
         return True

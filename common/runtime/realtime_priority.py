@@ -10,7 +10,7 @@ behind, and none has real-time priority.
 import logging
 from collections.abc import Callable
 
-from common.runtime.scheduling import come_first, has_real_time, stand_in_line
+from common.runtime.scheduling import has_real_time, take_ordinary, take_realtime
 
 log = logging.getLogger(__name__)
 
@@ -28,9 +28,11 @@ class RealtimePriority:
     """
 
     def __init__(
-        self, come_first: Callable[[], bool] = come_first, stand_in_line: Callable[[], None] = stand_in_line
+        self,
+        take_realtime: Callable[[], bool] = take_realtime,
+        take_ordinary: Callable[[], None] = take_ordinary,
     ) -> None:
-        self._come_first, self._stand_in_line = come_first, stand_in_line
+        self._take_realtime, self._take_ordinary = take_realtime, take_ordinary
         self._refused = False
         self._given = has_real_time()
         self.first = self._given
@@ -46,11 +48,11 @@ class RealtimePriority:
             return True
         deserved = holds_rate and works is not None and works <= MOST_WORK
         if deserved and not self.first and not self._refused:
-            self.first = self._come_first()
+            self.first = self._take_realtime()
             self._refused = not self.first
             log.info("the loop has %s priority", "real-time" if self.first else "ordinary")
         elif self.first and not deserved:
-            self._stand_in_line()
+            self._take_ordinary()
             self.first = False
             log.info("the loop has ordinary priority again: it is behind, or leaves others too little")
         return self.first

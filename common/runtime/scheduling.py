@@ -68,7 +68,7 @@ def has_real_time() -> bool:
     return policy() in (os.SCHED_FIFO, os.SCHED_RR)
 
 
-def come_first() -> bool:
+def take_realtime() -> bool:
     """Set real-time priority for this thread, and none for threads that it starts; return whether that was allowed.
 
     A thread that already has another policy keeps it: the result is False, too.
@@ -82,7 +82,7 @@ def come_first() -> bool:
     return True
 
 
-def stand_in_line(thread: int = 0) -> None:
+def take_ordinary(thread: int = 0) -> None:
     """Restore ordinary priority, with short slices, for a real-time thread; 0 is the calling thread."""
     # An ordinary user may not clear the flag.
     os.sched_setscheduler(thread, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))

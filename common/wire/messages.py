@@ -15,7 +15,7 @@ from msgspec import Meta, Struct
 
 from common.wire.finger_block import FingerBlock
 from common.wire.packets import BadPacket, Floats, Integer, LinkState, N, Name, Packet, pack, unpack
-from common.wire.touch_summary import NOTHING_TOLD, TouchSummary, pack_told, read_told
+from common.wire.touch_summary import NO_SUMMARIES, TouchSummary, pack_summaries, read_summaries
 
 EVENT_MAX = 2000.0
 """Largest value of an event, in its own unit."""
@@ -266,7 +266,7 @@ class Motion(Packet, frozen=True):
 class Touch(NamedTuple):
     """What the remote fingers touch: bytes of a `TOUCH_BLOCK`, names of the likeliest materials, events.
 
-    `told`, of each finger, is what a person reads of it at a slow pace.
+    `summaries`, of each finger, is what a person reads of it at a slow pace.
     """
 
     session: int
@@ -276,21 +276,21 @@ class Touch(NamedTuple):
     floats: bytes
     materials: tuple[str, ...]
     events: tuple[Event, ...]
-    told: tuple[TouchSummary, ...] = NOTHING_TOLD
+    summaries: tuple[TouchSummary, ...] = NO_SUMMARIES
 
     def encode(self) -> bytes:
         """Packet bytes; raises BadPacket on a value out of range."""
         floats, news = TOUCH_BLOCK.check(self.floats), _pack_news(self.materials, self.events)
         header = self.session, self.sequence, self.time_ns, self.state
-        return _TouchPacket(*header, floats, news, pack_told(self.told)).encode()
+        return _TouchPacket(*header, floats, news, pack_summaries(self.summaries)).encode()
 
     @classmethod
     def decode(cls, packet: bytes) -> "Touch":
         """Check and unpack; raises BadPacket."""
         sent = _TouchPacket.decode(packet)
-        floats, news, told = TOUCH_BLOCK.check(sent.floats), _read_news(sent.news), read_told(sent.told)
+        floats, news, summaries = TOUCH_BLOCK.check(sent.floats), _read_news(sent.news), read_summaries(sent.summaries)
         header = sent.session, sent.sequence, sent.time_ns, sent.state
-        return cls(*header, floats, news.materials, news.events, told)
+        return cls(*header, floats, news.materials, news.events, summaries)
 
     @property
     def block(self) -> Floats:
@@ -309,7 +309,7 @@ class _TouchPacket(Packet, frozen=True):
     state: LinkState
     floats: bytes
     news: bytes
-    told: bytes
+    summaries: bytes
 
 
 class _News(Struct, array_like=True, forbid_unknown_fields=True, frozen=True):

@@ -1,6 +1,6 @@
 """Summary of the object under each finger, as text and numbers for a person to read.
 
-It changes at most every TOLD_EVERY_S, so that one packing or reading serves for many packets.
+It changes at most every SUMMARY_INTERVAL_S, so that one packing or reading serves for many packets.
 """
 
 from functools import lru_cache
@@ -10,7 +10,7 @@ from msgspec import Meta
 
 from common.wire.packets import BadPacket, N, Name, pack, unpack
 
-TOLD_EVERY_S = 0.1
+SUMMARY_INTERVAL_S = 0.1
 """Minimum time between two changes of the summary, s."""
 MAX_CANDIDATES = 4
 """Maximum number of materials in the summary of a finger."""
@@ -37,27 +37,29 @@ class TouchSummary(NamedTuple):
 
 
 NOTHING = TouchSummary()
-NOTHING_TOLD = (NOTHING,) * N
+NO_SUMMARIES = (NOTHING,) * N
 """Empty summary of all fingers."""
 _AllSummaries = Annotated[tuple[TouchSummary, ...], Meta(min_length=N, max_length=N)]
 
 
 @lru_cache(maxsize=64)
-def pack_told(summaries: tuple[TouchSummary, ...]) -> bytes:
+def pack_summaries(summaries: tuple[TouchSummary, ...]) -> bytes:
     """Return the bytes of all fingers' summaries for a packet; raises BadPacket if the far side would refuse them."""
     packed = pack(summaries)
-    read_told(packed)
+    read_summaries(packed)
     return packed
 
 
 @lru_cache(maxsize=64)
-def read_told(packed: bytes) -> tuple[TouchSummary, ...]:
+def read_summaries(packed: bytes) -> tuple[TouchSummary, ...]:
     """Return the summary of each finger from its bytes in a packet; raises BadPacket."""
-    summaries = unpack(packed, _AllSummaries, "told")
+    summaries = unpack(packed, _AllSummaries, "summaries")
     # The decoder takes integers for floats, and a short list for one with default values.
-    for fields in unpack(packed, list[list[Any]], "told"):
+    for fields in unpack(packed, list[list[Any]], "summaries"):
         if len(fields) != len(TouchSummary._fields) or int in map(
             type, (*fields[1:], *(number for _, number in fields[0]))
         ):
-            raise BadPacket(f"told: not {len(TouchSummary._fields)} fields of a finger, with numbers that are floats")
+            raise BadPacket(
+                f"summaries: not {len(TouchSummary._fields)} fields of a finger, with numbers that are floats"
+            )
     return summaries

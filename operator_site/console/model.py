@@ -105,7 +105,7 @@ class Console:
         self.fingers.take_touch(t_s, touch, rows)
         self.site.link.take_touch(t_s, touch)
         self.signals.take(t_s, "contact_n", [[row.contact_force_n for row in rows]])
-        self.felt.felt(t_s, rows, touch.told)
+        self.felt.felt(t_s, rows, touch.summaries)
 
     def _rendered(self, t_s: float, row: Rendered) -> None:
         motor_hz = [rpm * _HZ_PER_RPM for rpm in row.motor_rpm]

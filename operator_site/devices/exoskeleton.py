@@ -131,6 +131,6 @@ class Exoskeleton:
 
     def push(self, t_s: float, force_n: list[float], enabled: bool) -> None:
         """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""
-        self._forces_obey.told(t_s, force_n if enabled else [0.0] * len(FINGERS))
-        self._enabled_obeys.told(t_s, enabled)
+        self._forces_obey.commanded(t_s, force_n if enabled else [0.0] * len(FINGERS))
+        self._enabled_obeys.commanded(t_s, enabled)
         self.line.send(self._forces.next_frame([*force_n, float(enabled)]))

@@ -135,7 +135,7 @@ class TactTip:
         command = TactTipCommand(motor.hold_mv, wanted[1], *motor[1:])
         self.line.send(MessageId.TACTTIP_COMMAND, command.encode())
         self._sent, self._sent_s, self._turning = wanted, t_s, motor_rpm > 0.0
-        self._motor.told(t_s, command.motor_mv)
+        self._motor.commanded(t_s, command.motor_mv)
         if command.pulse_us:
-            self._motor.told(t_s, command.pulse_mv)
-        self._peltier.told(t_s, command.peltier_permille)
+            self._motor.commanded(t_s, command.pulse_mv)
+        self._peltier.commanded(t_s, command.peltier_permille)

@@ -15,7 +15,7 @@ class ConsolePresence:
     _seen_ns: int = 0
     _hidden: bool = False
 
-    def told(self, now_ns: int, seen: bool) -> None:
+    def report(self, now_ns: int, seen: bool) -> None:
         """Take a console's report whether a person can see and use it."""
         if seen:
             self._seen_ns = now_ns

@@ -36,7 +36,7 @@ def answer_desk(
         case "status":
             pass
         case "attend":
-            attendance.told(now_ns, details.get("seen") is True)
+            attendance.report(now_ns, details.get("seen") is True)
         case "engage":
             if session.state is LinkState.FAULT or client.remote_fault:
                 latched = fault_text(session.fault or client.remote_fault)

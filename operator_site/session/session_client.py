@@ -14,7 +14,7 @@ from common.link.deadband import Deadband
 from common.link.emergency_stop import Unconfirmed
 from common.link.link_sides import OperatorSide
 from common.link.packet_filter import PacketFilter
-from common.link.perception_thresholds import motion_felt
+from common.link.perception_thresholds import motion_perceptible
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Session
 from common.timing.timeouts import SESSION_SILENCE_S
@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 
 SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """No answer to heartbeats for this long: the remote site is gone, say hello again."""
-LONGEST_TOLD = 80
+LONGEST_DESCRIPTION = 80
 """Characters of what the remote site says of its calibration."""
 _ASK_NS = 200_000_000
 """Between two tries of the same request."""
@@ -114,7 +114,7 @@ class SessionClient:
     @property
     def calibrated(self) -> str:
         """What the remote site's numbers rest on, in its own words; empty where it does not say."""
-        return str(self.remote.get("calibrated", ""))[:LONGEST_TOLD]
+        return str(self.remote.get("calibrated", ""))[:LONGEST_DESCRIPTION]
 
     @property
     def spared(self) -> int:
@@ -199,7 +199,7 @@ class SessionClient:
             state = LinkState.CONNECTED  # who feels nothing must not move anything
         if self.deadband is not None:
             now_s, told_m = now_ns * 1e-9, self._told.at(now_ns * 1e-9)
-            felt = state is not self._told_state or told_m is None or motion_felt(told_m, block)
+            felt = state is not self._told_state or told_m is None or motion_perceptible(told_m, block)
             if not self.deadband.step(now_s, felt):
                 return None
             self._told.take(now_s, block)

@@ -25,7 +25,7 @@ PERSIST_S = 0.10
 
 
 class ForceSensorFault:
-    """Watches one finger: `step` for what was measured, `told` for each set-point.
+    """Watches one finger: `step` for what was measured, `commanded` for each set-point.
 
     Attributes:
         fault: what is wrong as of the last reading; None when nothing is.
@@ -41,7 +41,7 @@ class ForceSensorFault:
         self._force_n = -1.0
         self._same_s = self._wrong_s = 0.0
 
-    def told(self, t_s: float, set_m: float, released: bool) -> None:
+    def commanded(self, t_s: float, set_m: float, released: bool) -> None:
         """A set-point was sent, m; released, the finger goes by itself."""
         self._t_s = t_s
         if released:

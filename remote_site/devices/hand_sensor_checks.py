@@ -58,11 +58,11 @@ class HandSensorChecks:
                 found.append(fault._replace(where=FINGERS[finger]))
         self._sensor_faults = found
 
-    def told(self, t_s: float, z_m: Sequence[float], released: bool) -> None:
+    def commanded(self, t_s: float, z_m: Sequence[float], released: bool) -> None:
         """Set-points (5,), m, are sent at `t_s`, s; released, the fingers go by themselves."""
         self._set_m = None if released else z_m
         for finger, sensor in self._sensors:
-            sensor.told(t_s, z_m[finger], released)
+            sensor.commanded(t_s, z_m[finger], released)
 
     @property
     def faults(self) -> list[Fault]:

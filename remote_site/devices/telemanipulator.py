@@ -135,6 +135,6 @@ class Telemanipulator:
         """Send set-points of the hand and its five fingertips, m; released, the hand stays and fingers only rise."""
         hand = self._hand.next_frame((x_m * _MM, y_m * _MM))
         heights = self._heights.next_frame([*[height_m * _MM for height_m in z_m], float(released)])
-        self._watched.told(t_s, z_m, released)
-        self._release_obeys.told(t_s, not released)
+        self._watched.commanded(t_s, z_m, released)
+        self._release_obeys.commanded(t_s, not released)
         self.line.send(hand, heights)

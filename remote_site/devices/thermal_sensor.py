@@ -114,5 +114,5 @@ class ThermalSensor:
     def heat(self, t_s: float, drive: float) -> None:
         """Send a heater drive, -1..1 of full power; positive heats."""
         self._permille = round(drive * DRIVE_FULL)
-        self._obeys.told(t_s, self._permille)
+        self._obeys.commanded(t_s, self._permille)
         self.line.send(MessageId.HEATER_COMMAND, HeaterCommand(self._permille).encode())

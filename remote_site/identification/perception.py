@@ -89,7 +89,7 @@ class Perception:
         self._solvers: list[Solver] = [*(each.thermal for each in self._identifications.values()), self._shared]
         self._hand = HandPath()
         self._places = SampleWindow(FOUND_S)
-        self._telling = TouchSummaries()
+        self._summaries = TouchSummaries()
 
     def step(self, sensed: SensorFrame) -> list[Event]:
         """Take one tick's readings; return the events that happened in it."""
@@ -132,7 +132,7 @@ class Perception:
             if touch.events:
                 happened += self._happened(finger, touch.events)
         self._share()
-        self._telling.step(time_s, self._identifications)
+        self._summaries.step(time_s, self._identifications)
         self._events.extend(happened)
         while self._events and time_s - self._events[0].time_ns * 1e-9 > HISTORY_S:
             self._events.popleft()
@@ -189,7 +189,7 @@ class Perception:
         for finger, touch in self.touches.items():
             names[finger] = touch.thermal.best or ""
         floats, events = touch_block(self.touches, *self._place_m), tuple(self._events)
-        return Touch(session, sequence, time_ns, state, floats, tuple(names), events, self._telling.told)
+        return Touch(session, sequence, time_ns, state, floats, tuple(names), events, self._summaries.summaries)
 
 
 def _sample(sensed: SensorFrame, finger: int) -> FingerSample:

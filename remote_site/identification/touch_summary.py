@@ -7,10 +7,10 @@ from common.fingers import FINGERS
 from common.wire.touch_summary import (
     GROOVE_MAX_M,
     MAX_CANDIDATES,
+    NO_SUMMARIES,
     NOTHING,
-    NOTHING_TOLD,
     ROUGHNESS_MAX_V,
-    TOLD_EVERY_S,
+    SUMMARY_INTERVAL_S,
     TouchSummary,
 )
 from remote_site.identification.finger_identification import FingerIdentification
@@ -23,24 +23,24 @@ class TouchSummaries:
     """Keeps the present summaries. Pure: the time is an argument.
 
     Attributes:
-        told: present summary of each finger; the same object until a summary changes.
+        summaries: present summary of each finger; the same object until a summary changes.
     """
 
-    __slots__ = ("_made_s", "told")
+    __slots__ = ("_made_s", "summaries")
 
     def __init__(self) -> None:
         """Begin with empty summaries."""
         self._made_s = -math.inf
-        self.told = NOTHING_TOLD
+        self.summaries = NO_SUMMARIES
 
     def step(self, t_s: float, fingers: Mapping[int, FingerIdentification]) -> None:
         """Summarise the fingers in use at `t_s`, s, if the interval since the last summary has passed."""
-        if 0.0 <= t_s - self._made_s < TOLD_EVERY_S:
+        if 0.0 <= t_s - self._made_s < SUMMARY_INTERVAL_S:
             return
         self._made_s = t_s
         made = tuple([NOTHING if (finger := fingers.get(k)) is None else _summary(finger) for k in range(len(FINGERS))])
-        if made != self.told:
-            self.told = made
+        if made != self.summaries:
+            self.summaries = made
 
 
 def _summary(finger: FingerIdentification) -> TouchSummary:

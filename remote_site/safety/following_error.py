@@ -27,14 +27,14 @@ _MARGIN_M = (PLANE_MARGIN_M, PLANE_MARGIN_M, *(HEIGHT_MARGIN_M,) * len(FINGERS))
 
 
 class FollowingError:
-    """Watches the hand's x and y and the fingers' heights: `step` for what it measured, then `told` what is sent.
+    """Watches the hand's x and y and the fingers' heights: `step` for what it measured, then `commanded` what is sent.
 
     A place is seven numbers, m: x, y and the five heights.
     """
 
     def __init__(self) -> None:
         self._lately = [SlidingExtrema() for _ in _NAMES]
-        self._told = False
+        self._commanded = False
         self._doubt_s = 0.0
         self._measured: tuple[Sequence[float], Sequence[float]] = ((), ())
         self._rest_m: list[float] = []
@@ -58,7 +58,7 @@ class FollowingError:
             taking_part: fingers that are expected to move; the others may stand anywhere.
         """
         self._measured = (place_m, force_n)
-        if not self._told or age_s > FRESH_S:
+        if not self._commanded or age_s > FRESH_S:
             return None
         for is_m, lately, margin_m in zip(place_m, self._lately, _MARGIN_M, strict=True):
             if not lately.lowest - margin_m <= is_m <= lately.highest + margin_m:
@@ -70,7 +70,7 @@ class FollowingError:
         self._doubt_s = self._doubt_s + min(LONGEST_TICK_S, dt_s) if wrong else 0.0
         return wrong if self._doubt_s >= PERSIST_S else None
 
-    def told(self, t_s: float, place_m: Sequence[float], released: bool) -> None:
+    def commanded(self, t_s: float, place_m: Sequence[float], released: bool) -> None:
         """Take the set-points that are sent now, (7,), after the `step` of this tick.
 
         Released, the telemanipulator stops by itself and lets fingers only rise: what it holds then is seen from where
@@ -88,7 +88,7 @@ class FollowingError:
             place_m = [x_m, y_m, *map(max, z_m, place_m[2:])]
         for value, lately in zip(place_m, self._lately, strict=True):
             lately.add(t_s, value)
-        self._told = True
+        self._commanded = True
 
     def _outside(self, place_m: Sequence[float], bent_m: Sequence[float], watched: Sequence[bool]) -> Fault | None:
         for name, margin_m, is_m, bent, looked_at, lately in zip(

@@ -165,7 +165,7 @@ class PatientGate:
             self._drive[number], acted = self._heat(heater, allowed, heater_drive[number], plate_c)
             limited[number] |= acted
         if known:
-            self._follow.told(self._t_s, (*self._plane, *heights_m), not live)
+            self._follow.commanded(self._t_s, (*self._plane, *heights_m), not live)
         return GatedCommand(self._ready, not live, *self._plane, heights_m, self._drive[:], limited, self._fault)
 
     def _elapsed(self, t_s: float) -> float:

@@ -113,7 +113,7 @@ class MaterialTable(TableFile):
         """Labels of the calibrated materials, in the table's order."""
         return [entry.name for entry in self.materials]
 
-    def told(self) -> str:
+    def described(self) -> str:
         """Return a line about the calibration for people: date, number of touches and scatter of single touches."""
         touches = sum(entry.touches for entry in self.materials)
         apart = math.sqrt(sum(entry.covariance[0][0] * entry.touches for entry in self.materials) / touches)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGERS
 from common.link.deadband import Deadband
-from common.link.perception_thresholds import TOUCH_STEPS, touch_felt
+from common.link.perception_thresholds import TOUCH_STEPS, touch_perceptible
 from common.scenes.scene import load_scene
 from sim_sensors.operator_hand.hand import ScriptedHand
 from studies.teleoperation.teleoperation import SCENE
@@ -54,7 +54,7 @@ def touch_rows(seconds: float, seed: int) -> list[dict[str, Any]]:
     for tick in range(round(seconds / TICK_S)):
         hand.step(TICK_S, np.zeros(len(FINGERS)))
         touch = remote.move(hand.x_m, hand.y_m, hand.z_m)
-        perceptible = last is None or touch_felt(last, touch)
+        perceptible = last is None or touch_perceptible(last, touch)
         act = hand.segment.act
         ticks[act] += 1
         news[act] += perceptible

@@ -23,7 +23,7 @@ from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Progress
 from studies.texture.texture_figure import plot
 from studies.texture.texture_methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
-from studies.texture.texture_strokes import Asked, Drawn, changes, felt_blocks, grooves_counted, strokes, stroking
+from studies.texture.texture_strokes import Asked, Drawn, changes, grooves_counted, stroke_blocks, strokes, stroking
 from teletaction.make_tables import STROKED
 
 __all__ = ["plot", "run", "tables"]
@@ -125,7 +125,7 @@ def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tupl
     """Yield the answers of each method to each stroke, and its roughness before and after normalisation."""
     for one in (each.drawn() for each in asked):
         names, _ = answers(one, learned, TIMES_S)
-        blocks = felt_blocks(one, learned.fit.table)
+        blocks = stroke_blocks(one, learned.fit.table)
         course = paper_felt(one.even, [block.mode for block in blocks])
         felt = [block.texture.roughness_v for block in stroking(blocks) if block.texture.valid]
         yield (
@@ -208,7 +208,7 @@ def _change(asked: Sequence[Asked], table: SurfaceTable) -> Iterator[dict[str, A
     for one in (each.drawn() for each in asked):
         border_s = one.trace.border_s
         assert border_s is not None
-        blocks = felt_blocks(one, table)
+        blocks = stroke_blocks(one, table)
         window_s = max(1e3 * SEEN_M / one.speed_mm_s, SEEN_S)
         detected = [block.texture.changed_s - border_s for block in blocks if block.texture.changed_s is not None]
         hits = [after_s for after_s in detected if 0.0 <= after_s <= window_s]
@@ -255,7 +255,7 @@ def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Itera
                 noise_v=how.get("noise_v", NOISE_V),
             )
             one = Drawn(surface, None, speed_mm_s, force_n, trace)
-            blocks = felt_blocks(one, table)
+            blocks = stroke_blocks(one, table)
             begin_s = stroking(blocks)[0].begin_s
             detected = {
                 SHIPPED: [impulse.time_s for block in blocks for impulse in block.texture.impulses],
@@ -279,7 +279,7 @@ def _course(table: SurfaceTable, before: str, after: str, seed: int) -> Iterator
     """Stroke from one surface to another; yield the course that shows the paper's latching hold and drifting mean."""
     trace = simulate_stroke(before, 5000 + seed, 60.0, 1.5, length_m=0.24, then=after)
     one = Drawn(before, after, 60.0, 1.5, trace)
-    felt = stroking(felt_blocks(one, table))
+    felt = stroking(stroke_blocks(one, table))
     paper, course = PaperRoughness(), []
     for block in felt:
         first = int(np.searchsorted(one.even.time_s, block.begin_s))

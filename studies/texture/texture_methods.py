@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from remote_site.texture.calibration.law_fit import LabelledStroke, anything
 from remote_site.texture.calibration.texture_calibration import TextureFit, fit_surfaces
-from remote_site.texture.recorded.stroke_playback import FeltBlock
+from remote_site.texture.recorded.stroke_playback import StrokeBlock
 from remote_site.texture.texture_law import TextureLaw
 from studies.paper.paper_texture import PaperClasses, PaperFelt, paper_felt
 from studies.texture.texture_baselines import band_powers, classifiers, moments
-from studies.texture.texture_strokes import Drawn, felt_blocks, stroking
+from studies.texture.texture_strokes import Drawn, stroke_blocks, stroking
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def learn(drawn: Sequence[Drawn], times_s: Sequence[float]) -> Learned:
     """Calibrate every method with the same strokes."""
     fit = fit_surfaces([LabelledStroke(f"stroke {k}", one.surface, one.even) for k, one in enumerate(drawn)], {})
     plain = anything(TextureLaw())
-    blocks = [felt_blocks(one, plain) for one in drawn]
+    blocks = [stroke_blocks(one, plain) for one in drawn]
     ends: dict[str, list[PaperFelt]] = {}
     for one, felt in zip(drawn, blocks, strict=True):
         ends.setdefault(one.surface, []).append(paper_felt(one.even, [block.mode for block in felt])[-1])
@@ -50,7 +50,7 @@ def learn(drawn: Sequence[Drawn], times_s: Sequence[float]) -> Learned:
     return Learned(fit, PaperClasses(ends), classic)
 
 
-def signal_of(one: Drawn, blocks: Sequence[FeltBlock], time_s: float) -> Array:
+def signal_of(one: Drawn, blocks: Sequence[StrokeBlock], time_s: float) -> Array:
     """Return the first `time_s` of a stroke's signal, V."""
     begin_s = stroking(list(blocks))[0].begin_s
     inside = (one.even.time_s >= begin_s) & (one.even.time_s < begin_s + time_s)
@@ -64,7 +64,7 @@ def answers(one: Drawn, learned: Learned, times_s: Sequence[float]) -> tuple[dic
     The times are in the order of METHODS.
     """
     begin = perf_counter()
-    blocks = felt_blocks(one, learned.fit.table)
+    blocks = stroke_blocks(one, learned.fit.table)
     spent = [0.0, (perf_counter() - begin) / (len(one.even.time_s) / RATE_HZ), 0.0, 0.0]
     begin = perf_counter()
     course = paper_felt(one.even, [block.mode for block in blocks])

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from common.wire.messages import ExplorationMode
-from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
+from remote_site.texture.recorded.stroke_playback import EvenStroke, StrokeBlock, felt
 from remote_site.texture.surface_table import SurfaceTable
 from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
 from teletaction.make_tables import STROKED
@@ -71,12 +71,12 @@ def changes(count: int, seed: int) -> Iterator[Asked]:
         yield Asked(before, after, (seed << 20) + 500_000 + number, speed_mm_s, force_n, 0.14)
 
 
-def stroking(blocks: list[FeltBlock]) -> list[FeltBlock]:
+def stroking(blocks: list[StrokeBlock]) -> list[StrokeBlock]:
     """Return the blocks in stroking mode."""
     return [block for block in blocks if block.mode is ExplorationMode.STROKING]
 
 
-def felt_blocks(drawn: Drawn, table: SurfaceTable) -> list[FeltBlock]:
+def stroke_blocks(drawn: Drawn, table: SurfaceTable) -> list[StrokeBlock]:
     """Return the blocks that the shipped method identifies."""
     return list(felt(drawn.even, table))
 

@@ -14,7 +14,7 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_hypotheses import FOREIGN
 from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, TellShare, Work, one_thread, part_of
+from studies.pieces import HERE, Piece, ReportShare, Work, one_thread, part_of
 from studies.running import Progress
 from studies.thermal_identification import thermal_figure, thermal_maps
 from studies.thermal_identification.thermal_answers import Answered, knowledge_of
@@ -153,7 +153,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     return measure(QUICK if quick else FULL, seed, progress, work) | {"quick": quick}
 
 
-def measure(sizes: Sizes, seed: int, progress: TellShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
+def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
     prepared = _prepare(sizes, seed, work, part_of(progress, 0.0, 0.35))
     found = _judge(sizes, seed, prepared, work, part_of(progress, 0.35, 0.95))
@@ -240,7 +240,7 @@ def _materials(sizes: Sizes) -> dict[int, tuple[str, ...]]:
     return {len(names): names for names, touches in zip((FOUR, TWELVE), sizes.test, strict=True) if touches}
 
 
-def _prepare(sizes: Sizes, seed: int, work: Work, progress: TellShare) -> _Prepared:
+def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Prepared:
     calibration_seed, learning_seed = (_seed(seed, what) for what in ("calibration", "learning"))
     usual = thermal_maps.default_noise(sizes.maps)
     noises_k = [noise_k for noise_k in sizes.maps.noises_k if noise_k != usual]
@@ -286,7 +286,7 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: TellShare) -> _Prepa
     )
 
 
-def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: TellShare) -> _Found:
+def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: ReportShare) -> _Found:
     keys = [(what, t_s) for what, each in prepared.learning.items() for t_s in each.rows]
     pieces: dict[str, list[Piece]] = {
         "networks": [

@@ -14,7 +14,7 @@ from common.config import OperatorConfig, RemoteConfig, load_site
 from common.fingers import FINGERS
 from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.runtime.reference_step import reference_step_s
-from common.runtime.scheduling import come_first, has_real_time, stand_in_line
+from common.runtime.scheduling import has_real_time, take_ordinary, take_realtime
 from common.timing.timeouts import FASTEST_RATE_HZ
 from operator_site.session.remote_key import remote_public_key
 from remote_site.calibrated_tables import load_tables
@@ -222,8 +222,8 @@ def _priority() -> Finding:
         return Finding(
             "loop's priority", True, "real-time, inherited from the parent process; a loop started this way keeps it"
         )
-    if come_first():
-        stand_in_line()
+    if take_realtime():
+        take_ordinary()
         return Finding("loop's priority", True, "real-time is allowed: the loop runs before all ordinary work")
     words = "ordinary: beside other work the loop is late more often. LimitRTPRIO=10 in its unit, or `ulimit -r 10`"
     return Finding("loop's priority", True, words)

@@ -147,7 +147,7 @@ def touch_fields(packet: bytes) -> Fields:
         fields[f"{finger}.material"] = material
     fields |= {
         f"{finger}.told": [list(map(list, told[0])), *told[1:]]
-        for finger, told in zip(FINGERS, touch.told, strict=True)
+        for finger, told in zip(FINGERS, touch.summaries, strict=True)
     }
     for event in touch.events:
         fields[f"event {event.ident}"] = [int(event.kind), event.finger, event.time_ns, event.value, event.name]

@@ -7,7 +7,7 @@ from typing import Any
 
 from operator_site.console.examination.findings import QUANTITY, value_text
 from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
-from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, Felt, FeltPlace
+from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, ExploredPlace, Felt
 from teletaction.report.examination import Examination
 from teletaction.report.finding_figure import AFTER_S, BEFORE_S, signals_figure
 from teletaction.report.map_coverage import Coverage, coverage
@@ -86,7 +86,7 @@ def confidence(examination: Examination, finding: Mapping[str, Any]) -> int | No
     return 0 if felt is None else _step(quantity, felt)
 
 
-def place_of(examination: Examination, finding: Mapping[str, Any]) -> FeltPlace | None:
+def place_of(examination: Examination, finding: Mapping[str, Any]) -> ExploredPlace | None:
     """Return all values felt at the place of a finding by the end; None without a place."""
     x_m, y_m = finding.get("x_m"), finding.get("y_m")
     return None if x_m is None or y_m is None else examination.felt.at(float(x_m), float(y_m))
@@ -157,7 +157,7 @@ def finding_blocks(examination: Examination, session: SessionCurves) -> str:
     return section("Findings, one by one", "".join(blocks)) if blocks else ""
 
 
-def _in_words(finding: Mapping[str, Any], here: FeltPlace | None) -> str:
+def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> str:
     """Describe a finding: its difference from the surroundings, the values felt there by the end, and the note."""
     lines = [shown(finding["compare"])] if finding.get("compare") else []
     if here is not None:
@@ -192,7 +192,7 @@ def _first_quantity(examination: Examination) -> str | None:
     return max(known, key=lambda quantity: (about.count(quantity), getattr(felt[quantity], "felt_m2", 0.0)))
 
 
-def _known_here(here: FeltPlace | None) -> str | None:
+def _known_here(here: ExploredPlace | None) -> str | None:
     return next((quantity for quantity in UNITS if getattr(here, quantity, None) is not None), None)
 
 

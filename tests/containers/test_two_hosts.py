@@ -38,7 +38,7 @@ RESTARTED = (
 """Host, service and process."""
 NOTICED_S = {"sim-remote": 0.150, "revoked": 1.0}
 """Dead devices of the far side are noticed from what its site then says; the list of keys is read once a second."""
-COME_FIRST = "from common.runtime.scheduling import come_first; print(come_first())"
+COME_FIRST = "from common.runtime.scheduling import take_realtime; print(take_realtime())"
 SESSION = "docker-compose exec -T operator python -m teletaction session {} --config /config/operator.toml"
 HEALTH = "docker-compose exec -T {} python -m common.health /session/{}.json --state engaged"
 
@@ -57,7 +57,7 @@ class Story:
     rotated_s: float = 0.0
     shares: list[float] = field(default_factory=list)
     engine_may: bool = False
-    may_come_first: dict[str, bool] = field(default_factory=dict)
+    may_take_realtime: dict[str, bool] = field(default_factory=dict)
     """Whether the engine may allow real-time priority, and whether it is allowed in each site's container."""
     came_first: str = ""
     """What the how-to's command says of the operator's loop."""
@@ -81,7 +81,7 @@ def tell(hosts: TwoNetworks, story: Story) -> Story:
     use_console(hosts, read_tokens(hosts.operator(steps["Start"][1])))
     for checkout, name in ((hosts.remote, "remote"), (hosts.operator, "operator")):
         said = run("docker", "exec", checkout.container(name), "python", "-c", COME_FIRST)
-        story.may_come_first[name] = {"True\n": True, "False\n": False}[said]
+        story.may_take_realtime[name] = {"True\n": True, "False\n": False}[said]
     story.engine_may = hosts.real_time
     story.came_first = hosts.operator(*steps["Real-time priority"]).strip()
     part(hosts, story)
@@ -309,8 +309,8 @@ def test_the_operator_never_took_the_far_clock_for_surer_than_it_was(story: Stor
 
 def test_both_sites_loops_may_come_first_where_the_engine_may_allow_it(story: Story) -> None:
     """Whether one does when it is asked, is up to how busy the machine is."""
-    print(f"allowed: {story.may_come_first}, the operator's loop: {story.came_first}")
-    assert story.may_come_first == {"remote": story.engine_may, "operator": story.engine_may}
+    print(f"allowed: {story.may_take_realtime}, the operator's loop: {story.came_first}")
+    assert story.may_take_realtime == {"remote": story.engine_may, "operator": story.engine_may}
     assert story.came_first in ('"real_time": true', '"real_time": false')
 
 

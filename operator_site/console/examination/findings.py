@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from operator_site.console.map.tactile_map import Felt, FeltPlace
+from operator_site.console.map.tactile_map import ExploredPlace, Felt
 
 KINDS = ("rough", "warm", "cold", "stiff", "soft", "other")
 QUANTITY = {
@@ -41,7 +41,7 @@ def difference(quantity: str, here: Felt, around: Felt) -> Difference:
     return Difference(math.log(here.value / around.value), relative_sd)
 
 
-def likely_kind(here: FeltPlace, around: FeltPlace) -> str | None:
+def likely_kind(here: ExploredPlace, around: ExploredPlace) -> str | None:
     """Return the likely kind of finding at a place; None if no quantity differs clearly."""
     best, clearest = None, CLEAR
     names = {"temperature": ("cold", "warm"), "roughness": (None, "rough"), "stiffness": ("soft", "stiff")}
@@ -56,7 +56,7 @@ def likely_kind(here: FeltPlace, around: FeltPlace) -> str | None:
     return best
 
 
-def describe(kind: str | None, here: FeltPlace) -> str:
+def describe(kind: str | None, here: ExploredPlace) -> str:
     """Describe a finding in words: its kind and its value, or all values if its kind has no quantity.
 
     Raises:
@@ -72,7 +72,7 @@ def describe(kind: str | None, here: FeltPlace) -> str:
     return ", ".join([*([kind] if kind else []), *(values or ["nothing felt here"])])
 
 
-def compare(kind: str | None, here: FeltPlace, around: FeltPlace) -> str:
+def compare(kind: str | None, here: ExploredPlace, around: ExploredPlace) -> str:
     """Describe the difference of a finding from its surroundings in words; empty if unknown."""
     quantity = QUANTITY.get(kind or "")
     mine, theirs = (getattr(place, quantity) if quantity else None for place in (here, around))

@@ -49,7 +49,7 @@ class Felt(NamedTuple):
     last_s: float
 
 
-class FeltPlace(NamedTuple):
+class ExploredPlace(NamedTuple):
     """Quantities around a place, None if not felt; `material` is the likeliest one and its share of the votes."""
 
     x_m: float
@@ -175,19 +175,19 @@ class TactileMap:
         centre_c = 33.0 if self._centre_c is None else self._centre_c
         return centre_c - SCALE_K, centre_c + SCALE_K
 
-    def at(self, x_m: float, y_m: float, radius_m: float = REACH_M) -> FeltPlace:
+    def at(self, x_m: float, y_m: float, radius_m: float = REACH_M) -> ExploredPlace:
         """Combine the samples within `radius_m` of a place."""
         found = {name: _together(layer, name, x_m, y_m, radius_m) for name, layer in self.layers.items()}
         votes = {name: sum(s.value for s in layer.near(x_m, y_m, radius_m)) for name, layer in self.named.items()}
         best = max(votes, key=votes.__getitem__, default="")
         all_votes = sum(votes.values())
         material = (best, votes[best] / all_votes) if all_votes > 0.0 else None
-        return FeltPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], material)
+        return ExploredPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], material)
 
-    def around(self, x_m: float, y_m: float) -> FeltPlace:
+    def around(self, x_m: float, y_m: float) -> ExploredPlace:
         """Return median and spread of the samples in the surroundings of a place."""
         found = {name: _surroundings(layer, name, x_m, y_m) for name, layer in self.layers.items()}
-        return FeltPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], None)
+        return ExploredPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], None)
 
     def _follow(self, x_m: float, y_m: float) -> None:
         """Move the frame by whole tiles, so that a place lies at least one tile inside it."""

@@ -65,7 +65,7 @@ class FingersNow:
 
     def __init__(self) -> None:
         self.touch: Touch | None = None
-        self.told: tuple[TouchSummary, ...] = (NOTHING,) * len(FINGERS)
+        self.summaries: tuple[TouchSummary, ...] = (NOTHING,) * len(FINGERS)
         self.contact_since_s: list[float | None] = [None] * len(FINGERS)
         self.rows: Sequence[TouchRow] = (NO_TOUCH,) * len(FINGERS)
         """Touch row of each finger in the newest touch."""
@@ -76,7 +76,7 @@ class FingersNow:
 
     def take_touch(self, t_s: float, touch: Touch, rows: Sequence[TouchRow]) -> None:
         """Take an accepted touch with the `rows` of its block."""
-        self.touch, self.told, self._touch_s, self.rows = touch, touch.told, t_s, rows
+        self.touch, self.summaries, self._touch_s, self.rows = touch, touch.summaries, t_s, rows
         for finger, row in enumerate(rows):
             if not row.contact:
                 self.contact_since_s[finger] = None

@@ -106,7 +106,7 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
     row = fingers.rows[finger] if fresh else NO_TOUCH
     since_s = fingers.contact_since_s[finger] if fresh else None
     touching = since_s is not None
-    told = fingers.told[finger]
+    told = fingers.summaries[finger]
     status = ThermalStatus(int(row.thermal_status)) if touching else ThermalStatus.NO_CONTACT
     material = fingers.touch.materials[finger] if fingers.touch is not None and touching else ""
     reason = ThermalReason(int(row.thermal_reason))

@@ -31,7 +31,7 @@ class EvenStroke:
 
 
 @dataclass(frozen=True, slots=True)
-class FeltBlock:
+class StrokeBlock:
     """Result of one block: begin and end, s; mode; speed, m/s; force, N; whether a contact began; texture."""
 
     begin_s: float
@@ -64,7 +64,7 @@ def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStrok
     )
 
 
-def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[FeltBlock]:
+def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[StrokeBlock]:
     """Yield the result of each block; a stroke without force counts as in contact, one without speed as stroking."""
     hand = HandMotion()
     exploration, identification = ModeDetector(hand), TextureIdentification(surfaces)
@@ -79,4 +79,4 @@ def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[FeltBlock]:
         texture = identification.step(
             t_s, stroke.signal_v[part], stroke.force_n[part].tolist(), stroke.speed_m_s[part].tolist(), mode
         )
-        yield FeltBlock(float(stroke.time_s[first]), t_s, mode, speed_m_s, force_n, exploration.began, texture)
+        yield StrokeBlock(float(stroke.time_s[first]), t_s, mode, speed_m_s, force_n, exploration.began, texture)

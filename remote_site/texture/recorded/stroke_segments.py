@@ -8,7 +8,7 @@ import numpy as np
 from common.wire.messages import ExplorationMode
 from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.recorded.slow_stroke import slow_stroke
-from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, FeltBlock, even_stroke, felt
+from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, StrokeBlock, even_stroke, felt
 from remote_site.texture.recorded.stroke_segment import Segment
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.traces.trace_files import StrokeTrace
@@ -46,7 +46,7 @@ def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
     return found
 
 
-def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[FeltBlock]]:
+def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[StrokeBlock]]:
     """Return the blocks in groups of one mode and one surface."""
     blocks = list(felt(stroke, surfaces))
     cuts = [0]
@@ -57,7 +57,7 @@ def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[FeltBlock]]:
     return [blocks[first:last] for first, last in pairwise([*cuts, len(blocks)])]
 
 
-def _segment(part: list[FeltBlock]) -> Segment:
+def _segment(part: list[StrokeBlock]) -> Segment:
     """Summarise consecutive blocks of one mode; roughness and surface come from the later two thirds."""
     segment = Segment(part[0].mode, part[0].begin_s, part[-1].end_s)
     segment.fault = next((block.texture.fault for block in part if block.texture.fault is not None), None)

@@ -258,4 +258,4 @@ def test_the_watch_tells_what_a_process_uses_and_says(tmp_path: Path) -> None:
     assert first.rss_mib > 10.0
     assert first.open_files >= 3
     assert first.threads >= 1
-    assert first.told == {"state": "engaged", "fault": None, "devices": {}, "overruns": 2}
+    assert first.status == {"state": "engaged", "fault": None, "devices": {}, "overruns": 2}

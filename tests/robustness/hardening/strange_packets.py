@@ -12,7 +12,7 @@ from common.wire.finger_block import FingerBlock
 from common.wire.messages import EVENT_MAX, MAX_EVENTS, MOTION_BLOCK, TOUCH_BLOCK, Event, EventKind, explains
 from common.wire.packets import MAX_INTEGER, MAX_TEXT, LinkState, N
 from common.wire.session_messages import REQUESTS
-from common.wire.touch_summary import NOTHING_TOLD, TouchSummary
+from common.wire.touch_summary import NO_SUMMARIES, TouchSummary
 
 MS = 1_000_000
 SEQUENCES = int(os.environ.get("SEQUENCES", "500"))
@@ -79,6 +79,6 @@ late_ms = st.integers(-5, 60)
 event_lists = st.lists(st.tuples(events, st.one_of(st.none(), late_ms)), max_size=MAX_EVENTS // 4)
 materials = st.tuples(*[texts] * N)
 told = st.one_of(
-    st.just(NOTHING_TOLD),
+    st.just(NO_SUMMARIES),
     st.just((TouchSummary((("", 1.0), ("x" * MAX_TEXT, 0.0)), 100.0, 0.0, 0.1, None),) * N),
 )

@@ -193,7 +193,7 @@ class OperatorAgainstRemote(RuleBasedStateMachine):
         ]
         self.touches += skip
         try:
-            self.touch_now(state, floats, names, tuple(timed), told=said)
+            self.touch_now(state, floats, names, tuple(timed), summaries=said)
         except BadPacket:  # longer than a packet may be
             return
         self.tick(2)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
-from remote_site.texture.recorded.stroke_playback import EvenStroke, FeltBlock, felt
+from remote_site.texture.recorded.stroke_playback import EvenStroke, StrokeBlock, felt
 from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
 from tests.unit.remote_site.shipped_tables import SURFACES
 
@@ -22,12 +22,12 @@ def even(trace: StrokeTrace, speed_factor: float = 1.0) -> EvenStroke:
     return EvenStroke(trace.time_s, trace.pressure_v, trace.force_n, 1e-3 * speed_factor * trace.speed_mm_s)
 
 
-def played(trace: StrokeTrace) -> list[FeltBlock]:
+def played(trace: StrokeTrace) -> list[StrokeBlock]:
     """All blocks of a stroke."""
     return list(felt(even(trace), SURFACES))
 
 
-def stroking(blocks: list[FeltBlock]) -> list[FeltBlock]:
+def stroking(blocks: list[StrokeBlock]) -> list[StrokeBlock]:
     """Those while the finger strokes."""
     return [block for block in blocks if block.mode is ExplorationMode.STROKING]
 
@@ -49,7 +49,7 @@ class Counted:
     invented: int
 
 
-def counted(trace: StrokeTrace, blocks: list[FeltBlock]) -> Counted:
+def counted(trace: StrokeTrace, blocks: list[StrokeBlock]) -> Counted:
     """Compare impulses with what was crossed: from 2 mm within the stroke to its end, to half a millimetre."""
     speed_mm_s = float(np.median(trace.speed_mm_s[trace.speed_mm_s > 5.0]))
     begin_s = 0.08 + 2.0 / speed_mm_s + next(b.begin_s for b in blocks if b.mode is ExplorationMode.STROKING)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import studies.pieces
-from studies.pieces import Piece, TellShare, Work
+from studies.pieces import Piece, ReportShare, Work
 
 
 def drawn(seed: int, count: int) -> float:
@@ -52,7 +52,7 @@ def become_another_version() -> None:
     studies.pieces.code_version = lambda: "another version"  # type: ignore[assignment]
 
 
-def run(quick: bool, seed: int, progress: TellShare, work: Work) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: ReportShare, work: Work) -> dict[str, Any]:
     """A study that is nothing but pieces."""
     pieces: list[Piece] = [(drawn, (seed + number, 40)) for number in range(6)]
     return {"quick": quick, "drawn": work(pieces, progress), "numbers": work([(numbers, (2, 3))])}

@@ -4,7 +4,7 @@ import pytest
 
 from common.scenes.scene import load_scene, scene_names
 from common.scenes.surfaces import surface_kind
-from operator_site.session.session_client import LONGEST_TOLD
+from operator_site.session.session_client import LONGEST_DESCRIPTION
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
 from teletaction.make_tables import STROKED
@@ -19,13 +19,13 @@ def test_every_scene_has_a_table_that_knows_what_it_calls_calibrated(name: str) 
 
 def test_what_a_table_tells_of_itself_fits_on_the_page() -> None:
     table = MaterialTable.load(calibrated_tables("phantom")[0])
-    told = f"Calibrated {table.made_on} (sensor simulated), 600 touches, effusivity ± 8 %"
-    assert table.told() == told
-    assert table.model_copy(update={"made_on": ""}).told().startswith("Calibrated at no known date (sensor")
-    assert len(told) <= LONGEST_TOLD
+    described = f"Calibrated {table.made_on} (sensor simulated), 600 touches, effusivity ± 8 %"
+    assert table.described() == described
+    assert table.model_copy(update={"made_on": ""}).described().startswith("Calibrated at no known date (sensor")
+    assert len(described) <= LONGEST_DESCRIPTION
 
 
-def test_the_measured_surfaces_were_told_the_constants_that_a_virtual_one_has() -> None:
+def test_the_measured_surfaces_were_given_the_constants_that_a_virtual_one_has() -> None:
     table = SurfaceTable.load(SURFACES)
     assert {surface.name for surface in table.surfaces} == set(STROKED)
     for surface in table.surfaces:

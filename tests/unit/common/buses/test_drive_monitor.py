@@ -28,8 +28,8 @@ TICK_S = 0.002
 def test_whoever_applies_what_was_told_a_while_ago_is_never_doubted(told: list[int], late_ticks: int) -> None:
     obeys, off = DriveMonitor(HEATER), DriveMonitor(HEATER)
     for tick, drive in enumerate(told):
-        obeys.told(tick * TICK_S, drive)
-        off.told(tick * TICK_S, drive)
+        obeys.commanded(tick * TICK_S, drive)
+        off.commanded(tick * TICK_S, drive)
         assert obeys.reported(tick * TICK_S, told[max(0, tick - late_ticks)] if tick >= late_ticks else 0) is None
         assert off.reported(tick * TICK_S, 0) is None, "no drive is always right"
 
@@ -38,14 +38,14 @@ def test_a_stuck_drive_is_found_soon_and_a_single_wrong_report_is_not() -> None:
     obeys, found_s = DriveMonitor(HEATER), None
     for tick in range(500):
         t_s = tick * TICK_S
-        obeys.told(t_s, tick % 7)
+        obeys.commanded(t_s, tick % 7)
         applied = 1000 if tick == 100 or t_s >= 0.5 else tick % 7
         if obeys.reported(t_s, applied):
             found_s = found_s or t_s
     assert found_s is not None
     assert 0.5 + PERSIST_S <= found_s <= 0.5 + MEMORY_S + PERSIST_S
     wrong_by_turns = DriveMonitor(HEATER)
-    wrong_by_turns.told(0.0, 0)
+    wrong_by_turns.commanded(0.0, 0)
     assert any(wrong_by_turns.reported(tick * TICK_S, 1000 if tick % 2 else 0) for tick in range(500))
 
 
@@ -76,8 +76,8 @@ def test_wrong_reports_are_a_fault_at_the_named_time(before: Reports, every_s: f
 
 def test_a_command_is_in_force_for_the_named_time_after_the_next() -> None:
     obeys = DriveMonitor(HEATER)
-    obeys.told(-1.0, 300)
-    obeys.told(0.0, 0)
+    obeys.commanded(-1.0, 300)
+    obeys.commanded(0.0, 0)
     assert obeys.reported(MEMORY_S, 300) is None
     words = [obeys.reported(MEMORY_S + LONGEST_S * k, 300) for k in range(1, 7)]
     assert [bool(said) for said in words] == [False] * 5 + [True]
@@ -89,8 +89,8 @@ def test_a_command_is_in_force_for_the_named_time_after_the_next() -> None:
 )
 def test_a_drive_that_stays_after_its_command_is_long_over_is_found(code: FaultCode, value: float | None) -> None:
     obeys = DriveMonitor(code)
-    obeys.told(0.0, 300)
-    obeys.told(1.0, 0)
+    obeys.commanded(0.0, 300)
+    obeys.commanded(1.0, 0)
     words = [obeys.reported(1.0 + tick * TICK_S, 300) for tick in range(200)]
     assert words[0] is None
     assert words[-1] == Fault(code, value=value)
@@ -99,7 +99,7 @@ def test_a_drive_that_stays_after_its_command_is_long_over_is_found(code: FaultC
 def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told() -> None:
     obeys = DriveMonitor(HEATER)
     for n in range(10_000):
-        obeys.told(n * 0.002, n % 1000)
+        obeys.commanded(n * 0.002, n % 1000)
     assert len(pickle.dumps(obeys)) < 2000 + 30 * MEMORY_S / 0.002
     assert obeys.reported(20.0, 999) is None
     assert obeys.reported(20.1, 500) is None
@@ -109,9 +109,9 @@ def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told()
 def test_a_site_that_stood_still_between_two_reads_doubts_nobody() -> None:
     """Both reads are of reports that waited; only the first was late, and what it told is long over."""
     obeys = DriveMonitor(FaultCode.MOTOR_UNASKED)
-    obeys.told(0.0, 836)
+    obeys.commanded(0.0, 836)
     for tick in range(100):
-        obeys.told(0.5 + tick * TICK_S, tick)
+        obeys.commanded(0.5 + tick * TICK_S, tick)
     assert obeys.reported(0.75, 836) is None
     assert obeys.reported(0.75 + 2.0 * PERSIST_S, 836) is None
     assert obeys.reported(0.752 + 2.0 * PERSIST_S, 99) is None
@@ -153,7 +153,7 @@ def doubts(asked: list[float], late_ticks: int, held_commands: Spans, held_repor
 
     obey, device, found, waiting = ForceMonitor(), PushingDevice(late_ticks), [], list[float]()
     for tick, force_n in enumerate(asked):
-        obey.told(tick * TICK_S, [force_n] * 5)
+        obey.commanded(tick * TICK_S, [force_n] * 5)
         if not held(tick, held_commands):
             device.under_way.append((tick + late_ticks, force_n))
         applied_n = device.step(tick)
@@ -203,7 +203,7 @@ def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -
     obey, found_s = ForceMonitor(), None
     for tick in range(500):
         t_s = tick * TICK_S
-        obey.told(t_s, [0.0, 0.0, 1.0, 0.0, 0.0])
+        obey.commanded(t_s, [0.0, 0.0, 1.0, 0.0, 0.0])
         if tick % REPORT_EVERY == 0:
             found = obey.reported(t_s, [0.0, 0.0, 1.05, 10.2 if t_s >= 0.5 else 0.0, 0.0])
             if found and found_s is None:
@@ -223,7 +223,7 @@ def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
     for applied_n in (0.0, 3.0, 4.9):
         obey = ForceMonitor()
         for tick in range(0, 500, REPORT_EVERY):
-            obey.told(tick * TICK_S, [5.0] * 5)
+            obey.commanded(tick * TICK_S, [5.0] * 5)
             found[applied_n] = obey.reported(tick * TICK_S, [applied_n] * 5)
     assert (found[0.0], found[4.9]) == ([], [])
     assert found[3.0][0] == Fault(FaultCode.FORCE_UNASKED, "thumb", value=3.0, limit=5.0)
@@ -235,7 +235,7 @@ def test_where_no_force_was_asked_for_next_to_none_is_right(asked: bool) -> None
         obey, found = ForceMonitor(), list[Fault]()
         for tick in range(100):
             if asked:
-                obey.told(tick * TICK_S, [0.0] * 5)
+                obey.commanded(tick * TICK_S, [0.0] * 5)
             found = obey.reported(tick * TICK_S, [applied_n] * 5)
         wrong = [Fault(FaultCode.FORCE_UNASKED, finger, value=0.11, limit=0.0) for finger in FINGERS]
         assert found == (wrong if applied_n > NEAR_N else [])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from common.link.dead_reckoning import ONWARDS_S, TOGETHER_S, DeadReckoning
 from common.link.deadband import Deadband
-from common.link.perception_thresholds import HEIGHT_M, PLANE_M, motion_felt
+from common.link.perception_thresholds import HEIGHT_M, PLANE_M, motion_perceptible
 from common.timing.timeouts import REFRESH_S
 
 TICK_S = 0.002
@@ -70,7 +70,7 @@ def test_without_loss_no_receiver_is_ever_further_off_than_what_may_be_felt(
         place = np.clip(place + size * np.reshape(steps, (5, 3)) * HALF_RANGE_M, -HALF_RANGE_M, HALF_RANGE_M)
         true = place.astype(np.float32)
         told = sender.at(t_s)
-        if deadband.step(t_s, told is None or motion_felt(told, true)):
+        if deadband.step(t_s, told is None or motion_perceptible(told, true)):
             sender.take(t_s, true)
             receiver.take(t_s, true)
             sent_s = t_s

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.link.perception_thresholds import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_felt, touch_felt
+from common.link.perception_thresholds import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_perceptible, touch_perceptible
 from common.wire.messages import NO_TOUCH, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Touch, pack_rows
 from common.wire.packets import LinkState
 
@@ -25,20 +25,20 @@ def touch(
 
 
 def test_the_same_again_is_no_news_and_old_events_that_end_are_none() -> None:
-    assert not touch_felt(touch(), touch())
-    assert not touch_felt(touch(events=(TAP,)), touch())
-    assert not touch_felt(touch(events=(TAP,)), touch(events=(TAP,)))
+    assert not touch_perceptible(touch(), touch())
+    assert not touch_perceptible(touch(events=(TAP,)), touch())
+    assert not touch_perceptible(touch(events=(TAP,)), touch(events=(TAP,)))
 
 
 def test_state_names_words_and_new_events_are_news_at_once() -> None:
     for name in ("mode", "contact", "thermal_status"):
-        assert touch_felt(touch(), touch(**{name: 1.0}))
-        assert touch_felt(touch(**{name: 1.0}), touch())
-    assert touch_felt(touch(), touch(state=LinkState.FAULT))
-    assert touch_felt(touch(), touch(materials=("", "pvc", "", "", "")))
-    assert touch_felt(touch(), touch(events=(TAP,)))
-    assert touch_felt(touch(events=(TAP,)), touch(events=(TAP, TAP._replace(ident=8))))
-    assert touch_felt(touch(events=(TAP,)), touch(events=(TAP._replace(ident=8),)))
+        assert touch_perceptible(touch(), touch(**{name: 1.0}))
+        assert touch_perceptible(touch(**{name: 1.0}), touch())
+    assert touch_perceptible(touch(), touch(state=LinkState.FAULT))
+    assert touch_perceptible(touch(), touch(materials=("", "pvc", "", "", "")))
+    assert touch_perceptible(touch(), touch(events=(TAP,)))
+    assert touch_perceptible(touch(events=(TAP,)), touch(events=(TAP, TAP._replace(ident=8))))
+    assert touch_perceptible(touch(events=(TAP,)), touch(events=(TAP._replace(ident=8),)))
 
 
 @given(st.sampled_from(sorted(TOUCH_STEPS)), st.floats(1e-3, 1.0), st.floats(-2.0, 2.0))
@@ -50,7 +50,7 @@ def test_a_number_is_news_exactly_when_it_differs_by_more_than_its_step(name: st
     step = max(least, share * abs(was))
     now = was + times * step
     if low <= now <= high and step > 0.0 and abs(abs(times) - 1.0) > 0.01:
-        assert touch_felt(touch(**{name: was}), touch(**{name: now})) is (abs(times) > 1.0)
+        assert touch_perceptible(touch(**{name: was}), touch(**{name: now})) is (abs(times) > 1.0)
 
 
 @pytest.mark.parametrize(("column", "step_m"), [(0, PLANE_M), (1, PLANE_M), (2, HEIGHT_M)])
@@ -60,6 +60,6 @@ def test_motion_is_felt_in_any_direction_of_any_finger(finger: int, column: int,
     for sign in (-1.0, 1.0):
         true = np.zeros((5, 3), np.float32)
         true[finger, column] = sign * 0.99 * step_m
-        assert not motion_felt(told, true)
+        assert not motion_perceptible(told, true)
         true[finger, column] = sign * 1.01 * step_m
-        assert motion_felt(told, true)
+        assert motion_perceptible(told, true)

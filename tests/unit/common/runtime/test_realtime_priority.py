@@ -23,17 +23,17 @@ class System:
         self.asked = 0
         self.first = False
 
-    def come_first(self) -> bool:
+    def take_realtime(self) -> bool:
         self.asked += 1
         self.first = self._allows
         return self._allows
 
-    def stand_in_line(self) -> None:
+    def take_ordinary(self) -> None:
         assert self.first, "only who came first can stand back"
         self.first = False
 
     def precedence(self) -> RealtimePriority:
-        return RealtimePriority(self.come_first, self.stand_in_line)
+        return RealtimePriority(self.take_realtime, self.take_ordinary)
 
 
 @given(st.lists(st.tuples(st.booleans(), st.none() | st.floats(0.0, 1.0)), max_size=30))

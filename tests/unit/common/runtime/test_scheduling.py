@@ -61,7 +61,7 @@ def test_a_real_time_policy_stays() -> None:
     assert told(f"import os; {real_time}\n{SHORT}")[1] == plain[1] == str(os.SCHED_RR)
 
 
-FIRST = "from common.runtime.scheduling import come_first; print(come_first())"
+FIRST = "from common.runtime.scheduling import take_realtime; print(take_realtime())"
 POLICIES = """
 import os, subprocess, sys, threading
 from common.runtime.scheduling import policy
@@ -81,7 +81,9 @@ def test_a_loop_comes_first_where_it_may_and_what_it_starts_does_not() -> None:
 
 
 def test_a_loop_that_came_first_stands_in_line_again_with_its_nice_and_short_slices() -> None:
-    both = "from common.runtime.scheduling import come_first, stand_in_line; first = come_first(); stand_in_line()"
+    both = (
+        "from common.runtime.scheduling import take_realtime, take_ordinary; first = take_realtime(); take_ordinary()"
+    )
     assert told(f"import os; os.nice(2)\n{SHORT}\n{both}") == told(f"import os; os.nice(2)\n{SHORT}")
 
 
@@ -89,13 +91,13 @@ def test_a_loop_that_came_first_stands_in_line_again_with_its_nice_and_short_sli
 def test_an_ordinary_user_may_stand_in_line_and_come_first_only_by_the_limit_of_priorities() -> None:
     first, *then = said(f"""
 import os, resource
-from common.runtime.scheduling import come_first, policy, stand_in_line
+from common.runtime.scheduling import take_realtime, policy, take_ordinary
 {SHORT}
-print(come_first())
+print(take_realtime())
 resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
 os.setuid(65534)
-stand_in_line()
-print(policy(), come_first(), policy())
+take_ordinary()
+print(policy(), take_realtime(), policy())
 """)
     if first == "False":
         pytest.skip("no real-time policy may be set here")

@@ -72,7 +72,7 @@ class Asked(RealtimePriority):
 
     def __init__(self) -> None:
         self.told: list[tuple[bool, float | None]] = []
-        super().__init__(come_first=lambda: True, stand_in_line=lambda: None)
+        super().__init__(take_realtime=lambda: True, take_ordinary=lambda: None)
 
     def look(self, holds_rate: bool, works: float | None) -> bool:
         self.told.append((holds_rate, works))

@@ -259,34 +259,36 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
         7,
     ],
 )
-def test_what_is_told_of_a_finger_is_checked(golden: dict[str, bytes], finger: object) -> None:
-    told = msgpack.unpackb(msgpack.unpackb(golden["touch"])[7])
-    with pytest.raises(BadPacket, match="told"):
-        Touch.decode(touch_with(golden, 7, msgpack.packb([*told[:4], finger])))
+def test_what_is_summarised_of_a_finger_is_checked(golden: dict[str, bytes], finger: object) -> None:
+    summaries = msgpack.unpackb(msgpack.unpackb(golden["touch"])[7])
+    with pytest.raises(BadPacket, match="summaries"):
+        Touch.decode(touch_with(golden, 7, msgpack.packb([*summaries[:4], finger])))
 
 
-def test_something_is_told_of_each_finger(golden: dict[str, bytes]) -> None:
+def test_something_is_summarised_of_each_finger(golden: dict[str, bytes]) -> None:
     fields = msgpack.unpackb(golden["touch"])
-    told = msgpack.unpackb(fields[7])
-    for unread in (told, None, "text", b"", fields[7] + b"\0", msgpack.packb(told[:4]), msgpack.packb(7)):
+    summaries = msgpack.unpackb(fields[7])
+    for unread in (summaries, None, "text", b"", fields[7] + b"\0", msgpack.packb(summaries[:4]), msgpack.packb(7)):
         with pytest.raises(BadPacket):
             Touch.decode(touch_with(golden, 7, unread))
 
 
-def test_nothing_is_told_that_would_be_refused() -> None:
+def test_no_summary_is_sent_that_would_be_refused() -> None:
     block = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
     for wrong in (TouchSummary((("pvc", 1.5),)), TouchSummary((), math.nan), TouchSummary(groove_m=1.0)):
-        with pytest.raises(BadPacket, match="told"):
+        with pytest.raises(BadPacket, match="summaries"):
             Touch(1, 1, 1, LinkState.ENGAGED, block, ("",) * 5, (), (wrong, *(NOTHING,) * 4)).encode()
 
 
 def test_the_fullest_touch_packet_fits() -> None:
     block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
     events = tuple(Event(2**62 + n, EventKind.MATERIAL, 4, 2**62, 2**62, 0.5, "m" * 40) for n in range(MAX_EVENTS))
-    told = (TouchSummary((("m" * 40, 0.25),) * MAX_CANDIDATES, 1.0, 1.0, 0.1, 0.1),) * 5
-    touch = Touch(2**62, 2**62, 2**62, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("n" * 40,) * 5, events, told)
+    summaries = (TouchSummary((("m" * 40, 0.25),) * MAX_CANDIDATES, 1.0, 1.0, 0.1, 0.1),) * 5
+    touch = Touch(
+        2**62, 2**62, 2**62, LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("n" * 40,) * 5, events, summaries
+    )
     read = Touch.decode(touch.encode())
-    assert (read.events, read.told) == (events, told)
+    assert (read.events, read.summaries) == (events, summaries)
 
 
 def test_too_long_a_packet_is_neither_sent_nor_taken_and_a_refusal_has_its_longest() -> None:

@@ -25,7 +25,7 @@ def test_an_acting_console_that_is_silent_pauses_the_session() -> None:
     attendance = ConsolePresence(3.0)
     attendance.step(T0, engaged=False)
     for ms in range(0, 10_000, 1000):
-        attendance.told(T0 + ms * MS, seen=True)
+        attendance.report(T0 + ms * MS, seen=True)
         assert away(attendance, ms, ms + 1000) == ""
     assert away(attendance, 10_000, 12_000) == ""
     assert away(attendance, 12_000, 12_010) == "console was silent for 3 s"
@@ -35,14 +35,14 @@ def test_a_hidden_console_is_none() -> None:
     attendance = ConsolePresence(3.0)
     attendance.step(T0, engaged=False)
     for ms in range(0, 4000, 500):
-        attendance.told(T0 + ms * MS, seen=False)
+        attendance.report(T0 + ms * MS, seen=False)
         reason = away(attendance, ms, ms + 500)
         assert reason == ("" if ms < 3000 else "console was hidden for 3 s")
 
 
 def test_who_engages_without_a_console_has_as_long_to_be_seen() -> None:
     attendance = ConsolePresence(3.0)
-    attendance.told(T0, seen=True)
+    attendance.report(T0, seen=True)
     attendance.step(T0 + 60_000 * MS, engaged=False)
     assert away(attendance, 60_000, 63_000) == ""
     assert away(attendance, 63_000, 63_010) == "console was silent for 3 s"
@@ -51,6 +51,6 @@ def test_who_engages_without_a_console_has_as_long_to_be_seen() -> None:
 @given(st.integers(-(10**6), 10**6))
 def test_a_clock_that_is_set_back_pauses_no_later_than_it_should(step_ms: int) -> None:
     attendance = ConsolePresence(3.0)
-    attendance.told(T0, seen=True)
+    attendance.report(T0, seen=True)
     at_ms = min(0, step_ms)
     assert away(attendance, at_ms, at_ms + 3004) != "" or step_ms > 0

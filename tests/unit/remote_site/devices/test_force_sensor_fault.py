@@ -19,7 +19,7 @@ def watch(
     sensor, before_s = ForceSensorFault(), -TICK_S
     for now in seen:
         yield now, sensor.step(now.t_s - before_s, lie(now), now.height_m)
-        sensor.told(now.t_s, now.set_m, released=False)
+        sensor.commanded(now.t_s, now.set_m, released=False)
         before_s = now.t_s
 
 
@@ -82,10 +82,10 @@ def test_a_released_finger_goes_by_itself_and_tells_nothing_of_its_sensor() -> N
     sensor = ForceSensorFault()
     for tick in range(1000):
         assert sensor.step(TICK_S, 0.0, HOVER_M) is None
-        sensor.told(tick * TICK_S, HOVER_M - 0.003, released=True)
+        sensor.commanded(tick * TICK_S, HOVER_M - 0.003, released=True)
     for tick in range(1000, 1000 + round(MEMORY_S / TICK_S)):
         assert sensor.step(TICK_S, 0.0, HOVER_M) is None
-        sensor.told(tick * TICK_S, HOVER_M - 2.0 * HELD_M, released=False)
+        sensor.commanded(tick * TICK_S, HOVER_M - 2.0 * HELD_M, released=False)
 
 
 def test_pauses_do_not_count_as_time_that_a_reading_was_the_same() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD, ThermalStatus, TouchRow
 from common.wire.packets import Floats, LinkState
-from common.wire.touch_summary import NOTHING, TOLD_EVERY_S, TouchSummary
+from common.wire.touch_summary import NOTHING, SUMMARY_INTERVAL_S, TouchSummary
 from remote_site.devices.sensor_frame import SensorFrame
 from teletaction.recordings.recorded_session import RecordedSession
 from tests.places import GOLDEN
@@ -23,7 +23,7 @@ class Tick(NamedTuple):
     time_s: float
     contact: bool
     line: TouchRow
-    told: tuple[TouchSummary, ...]
+    summaries: tuple[TouchSummary, ...]
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def ticks() -> list[Tick]:
             identified.step(sensed)
             identified.work()
             packet = identified.packet(1, number, number, LinkState.ENGAGED)
-            found.append(Tick(sensed.time_s, identified.touches[INDEX].contact, packet.rows[INDEX], packet.told))
+            found.append(Tick(sensed.time_s, identified.touches[INDEX].contact, packet.rows[INDEX], packet.summaries))
     return found
 
 
@@ -61,9 +61,9 @@ def test_a_free_finger_tells_nothing_of_an_object(ticks: list[Tick]) -> None:
     touched_s = -1.0
     for tick in ticks:
         touched_s = tick.time_s if tick.contact else touched_s
-        if tick.time_s - touched_s > TOLD_EVERY_S:
-            assert tick.told[INDEX] == NOTHING
-        assert tick.told[2] == NOTHING, "a finger that is not in use"
+        if tick.time_s - touched_s > SUMMARY_INTERVAL_S:
+            assert tick.summaries[INDEX] == NOTHING
+        assert tick.summaries[2] == NOTHING, "a finger that is not in use"
 
 
 def test_a_stiffness_comes_with_how_well_it_is_known_and_without_contact_there_is_none(ticks: list[Tick]) -> None:
@@ -79,19 +79,19 @@ def test_a_stiffness_comes_with_how_well_it_is_known_and_without_contact_there_i
 def test_what_a_person_reads_changes_ten_times_a_second_at_most_and_is_the_same_object_between(
     ticks: list[Tick],
 ) -> None:
-    changes_s = [now.time_s for before, now in pairwise(ticks) if now.told is not before.told]
+    changes_s = [now.time_s for before, now in pairwise(ticks) if now.summaries is not before.summaries]
     assert len(changes_s) > 20
-    assert min(later - earlier for earlier, later in pairwise(changes_s)) >= TOLD_EVERY_S - 1e-9
+    assert min(later - earlier for earlier, later in pairwise(changes_s)) >= SUMMARY_INTERVAL_S - 1e-9
 
 
 def test_the_likeliest_comes_first_and_roughness_with_what_is_not_yet_known_of_it(ticks: list[Tick]) -> None:
-    told = {tick.told[INDEX] for tick in ticks}
-    assert len({len(one.candidates) for one in told if one.candidates}) > 1
-    for one in told:
+    summaries = {tick.summaries[INDEX] for tick in ticks}
+    assert len({len(one.candidates) for one in summaries if one.candidates}) > 1
+    for one in summaries:
         probabilities = [probability for _, probability in one.candidates]
         assert probabilities == sorted(probabilities, reverse=True)
         assert sum(probabilities) <= 1.0 + 1e-6
-    rough = [one for one in told if one.roughness_v is not None]
+    rough = [one for one in summaries if one.roughness_v is not None]
     assert rough
     for one in rough:
         assert one.roughness_sd_v is not None

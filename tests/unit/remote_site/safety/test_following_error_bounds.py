@@ -36,7 +36,7 @@ def sent(place_m: Sequence[float] = HERE, released: bool = False) -> FollowingEr
     """One that was sent to a place."""
     follow = FollowingError()
     assert follow.step(PERSIST_S, 0.0, place_m, IN_THE_AIR) is None
-    follow.told(0.0, place_m, released)
+    follow.commanded(0.0, place_m, released)
     return follow
 
 
@@ -64,10 +64,10 @@ def test_a_place_is_judged_by_the_range_of_its_set_points(number: int) -> None:
     margin_m = MARGINS_M[number]
     for is_m, wrong in ((-margin_m, False), (0.02 + margin_m, False), (0.0201 + margin_m, True), (0.1, True)):
         follow = sent()
-        follow.told(MEMORY_S, place(number, 0.02), False)
+        follow.commanded(MEMORY_S, place(number, 0.02), False)
         assert bool(found(follow, place(number, is_m))) == wrong
     follow = sent()
-    follow.told(1.01 * MEMORY_S, place(number, 0.02), False)
+    follow.commanded(1.01 * MEMORY_S, place(number, 0.02), False)
     assert "20.0 mm off its set-points" in found(follow, HERE)
 
 
@@ -105,12 +105,12 @@ def test_places_and_forces_of_another_length_are_refused() -> None:
         with pytest.raises(ValueError, match="zip"):
             sent().step(DT, 0.0, *wrong)
     with pytest.raises(ValueError, match="zip"):
-        sent().told(DT, HERE[1:], False)
+        sent().commanded(DT, HERE[1:], False)
     for forces in (IN_THE_AIR[1:], (*IN_THE_AIR, 0.0)):
         follow = sent()
         follow.step(DT, 1.0, HERE, forces)
         with pytest.raises(ValueError, match="zip"):
-            follow.told(DT, HERE, True)
+            follow.commanded(DT, HERE, True)
 
 
 def test_only_fresh_reports_count_and_a_good_one_ends_the_doubt() -> None:
@@ -144,8 +144,8 @@ def release(follow: FollowingError, begin_s: float, rest_m: Sequence[float], for
     """Let go, come to rest at a place after STOPPING_S, and stay there as long as set-points are remembered."""
     for t_s, is_m in ((begin_s, HERE), (begin_s + 0.99 * STOPPING_S, rest_m), (begin_s + STOPPING_S, place(0, 0.5))):
         follow.step(DT, 1.0, is_m, force_n)
-        follow.told(t_s, HERE, True)
-    follow.told(begin_s + STOPPING_S + 1.01 * MEMORY_S, HERE, True)
+        follow.commanded(t_s, HERE, True)
+    follow.commanded(begin_s + STOPPING_S + 1.01 * MEMORY_S, HERE, True)
 
 
 @pytest.mark.parametrize("number", range(7))
@@ -159,7 +159,7 @@ def test_released_it_stays_where_it_comes_to_rest(number: int, sign: float) -> N
         assert found(follow, expected_m) == ""
         assert f"{NAMES[number]}: does not obey: 5.0 mm off its set-points" in found(follow, off_m)
         assert found(follow, expected_m) == ""
-        follow.told(begin_s + 2.0, HERE, False)
+        follow.commanded(begin_s + 2.0, HERE, False)
 
 
 @pytest.mark.parametrize("number", range(2, 7))
@@ -175,5 +175,5 @@ def test_released_at_a_time_that_is_no_number_it_is_never_judged() -> None:
     for k in range(20):
         is_m = place(0, 0.1 * k)
         follow.step(DT, 0.0, is_m, IN_THE_AIR)
-        follow.told(math.nan, HERE, True)
+        follow.commanded(math.nan, HERE, True)
         assert follow.step(DT, 0.0, is_m, IN_THE_AIR) is None

@@ -5,10 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from operator_site.console.examination.findings import compare, describe, likely_kind, signed, with_sd
-from operator_site.console.map.tactile_map import Felt, FeltPlace
+from operator_site.console.map.tactile_map import ExploredPlace, Felt
 
-TISSUE = FeltPlace(0.0, 0.0, Felt(33.0, 0.3, 12, 5.0), Felt(0.0045, 0.0005, 9, 5.0), Felt(600.0, 20.0, 12, 5.0), None)
-NOWHERE = FeltPlace(0.0, 0.0, None, None, None, None)
+TISSUE = ExploredPlace(
+    0.0, 0.0, Felt(33.0, 0.3, 12, 5.0), Felt(0.0045, 0.0005, 9, 5.0), Felt(600.0, 20.0, 12, 5.0), None
+)
+NOWHERE = ExploredPlace(0.0, 0.0, None, None, None, None)
 
 
 @pytest.mark.parametrize(
