@@ -12,7 +12,7 @@ OUT := demo-out
 SOAK_OUT := soak-out
 RESULTS := docs/results
 SITE := site
-SBOM := sbom.json
+SBOM := teletaction/sbom.json
 
 .PHONY: help
 help:
@@ -42,7 +42,7 @@ help:
 	@echo "make budget      what each stage of a tick may cost, anew, from a measurement on this machine (a minute)"
 	@echo "make golden      the golden replay's expected output anew; ARGUMENTS=--record for its inputs too"
 	@echo "make lock        constraints.txt and the hashes in locks/ anew, without newer versions; ARGUMENTS=--upgrade"
-	@echo "make sbom        a CycloneDX bill of materials of what the image holds, in $(SBOM)"
+	@echo "make sbom        the CycloneDX bill of materials in $(SBOM), which wheel and image hold"
 	@echo "make audit       known weaknesses of the locked versions (needs a network)"
 	@echo "make clean       remove what all of these made"
 
@@ -204,14 +204,13 @@ lock: $(READY)
 	$(HASHED) --all-extras --group=dev pyproject.toml -o locks/dev.txt
 	for name in $(TOOLS); do $(HASHED) --group=$$name -o locks/$$name.txt || exit; done
 
-# Of what the image holds: a fresh environment with nothing else in it.
+# A fresh environment holds what the image holds: the locked packages. Run it after `make lock` and on a new version.
 .PHONY: sbom
 sbom: $(READY)
 	$(LOCKED) locks/supply.txt
 	rm -rf build/sbom
 	$(BIN)/python -m venv --without-pip build/sbom
 	$(BIN)/pip --python build/sbom/bin/python install --quiet --no-deps --require-hashes -r locks/run.txt
-	$(BIN)/pip --python build/sbom/bin/python install --quiet --no-deps .
 	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --of JSON -o $(SBOM) build/sbom/bin/python
 	@echo "the bill of materials is $(SBOM)"
 
@@ -227,4 +226,4 @@ golden: $(READY)
 
 .PHONY: clean
 clean:
-	rm -rf .venv $(OUT) $(SOAK_OUT) $(SITE) $(SBOM) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info
+	rm -rf .venv $(OUT) $(SOAK_OUT) $(SITE) build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage *.egg-info
