@@ -15,6 +15,8 @@ from common.link.keys import TrustedKeys, create_keys
 from common.runtime.containment import NAMED_IN
 from tests.not_judged import NotJudged
 
+LONG_S = 600.0
+"""Timeout of a test with the mark `long`, s. Each takes less than a minute on an idle machine."""
 settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("suite")
 
@@ -29,9 +31,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that may take longest begin first: no processor waits for one of them at the end."""
+    """Start tests with the longest timeouts first, and give long computations time for a busy machine."""
     marks = {item: item.get_closest_marker("timeout") for item in items}
     items.sort(key=lambda item: -mark.args[0] if (mark := marks[item]) else 0.0)
+    for item in items:
+        if item.get_closest_marker("long") and not marks[item]:
+            item.add_marker(pytest.mark.timeout(LONG_S))
 
 
 PROTOCOLS = Path(__file__).parent.parent / "docs" / "protocols.md"
