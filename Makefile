@@ -29,6 +29,7 @@ help:
 	@echo "make faults      every fault of the table, on the test bed where that can show it; writes docs/faults.md (FAULTS=real: all in real time)"
 	@echo "make everything  all that takes longer, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
+	@echo "make exports     exported recordings as pandas, pyarrow and Rerun read them (downloads 500 MB)"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
 	@echo "make pages       every command of README and pages; the demo as installed from the source distribution"
@@ -65,7 +66,7 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages)'
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports)'
 
 .PHONY: long
 long: $(READY)
@@ -157,6 +158,11 @@ everything: $(READY)
 dask: $(READY)
 	$(BIN)/pytest -m dask tests/unit/studies
 
+.PHONY: exports
+exports: $(READY)
+	$(LOCKED) locks/exports.txt
+	$(BIN)/pytest -m exports tests/unit/teletaction
+
 # Interrupted, it goes on where it was; `teletaction study --compare OLD NEW` tells what became worse.
 .PHONY: results
 results: $(READY)
@@ -196,12 +202,15 @@ budget: $(READY)
 COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --system-certs --quiet --universal --python-version 3.11 --no-annotate
 HASHED := $(COMPILE) --generate-hashes -c constraints.txt
 TOOLS := docs browser mutants supply
+# Large packages, which only exports need: a lock of their own.
+EXPORTS := pandas parquet rerun
 .PHONY: lock
 lock: $(READY)
 	$(LOCKED) locks/supply.txt
 	$(COMPILE) --all-extras $(addprefix --group=,dev $(TOOLS)) $(ARGUMENTS) pyproject.toml -o constraints.txt
 	$(HASHED) --extra console pyproject.toml -o locks/run.txt
-	$(HASHED) --all-extras --group=dev pyproject.toml -o locks/dev.txt
+	$(HASHED) $(addprefix --extra ,console metrics studies dask) --group=dev pyproject.toml -o locks/dev.txt
+	$(HASHED) $(addprefix --extra ,$(EXPORTS)) pyproject.toml -o locks/exports.txt
 	for name in $(TOOLS); do $(HASHED) --group=$$name -o locks/$$name.txt || exit; done
 
 # A fresh environment holds what the image holds: the locked packages. Run it after `make lock` and on a new version.

@@ -26,6 +26,7 @@ PIECES: dict[str, tuple[str, ...]] = {
     "pages": ("pages",),
     "dask": ("dask",),
     "console": ("console",),
+    "exports": ("exports",),
     "faults": ("faults",),
     "faults-real": ("faults", "FAULTS=real"),
     "soak": ("soak", "SOAK_OUT=build/everything/soak"),

@@ -25,6 +25,7 @@ import msgpack
 
 from common.files.private_file import create_private
 from common.files.unique_path import set_aside
+from common.recording.clock_anchor import ClockAnchor
 from common.version import software_version
 
 log = logging.getLogger(__name__)
@@ -66,7 +67,7 @@ class Recorder:
                 as -1, -2 ...
             schemas: for each stream that will be written, its JSON schema.
             metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret;
-                the program's version is added.
+                the program's version and a clock anchor are added.
             attachments: whole files by name, such as calibrated tables, so that a replay needs nothing else.
             durable: what counts as written is on the disk, and outlasts a machine that loses its power; it is written
                 at once and not with the next flush. For a few records that must not be lost.
@@ -94,7 +95,7 @@ class Recorder:
         self._leaving = memoryview(
             msgpack.packb(
                 {
-                    "metadata": {"version": software_version(), **metadata},
+                    "metadata": {"version": software_version(), **ClockAnchor.now().metadata(), **metadata},
                     "schemas": {stream: json.dumps(schema).encode() for stream, schema in schemas.items()},
                     "attachments": dict(attachments or {}),
                     "durable": durable,

@@ -1,6 +1,7 @@
-"""Commands on the recordings of a session: `summarise`, `report`, `recover` and `replay`."""
+"""Commands on the recordings of a session: `summarise`, `report`, `export`, `recover` and `replay`."""
 
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -38,6 +39,27 @@ def report_command(
 
     report(recordings, out)
     typer.echo(f"report {out}", err=True)
+
+
+@app.command("export")
+def export_command(
+    recording: Annotated[Path, typer.Argument(help="A merged session.mcap, or the recording of one site.")],
+    to: Annotated[str, typer.Option(help="Format: csv, parquet, foxglove or rerun.")],
+    out: Annotated[Path, typer.Option(help="Folder for the files; it is created.")],
+    began: Annotated[
+        datetime | None,
+        typer.Option(
+            formats=["%Y-%m-%dT%H:%M:%S%z"],
+            help="Time of the first message with its zone; needed for a recording of version 0.1.0.",
+        ),
+    ] = None,
+) -> None:
+    """Write a recording in a format that other tools read, with named fields and wall-clock times."""
+    from teletaction.export.export import export
+
+    for name, count in export(recording, to, out, began).items():
+        typer.echo(f"{count:9d} {name}", err=True)
+    typer.echo(f"wrote {out}", err=True)
 
 
 @app.command("recover")

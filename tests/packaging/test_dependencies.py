@@ -10,7 +10,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.packaging.requirements import EXTRAS, GROUPS, PROJECT, ROOMS, closure, names
+from tests.packaging.requirements import EXPORTS, EXTRAS, GROUPS, PROJECT, ROOMS, closure, names
 from tests.places import ROOT
 
 PERMISSIVE = (
@@ -93,7 +93,7 @@ def test_the_page_says_the_licences_that_the_packages_say() -> None:
 def test_everything_may_be_passed_on_with_the_project(part: str) -> None:
     wanted = {"": PROJECT["dependencies"], **EXTRAS, **GROUPS}[part]
     found = set(closure(installed(wanted)))
-    assert found or part in GROUPS
+    assert found or part in GROUPS or part in EXPORTS
     for name in found - (UNSTATED if part in GROUPS else set()):
         parts = licences(name)
         assert NOTED.get(name) in parts or all(part.startswith(PERMISSIVE) for part in parts), f"{name}: {parts}"
@@ -105,12 +105,12 @@ def test_everything_that_is_installed_is_pinned() -> None:
     assert set(closure(installed(wanted))) <= pins().keys()
 
 
-@pytest.mark.parametrize("name", ["run", *GROUPS])
+@pytest.mark.parametrize("name", ["run", "exports", *GROUPS])
 def test_a_lock_has_the_pinned_versions_with_their_hashes(name: str) -> None:
     path = ROOT / "locks" / f"{name}.txt"
-    wanted = [*PROJECT["dependencies"], *EXTRAS["console"]] if name == "run" else GROUPS[name]
-    if name == "dev":
-        wanted = [*PROJECT["dependencies"], *(line for extra in EXTRAS.values() for line in extra), *wanted]
+    extras = {"run": {"console"}, "exports": set(EXPORTS), "dev": EXTRAS.keys() - set(EXPORTS)}.get(name, set())
+    wanted = [*(line for extra in sorted(extras) for line in EXTRAS[extra]), *GROUPS.get(name, ())]
+    wanted += PROJECT["dependencies"] if extras else ()
     assert names(wanted) | set(closure(installed(wanted))) <= locked(path).keys()
     assert locked(path).items() <= pins().items()
     entries = re.split(r"(?m)^(?=[\w.-]+==)", path.read_text("utf-8"))[1:]
@@ -120,7 +120,7 @@ def test_a_lock_has_the_pinned_versions_with_their_hashes(name: str) -> None:
 
 
 def test_what_is_imported_is_what_is_required() -> None:
-    distributions = packages_distributions()
+    distributions = {"rerun": ["rerun-sdk"], **packages_distributions()}
     allowed = names(PROJECT["dependencies"]).union(*(names(EXTRAS[extra]) for extra in EXTRAS))
     imported: set[str] = set()
     for room in ROOMS:

@@ -1,0 +1,85 @@
+"""Writes a recording for Rerun: every number as a curve on a wall-clock and a monotonic time line."""
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from teletaction.export.columns import columns_of, row_of
+from teletaction.export.log_entries import log_entry
+from teletaction.export.named_recording import NamedRecording
+
+_LEVELS = {2: rr.TextLogLevel.INFO, 3: rr.TextLogLevel.WARN, 4: rr.TextLogLevel.ERROR}
+_GROUP = 20_000
+"""Number of messages of a stream that are written at once; limits the memory for a long session."""
+
+
+def write_rerun(recording: NamedRecording, out: Path) -> dict[str, int]:
+    """Write `session.rrd` into `out`: scalars such as `/remote/touch/index/object_c`, and a text log.
+
+    Returns:
+        Number of messages of each stream.
+
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: the recording is damaged.
+    """
+    counts = dict.fromkeys(recording.topics, 0)
+    with rr.RecordingStream("teletaction", recording_id=recording.path.stem) as stream:
+        stream.save(out / "session.rrd")
+        waiting = {topic: _Curves(stream, topic) for topic in recording.topics}
+        for message in recording.messages():
+            counts[message.topic] += 1
+            waiting[message.topic].add(message.wall_ns, message.monotonic_ns, row_of(message.topic, message.fields))
+            if (entry := log_entry(message)) is not None:
+                stream.set_time("time", timestamp=np.datetime64(message.wall_ns, "ns"))
+                stream.set_time("monotonic", duration=np.timedelta64(message.monotonic_ns, "ns"))
+                stream.log("log", rr.TextLog(entry["message"], level=_LEVELS[entry["level"]]))
+        for curves in waiting.values():
+            curves.write()
+    return counts
+
+
+class _Curves:
+    """The numbers of one stream; they are written in groups."""
+
+    def __init__(self, stream: rr.RecordingStream, topic: str):
+        self._stream = stream
+        self._path = {
+            name: f"{topic}/{name.replace('.', '/')}"
+            for name, schema in columns_of(topic).items()
+            if schema["type"] in ("number", "integer", "boolean")
+        }
+        self._times: list[tuple[int, int]] = []
+        self._values: dict[str, list[float]] = defaultdict(list)
+
+    def add(self, wall_ns: int, monotonic_ns: int, row: Mapping[str, Any]) -> None:
+        """Add one message."""
+        self._times.append((wall_ns, monotonic_ns))
+        for name in self._path:
+            self._values[name].append(math.nan if row[name] is None else float(row[name]))
+        if len(self._times) >= _GROUP:
+            self.write()
+
+    def write(self) -> None:
+        """Write what was added. An unknown value makes no point."""
+        wall_ns, monotonic_ns = np.array(self._times, dtype=np.int64).reshape(-1, 2).T
+        for name, path in self._path.items():
+            values = np.array(self._values[name])
+            known = ~np.isnan(values)
+            if not known.any():
+                continue
+            self._stream.send_columns(
+                path,
+                indexes=[
+                    rr.TimeColumn("time", timestamp=wall_ns[known].view("datetime64[ns]")),
+                    rr.TimeColumn("monotonic", duration=monotonic_ns[known].view("timedelta64[ns]")),
+                ],
+                columns=rr.Scalars.columns(scalars=values[known]),
+            )
+        self._times.clear()
+        self._values.clear()

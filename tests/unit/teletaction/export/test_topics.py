@@ -1,0 +1,105 @@
+"""Each recorded stream has a topic whose schema names exactly the fields of its messages."""
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from common.fingers import FINGERS
+from common.wire.messages import TouchRow, columns
+from operator_site import site_recording as operator_recording
+from operator_site.console.examination.journal import SCHEMAS as CONSOLE
+from remote_site import site_recording as remote_recording
+from sim_sensors.truth_log import OPERATOR_STREAMS, REMOTE_STREAMS
+from teletaction.export.named_fields import unit_of
+from teletaction.export.topics import TOPICS
+from teletaction.recordings.recorded_session import RecordedSession
+from tests.places import GOLDEN
+
+
+def messages(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    with path.open("rb") as file:
+        recorded = RecordedSession(path, file)
+        for topic, _, _, payload in recorded.messages(tuple(recorded.counts)):
+            yield topic, TOPICS[topic].read(payload)
+
+
+def test_no_recorded_stream_is_without_a_topic() -> None:
+    recorded = [remote_recording.SCHEMAS, operator_recording.SCHEMAS, CONSOLE, OPERATOR_STREAMS, REMOTE_STREAMS]
+    assert {stream for schemas in recorded for stream in schemas} == set(TOPICS)
+
+
+def misfits(fields: Any, schema: Mapping[str, Any], where: str) -> Iterator[str]:
+    """Places at which named fields do not have the form that their schema states."""
+    match schema["type"]:
+        case "object":
+            properties = schema.get("properties")
+            if fields is None or properties is None:
+                return
+            if set(fields) != set(properties):
+                yield f"{where}: {sorted(set(fields) ^ set(properties))}"
+            for name in properties.keys() & fields.keys():
+                yield from misfits(fields[name], properties[name], f"{where}.{name}")
+        case "array":
+            for value in fields or ():
+                yield from misfits(value, schema["items"], where)
+        case "number":
+            if not (fields is None or (isinstance(fields, int | float) and math.isfinite(fields))):
+                yield f"{where}: {fields!r} is no finite number"
+        case kind:
+            if not (fields is None or isinstance(fields, {"integer": int, "string": str, "boolean": bool}[kind])):
+                yield f"{where}: {fields!r} is no {kind}"
+
+
+@pytest.mark.parametrize("source", ["golden", "session"])
+def test_messages_have_the_form_of_their_schema(source: str, session: Path) -> None:
+    seen = set()
+    wrong: set[str] = set()
+    for topic, fields in messages(GOLDEN if source == "golden" else session):
+        seen.add(topic)
+        wrong |= {*misfits(fields, TOPICS[topic].schema, topic)}
+    assert wrong == set()
+    assert len(seen) >= (5 if source == "golden" else 15)
+
+
+def test_a_touch_has_the_units_of_the_packet() -> None:
+    index = TOPICS["remote/touch"].schema["properties"]["index"]["properties"]
+    stated = {name: index[name].get("unit", "") for name in columns(TouchRow) if index[name]["type"] == "number"}
+    assert stated == {name: column.unit for name, column in columns(TouchRow).items() if name in stated}
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("object_c", "C"),
+        ("object_c_sd", "C"),
+        ("roughness_sd_v", "V"),
+        ("stiffness_n_m", "N/m"),
+        ("stiffness_ln_sd", "1"),
+        ("rate_per_s", "1/s"),
+        ("flux_w_m2", "W/m2"),
+        ("approach_m_s", "m/s"),
+        ("probability", ""),
+        ("what", ""),
+    ],
+)
+def test_the_unit_of_a_field_follows_from_its_name(name: str, unit: str) -> None:
+    assert unit_of(name) == unit
+
+
+def test_an_unknown_number_is_none_and_a_finger_has_its_name() -> None:
+    _, rendered = next(each for each in messages(GOLDEN) if each[0] == "operator/rendered")
+    assert rendered["thumb"]["plate_c"] is None
+    assert set(FINGERS) < set(rendered)
+    assert isinstance(rendered["index"]["plate_c"], float)
+
+
+@pytest.mark.parametrize("topic", sorted(TOPICS))
+@pytest.mark.parametrize("payload", [b"", b"\xc1", b"\x93\xa1x\x02\x03", b"\xc0"])
+def test_a_damaged_payload_is_a_value_error(topic: str, payload: bytes) -> None:
+    if topic == "remote/note" and payload not in (b"", b"\xc1"):
+        return  # A note is any text.
+    with pytest.raises(ValueError):  # noqa: PT011 - each kind of row has its own message
+        TOPICS[topic].read(payload)
