@@ -1,10 +1,11 @@
 """Configuration of each process: TOML, checked by pydantic, with rules between fields."""
 
+import difflib
 import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -16,6 +17,9 @@ from common.fingers import FINGERS
 from common.link.keys import KEY_LENGTH
 from common.logs import LogForm
 from common.timing.timeouts import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, check_ladder
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 FingerName = Literal["thumb", "index", "middle", "ring", "little"]
 
@@ -271,13 +275,16 @@ class SimNetworkConfig(_Section):
 
 M = TypeVar("M", bound=BaseModel)
 _LONGEST_FIELD = 200
+_MOST_PROBLEMS = 5
+"""Number of problems of a file that its error names."""
 
 
 def load_config(path: Path, model: type[M]) -> M:
     """Read a TOML file into `model`; relative paths in it start at the file's own folder.
 
     Raises:
-        ConfigProblem: the file is missing or not TOML, or a field is missing, unknown or breaks a rule.
+        ConfigProblem: the file is missing or not TOML, or fields are missing, unknown or break a rule; the message
+            names each problem with its line.
     """
     try:
         text, values = read_toml(path)
@@ -288,12 +295,36 @@ def load_config(path: Path, model: type[M]) -> M:
     try:
         checked = model.model_validate(values)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = printable(".".join(str(part) for part in first["loc"]), _LONGEST_FIELD)
-        line = _line_of(text, [str(part) for part in first["loc"]])
-        message = printable(first["msg"].removeprefix("Value error, "))
-        raise ConfigProblem(f"{path}:{line}: {where + ': ' if where else ''}{message}") from None
+        problems = sorted(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
+        stated = [f"{path}:{_problem(text, problem, model)}" for problem in problems[:_MOST_PROBLEMS]]
+        if more := len(problems) - len(stated):
+            stated.append(f"and {more} more")
+        raise ConfigProblem("; ".join(stated)) from None
     return _anchor(checked, path.parent)
+
+
+def _problem(text: str, problem: "ErrorDetails", model: type[BaseModel]) -> str:
+    """Return line, field and message of one problem, with the known name that a misspelt field resembles."""
+    location = [str(part) for part in problem["loc"]]
+    where = printable(".".join(location), _LONGEST_FIELD)
+    message = printable(problem["msg"].removeprefix("Value error, "))
+    if problem["type"] == "extra_forbidden" and (known := _resembling(location, model)):
+        message = f"no such field; did you mean {known}?"
+    return f"{_line_of(text, location)}: {where + ': ' if where else ''}{message}"
+
+
+def _resembling(location: list[str], model: type[BaseModel]) -> str:
+    """Return the field of this or of another table that a misspelt or misplaced field resembles; empty without one."""
+    tables = {
+        f"{name}.": each.annotation
+        for name, each in model.model_fields.items()
+        if isinstance(each.annotation, type) and issubclass(each.annotation, BaseModel)
+    }
+    known = [*model.model_fields, *(f"{name}{field}" for name, table in tables.items() for field in table.model_fields)]
+    here = [name for name in known if name.rpartition(".")[0] == ".".join(location[:-1])]
+    near = difflib.get_close_matches(".".join(location), here, 1, 0.75)
+    elsewhere = [name for name in known if name.rpartition(".")[2] == location[-1]]
+    return next(iter(near + elsewhere), "")
 
 
 def load_site(path: Path) -> "RemoteConfig | OperatorConfig":

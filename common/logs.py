@@ -3,6 +3,7 @@
 import json
 import logging
 import math
+import os
 import sys
 import threading
 import time
@@ -13,6 +14,9 @@ from common.files.printable import LONGEST, printable, printable_lines
 from common.log_flood import FloodFilter
 
 LogForm = Literal["text", "json"]
+LEVEL_VARIABLE = "TELETACTION_LOG"
+"""Environment variable with the lowest level that is logged: one of LEVELS; INFO by default."""
+LEVELS = ("debug", "info", "warning", "error")
 
 _OF_EVERY_RECORD = frozenset(logging.makeLogRecord({}).__dict__) | {"message", "asctime", "taskName"}
 
@@ -66,17 +70,33 @@ class JsonLines(logging.Formatter):
 
 
 def log_to_stderr(process: str, form: LogForm = "text") -> None:
-    """Send all log lines of this process to standard error; as JSON, unexpected exceptions and warnings, too."""
+    """Send the log lines of this process to standard error; as JSON, unexpected exceptions and warnings, too.
+
+    Raises:
+        ValueError: the environment names an unknown level.
+    """
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines(process) if form == "json" else TextLines(process))
     handler.addFilter(FloodFilter())
-    logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
+    logging.basicConfig(level=log_level(), handlers=[handler], force=True)
     quiet_libraries()
     if form == "json":
         logging.captureWarnings(True)
         root = logging.getLogger()
         sys.excepthook = lambda kind, value, trace: root.critical("unexpected", exc_info=(kind, value, trace))
         threading.excepthook = lambda failed: root.critical("unexpected", exc_info=failed.exc_value)
+
+
+def log_level() -> int:
+    """Return the lowest level that is logged, from the environment.
+
+    Raises:
+        ValueError: the environment names an unknown level.
+    """
+    name = os.environ.get(LEVEL_VARIABLE, "info").lower()
+    if name not in LEVELS:
+        raise ValueError(f"{LEVEL_VARIABLE}: no level {name!r}; choose one of {', '.join(LEVELS)}")
+    return logging.getLevelNamesMapping()[name.upper()]
 
 
 def quiet_libraries() -> None:

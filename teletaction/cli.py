@@ -3,9 +3,15 @@
 Text for people goes to stderr, data to stdout. Exit code 0 is success, 1 a failure, 2 bad input (one clear line).
 """
 
+import os
+import platform
+from typing import Annotated
+
 import typer
 
 from common.files.printable import printable
+from common.logs import LEVEL_VARIABLE, log_level
+from common.version import software_version, source_commit
 from teletaction.commands import (
     calibrate,
     conformance,
@@ -28,10 +34,36 @@ app = typer.Typer(
     name="teletaction",
     help="Feel a remote place with five fingers: texture, temperature and stiffness over an ordinary network.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from common.wire.packets import SCHEMA_VERSION  # noqa: PLC0415 - help and completion stay fast
+
+        facts = [f"teletaction {software_version()}", f"commit {source_commit()}", f"packet schema {SCHEMA_VERSION}"]
+        facts.append(f"Python {platform.python_version()}")
+        typer.echo(", ".join(fact for fact in facts if fact != "commit "))
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    log_level_name: Annotated[
+        str | None, typer.Option("--log-level", help="Lowest level that processes log: debug, info, warning or error.")
+    ] = None,
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    if log_level_name is not None:
+        os.environ[LEVEL_VARIABLE] = log_level_name  # the processes of a demo inherit it
+    log_level()
+
+
 # The help lists the commands in this order.
 for module in (
     demo,

@@ -26,7 +26,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """
     content, _ = read_whole(path)
     try:
-        text = content.decode("utf-8")
+        text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise NotToml(f"not TOML: not UTF-8 (at line {line})") from None
@@ -55,7 +55,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise NotToml(f"not TOML: {error}") from None
+        hint = "; put a path with \\ between single quotes" if "\\" in str(error) or "hex value" in str(error) else ""
+        raise NotToml(f"not TOML: {error}{hint}") from None
     except RecursionError:
         line = _first_line(text, RecursionError)
         raise NotToml(f"not TOML: nested too deeply (at line {line})") from None
@@ -73,7 +74,7 @@ def read_json(path: Path) -> Any:
     """
     content, _ = read_whole(path, MOST_JSON_BYTES)
     try:
-        return json.loads(content.decode("utf-8"))
+        return json.loads(content.decode("utf-8-sig"))
     except RecursionError:
         raise ValueError("nested too deeply") from None
 

@@ -94,6 +94,37 @@ def test_each_kind_of_wrong_input_gives_one_line_with_file_line_and_field(
         assert f":{line}: " in message, message
 
 
+def problem_of(path: Path, text: str) -> str:
+    path.write_text(text, "utf-8")
+    with pytest.raises(ConfigProblem) as caught:
+        load_config(path, RemoteConfig)
+    return str(caught.value)
+
+
+def test_all_problems_of_a_file_are_named_misspelt_fields_first(tmp_path: Path) -> None:
+    path = tmp_path / "site.toml"
+    said = problem_of(path, 'rate_hz = 1e9\nrecrod = "x"\nfoo = 1\nmax_age_s = 0.1\n[link]\nbse_port = 3\n')
+    for expected in (
+        ":2: recrod: no such field; did you mean record?",
+        ":3: foo: Extra inputs are not permitted",
+        ":4: max_age_s: no such field; did you mean link.max_age_s?",
+        ":6: link.bse_port: no such field; did you mean link.base_port?",
+    ):
+        assert f"{path}{expected}" in said
+    assert re.search(r"; and \d+ more$", said)
+
+
+def test_a_path_with_backslashes_gets_a_hint(tmp_path: Path) -> None:
+    assert "put a path with \\ between single quotes" in problem_of(tmp_path / "site.toml", 'record = "C:\\Data"\n')
+
+
+def test_a_byte_order_mark_changes_nothing(tmp_path: Path) -> None:
+    path, marked = tmp_path / "site.toml", tmp_path / "marked.toml"
+    text = "rate_hz = 1e9\n"
+    said = problem_of(path, text)
+    assert problem_of(marked, "\ufeff" + text) == said.replace(str(path), str(marked))
+
+
 def test_paths_count_from_the_files_own_folder(tmp_path: Path) -> None:
     config = load_config(write(tmp_path, REMOTE), RemoteConfig)
     assert config.link.keys == tmp_path / "keys"
