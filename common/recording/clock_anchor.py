@@ -3,6 +3,7 @@
 A step of the wall clock during the session changes no recorded time.
 """
 
+import os
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -17,13 +18,13 @@ class ClockAnchor(NamedTuple):
     """One moment on both clocks of a machine.
 
     Attributes:
-        boot_id: identifies the run of the machine; monotonic times of two runs cannot be compared.
+        clock_id: identifies the monotonic clock; times of two clocks cannot be compared.
         monotonic_ns: the moment on the monotonic clock, ns.
         wall_ns: the same moment on the wall clock, ns since 1970 (UTC).
         uncertainty_ns: maximum error of the pair, ns; the wall clock's own error is not part of it.
     """
 
-    boot_id: str
+    clock_id: str
     monotonic_ns: int
     wall_ns: int
     uncertainty_ns: int
@@ -43,7 +44,7 @@ class ClockAnchor(NamedTuple):
             before, wall, after = monotonic_ns(), wall_ns(), monotonic_ns()
             pairs.append(((after - before + 1) // 2, (before + after) // 2, wall))
         uncertainty, monotonic, wall = min(pairs)
-        return cls(boot_id(), monotonic, wall, uncertainty)
+        return cls(clock_id(), monotonic, wall, uncertainty)
 
     def metadata(self) -> dict[str, str]:
         """Return the anchor as metadata of a recording."""
@@ -56,21 +57,26 @@ class ClockAnchor(NamedTuple):
         Raises:
             ValueError: a number is damaged.
         """
-        if "boot_id" not in metadata:
+        if "clock_id" not in metadata:
             return None
         try:
-            return cls(metadata["boot_id"], *(int(metadata[name]) for name in _KEYS))
+            return cls(metadata["clock_id"], *(int(metadata[name]) for name in _KEYS))
         except (KeyError, ValueError):
             raise ValueError("the clock anchor in its metadata is damaged") from None
 
     def wall_time_ns(self, monotonic_ns: int) -> int:
-        """Convert a monotonic time of the same boot, ns, to ns since 1970 (UTC)."""
+        """Convert a time of the same monotonic clock, ns, to ns since 1970 (UTC)."""
         return monotonic_ns - self.monotonic_ns + self.wall_ns
 
 
-def boot_id() -> str:
-    """Return the identifier of this run of the machine; empty where the system gives none."""
+def clock_id() -> str:
+    """Return the identifier of this process's monotonic clock: run of the machine and time namespace.
+
+    It is empty where the system gives none.
+    """
     try:
-        return Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
+        return (
+            f"{Path('/proc/sys/kernel/random/boot_id').read_text('ascii').strip()} {os.readlink('/proc/self/ns/time')}"
+        )
     except OSError:
         return ""

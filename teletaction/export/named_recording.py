@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 from common.recording.clock_anchor import ClockAnchor
+from common.recording.reader import RecordingReader
 from teletaction.export.named_fields import Named
 from teletaction.export.topics import TOPICS
-from teletaction.recordings.recorded_session import RecordedSession
 
 
 class NamedMessage(NamedTuple):
     """One message: its stream, times in ns, and its fields.
 
-    `monotonic_ns` is the time on the recording machine's monotonic clock, `wall_ns` the time since 1970 (UTC).
+    `monotonic_ns` is the time on the recording host's own clock, `wall_ns` the time since 1970 (UTC).
     """
 
     topic: str
@@ -44,16 +44,16 @@ class NamedRecording:
         Raises:
             ValueError: the file is no whole recording, or has no clock anchor and `began` is missing.
         """
-        self._session = RecordedSession(path, file)
+        self._reader = RecordingReader(path, file)
         self.path = path
-        self.facts = self._session.reader.metadata
-        self.topics = [topic for topic in TOPICS if self._session.counts.get(topic)]
+        self.facts = self._reader.metadata
+        self.topics = [topic for topic in TOPICS if self._reader.counts.get(topic)]
         self.anchor = self._anchor(began)
 
     @property
     def begin_ns(self) -> int:
         """Wall-clock time of the first message, ns since 1970 (UTC)."""
-        return self.anchor.wall_time_ns(self._session.start_ns)
+        return self.anchor.wall_time_ns(self._reader.start_ns)
 
     def messages(self) -> Iterator[NamedMessage]:
         """Yield all messages in order of time.
@@ -61,24 +61,23 @@ class NamedRecording:
         Raises:
             ValueError: a message is damaged; the error names stream, time and remedy.
         """
-        for topic, _, time_ns, payload in self._session.messages(tuple(self.topics)):
+        for _, channel, message in self._reader.messages(self.topics):
             try:
-                fields = TOPICS[topic].read(payload)
+                fields = TOPICS[channel.topic].read(message.data)
             except ValueError as error:
-                raise self._session.reader.damaged(topic, time_ns, error) from None
-            yield NamedMessage(topic, time_ns, self.anchor.wall_time_ns(time_ns), fields)
+                raise self._reader.damaged(channel.topic, message.log_time, error) from None
+            wall_ns = self.anchor.wall_time_ns(message.log_time)
+            yield NamedMessage(channel.topic, message.publish_time, wall_ns, fields)
 
     def _anchor(self, began: datetime | None) -> ClockAnchor:
         if began is not None:
-            return ClockAnchor("", self._session.start_ns, round(began.timestamp() * 1e9), 0)
-        # A site's anchor comes first: on a virtual clock, that of the simulated devices is not of this clock.
-        names = sorted(self.facts, key=lambda name: name not in ("operator/session", "remote/session"))
+            return ClockAnchor("", self._reader.start_ns, round(began.timestamp() * 1e9), 0)
+        # All times of a merged file are of the operator host's clock.
+        names = sorted(self.facts, key=lambda name: (name != "operator/session", name != "remote/session"))
         anchors = [anchor for name in names if (anchor := ClockAnchor.read(self.facts[name])) is not None]
         if not anchors:
             raise ValueError(
                 f"{self.path}: has no wall-clock time, as recorded by version 0.1.0; "
                 "give the time of its first message: --began 2026-01-31T10:00:00+00:00"
             )
-        if len({anchor.boot_id for anchor in anchors}) > 1:
-            raise ValueError(f"{self.path}: holds recordings of two hosts, whose clocks cannot be compared")
         return anchors[0]

@@ -3,9 +3,10 @@
 import heapq
 import logging
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from operator import itemgetter
 from pathlib import Path
 from typing import IO
 
@@ -15,44 +16,53 @@ from mcap.writer import CompressionType, Writer
 from common.files.private_file import create_private
 from common.recording.reader import RecordingReader
 from common.recording.truncated_mcap import TruncatedMcap, has_end
+from operator_site.recorded_rows import Clock
+from teletaction.recordings.one_clock import ClockLine, TwoClocks, require_one_host
 
 log = logging.getLogger(__name__)
 
 Recorded = tuple[Schema | None, Channel, Message]
 ORIGIN = "recording"
 """Key of a channel's metadata that names its recording. A restarted process makes several recordings."""
+_CLOCK = "operator/clock"
 
 
 @dataclass(frozen=True, slots=True)
 class _Recording:
     name: str
+    clock_id: str
+    """Monotonic clock of its times; empty for a recording of version 0.1.0."""
     metadata: list[Metadata]
     attachments: list[Attachment]
     messages: Iterable[Recorded]
     """Messages in order of time. Those of a whole file are read on demand."""
-
-    def entries(self) -> Iterator[tuple[str, Schema | None, Channel, Message]]:
-        """Yield messages with the name of the recording."""
-        for schema, channel, message in self.messages:
-            yield self.name, schema, channel, message
+    offsets: list[tuple[int, Clock]]
+    """Offsets of the other host's clock that it measured, with their times, ns."""
 
 
 def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
     """Merge MCAP files into one; return the number of messages of each stream.
 
-    All times come from one machine's monotonic clock, so they order the streams of all processes. Metadata and
-    attachments are named `RECORDING/NAME`. Each channel's metadata names its recording. A truncated file, as a killed
-    process leaves it, or a damaged one contributes its readable part; damage is logged.
+    Log times are of the operator host's monotonic clock, and order the streams of all processes. Publish times are as
+    recorded. Where the remote site ran on another host, its times are converted by the measured offset of the clocks;
+    the metadata `clocks` state the offset and its uncertainty.
+
+    Metadata and attachments are named `RECORDING/NAME`. Each channel's metadata names its recording. A truncated file,
+    as a killed process leaves it, or a damaged one contributes its readable part; damage is logged.
 
     Raises:
         OSError: a recording cannot be read or `out` cannot be written.
+        TwoClocks: the recordings are of several hosts and cannot be put on one clock.
     """
     counts: Counter[str] = Counter()
     with ExitStack() as files:
         sources = [_open(path, files.enter_context(path.open("rb"))) for path in recordings]
+        clocks = _Clocks(sources)
         file = files.enter_context(create_private(out, replace=True))
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="teletaction", library="teletaction")
+        if clocks.line is not None:
+            writer.add_metadata("clocks", {name: str(value) for name, value in asdict(clocks.line).items()})
         for source in sources:
             for entry in source.metadata:
                 writer.add_metadata(f"{source.name}/{entry.name}", entry.metadata)
@@ -60,15 +70,60 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
                 name = f"{source.name}/{attached.name}"
                 writer.add_attachment(attached.create_time, attached.log_time, name, attached.media_type, attached.data)
         channels: dict[tuple[str, int], int] = {}
-        streams = [source.entries() for source in sources]
-        for origin, schema, channel, message in heapq.merge(*streams, key=lambda entry: entry[3].log_time):
+        streams = [clocks.entries(source) for source in sources]
+        for log_ns, origin, schema, channel, message in heapq.merge(*streams, key=itemgetter(0)):
             key = origin, channel.id
             if key not in channels:
                 channels[key] = _register(writer, schema, channel, origin)
-            writer.add_message(channels[key], message.log_time, message.data, message.publish_time)
+            writer.add_message(channels[key], log_ns, message.data, message.publish_time)
             counts[channel.topic] += 1
         writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
     return dict(counts)
+
+
+class _Clocks:
+    """Conversion of each recording's times to one clock.
+
+    Attributes:
+        line: offset of the other host's clock; None where all recordings are of one host.
+    """
+
+    def __init__(self, sources: Sequence[_Recording]):
+        hosts = {source.clock_id for source in sources} - {""}
+        measuring = [source for source in sources if source.offsets]
+        self.line: ClockLine | None = None
+        self._here = ""
+        if len(hosts) <= 1:
+            if "" in {source.clock_id for source in sources} and measuring:
+                require_one_host([source.name for source in sources], ClockLine.fit(measuring[0].offsets))
+            return
+        names = ", ".join(source.name for source in sources)
+        if len(hosts) > 2 or len({source.clock_id for source in measuring}) != 1:
+            raise TwoClocks(
+                f"{names}: recorded on {len(hosts)} hosts; merge those of one session on two hosts, with the operator "
+                "site's, which compares their clocks"
+            )
+        self._here = measuring[0].clock_id
+        try:
+            self.line = ClockLine.fit(offset for source in measuring for offset in source.offsets)
+        except TwoClocks as error:
+            raise TwoClocks(f"{names}: recorded on two hosts, and {error}") from None
+
+    def entries(self, source: _Recording) -> Iterator[tuple[int, str, Schema | None, Channel, Message]]:
+        """Yield messages of a recording with their time on the one clock, ns, and the recording's name."""
+        other = self.line if source.clock_id != self._here else None
+        for schema, channel, message in source.messages:
+            log_ns = message.log_time if other is None else other.operator_time_ns(message.log_time)
+            yield log_ns, source.name, schema, channel, message
+
+
+def _clock_id(metadata: Iterable[Metadata]) -> str:
+    return next((entry.metadata["clock_id"] for entry in metadata if "clock_id" in entry.metadata), "")
+
+
+def _offsets(messages: Iterable[Recorded]) -> list[tuple[int, Clock]]:
+    clocks = (message for _, channel, message in messages if channel.topic == _CLOCK)
+    return [(message.log_time, Clock.unpack(message.data)) for message in clocks]
 
 
 def _register(writer: Writer, schema: Schema | None, channel: Channel, origin: str) -> int:
@@ -84,7 +139,10 @@ def _open(path: Path, file: IO[bytes]) -> _Recording:
     except ValueError as error:
         return _open_cut(path, file, error)
     metadata = [Metadata(name, entry) for name, entry in reader.metadata.items()]
-    return _Recording(path.stem, metadata, list(reader.attachments.values()), reader.messages())
+    offsets = _offsets(reader.messages([_CLOCK]))
+    return _Recording(
+        path.stem, _clock_id(metadata), metadata, list(reader.attachments.values()), reader.messages(), offsets
+    )
 
 
 def _open_cut(path: Path, file: IO[bytes], why: ValueError) -> _Recording:
@@ -110,4 +168,4 @@ def _open_cut(path: Path, file: IO[bytes], why: ValueError) -> _Recording:
     if has_end(file) or cut.damaged_parts:
         log.warning("%s; left out", why)
     messages.sort(key=lambda entry: entry[2].log_time)
-    return _Recording(path.stem, metadata, attachments, messages)
+    return _Recording(path.stem, _clock_id(metadata), metadata, attachments, messages, _offsets(messages))

@@ -31,9 +31,12 @@ class RecordedSession:
         self.counts = self.reader.counts
 
     def messages(self, streams: tuple[str, ...]) -> Iterator[tuple[str, str, int, bytes]]:
-        """Yield stream, origin, time (ns) and payload of each message of `streams`, in order of time."""
+        """Yield stream, origin, time and payload of each message of `streams`, in order of time.
+
+        The time, ns, is that of the recording site's own clock.
+        """
         for _, channel, message in self.reader.messages(streams):
-            yield channel.topic, channel.metadata.get(ORIGIN, ""), message.log_time, message.data
+            yield channel.topic, channel.metadata.get(ORIGIN, ""), message.publish_time, message.data
 
     def configuration(self, origin: str) -> dict[str, Any]:
         """Return the configuration that a recording was made with.

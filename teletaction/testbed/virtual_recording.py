@@ -11,6 +11,7 @@ from operator_site.site_recording import SCHEMAS
 from remote_site.site_recording import open_recorder
 from teletaction.recordings.merge import merge_recordings
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
+from teletaction.testbed.site_clock import SiteClock
 from teletaction.testbed.testbed import Extras, SessionConfigs, Testbed
 
 PATIENCE_S = 20.0
@@ -18,23 +19,34 @@ PATIENCE_S = 20.0
 
 
 @contextmanager
-def recorded_testbed(configs: SessionConfigs, seed: int = 0) -> Iterator[Testbed]:
+def recorded_testbed(
+    configs: SessionConfigs, seed: int = 0, remote_clock: SiteClock | None = None
+) -> Iterator[Testbed]:
     """Yield a test bed whose sites record to the files that their configurations name.
 
-    The recordings' clock anchor puts virtual time 0 at the present time.
+    The recordings' clock anchors put virtual time 0 at the present time.
+
+    Args:
+        configs: configurations, with a file to record to for each site.
+        seed: seed of the network's randomness.
+        remote_clock: monotonic clock of the remote site's host; without one, both sites are on one host.
 
     Raises:
         ValueError: a configuration is unusable or names no file.
         OSError: a file cannot be created.
     """
-    here = ClockAnchor.now()
-    anchor = here._replace(monotonic_ns=0).metadata()
-    remote = open_recorder(configs.remote, {"configuration": to_toml(configs.remote), **anchor})
+    here = ClockAnchor.now()._replace(monotonic_ns=0)
+    there = here
+    if remote_clock is not None:
+        there = here._replace(clock_id="remote host", monotonic_ns=remote_clock.now_ns(0.0))
+    remote = open_recorder(configs.remote, {"configuration": to_toml(configs.remote), **there.metadata()})
     if remote is None or configs.operator.record is None:
         raise ValueError("record: a site has no file to record to")
-    facts = {"configuration": to_toml(configs.operator), **anchor}
+    facts = {"configuration": to_toml(configs.operator), **here.metadata()}
     with remote, Recorder(configs.operator.record, SCHEMAS, facts) as operator:
-        bed = Testbed(configs, seed, Extras(recorders={"remote": remote, "operator": operator}))
+        bed = Testbed(
+            configs, seed, Extras(remote_clock or SiteClock(), recorders={"remote": remote, "operator": operator})
+        )
         try:
             yield bed
         finally:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.recording.clock_anchor import ClockAnchor, boot_id
+from common.recording.clock_anchor import ClockAnchor, clock_id
 
 WHOLE = st.integers(min_value=0, max_value=2**62)
 
@@ -15,7 +15,7 @@ def test_the_pair_with_the_smallest_uncertainty_is_kept() -> None:
     monotonic = iter([0, 900, 1000, 1010, 2000, 2500, 3000, 3800, 4000, 4600])
     wall = count(7_000_000, 1000)
     anchor = ClockAnchor.now(lambda: next(monotonic), lambda: next(wall))
-    assert anchor == ClockAnchor(boot_id(), 1005, 7_001_000, 5)
+    assert anchor == ClockAnchor(clock_id(), 1005, 7_001_000, 5)
 
 
 @given(monotonic_ns=WHOLE, wall_ns=WHOLE, later_ns=WHOLE)

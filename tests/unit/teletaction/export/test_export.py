@@ -130,19 +130,3 @@ def test_a_recorder_anchors_its_recording(tmp_path: Path) -> None:
         (message,) = recording.messages()
         assert abs(message.wall_ns * 1e-9 - datetime.now().timestamp()) < 60.0
         assert message.fields == {"text": "hi"}
-
-
-def test_recordings_of_two_boots_are_refused(tmp_path: Path) -> None:
-    from mcap.writer import Writer
-
-    path = tmp_path / "two.mcap"
-    with path.open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        for site, boot in (("remote", "a"), ("operator", "b")):
-            writer.add_metadata(f"{site}/session", ClockAnchor(boot, 1, 2, 3).metadata())
-        channel = writer.register_channel("remote/note", "msgpack", 0)
-        writer.add_message(channel, 5, b"\xa2hi", 5)
-        writer.finish()  # type: ignore[no-untyped-call]
-    with path.open("rb") as file, pytest.raises(ValueError, match="two hosts"):
-        NamedRecording(path, file)
