@@ -5,6 +5,7 @@ Every error names file, line and column, so that a user can correct the file.
 
 import csv
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -13,12 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.exploration.contact_detector import CONTACT_ON_N
+from remote_site.traces.units import wrong_forces, wrong_speeds, wrong_temperature, wrong_times
 
 Array = NDArray[np.float64]
 
 HELD_S = 0.050
 """Minimum duration of a force of CONTACT_ON_N or more from its first sample that counts as contact, s."""
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
+_OF_LABELS = {"object_c": wrong_temperature, "speed_mm_s": wrong_speeds}
+"""Check of the unit of each optional column of labels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,11 +126,26 @@ class TraceFile:
                 raise ValueError(f"{self.path}: line {line}: column {name}: {what}")
         return values
 
+    def in_unit(self, name: str, wrong: Callable[[Array], str]) -> Array:
+        """Return a column as finite numbers in its unit.
+
+        Args:
+            name: the column.
+            wrong: returns what the numbers look like in another unit; empty if they may be in this one.
+
+        Raises:
+            ValueError: as `numbers`, or the numbers are in another unit.
+        """
+        values = self.numbers(name)
+        if len(values) and (why := wrong(values)):
+            raise ValueError(f"{self.path}: column {name}: {why}")
+        return values
+
     def times(self) -> Array:
         """Return the column `time_s`, s.
 
         Raises:
-            ValueError: as `numbers`, or the times do not ascend strictly, or there are fewer than two.
+            ValueError: as `numbers`, or the times do not ascend strictly, are not in s, or there are fewer than two.
         """
         time_s = self.numbers("time_s")
         if len(time_s) < 2:
@@ -134,7 +153,7 @@ class TraceFile:
         stuck = np.flatnonzero(np.diff(time_s) <= 0.0)
         if len(stuck):
             raise ValueError(f"{self.path}: line {self.rows[stuck[0] + 1][0]}: column time_s does not ascend")
-        return time_s
+        return self.in_unit("time_s", wrong_times)
 
 
 def read_thermal(path: Path) -> ThermalTrace:
@@ -147,10 +166,10 @@ def read_thermal(path: Path) -> ThermalTrace:
     return ThermalTrace(
         name=path.name,
         time_s=file.times(),
-        sensor_c=file.numbers("sensor_c"),
-        force_n=file.numbers("force_n"),
-        ambient_c=file.numbers("ambient_c") if "ambient_c" in file.names else None,
-        reference_c=file.numbers("reference_c") if "reference_c" in file.names else None,
+        sensor_c=file.in_unit("sensor_c", wrong_temperature),
+        force_n=file.in_unit("force_n", wrong_forces),
+        ambient_c=file.in_unit("ambient_c", wrong_temperature) if "ambient_c" in file.names else None,
+        reference_c=file.in_unit("reference_c", wrong_temperature) if "reference_c" in file.names else None,
     )
 
 
@@ -184,8 +203,8 @@ def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
         time_s=file.times(),
         signals=signals,
         signal_names=names,
-        force_n=file.numbers("force_n") if "force_n" in file.names else None,
-        speed_m_s=file.numbers("speed_mm_s") / 1000.0 if "speed_mm_s" in file.names else None,
+        force_n=file.in_unit("force_n", wrong_forces) if "force_n" in file.names else None,
+        speed_m_s=file.in_unit("speed_mm_s", wrong_speeds) / 1000.0 if "speed_mm_s" in file.names else None,
     )
 
 
@@ -213,4 +232,7 @@ def read_labels(folder: Path, label: str, optional: str | None = None) -> list[t
         listed.append((folder / name, word, number))
     if not listed:
         raise ValueError(f"{file.path}: no traces are listed")
+    known = np.array([number for _, _, number in listed if number is not None])
+    if optional in _OF_LABELS and len(known) and (why := _OF_LABELS[optional](known)):
+        raise ValueError(f"{file.path}: column {optional}: {why}")
     return listed

@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from common.files.read_files import read_json
 from common.runtime.parallel_map import Progress, in_order, unseen
 from remote_site.texture.recorded.spectrum_table import Recognised, SpectrumTable
@@ -15,6 +17,7 @@ from remote_site.texture.recorded.stroke_segments import segments
 from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
 from remote_site.texture.texture_law import ln_roughness
 from remote_site.traces.trace_files import StrokeTrace, read_stroke
+from remote_site.traces.units import wrong_speeds
 
 RPM_PER_MM_S = 60.0 / (2.0 * math.pi) / 1000.0
 """Factor from (rad/s)/(m/s) to rpm/(mm/s)."""
@@ -62,6 +65,8 @@ def identify_texture(
     """
     if speed_mm_s is not None and not 0.0 < speed_mm_s < 10_000.0:
         raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
+    if speed_mm_s is not None and (why := wrong_speeds(np.array([speed_mm_s]))):
+        raise ValueError(f"--speed: {why}")
     speed_m_s = None if speed_mm_s is None else speed_mm_s / 1000.0
     for lines in in_order(partial(_lines, table, signal, speed_m_s), strokes, processes, progress):
         yield from lines

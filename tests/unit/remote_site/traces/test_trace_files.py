@@ -51,7 +51,7 @@ def test_a_short_touch_is_no_contact(tmp_path):
 
 
 def test_signals_by_name_best_and_mean(tmp_path):
-    path = trace(tmp_path, "time_s,a,b,force_n\n0,1,3,0\n1,2,4,0\n")
+    path = trace(tmp_path, "time_s,a,b,force_n\n0,1,3,0\n0.1,2,4,0\n")
     assert read_stroke(path, "b").signals[:, 0].tolist() == [3, 4]
     assert read_stroke(path, "best").signal_names == ("a", "b")
     assert read_stroke(path, "mean").signals[:, 0].tolist() == [2, 3]

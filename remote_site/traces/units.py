@@ -1,0 +1,59 @@
+"""Recognises columns in a wrong unit by the range of their values, so that nothing is identified from them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+TEMPERATURE_C = (-50.0, 60.0)
+"""Range of a median temperature that a thermal sensor can measure, C; its plate is cut out far below 60."""
+KELVIN = (200.0, 400.0)
+"""Range of a median that is taken for kelvin."""
+FAHRENHEIT = (60.0, 150.0)
+"""Range of a median that is taken for degrees Fahrenheit: 16 to 66 C."""
+LONGEST_STEP_S = 0.5
+"""Longest median time between two samples, s; a touch or a stroke has at least ten samples."""
+LARGEST_FORCE_N = 20.0
+"""Largest force of a finger in a trace, N; the sites accept half of it."""
+SLOWEST_MM_S = 0.5
+"""Lowest maximum speed of a stroke, mm/s."""
+
+
+def wrong_temperature(values: Array) -> str:
+    """Return what temperatures look like if they are not in C, and how to convert; empty if they may be."""
+    median = float(np.median(values))
+    if TEMPERATURE_C[0] <= median <= TEMPERATURE_C[1]:
+        return ""
+    found = f"a median of {median:g} is no temperature of a sensor in C"
+    if KELVIN[0] <= median <= KELVIN[1]:
+        return f"{found}: it looks like kelvin; subtract 273.15"
+    if FAHRENHEIT[0] < median <= FAHRENHEIT[1]:
+        return f"{found}: it looks like Fahrenheit; subtract 32 and divide by 1.8"
+    return found
+
+
+def wrong_times(values: Array) -> str:
+    """Return what times look like if they are not in s, and how to convert; empty if they may be."""
+    step = float(np.median(np.diff(values)))
+    if step <= LONGEST_STEP_S:
+        return ""
+    unit, factor = ("milliseconds", 1000) if step < 500.0 else ("microseconds", 1_000_000)
+    return f"samples {step:g} s apart are no trace: they look like {unit}; divide by {factor}"
+
+
+def wrong_forces(values: Array) -> str:
+    """Return what forces look like if they are not in N, and how to convert; empty if they may be."""
+    largest = float(np.abs(values).max())
+    if largest <= LARGEST_FORCE_N:
+        return ""
+    return f"{largest:g} N is no force of a finger: it looks like grams; multiply by 0.00981 (mN: by 0.001)"
+
+
+def wrong_speeds(values_mm_s: Array) -> str:
+    """Return what speeds look like if they are not in mm/s, and how to convert; empty if they may be.
+
+    A trace whose finger never moves has speeds of 0, which is right in any unit.
+    """
+    largest = float(np.abs(values_mm_s).max())
+    if largest == 0.0 or largest >= SLOWEST_MM_S:
+        return ""
+    return f"at most {largest:g} mm/s is no stroke: it looks like m/s; multiply by 1000"

@@ -1,0 +1,110 @@
+"""Traces and labels in a wrong unit are refused with the unit that they look like; right ones are read unchanged."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from remote_site.traces.trace_files import read_labels, read_stroke, read_thermal
+from remote_site.traces.units import wrong_forces, wrong_speeds, wrong_temperature, wrong_times
+from tests.places import DATA
+
+CELSIUS = st.floats(15.6, 50.0)
+COUNT = 40
+
+
+def csv(path: Path, **columns: np.ndarray) -> Path:
+    np.savetxt(path, np.column_stack([*columns.values()]), "%.9g", ",", header=",".join(columns), comments="")
+    return path
+
+
+def touch(**changed: np.ndarray) -> dict[str, np.ndarray]:
+    right = {
+        "time_s": np.arange(COUNT) * 0.01,
+        "sensor_c": np.full(COUNT, 33.0),
+        "force_n": np.full(COUNT, 3.0),
+        "ambient_c": np.full(COUNT, 23.0),
+    }
+    return right | changed
+
+
+@given(st.lists(CELSIUS, min_size=1))
+def test_each_unit_of_a_temperature_is_recognised(values: list[float]) -> None:
+    celsius = np.array(values)
+    assert wrong_temperature(celsius) == ""
+    assert "kelvin; subtract 273.15" in wrong_temperature(celsius + 273.15)
+    assert "Fahrenheit; subtract 32" in wrong_temperature(celsius * 1.8 + 32.0)
+
+
+@given(st.floats(1e-4, 0.5), st.integers(2, 50))
+def test_each_unit_of_a_time_is_recognised(step_s: float, count: int) -> None:
+    assert wrong_times(np.linspace(0.0, step_s * 0.99 * (count - 1), count)) == ""
+
+
+@pytest.mark.parametrize(("rate_hz", "unit"), [(10, "milliseconds"), (100, "milliseconds"), (1000, "milliseconds")])
+def test_milliseconds_and_microseconds_are_recognised(rate_hz: int, unit: str) -> None:
+    time_s = np.arange(50) / rate_hz
+    assert unit in wrong_times(time_s * 1e3)
+    assert "microseconds" in wrong_times(time_s * 1e6)
+
+
+@given(st.lists(st.floats(2.1, 10.0), min_size=1))
+def test_grams_are_recognised(force_n: list[float]) -> None:
+    values = np.array(force_n)
+    assert wrong_forces(values) == ""
+    assert "grams; multiply by 0.00981" in wrong_forces(values / 0.00981)
+
+
+@given(st.lists(st.floats(1.0, 400.0), min_size=1))
+def test_metres_a_second_are_recognised(speed_mm_s: list[float]) -> None:
+    values = np.array(speed_mm_s)
+    assert wrong_speeds(values) == ""
+    assert "m/s; multiply by 1000" in wrong_speeds(values / 1000.0)
+
+
+def test_a_finger_that_never_moves_has_the_right_speed() -> None:
+    assert wrong_speeds(np.zeros(5)) == ""
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"sensor_c": np.full(COUNT, 306.15)}, "column sensor_c: .* kelvin"),
+        ({"ambient_c": np.full(COUNT, 296.15)}, "column ambient_c: .* kelvin"),
+        ({"sensor_c": np.full(COUNT, 91.4)}, "column sensor_c: .* Fahrenheit"),
+        ({"time_s": np.arange(COUNT) * 10.0}, "column time_s: .* milliseconds"),
+        ({"force_n": np.full(COUNT, 306.0)}, "column force_n: .* grams"),
+    ],
+)
+def test_a_touch_in_a_wrong_unit_is_refused(changed: dict[str, np.ndarray], said: str, tmp_path: Path) -> None:
+    read_thermal(csv(tmp_path / "right.csv", **touch()))
+    with pytest.raises(ValueError, match=rf"wrong\.csv: {said}"):
+        read_thermal(csv(tmp_path / "wrong.csv", **touch(**changed)))
+
+
+def test_a_stroke_in_a_wrong_unit_is_refused(tmp_path: Path) -> None:
+    stroke = {"time_s": np.arange(COUNT) * 1e-3, "pressure_v": np.zeros(COUNT), "speed_mm_s": np.full(COUNT, 50.0)}
+    read_stroke(csv(tmp_path / "right.csv", **stroke))
+    with pytest.raises(ValueError, match=r"column speed_mm_s: .* m/s; multiply by 1000"):
+        read_stroke(csv(tmp_path / "wrong.csv", **stroke | {"speed_mm_s": np.full(COUNT, 0.05)}))
+
+
+def test_labels_in_a_wrong_unit_are_refused(tmp_path: Path) -> None:
+    csv(tmp_path / "a.csv", **touch())
+    labels = tmp_path / "labels.csv"
+    labels.write_text("file,material,object_c\na.csv,pine,23\na.csv,pine,\n", "utf-8")
+    assert read_labels(tmp_path, "material", "object_c")[0][2] == 23.0
+    labels.write_text("file,material,object_c\na.csv,pine,296.15\n", "utf-8")
+    with pytest.raises(ValueError, match=r"labels\.csv: column object_c: .* kelvin"):
+        read_labels(tmp_path, "material", "object_c")
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings in {DATA}; TELETACTION_DATA names their folder")
+def test_real_recordings_are_in_the_right_units() -> None:
+    files = sorted((DATA / "thermal_contact").rglob("*.csv"))
+    touches = [path for path in files if "sensor_c" in path.read_text("utf-8").partition("\n")[0]]
+    assert len(touches) > 100
+    for path in touches:
+        read_thermal(path)
