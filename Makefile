@@ -207,10 +207,10 @@ EXPORTS := pandas parquet rerun
 .PHONY: lock
 lock: $(READY)
 	$(LOCKED) locks/supply.txt
-	$(COMPILE) --all-extras $(addprefix --group=,dev $(TOOLS)) $(ARGUMENTS) pyproject.toml -o constraints.txt
+	$(COMPILE) --all-extras $(addprefix --group=,dev exports $(TOOLS)) $(ARGUMENTS) pyproject.toml -o constraints.txt
 	$(HASHED) --extra console pyproject.toml -o locks/run.txt
 	$(HASHED) $(addprefix --extra ,console metrics studies dask) --group=dev pyproject.toml -o locks/dev.txt
-	$(HASHED) $(addprefix --extra ,$(EXPORTS)) pyproject.toml -o locks/exports.txt
+	$(HASHED) $(addprefix --extra ,$(EXPORTS)) --group=exports pyproject.toml -o locks/exports.txt
 	for name in $(TOOLS); do $(HASHED) --group=$$name -o locks/$$name.txt || exit; done
 
 # A fresh environment holds what the image holds: the locked packages. Run it after `make lock` and on a new version.

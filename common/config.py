@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -17,9 +17,6 @@ from common.fingers import FINGERS
 from common.link.keys import KEY_LENGTH
 from common.logs import LogForm
 from common.timing.timeouts import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, check_ladder
-
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
 
 FingerName = Literal["thumb", "index", "middle", "ring", "little"]
 
@@ -303,7 +300,7 @@ def load_config(path: Path, model: type[M]) -> M:
     return _anchor(checked, path.parent)
 
 
-def _problem(text: str, problem: "ErrorDetails", model: type[BaseModel]) -> str:
+def _problem(text: str, problem: Mapping[str, Any], model: type[BaseModel]) -> str:
     """Return line, field and message of one problem, with the known name that a misspelt field resembles."""
     location = [str(part) for part in problem["loc"]]
     where = printable(".".join(location), _LONGEST_FIELD)

@@ -44,7 +44,7 @@ def report_command(
 @app.command("export")
 def export_command(
     recording: Annotated[Path, typer.Argument(help="A merged session.mcap, or the recording of one site.")],
-    to: Annotated[str, typer.Option(help="Format: csv, parquet, foxglove or rerun.")],
+    to: Annotated[str, typer.Option(help="Format: csv, parquet, foxglove, rerun or fhir.")],
     out: Annotated[Path, typer.Option(help="Folder for the files; it is created.")],
     began: Annotated[
         datetime | None,

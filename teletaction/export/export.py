@@ -37,6 +37,7 @@ FORMATS = {
     "csv": Format("one CSV file a stream", "csv_tables", "write_csv"),
     "parquet": Format("one Parquet file a stream, with types and units", "parquet_tables", "write_parquet", "parquet"),
     "foxglove": Format("session.mcap with JSON messages", "foxglove", "write_foxglove"),
+    "fhir": Format("findings as FHIR R4, findings.fhir.json", "fhir", "write_fhir"),
     "rerun": Format("session.rrd with every number as a curve", "rerun_file", "write_rerun", "rerun"),
 }
 

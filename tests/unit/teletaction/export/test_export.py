@@ -99,7 +99,7 @@ def test_a_recording_without_an_anchor_needs_its_begin(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--to", "xml"], "choose one of csv, parquet, foxglove, rerun"),
+        (["--to", "xml"], "choose one of csv, parquet, foxglove, fhir, rerun"),
         (["--to", "csv", "--began", "yesterday"], "--began"),
     ],
 )
