@@ -8,13 +8,14 @@ from mcap.writer import CompressionType, Writer
 
 from common.files.private_file import create_private
 from teletaction.export.log_entries import LOG_SCHEMA, log_entry
+from teletaction.export.map_images import IMAGE_SCHEMA, map_images
 from teletaction.export.named_fields import Named, Schema, finite
 from teletaction.export.named_recording import NamedMessage, NamedRecording
 from teletaction.export.topics import TOPICS
 
 
 def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
-    """Write `session.mcap` into `out`: one JSON topic a stream, and `/log` with what a person would read.
+    """Write `session.mcap` into `out`: one JSON topic a stream, `/log` for people, and `/map/...` with images.
 
     Log times are wall-clock times, publish times are monotonic times. A field of unknown value is left out.
 
@@ -39,6 +40,10 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
             if (entry := log_entry(message)) is not None:
                 _add(writer, log, message, entry)
                 counts["log"] = counts.get("log", 0) + 1
+        for quantity, image in map_images(recording):
+            channel = _register(writer, f"map/{quantity}", IMAGE_SCHEMA, name="foxglove.CompressedImage")
+            writer.add_message(channel, recording.end_ns, json.dumps(image).encode(), recording.end_ns)
+            counts[f"map/{quantity}"] = 1
         writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
     return counts
 

@@ -55,6 +55,11 @@ class NamedRecording:
         """Wall-clock time of the first message, ns since 1970 (UTC)."""
         return self.anchor.wall_time_ns(self._reader.start_ns)
 
+    @property
+    def end_ns(self) -> int:
+        """Wall-clock time of the last message, ns since 1970 (UTC)."""
+        return self.anchor.wall_time_ns(self._reader.end_ns)
+
     def messages(self) -> Iterator[NamedMessage]:
         """Yield all messages in order of time.
 

@@ -1,5 +1,6 @@
 """Exported files hold the numbers of the recording under their names, at wall-clock times."""
 
+import base64
 import csv
 import json
 from collections import Counter
@@ -48,9 +49,8 @@ def foxglove(session: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[st
 
 
 def test_foxglove_has_every_message_and_every_number(foxglove: Any, truth: SessionData) -> None:
-    assert {topic: len(each) for topic, each in foxglove.items() if topic != "/log"} == {
-        f"/{stream}": count for stream, count in truth.counts.items()
-    }
+    streams = {topic: len(each) for topic, each in foxglove.items() if not topic.startswith(("/log", "/map/"))}
+    assert streams == {f"/{stream}": count for stream, count in truth.counts.items()}
     for name in ("object_c", "contact_force_n", "stiffness_n_m", "probability"):
         for number, finger in enumerate(FINGERS):
             written = [fields[finger][name] for _, _, fields in foxglove["/remote/touch"]]
@@ -71,6 +71,15 @@ def test_what_happened_to_the_session_is_in_the_log(foxglove: Any) -> None:
     entries = [f"{fields['name']}: {fields['message']}" for _, _, fields in foxglove["/log"]]
     for begin in ("remote/session: connected", "operator/session: engaged", "truth_event: index: contact aluminium"):
         assert any(entry.startswith(begin) for entry in entries), entries
+
+
+def test_the_map_is_an_image_at_the_end(foxglove: Any) -> None:
+    maps = {topic: messages for topic, messages in foxglove.items() if topic.startswith("/map/")}
+    assert maps.keys() <= {f"/map/{quantity}" for quantity in ("temperature", "roughness", "stiffness", "material")}
+    assert maps
+    for ((log_ns, _, image),) in maps.values():
+        assert base64.b64decode(image["data"]).startswith(b"\x89PNG")
+        assert image["timestamp"]["sec"] == log_ns // 10**9
 
 
 def test_csv_has_a_row_for_each_message_and_an_empty_cell_for_what_is_not_known(
