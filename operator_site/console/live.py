@@ -90,7 +90,7 @@ class LiveConsole:
             self._report_presence()
         if self._second(here_s):
             self._look_around()
-            self._keep_felt(now_s)
+            self._keep_samples(now_s)
         if self._keep(here_s):
             self.journal.step(now_s)
             for alarm in self.console.alarms.take_changes():
@@ -114,19 +114,19 @@ class LiveConsole:
             try:
                 if stream == "console/felt":
                     for sample in samples_of(record):
-                        self.console.felt.take_again(sample)
+                        self.console.tactile_map.restore(sample)
                         self._kept_s = max(self._kept_s, sample.t_s)
                 else:
-                    self.console.book.take(stream, record)
+                    self.console.examination.take(stream, record)
             except (KeyError, TypeError, ValueError, IndexError) as error:
                 log.warning("%s of an earlier run: %r", stream, error)
-        self._resumed_s = self.console.book.began_s
+        self._resumed_s = self.console.examination.began_s
 
-    def _keep_felt(self, now_s: float) -> None:
+    def _keep_samples(self, now_s: float) -> None:
         """Record the new samples of an examination, so that a later run of the console can show them."""
-        if self.console.book.pseudonym is None or not self.journal.enabled:
+        if self.console.examination.pseudonym is None or not self.journal.enabled:
             return
-        if samples := self.console.felt.after(self._kept_s):
+        if samples := self.console.tactile_map.after(self._kept_s):
             self._kept_s = samples[-1].t_s
             self.journal.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
 
@@ -180,8 +180,8 @@ class LiveConsole:
         except OSError:
             used = 0.0
         failed = self.journal.enabled and self.journal.failed
-        book = self.console.book
-        resumed = book.pseudonym is not None and book.began_s == self._resumed_s
+        examination = self.console.examination
+        resumed = examination.pseudonym is not None and examination.began_s == self._resumed_s
         self.console.around = replace(
             self.console.around, disk_used=used, recording_failed=failed, skipped_lately=slow, gone_on=resumed
         )

@@ -56,9 +56,9 @@ class Console:
     site: SiteNow = field(default_factory=SiteNow)
     fingers: FingersNow = field(default_factory=FingersNow)
     signals: Signals = field(default_factory=Signals)
-    felt: TactileMap = field(default_factory=TactileMap)
+    tactile_map: TactileMap = field(default_factory=TactileMap)
     alarms: Alarms = field(default_factory=Alarms)
-    book: Examination = field(default_factory=Examination)
+    examination: Examination = field(default_factory=Examination)
     damaged: int = 0
     map_number: int = 0
     """Number of the map; grows with every new map."""
@@ -96,7 +96,7 @@ class Console:
                 self.site.take_figures(t_s, msgpack.unpackb(payload))
             case "console/finding" | "console/session":
                 record = msgpack.unpackb(payload)
-                self.book.take(stream, record)
+                self.examination.take(stream, record)
                 if stream == "console/session" and record["what"] == "begin":
                     self.begin_anew()
 
@@ -105,7 +105,7 @@ class Console:
         self.fingers.take_touch(t_s, touch, rows)
         self.site.link.take_touch(t_s, touch)
         self.signals.take(t_s, "contact_n", [[row.contact_force_n for row in rows]])
-        self.felt.felt(t_s, rows, touch.summaries)
+        self.tactile_map.add(t_s, rows, touch.summaries)
 
     def _rendered(self, t_s: float, row: Rendered) -> None:
         motor_hz = [rpm * _HZ_PER_RPM for rpm in row.motor_rpm]
@@ -121,7 +121,7 @@ class Console:
 
     def begin_anew(self) -> None:
         """Begin the map of another examination."""
-        self.felt = TactileMap()
+        self.tactile_map = TactileMap()
         self.map_number += 1
 
     def step(self, now_s: float) -> None:
@@ -143,7 +143,7 @@ class Console:
 
     def word(self, now_s: float) -> str:
         """Return the state of the session in one word."""
-        return self.site.word(now_s, live=self.live, pauses=self.book.pseudonym is not None)
+        return self.site.word(now_s, live=self.live, pauses=self.examination.pseudonym is not None)
 
     def newest_bin(self, now_s: float) -> int:
         """Return the number of the newest bin that a picture at `now_s` holds."""
@@ -183,12 +183,12 @@ class Console:
 
     def tiles(self, quantity: str, since: int) -> list[MapTile]:
         """Return the tiles of a quantity that changed after a revision of the map, oldest change first."""
-        return changed(self.felt, quantity, since)
+        return changed(self.tactile_map, quantity, since)
 
     def clock_s(self, now_s: float) -> float | None:
         """Return the duration of the present examination, s; None without one."""
-        began_s = self.book.began_s
-        return None if self.book.pseudonym is None or began_s is None else max(0.0, now_s - began_s)
+        began_s = self.examination.began_s
+        return None if self.examination.pseudonym is None or began_s is None else max(0.0, now_s - began_s)
 
     def age_s(self, now_s: float) -> float | None:
         """Return the age of the shown values, s; None before the first ones."""

@@ -143,7 +143,7 @@ class Sweep:
         touch = self._remote.move(hand.x_m, hand.y_m, hand.z_m)
         self.time_s += TICK_S
         if round(self.time_s / TICK_S) % PACKET_EVERY == 0:
-            self.felt.felt(self.time_s, touch.rows, touch.summaries)
+            self.felt.add(self.time_s, touch.rows, touch.summaries)
 
 
 def _durations(segments: list[Segment]) -> dict[str, float]:

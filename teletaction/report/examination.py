@@ -112,7 +112,7 @@ class Examination:
         if stream == "operator/touch":
             touch = Touch.decode(payload)
             self.sequences.append(touch.sequence)
-            self.felt.felt(t_s, touch.rows, touch.summaries)
+            self.felt.add(t_s, touch.rows, touch.summaries)
             return
         self.console = self.console or stream.startswith("console/")
         if stream == "operator/clock":

@@ -7,7 +7,7 @@ from typing import Any
 
 from operator_site.console.examination.findings import QUANTITY, value_text
 from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
-from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, ExploredPlace, Felt
+from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, ExploredPlace, Measured
 from teletaction.report.examination import Examination
 from teletaction.report.finding_figure import AFTER_S, BEFORE_S, signals_figure
 from teletaction.report.map_coverage import Coverage, coverage
@@ -196,7 +196,7 @@ def _known_here(here: ExploredPlace | None) -> str | None:
     return next((quantity for quantity in UNITS if getattr(here, quantity, None) is not None), None)
 
 
-def _step(quantity: str, felt: Felt) -> int:
+def _step(quantity: str, felt: Measured) -> int:
     """Return the confidence in a value, 0..3, by the rule of the maps."""
     sd = felt.sd / felt.value if quantity in LOGARITHMIC else felt.sd
     return sum(sd <= share * CONFIDENT_SD[quantity] for share in (2.0, 1.0, 0.5))

@@ -13,7 +13,7 @@ from scipy.ndimage import binary_dilation, label
 from common.scenes.scene import Scene, SceneObject
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import picture
-from operator_site.console.map.tactile_map import LOGARITHMIC, Felt, TactileMap
+from operator_site.console.map.tactile_map import LOGARITHMIC, Measured, TactileMap
 
 STANDS_OUT = 0.5
 """Share of the largest difference from the median above which a cell belongs to the target."""
@@ -59,11 +59,11 @@ def find_highest(felt: TactileMap, quantity: str) -> Found | None:
     return Found(x_m, y_m)
 
 
-def value_near(felt: TactileMap, quantity: str, found: Found) -> Felt:
+def value_near(felt: TactileMap, quantity: str, found: Found) -> Measured:
     """Return the combined value of the samples within 3 mm of the sample nearest to a target."""
     samples = [sample for tile in felt.layers[quantity].tiles.values() for sample in tile.samples.values()]
     nearest = min(samples, key=lambda sample: math.dist((found.x_m, found.y_m), (sample.x_m, sample.y_m)))
-    here: Felt = getattr(felt.at(nearest.x_m, nearest.y_m), quantity)
+    here: Measured = getattr(felt.at(nearest.x_m, nearest.y_m), quantity)
     return here
 
 

@@ -20,7 +20,7 @@ from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, Tacti
 Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]
 UNITS = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
-GROUND = "#" + colours.NOT_FELT
+GROUND = "#" + colours.BACKGROUND
 """Colour of the area that was not felt."""
 _SIGN_EVERY = 3
 """Distance between two signs, cells."""

@@ -110,7 +110,7 @@ def picture_of() -> Callable[[Any, str], None]:
 
 
 def wait_for(stage: Stage, verb: str, count: int = 1) -> list[dict[str, Any]]:
-    """The asks of a verb once there are so many; polls the stage, which runs in another thread."""
+    """The requests of a verb once there are `count`; polls the stage, which runs in another thread."""
     until = time.monotonic() + 10
     while time.monotonic() < until:
         found = [ask for ask in stage.asks if ask["verb"] == verb]

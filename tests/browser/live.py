@@ -24,8 +24,8 @@ def opened(browser: Any, address: str, path: str = "/", theme: str = "dark", pat
     return page
 
 
-def told(page: Any) -> dict[str, Any]:
-    """The state that the page was told last."""
+def state_of(page: Any) -> dict[str, Any]:
+    """The newest state of the page."""
     state: dict[str, Any] = page.evaluate("now.state")
     return state
 
@@ -40,10 +40,10 @@ def hold(page: Any, key: str, until: str) -> None:
 def begin(page: Any, study_number: str) -> None:
     """Begin an examination; one that is open is ended."""
     clear(page)
-    if told(page)["session"]["pseudonym"] is not None:
+    if state_of(page)["session"]["pseudonym"] is not None:
         end(page)
     page.wait_for_selector("#begin-form:visible")  # it is offered where no examination is open
-    if told(page)["session"]["sound"] is None:
+    if state_of(page)["session"]["sound"] is None:
         page.click("#sound-refused")
     page.fill("#begin-pseudonym", study_number)
     page.keyboard.press("Enter")
@@ -72,7 +72,7 @@ def clear(page: Any) -> None:
 
 def engage(page: Any) -> None:
     """Come to a state in which a finger feels a force, in an examination."""
-    if told(page)["session"]["pseudonym"] is None:
+    if state_of(page)["session"]["pseudonym"] is None:
         begin(page, "P-0400")
     clear(page)
     page.wait_for_selector("#act-button:is(:has-text('Engage'), :has-text('Resume'))")

@@ -1,4 +1,4 @@
-// What is wrong with how the page lies on the screen: overflowing words, small targets, covered or cut STOP.
+// Finds faults of the layout: overflowing words, small targets, covered or cut STOP.
 () => {
   const wrong = [], visible = e => e.checkVisibility({ checkOpacity: false, checkVisibilityCSS: true }) && !e.closest('.unseen, noscript');
   const scrolled = e => { for (let at = e; at; at = at.parentElement) if (['auto', 'scroll'].includes(getComputedStyle(at).overflowY)) return at; return null; };
@@ -48,7 +48,7 @@
     const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left), high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
     if (wide > 1 && high > 1) wrong.push(`${name(a.e)} over ${name(b.e)}`);
   }));
-  const panels = [...document.querySelectorAll('#bar, #alarm, #answers, #hand, #map, #told, #signals, #buttons, #stop-place')].filter(visible);
+  const panels = [...document.querySelectorAll('#bar, #alarm, #answers, #hand, #map, #identification, #signals, #buttons, #stop-place')].filter(visible);
   for (const a of panels) for (const b of panels) {
     if (a === b || scrolled(a.parentElement) || scrolled(b.parentElement)) continue;
     const p = a.getBoundingClientRect(), q = b.getBoundingClientRect();

@@ -28,17 +28,17 @@ class Tab:
         self._asked += 1
         self._connection.send(json.dumps({"id": self._asked, "method": method, "params": parameters}))
         while True:
-            told = json.loads(self._connection.recv(timeout=PATIENCE_S))
-            if told.get("id") == self._asked:
-                assert "error" not in told, told["error"]
-                result: dict[str, Any] = told["result"]
+            answer = json.loads(self._connection.recv(timeout=PATIENCE_S))
+            if answer.get("id") == self._asked:
+                assert "error" not in answer, answer["error"]
+                result: dict[str, Any] = answer["result"]
                 return result
 
     def evaluate(self, expression: str) -> Any:
         """The value of an expression in the page; a promise's when it is kept."""
-        told = self.send("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
-        assert "exceptionDetails" not in told, told["exceptionDetails"]
-        return told["result"].get("value")
+        answer = self.send("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
 
     def until(self, expression: str) -> float:
         """Wait until an expression is true in the page; when it was, s."""
@@ -67,9 +67,9 @@ class Chromium:
     def tab(self, address: str) -> Tab:
         """Open a page and show it."""
         with urlopen(Request(f"{self._devtools}/json/new?about:blank", method="PUT")) as response:
-            told = json.load(response)
-        connection = self._opened.enter_context(connect(told["webSocketDebuggerUrl"], max_size=_LONGEST_MESSAGE))
-        tab = Tab(self._devtools, told["id"], connection)
+            answer = json.load(response)
+        connection = self._opened.enter_context(connect(answer["webSocketDebuggerUrl"], max_size=_LONGEST_MESSAGE))
+        tab = Tab(self._devtools, answer["id"], connection)
         tab.send("Page.navigate", url=address)  # answered when there is a page to speak to
         return tab
 

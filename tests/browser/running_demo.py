@@ -23,7 +23,7 @@ class Demo:
     out: Path
 
     def network(self, line: str) -> None:
-        """Tell the network between the sites to fail."""
+        """Command a failure of the network between the sites."""
         port = load_config(self.out / "config" / f"{NETWORK}.toml", SimNetworkConfig).fault_port
         with socket.create_connection((HOST, port), timeout=5.0) as connection:
             connection.sendall(line.encode() + b"\n")

@@ -99,7 +99,7 @@ class Stage:
         return f"http://127.0.0.1:{port}/"
 
     def show(self, scenario: str | Scenario) -> Scenario:
-        """Tell all pages another state from now on."""
+        """Send another state to all pages from now on."""
         self.scenario = SCENARIOS[scenario]() if isinstance(scenario, str) else scenario
         return self.scenario
 
@@ -154,17 +154,17 @@ class Stage:
         return 1000 + int((time.monotonic() - self._started) / SPAN_S)
 
     async def _send(self, client: Client) -> None:
-        last_bin, told_at, version, told, since = 0, -1.0, 0, "", time.monotonic()
+        last_bin, sent_at, version, newest, since = 0, -1.0, 0, "", time.monotonic()
         while True:
             await asyncio.sleep(max(0.0, SPAN_S - (time.monotonic() - self._started) % SPAN_S))
             if not self.scenario.sends:
                 continue
             scenario, number = self.scenario, self._bin()
-            age_s = time.monotonic() - told_at
-            text = json.dumps(scenario.told(time.monotonic() - since)) if age_s > STATE_S else told
-            if text != told or age_s > 1.0:
+            age_s = time.monotonic() - sent_at
+            text = json.dumps(scenario.at(time.monotonic() - since)) if age_s > STATE_S else newest
+            if text != newest or age_s > 1.0:
                 version += 1
-                told, told_at = text, time.monotonic()
+                newest, sent_at = text, time.monotonic()
                 await client.socket.send_text(json.dumps(json.loads(text) | {"version": version}))
             if client.sent - client.drawn >= CREDIT:
                 client.skipped += 1
@@ -194,11 +194,11 @@ class Stage:
             self.asks.append(message)
             again = message["verb"] == "estop" and message["id"] in client.stops
             act = (lambda _: {}) if again else self._answer
-            told = {"ok": True, "text": "", "details": {}} | self.answers.get(message["verb"], act)(message)
+            answer = {"ok": True, "text": "", "details": {}} | self.answers.get(message["verb"], act)(message)
             if message["verb"] == "estop":
                 client.stops.add(message["id"])
-            if told["ok"] is not None:
-                await client.socket.send_text(json.dumps({"kind": "answer", "id": message["id"]} | told))
+            if answer["ok"] is not None:
+                await client.socket.send_text(json.dumps({"kind": "answer", "id": message["id"]} | answer))
 
     def _answer(self, ask: dict[str, Any]) -> dict[str, Any]:
         """What a console would do, near enough for a page."""

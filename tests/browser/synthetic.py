@@ -17,7 +17,7 @@ PRIORITIES = {"low": 1, "medium": 2, "high": 3}
 MATERIALS = ["skin dermis", "PVC", "rubber", "aluminium", "fat", "acrylic"]
 RANGES = {"temperature": [-10.0, 60.0], "roughness": [0.001, 10.0], "stiffness": [50.0, 20000.0], "material": [0, 5]}
 QUANTITIES = tuple(RANGES)
-NOT_FELT, WORST, STEEP = 65535, 127, 128
+UNEXPLORED, WORST, STEEP = 65535, 127, 128
 
 
 def finger_row(finger: int, time_s: float, scenario: "Scenario") -> list[float]:
@@ -63,8 +63,8 @@ def picture(number: int, bin_number: int, scenario: "Scenario", kind: int = PICT
     return head + struct.pack(f"<{len(rows) + len(values)}f", *rows, *values)
 
 
-def _felt(quantity: str, x_mm: float, y_mm: float) -> tuple[float, int] | None:
-    """Value and spread of a cell: five lines of a sweep over a warm, rough and stiff place; None where not felt."""
+def _measured(quantity: str, x_mm: float, y_mm: float) -> tuple[float, int] | None:
+    """Value and spread of a cell: five lines of a sweep over a warm, rough and stiff place; None where unexplored."""
     lane = min(range(5), key=lambda finger: abs(y_mm - 20.0 * (finger - 2)))
     off_mm = abs(y_mm - 20.0 * (lane - 2))
     if not -70 < x_mm < 95 or off_mm > 8:
@@ -89,12 +89,12 @@ def tile(quantity: int, column: int, row: int, revision: int) -> bytes:
     values, spreads = [], []
     for y in range(32):
         for x in range(32):
-            felt = _felt(name, column * 32 + x - 128 + 0.5, row * 32 + y - 128 + 0.5)
-            if felt is None:
-                values.append(NOT_FELT)
+            found = _measured(name, column * 32 + x - 128 + 0.5, row * 32 + y - 128 + 0.5)
+            if found is None:
+                values.append(UNEXPLORED)
                 spreads.append(WORST)
                 continue
-            value, spread = felt
+            value, spread = found
             if name == "material":
                 code = int(value)
             elif name == "temperature":
@@ -108,15 +108,15 @@ def tile(quantity: int, column: int, row: int, revision: int) -> bytes:
 
 
 def finger_state(name: str, **changed: Any) -> dict[str, Any]:
-    """What the state tells of one finger."""
-    told: dict[str, Any] = {
+    """The state of one finger."""
+    usual: dict[str, Any] = {
         "name": name, "in_use": True, "module": "ready", "contact_s": None, "decision": "NO CONTACT",
         "line": "NO CONTACT",
         "candidates": [], "object_c": None, "object_c_sd": None, "stiffness_n_m": None, "stiffness_sd_n_m": None,
         "stiffness_known": False, "roughness_v": None, "roughness_sd_v": None, "groove_mm": None, "groove_sd_mm": None,
         "limits": [], "age_s": 0.01,
     }  # fmt: skip
-    return told | changed
+    return usual | changed
 
 
 IDENTIFIED = {
@@ -183,8 +183,8 @@ class Scenario:
         self.sends = True
         """Whether pictures and states go out at all."""
 
-    def told(self, seconds: float) -> dict[str, Any]:
-        """The state so many seconds after a page was connected."""
+    def at(self, seconds: float) -> dict[str, Any]:
+        """The state `seconds` after a page was connected."""
         if not self.converges:
             return self.state
         fingers = [
@@ -194,13 +194,13 @@ class Scenario:
         return self.state | {"fingers": fingers}
 
     def session(self, **changed: Any) -> "Scenario":
-        """Change what the state tells of the session."""
+        """Change the session's part of the state."""
         self.state["session"].update(changed)
         return self
 
     def alarm(self, ident: str, priority: str, text: str, **more: Any) -> "Scenario":
         """Raise one more alarm."""
-        told = {
+        usual = {
             "id": ident,
             "priority": priority,
             "text": text,
@@ -209,7 +209,7 @@ class Scenario:
             "ended_s": None,
             "cleared_by": None,
         }
-        self.state["alarms"].append(told | more)
+        self.state["alarms"].append(usual | more)
         return self
 
 
@@ -274,7 +274,7 @@ def engaged() -> Scenario:
 
 
 def ambiguous() -> Scenario:
-    """Two materials that can not be told apart."""
+    """Two materials that cannot be distinguished."""
     scenario = engaged()
     scenario.state["fingers"][1] |= {
         "decision": "AMBIGUOUS",
@@ -304,7 +304,7 @@ def unknown() -> Scenario:
 
 
 def cannot_tell() -> Scenario:
-    """The remote site cannot tell, and says why."""
+    """The remote site cannot identify the material, and gives the reason."""
     scenario = engaged()
     scenario.state["fingers"][1] |= {
         "decision": "CANNOT TELL",
@@ -338,12 +338,12 @@ def lost() -> Scenario:
 
 
 def stop_of(times: dict[str, float | None], *, late: bool) -> dict[str, Any]:
-    """What the state tells of a STOP; devices that are not in `times` have not answered."""
-    told = {name: times.get(name) for name in DEVICES}
+    """The state of a STOP; devices that are not in `times` have not answered."""
+    found = {name: times.get(name) for name in DEVICES}
     return {
         "asked_s": 761.2,
-        "devices": told,
-        "confirmed": all(time is not None for time in told.values()),
+        "devices": found,
+        "confirmed": all(time is not None for time in found.values()),
         "late": late,
     }
 
@@ -372,7 +372,7 @@ def stop_not_confirmed() -> Scenario:
 
 
 def missing_devices() -> Scenario:
-    """Two finger modules absent during work, two fingers' data old, and how sure their temperature is is not told."""
+    """Two finger modules absent during work, two fingers' data old, and no standard deviation of their temperature."""
     scenario = engaged()
     scenario.absent = {3, 4}
     scenario.stale = {1, 2}

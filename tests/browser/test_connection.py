@@ -26,7 +26,7 @@ HIDEABLE = """
     if (!hidden) waiting.splice(0).forEach(frame);
   };
 """
-"""What a hidden page meets: no animation frames, while timers and messages go on. (Under automation none is hidden.)"""
+"""A hidden page gets no animation frames, while timers and messages continue. (Under automation no page is hidden.)"""
 
 
 def until(true: Any) -> None:
@@ -115,7 +115,7 @@ def test_a_hidden_page_takes_two_pictures_and_is_live_again_at_once(stage: Stage
     client = only(stage)
     until(lambda: client.drawn > 0)
     page.evaluate("hide(true)")
-    # What it drew before it was hidden it has told before it tells that it is.
+    # It reports its last drawn picture before it reports that it is hidden.
     until(lambda: client.alive and client.alive[-1]["visible"] is False and client.sent - client.drawn == CREDIT)
     skipped, drawn = client.skipped, client.drawn
     until(lambda: client.skipped > skipped + 60 and client.alive[-1]["visible"] is False)
@@ -192,7 +192,7 @@ def test_pictures_and_tiles_are_read_as_they_were_written(stage: Stage, open_pag
     assert page.evaluate(DECODE, list(synthetic.tile(2, 7, 1, 9))) == ["tile", 2, 7, 1]
 
 
-def test_broken_frames_are_told_as_bad_and_nothing_else(stage: Stage, open_page: Open) -> None:
+def test_broken_frames_are_refused_as_bad_and_nothing_else(stage: Stage, open_page: Open) -> None:
     page = open_page("engaged")
     chance = random.Random(7)
     picture, tile = synthetic.picture(42, 2000, synthetic.engaged()), synthetic.tile(0, 1, 1, 1)

@@ -8,7 +8,7 @@ import pytest
 
 from common.scenes.scene import load_scene
 from operator_site.console.examination.reporting import LONGEST_S
-from tests.browser.live import NEUTRAL, aim, begin, end, engage, hold, opened, told
+from tests.browser.live import NEUTRAL, aim, begin, end, engage, hold, opened, state_of
 from tests.browser.running_demo import Demo, running
 from tests.browser.test_every_state import LOOK, axe_findings
 from tests.system.played_console import playing
@@ -78,10 +78,10 @@ def test_the_lesion_is_found_the_link_is_cut_and_all_of_it_is_reported_and_playe
     picture_of(page, "demo link back")
     hold(page, "c", "#alarm-text:not(:has-text('Hold C'))")
     page.wait_for_selector(NEUTRAL)
-    assert not told(page)["engage"]["wanted"]
+    assert not state_of(page)["engage"]["wanted"]
     engage(page)
 
-    (finding,) = told(page)["findings"]
+    (finding,) = state_of(page)["findings"]
     assert abs(finding["x_mm"] - x_mm) <= NEAR_MM
     assert abs(finding["y_mm"] - y_mm) <= NEAR_MM
     end(page)
@@ -111,7 +111,7 @@ def test_the_lesion_is_found_the_link_is_cut_and_all_of_it_is_reported_and_playe
         played.wait_for_function("() => now.state.session.playback.at_s > 0")
         played.keyboard.press("Space")
         played.wait_for_selector("#play-button:has-text('Pause')")
-        at_s = told(played)["session"]["playback"]["at_s"]
+        at_s = state_of(played)["session"]["playback"]["at_s"]
         played.wait_for_function(f"() => now.state.session.playback.at_s > {at_s + 1.0}")
         picture_of(played, "demo played")
         assert played.evaluate(LOOK) + axe_findings(played) == []

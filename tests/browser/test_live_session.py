@@ -85,7 +85,7 @@ def test_a_whole_session_from_its_beginning_to_its_report(page: Any, picture_of:
     report.wait_for_load_state()
     text = report.locator("body").inner_text()
     assert "P-0417" in text
-    kept = "".join(note.split())  # white space is laid out anew
+    kept = "".join(note.split())  # white space is laid out again
     assert kept in "".join(text.split()), "the note is in the report as it was written"
     assert report.evaluate("window.struck") is None
     assert page.evaluate("window.struck") is None

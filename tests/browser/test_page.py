@@ -140,6 +140,6 @@ def test_one_announcement_at_most_every_two_seconds_and_none_for_a_number_that_c
     for number in range(20):
         stage.scenario.state["alarms"] = []
         stage.scenario.alarm("link", "medium", f"Link slow: {200 + number} ± 8 ms. Move slowly.")
-        page.wait_for_timeout(100)  # as fast as the state is told
+        page.wait_for_timeout(100)  # as fast as states are sent
     page.wait_for_timeout(2500)  # past the next announcement
     assert page.evaluate("window.said.length") == 1

@@ -85,7 +85,7 @@ def test_a_whole_session_by_keyboard_alone(
     page.keyboard.press("Enter")
     wait_for(stage, "end")
     page.wait_for_selector("#report-link:visible")
-    assert page.inner_text("#session-told") == "Saved: 12 min 41 s, 1 finding, 0 gaps."
+    assert page.inner_text("#session-summary") == "Saved: 12 min 41 s, 1 finding, 0 gaps."
     assert page.get_attribute("#report-link", "href") == "/report/P-0417.html"
 
 

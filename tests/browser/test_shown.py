@@ -16,17 +16,17 @@ PROPERTY = """async () => {
   const age = () => one([0, 0.1, 0.5, 0.500001, 1, 1.000001, 30, NaN, Infinity, -1, 2 * Math.random()]);
   const wrong = [], shown = new Set();
   for (let tried = 0; tried < 50000; tried += 1) {
-    const picture_s = one([age(), null]), state_s = age(), told = one([...words, null]);
+    const picture_s = one([age(), null]), state_s = age(), state = one([...words, null]);
     const drawn = one([null, 0, 1, 2, 3]);
     const stopping = Math.random() < 0.3, silent_s = silence(picture_s, state_s);
-    const word = shownWord({ told, drawn, silent_s, stopping });
+    const word = shownWord({ state, drawn, silent_s, stopping });
     const young = (age_s, limit_s) => age_s >= 0 && age_s <= limit_s;
     const live = (picture_s === null || young(picture_s, SILENT_S)) && young(state_s, STATE_SILENT_S);
     shown.add(word);
     if ((silent_s === 0) !== live) wrong.push(['silence', picture_s, state_s, silent_s]);
-    const allowed = live && !stopping && told !== 'silent' && told !== null;
-    if (ACTING.includes(word) && !allowed) wrong.push([word, told, drawn]);
-    if (word === 'engaged' && drawn !== null && OF_LINK[drawn] !== 'engaged') wrong.push([word, told, drawn]);
+    const allowed = live && !stopping && state !== 'silent' && state !== null;
+    if (ACTING.includes(word) && !allowed) wrong.push([word, state, drawn]);
+    if (word === 'engaged' && drawn !== null && OF_LINK[drawn] !== 'engaged') wrong.push([word, state, drawn]);
   }
   return [wrong.slice(0, 5), [...shown].sort()];
 }"""

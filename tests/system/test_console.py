@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from operator_site.console.map.map_tiles import NOT_FELT
+from operator_site.console.map.map_tiles import UNEXPLORED
 from operator_site.console.state.fingers_now import FIELDS
 from robustness.fault_session import read_figures
 from tests.commands import command
@@ -105,7 +105,7 @@ def test_a_console_that_is_killed_is_gone_on_with_by_the_next(session: Session) 
         page.until(lambda: felt.keys() <= newest_tiles(page).keys(), "the map")
         shown = newest_tiles(page)
         for place, values in felt.items():
-            assert (shown[place][values != NOT_FELT] != NOT_FELT).all(), "what was felt is shown again"
+            assert (shown[place][values != UNEXPLORED] != UNEXPLORED).all(), "what was felt is shown again"
         assert page.ask("end")["ok"]
     recordings = (session.folder / "operator.mcap", *sorted(session.folder.glob("console*.mcap")))
     assert len(recordings) == 3

@@ -10,7 +10,7 @@ import pytest
 
 from common.limits import FORCE_SAFE_S, MOTOR_SAFE_S, MOTOR_STILL_S, THERMAL_SAFE_S
 from operator_site.console.examination.examination import LONGEST_NOTE
-from operator_site.console.map.map_tiles import NOT_FELT
+from operator_site.console.map.map_tiles import UNEXPLORED
 from operator_site.console.state.fingers_now import FIELDS
 from operator_site.console.state.frame import Kind
 from operator_site.console.web.clients import CREDIT
@@ -59,7 +59,7 @@ def show_roughness(page: Page) -> None:
     """Show what a stroke feels, and wait until some of it is there."""
     page.tiles.clear()
     page.send(kind="show", quantity="roughness")
-    page.until(lambda: any((tile.value != NOT_FELT).any() for tile in page.tiles), "what was felt")
+    page.until(lambda: any((tile.value != UNEXPLORED).any() for tile in page.tiles), "what was felt")
 
 
 def without_a_gap(bins: list[int]) -> bool:
@@ -243,6 +243,6 @@ def test_the_next_console_takes_up_the_examination_of_one_that_is_gone(
     page.until(lambda: felt.keys() <= newest_tiles(page).keys(), "the map")
     shown = newest_tiles(page)
     for place, values in felt.items():
-        assert (shown[place][values != NOT_FELT] != NOT_FELT).all(), "what was felt is shown again"
+        assert (shown[place][values != UNEXPLORED] != UNEXPLORED).all(), "what was felt is shown again"
     assert page.ask("finding", finger="index", kind="warm")["details"]["id"] == ident + 1
     assert f"{ident + 1} findings" in page.ask("end")["text"]

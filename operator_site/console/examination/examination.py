@@ -91,7 +91,7 @@ class Examination:
         ended, self.pseudonym, self.ended_s = self.pseudonym, None, now_s
         return ended
 
-    def find(self, felt: TactileMap, details: dict[str, Any], now_s: float) -> Finding:
+    def find(self, tactile_map: TactileMap, details: dict[str, Any], now_s: float) -> Finding:
         """Mark a place, or a moment if no place is given.
 
         Raises:
@@ -111,7 +111,7 @@ class Examination:
             finding = Finding(ident, at_s, kind, finger, None, None, " ".join(filter(None, (kind, "a moment"))))
         else:
             x_m, y_m = (float(value or 0.0) / 1000.0 for value in place_mm)
-            here, around = felt.at(x_m, y_m), felt.around(x_m, y_m)
+            here, around = tactile_map.at(x_m, y_m), tactile_map.around(x_m, y_m)
             kind = kind or likely_kind(here, around)
             finding = Finding(ident, at_s, kind, finger, x_m, y_m, describe(kind, here), compare(kind, here, around))
         self.findings[ident] = finding

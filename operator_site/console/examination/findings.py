@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from operator_site.console.map.tactile_map import ExploredPlace, Felt
+from operator_site.console.map.tactile_map import ExploredPlace, Measured
 
 KINDS = ("rough", "warm", "cold", "stiff", "soft", "other")
 QUANTITY = {
@@ -33,7 +33,7 @@ class Difference(NamedTuple):
         return abs(self.value) / self.sd
 
 
-def difference(quantity: str, here: Felt, around: Felt) -> Difference:
+def difference(quantity: str, here: Measured, around: Measured) -> Difference:
     """Return the difference of one quantity from the surroundings."""
     if quantity == "temperature":
         return Difference(here.value - around.value, math.hypot(here.sd, around.sd))
@@ -66,9 +66,9 @@ def describe(kind: str | None, here: ExploredPlace) -> str:
         raise ValueError(f"no kind of finding {kind!r}; there are {', '.join(KINDS)}")
     quantity = QUANTITY.get(kind or "")
     if quantity is not None:
-        felt = getattr(here, quantity)
-        return f"{kind}, {value_text(quantity, felt) if felt else f'{quantity} not felt here'}"
-    values = [value_text(name, felt) for name in UNIT if (felt := getattr(here, name)) is not None]
+        measured = getattr(here, quantity)
+        return f"{kind}, {value_text(quantity, measured) if measured else f'{quantity} not felt here'}"
+    values = [value_text(name, value) for name in UNIT if (value := getattr(here, name)) is not None]
     return ", ".join([*([kind] if kind else []), *(values or ["nothing felt here"])])
 
 
@@ -86,9 +86,9 @@ def compare(kind: str | None, here: ExploredPlace, around: ExploredPlace) -> str
     return f"{with_sd(ratio, ratio * differs.sd)} times the {value_text(quantity, theirs)} around it ({touches})"
 
 
-def value_text(quantity: str, felt: Felt) -> str:
+def value_text(quantity: str, measured: Measured) -> str:
     """Format a value with its standard deviation and unit, such as `36.4 ± 0.2 °C`."""
-    return f"{with_sd(felt.value, felt.sd)} {UNIT[quantity]}"
+    return f"{with_sd(measured.value, measured.sd)} {UNIT[quantity]}"
 
 
 def with_sd(value: float, sd: float | None) -> str:

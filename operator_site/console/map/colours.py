@@ -73,12 +73,12 @@ MATERIALS = ["1F5FA8", "F2B134", "8FD0C0", "8B2F5F"]
 """Colours of the first four materials, RRGGBB. A letter beside each colour distinguishes them in greyscale."""
 OTHER_MATERIAL = "6D7680"
 """Common colour of all other materials, RRGGBB."""
-NOT_FELT = "808890"
-"""Background of every map, light or dark, where nothing has been felt, RRGGBB."""
+BACKGROUND = "808890"
+"""Background of every map, light or dark, where nothing was measured, RRGGBB."""
 _EVERY = 5
 """Step between the colours sent to the page; it interpolates the others within 1 of 255."""
 OPACITY = (0.0, 0.5, 0.75, 1.0)
-"""Opacity of a cell over the background NOT_FELT, by its confidence 0..3."""
+"""Opacity of a cell over the background BACKGROUND, by its confidence 0..3."""
 
 
 def shown(colour: str, confidence: int) -> str:
@@ -86,7 +86,7 @@ def shown(colour: str, confidence: int) -> str:
     share = OPACITY[confidence]
     mixed = (
         round(share * top + (1.0 - share) * ground)
-        for top, ground in zip(bytes.fromhex(colour), bytes.fromhex(NOT_FELT), strict=True)
+        for top, ground in zip(bytes.fromhex(colour), bytes.fromhex(BACKGROUND), strict=True)
     )
     return "".join(f"{part:02X}" for part in mixed)
 
@@ -115,8 +115,8 @@ def javascript() -> str:
         f"export const TABLES = {{\n{tables}}};\n"
         "/** Of the first four materials, and of all others. */\n"
         f'export const MATERIALS = bytes("{_base64("".join([*MATERIALS, OTHER_MATERIAL]))}");\n'
-        "/** Of what was not felt. */\n"
-        f'export const NOT_FELT = bytes("{_base64(NOT_FELT)}");\n'
+        "/** Of unexplored cells. */\n"
+        f'export const BACKGROUND = bytes("{_base64(BACKGROUND)}");\n'
         "/** Opacity over that by confidence, 0..3. */\n"
         f"export const OPACITY = {json.dumps(OPACITY)};\n"
     )

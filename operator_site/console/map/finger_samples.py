@@ -1,6 +1,6 @@
 """Turns one finger's touch packets into samples of temperature, stiffness, material and roughness on the bench.
 
-A sample lies where it was felt. A finger that rests or presses in one place gives one sample of each quantity. The
+A sample lies where it was measured. A finger that rests or presses in one place gives one sample of each quantity. The
 sample is replaced as the estimate improves, so that a long touch counts like a short one. A stroke gives one roughness
 sample every STROKE_STEP_M. The sample lies LATE_M behind the finger, because the remote site reports a change of the
 surface only after that length.
@@ -91,7 +91,7 @@ class FingerSamples:
         self._touched_s = self._sampled_s = -math.inf
         self._reported_v: float | None = None
         self._reported_m = 0.0
-        self._felt: tuple[float, float] | None = None
+        self._roughness: tuple[float, float] | None = None
         """Newest roughness reported in this stroke, as value and variance of a sample."""
         self._path: deque[tuple[float, float, float]] = deque()
         """Path length, m, and places of the stroke, as far back as samples are still due."""
@@ -165,17 +165,17 @@ class FingerSamples:
         samples = self._paint(t_s, 0.5 * (self._reported_m + path[-1][0]) - LATE_M)
         relative_sd = 1.0 if summary.roughness_sd_v is None else summary.roughness_sd_v / roughness_v
         self._reported_v, self._reported_m = roughness_v, path[-1][0]
-        self._felt = math.log(roughness_v), STROKE_SHARE * relative_sd**2
+        self._roughness = math.log(roughness_v), STROKE_SHARE * relative_sd**2
         return samples
 
     def _paint(self, t_s: float, until_m: float) -> list[Sample]:
         """Return samples of the newest reported roughness for the path up to `until_m`, m."""
         samples = []
-        while self._felt is not None and self._painted_m <= until_m:
+        while self._roughness is not None and self._painted_m <= until_m:
             place = _at(self._path, self._painted_m)
             self._painted_m += STROKE_STEP_M
             self._strokes += 1
-            sample = self._sample("roughness", t_s, *place, *self._felt)
+            sample = self._sample("roughness", t_s, *place, *self._roughness)
             samples.append(sample._replace(key=(self._finger, self._touch, self._strokes)))
         while len(self._path) > 2 and self._path[1][0] < self._painted_m:
             self._path.popleft()
@@ -185,7 +185,7 @@ class FingerSamples:
         """Discard the path and the roughness reported so far, which belong to the stroke before."""
         self._path.clear()
         self._painted_m = self._reported_m = 0.0
-        self._felt = None
+        self._roughness = None
         self._reported_v = summary.roughness_v
 
     def _sample(self, quantity: str, t_s: float, x_m: float, y_m: float, value: float, variance: float) -> Sample:

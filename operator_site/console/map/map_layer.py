@@ -1,4 +1,4 @@
-"""Maps the samples of one quantity onto cells of 1 mm on the bench, in tiles that exist only where it was felt.
+"""Maps the samples of one quantity onto cells of 1 mm on the bench, in tiles that exist only where it was measured.
 
 A cell's value is the mean of the samples around it, weighted by a Gaussian of width KERNEL_M and by their precision.
 Where samples disagree by more than their variances allow, the standard deviation grows by the Birge ratio (1932).
@@ -20,7 +20,7 @@ TILE = 32
 KERNEL_M = 1.5e-3
 """Standard deviation of the Gaussian kernel of a sample, m."""
 REACH_M = 3e-3
-"""Largest distance from a sample at which a cell counts as felt, m."""
+"""Largest distance from a sample at which a cell counts as explored, m."""
 MOST_SAMPLES = 2000
 """Maximum number of samples of a tile; the oldest are dropped, but remain in the sums of the cells."""
 LEAST_FREEDOM = 0.25
@@ -54,8 +54,8 @@ class Tile:
         self._sums[:, self._count == 0] = 0.0  # clear the rounding residue
 
     @property
-    def felt(self) -> NDArray[np.bool_]:
-        """Cells where something was felt, (TILE, TILE)."""
+    def explored(self) -> NDArray[np.bool_]:
+        """Cells with a sample in reach, (TILE, TILE)."""
         return self._count > 0
 
     @property
@@ -65,8 +65,8 @@ class Tile:
         return kernel
 
     def mean(self) -> tuple[Floats, Floats]:
-        """Return value and standard deviation of each cell, (TILE, TILE); NaN where nothing was felt."""
-        kernel, precision, first, second = np.where(self.felt, self._sums, np.nan)
+        """Return value and standard deviation of each cell, (TILE, TILE); NaN where it is unexplored."""
+        kernel, precision, first, second = np.where(self.explored, self._sums, np.nan)
         value = first / precision
         disagreement = (second - first * value) / np.maximum(kernel - 1.0, LEAST_FREEDOM)
         return value, np.sqrt(np.maximum(1.0, disagreement) / precision)
@@ -81,7 +81,7 @@ class Layer:
     """
 
     def __init__(self, quantity: str) -> None:
-        """Begin with nothing felt."""
+        """Begin without samples."""
         self.tiles: dict[tuple[int, int], Tile] = {}
         self.middle = _MIDDLE.get(quantity, 0.0)
         self._newest: dict[int, Sample] = {}
@@ -108,7 +108,7 @@ class Layer:
             del self._newest[finger]
 
     def after(self, t_s: float) -> Iterator[Sample]:
-        """Yield the samples felt after a time, s."""
+        """Yield the samples taken after a time, s."""
         for tile in self.tiles.values():
             for sample in reversed(tile.samples.values()):  # newest first
                 if sample.t_s <= t_s:

@@ -20,10 +20,10 @@ RANGES = {"temperature": (-10.0, 60.0), "roughness": (0.001, 10.0), "stiffness":
 
 A material's value is its index in the map's list of materials.
 """
-NOT_FELT = 65535
-"""Value of a cell where nothing was felt."""
+UNEXPLORED = 65535
+"""Value of a cell where nothing was measured."""
 HIGHEST = 65534
-"""Largest value of a cell where something was felt."""
+"""Largest value of a cell with a value."""
 CONFIDENT_SD = {"temperature": 0.5, "roughness": 0.15, "stiffness": 0.20}
 """Largest standard deviation of confidence 2, K or share of the value; half of it is confidence 3, twice is 1."""
 WORST = 127
@@ -44,6 +44,8 @@ _CELLS = TILE * TILE
 BYTES = _HEAD.size + 3 * _CELLS
 _TILES = COLUMNS // TILE
 _ROUNDING = 1e-6
+Cells = tuple[NDArray[np.uint16], NDArray[np.uint8]]
+"""Values and spreads of a tile, (32, 32) each."""
 
 
 class MapTile(NamedTuple):
@@ -83,12 +85,12 @@ class MapTile(NamedTuple):
             raise ValueError("map tile: quantity, column or row out of range")
         value = np.frombuffer(message, "<u2", _CELLS, _HEAD.size).reshape(TILE, TILE)
         spread = np.frombuffer(message, np.uint8, _CELLS, _HEAD.size + 2 * _CELLS).reshape(TILE, TILE)
-        if (spread[value == NOT_FELT] != WORST).any():
-            raise ValueError("map tile: a cell that was not felt has a known spread")
+        if (spread[value == UNEXPLORED] != WORST).any():
+            raise ValueError("map tile: an unexplored cell has a known spread")
         return cls(QUANTITIES[quantity], column, row, revision, value, spread)
 
 
-def changed(felt: TactileMap, quantity: str, since: int) -> list[MapTile]:
+def changed(surface: TactileMap, quantity: str, since: int) -> list[MapTile]:
     """Return the frame's tiles of a quantity that changed after revision `since`, oldest change first.
 
     A move of the frame changes all its tiles, because each then shows another place.
@@ -98,27 +100,27 @@ def changed(felt: TactileMap, quantity: str, since: int) -> list[MapTile]:
     """
     if quantity not in QUANTITIES:
         raise ValueError(f"no quantity {quantity!r}; there are {', '.join(QUANTITIES)}")
-    left_m, near_m = felt.frame
+    left_m, near_m = surface.frame
     corner = round(left_m / (TILE * CELL_M)), round(near_m / (TILE * CELL_M))
-    moved = felt.framed if felt.framed > since else 0
-    layers = list(felt.named.values()) if quantity == "material" else [felt.layers[quantity]]
+    moved = surface.framed if surface.framed > since else 0
+    layers = list(surface.named.values()) if quantity == "material" else [surface.layers[quantity]]
     revisions: dict[tuple[int, int], int] = {}
     for layer in layers:
         for place, tile in layer.tiles.items():
-            revision = max(tile.revision, moved, felt.steep_revision(place), revisions.get(place, 0))
+            revision = max(tile.revision, moved, surface.steep_revision(place), revisions.get(place, 0))
             column, row = place[0] - corner[0], place[1] - corner[1]
             if revision > since and 0 <= column < _TILES and 0 <= row < _TILES:
                 revisions[place] = revision
     return [
-        MapTile(quantity, place[0] - corner[0], place[1] - corner[1], revision, *cells(felt, quantity, place))
+        MapTile(quantity, place[0] - corner[0], place[1] - corner[1], revision, *cells(surface, quantity, place))
         for place, revision in sorted(revisions.items(), key=lambda item: (item[1], item[0]))
     ]
 
 
-def cells(felt: TactileMap, quantity: str, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+def cells(surface: TactileMap, quantity: str, place: tuple[int, int]) -> Cells:
     """Return values and spreads of the tile at a column and row of the bench."""
-    value, spread = _materials(felt, place) if quantity == "material" else _measured(felt, quantity, place)
-    return value, np.where((value != NOT_FELT) & felt.steep(place), spread | STEEP, spread).astype(np.uint8)
+    value, spread = _materials(surface, place) if quantity == "material" else _measured(surface, quantity, place)
+    return value, np.where((value != UNEXPLORED) & surface.steep(place), spread | STEEP, spread).astype(np.uint8)
 
 
 def confidence(quantity: str, spread: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -128,21 +130,21 @@ def confidence(quantity: str, spread: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return found
 
 
-def _measured(felt: TactileMap, quantity: str, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
-    layer = felt.layers[quantity]
+def _measured(surface: TactileMap, quantity: str, place: tuple[int, int]) -> Cells:
+    layer = surface.layers[quantity]
     value, sd = layer.tiles[place].mean()
     known = np.isfinite(value)
     low, high = (math.log(end) if quantity in LOGARITHMIC else end - layer.middle for end in RANGES[quantity])
     share = np.clip((np.where(known, value, low) - low) / (high - low), 0.0, 1.0)
     octaves = np.log2(np.where(known, sd, 1.0) / CONFIDENT_SD[quantity])
     spread = np.where(known, np.clip(np.ceil(MIDDLE + OCTAVE * octaves), 0, WORST), WORST)
-    return np.where(known, np.round(HIGHEST * share), NOT_FELT).astype(np.uint16), spread.astype(np.uint8)
+    return np.where(known, np.round(HIGHEST * share), UNEXPLORED).astype(np.uint16), spread.astype(np.uint8)
 
 
 class MapPicture(NamedTuple):
     """Map of one quantity, (rows, columns) from the near left corner at `left_m` and `near_m`, m.
 
-    Values are in C, V, N/m or indices of the list of materials, and NaN where nothing was felt. Confidences are 0..3.
+    Values are in C, V, N/m or indices of the list of materials, and NaN where it is unexplored. Confidences are 0..3.
     `steep` marks cells with a steep surface.
     """
 
@@ -153,19 +155,19 @@ class MapPicture(NamedTuple):
     steep: NDArray[np.bool_]
 
 
-def picture(felt: TactileMap, quantity: str) -> MapPicture | None:
-    """Return all tiles of a quantity as one map; None if nothing of it was felt."""
-    layers = list(felt.named.values()) if quantity == "material" else [felt.layers[quantity]]
-    places = {place for layer in layers for place, tile in layer.tiles.items() if tile.felt.any()}
+def picture(surface: TactileMap, quantity: str) -> MapPicture | None:
+    """Return all tiles of a quantity as one map; None if none was measured."""
+    layers = list(surface.named.values()) if quantity == "material" else [surface.layers[quantity]]
+    places = {place for layer in layers for place, tile in layer.tiles.items() if tile.explored.any()}
     if not places:
         return None
     columns, rows = (range(min(numbers), max(numbers) + 1) for numbers in zip(*places, strict=True))
-    value = np.full((TILE * len(rows), TILE * len(columns)), NOT_FELT, dtype=np.uint16)
+    value = np.full((TILE * len(rows), TILE * len(columns)), UNEXPLORED, dtype=np.uint16)
     spread = np.full(value.shape, WORST, dtype=np.uint8)
     for place in places:
         column, row = TILE * (place[0] - columns[0]), TILE * (place[1] - rows[0])
         at = slice(row, row + TILE), slice(column, column + TILE)
-        value[at], spread[at] = cells(felt, quantity, place)
+        value[at], spread[at] = cells(surface, quantity, place)
     corner_m = TILE * CELL_M
     return MapPicture(
         columns[0] * corner_m,
@@ -177,8 +179,8 @@ def picture(felt: TactileMap, quantity: str) -> MapPicture | None:
 
 
 def value_of(quantity: str, value: NDArray[np.uint16]) -> NDArray[np.float64]:
-    """Convert a tile's values to C, V, N/m or indices of the list of materials; NaN where nothing was felt."""
-    number = np.where(value == NOT_FELT, np.nan, value.astype(np.float64))
+    """Convert a tile's values to C, V, N/m or indices of the list of materials; NaN where nothing was measured."""
+    number = np.where(value == UNEXPLORED, np.nan, value.astype(np.float64))
     if quantity == "material":
         return number
     low, high = (math.log(end) if quantity in LOGARITHMIC else end for end in RANGES[quantity])
@@ -186,12 +188,12 @@ def value_of(quantity: str, value: NDArray[np.uint16]) -> NDArray[np.float64]:
     return np.exp(scaled) if quantity in LOGARITHMIC else scaled
 
 
-def _materials(felt: TactileMap, place: tuple[int, int]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+def _materials(surface: TactileMap, place: tuple[int, int]) -> Cells:
     """Return the likeliest material of each cell by the touches' votes, and the percentage of other votes."""
-    tiles = [layer.tiles.get(place) or Tile() for layer in felt.named.values()]
+    tiles = [layer.tiles.get(place) or Tile() for layer in surface.named.values()]
     votes = np.array([np.nan_to_num(tile.mean()[0]) * tile.kernel for tile in tiles])
     touched = np.array([tile.kernel for tile in tiles]).sum(axis=0)
-    known = np.any([tile.felt for tile in tiles], axis=0)
+    known = np.any([tile.explored for tile in tiles], axis=0)
     share = np.where(known, votes.max(axis=0) / np.where(known, touched, 1.0), 0.0)
     spread = np.where(known, np.clip(np.ceil(100.0 * (1.0 - share) - _ROUNDING), 0, 100), WORST)
-    return np.where(known, votes.argmax(axis=0), NOT_FELT).astype(np.uint16), spread.astype(np.uint8)
+    return np.where(known, votes.argmax(axis=0), UNEXPLORED).astype(np.uint16), spread.astype(np.uint8)

@@ -1,6 +1,6 @@
 """Builds the tactile map: temperature, roughness, stiffness and material over the explored surface.
 
-Pure: the map takes touch packets at any rate and grows only where something was felt.
+Pure: the map takes touch packets at any rate and grows only where a finger touches.
 """
 
 import math
@@ -40,7 +40,7 @@ STEEP_SLOPE = 0.999
 _FRAME_TILES = COLUMNS // TILE
 
 
-class Felt(NamedTuple):
+class Measured(NamedTuple):
     """One quantity at a place: value and standard deviation in C, V or N/m, number of touches, time of the last one."""
 
     value: float
@@ -50,13 +50,13 @@ class Felt(NamedTuple):
 
 
 class ExploredPlace(NamedTuple):
-    """Quantities around a place, None if not felt; `material` is the likeliest one and its share of the votes."""
+    """Quantities around a place, None without a sample; `material` is the likeliest one and its share of the votes."""
 
     x_m: float
     y_m: float
-    temperature: Felt | None
-    roughness: Felt | None
-    stiffness: Felt | None
+    temperature: Measured | None
+    roughness: Measured | None
+    stiffness: Measured | None
     material: tuple[str, float] | None
 
 
@@ -70,7 +70,7 @@ class TactileMap:
     """
 
     def __init__(self) -> None:
-        """Begin with nothing felt."""
+        """Begin unexplored."""
         self.revision = 0
         self.layers = {name: Layer(name) for name in QUANTITIES[:3]}
         self.named: dict[str, Layer] = {}
@@ -101,7 +101,7 @@ class TactileMap:
         """Revision of the newest move of the frame."""
         return self._framed
 
-    def felt(self, t_s: float, rows: Sequence[TouchRow], summaries: Sequence[TouchSummary]) -> None:
+    def add(self, t_s: float, rows: Sequence[TouchRow], summaries: Sequence[TouchSummary]) -> None:
         """Take one accepted touch packet.
 
         Args:
@@ -157,19 +157,19 @@ class TactileMap:
         self.layers[sample.quantity].put(sample, self.revision)
 
     def after(self, t_s: float) -> list[Sample]:
-        """Return the samples felt after a time, s, in order of time; a map that takes them all shows the same."""
+        """Return the samples taken after a time, s, in order of time; a map that takes them all shows the same."""
         layers = (*self.layers.values(), *self.named.values())
-        felt = [sample for layer in layers for sample in layer.after(t_s)]
-        felt += takewhile(lambda slant: slant.t_s > t_s, reversed(self._slants))
-        return sorted(felt, key=lambda sample: sample.t_s)
+        found = [sample for layer in layers for sample in layer.after(t_s)]
+        found += takewhile(lambda slant: slant.t_s > t_s, reversed(self._slants))
+        return sorted(found, key=lambda sample: sample.t_s)
 
-    def take_again(self, sample: Sample) -> None:
+    def restore(self, sample: Sample) -> None:
         """Take a sample of an earlier map; later touches get other numbers than its touch."""
         self._fingers[sample.finger].count_from(sample.touch)
         self.take(sample)
 
     def legend(self, quantity: str) -> tuple[float, float]:
-        """Return the ends of a quantity's scale, in its unit; temperature is centred at 33 C until it is felt."""
+        """Return the ends of a quantity's scale, in its unit; temperature is centred at 33 C until it is measured."""
         if quantity in SCALES:
             return SCALES[quantity]
         centre_c = 33.0 if self._centre_c is None else self._centre_c
@@ -221,7 +221,7 @@ def _is_shared(rows: Sequence[TouchRow], finger: int) -> bool:
     )
 
 
-def _together(layer: Layer, name: str, x_m: float, y_m: float, radius_m: float) -> Felt | None:
+def _together(layer: Layer, name: str, x_m: float, y_m: float, radius_m: float) -> Measured | None:
     """Return the precision-weighted mean of the samples; disagreement increases its standard deviation."""
     samples = list(layer.near(x_m, y_m, radius_m))
     if not samples:
@@ -230,10 +230,10 @@ def _together(layer: Layer, name: str, x_m: float, y_m: float, radius_m: float) 
     mean = sum(w * s.value for w, s in zip(weights, samples, strict=True)) / sum(weights)
     disagreement = sum(w * (s.value - mean) ** 2 for w, s in zip(weights, samples, strict=True))
     variance = max(1.0, disagreement / max(len(samples) - 1, 1)) / sum(weights)
-    return _felt(name, mean, math.sqrt(variance), samples)
+    return _measured(name, mean, math.sqrt(variance), samples)
 
 
-def _surroundings(layer: Layer, name: str, x_m: float, y_m: float) -> Felt | None:
+def _surroundings(layer: Layer, name: str, x_m: float, y_m: float) -> Measured | None:
     near = layer.near(x_m, y_m, AROUND_M)
     samples = [s for s in near if math.dist((x_m, y_m), (s.x_m, s.y_m)) >= BESIDE_M]
     if not samples:
@@ -241,11 +241,11 @@ def _surroundings(layer: Layer, name: str, x_m: float, y_m: float) -> Felt | Non
     values = np.array([sample.value for sample in samples])
     median = float(np.median(values))
     spread = 1.4826 * float(np.median(np.abs(values - median)))
-    return _felt(name, median, max(spread, math.sqrt(min(s.variance for s in samples))), samples)
+    return _measured(name, median, max(spread, math.sqrt(min(s.variance for s in samples))), samples)
 
 
-def _felt(name: str, value: float, sd: float, samples: Sequence[Sample]) -> Felt:
+def _measured(name: str, value: float, sd: float, samples: Sequence[Sample]) -> Measured:
     touches, last_s = len({(s.finger, s.touch) for s in samples}), max(s.t_s for s in samples)
     if name in LOGARITHMIC:
-        return Felt(math.exp(value), sd * math.exp(value), touches, last_s)
-    return Felt(value, sd, touches, last_s)
+        return Measured(math.exp(value), sd * math.exp(value), touches, last_s)
+    return Measured(value, sd, touches, last_s)

@@ -1,7 +1,7 @@
-// The first button: engage, pause, resume, clear. An act that drives fingers is held 1 s or pressed twice.
+// The first button: engage, pause, resume, clear. A request that drives fingers is held for 1 s or pressed twice.
 import { latched } from "./alarms.js";
 import { byId, make, remake, write } from "./dom.js";
-import { acts, driven, lastTold, live, now } from "./now.js";
+import { acts, driven, lastState, live, now } from "./now.js";
 import { open } from "./sheets.js";
 import { FIXED, WORDS } from "./words.js";
 
@@ -17,28 +17,28 @@ export function startActions(link, speak) {
   button.addEventListener("click", event => {
     const act = current();
     if (!act.hold) act.press();
-    else if (event.detail === 0) twice(act.verb); // from the keyboard, or from software that presses for people
+    else if (event.detail === 0) twice(act.verb); // from the keyboard or assistive software
   });
   button.addEventListener("contextmenu", event => event.preventDefault());
 }
 
-// What the button does now; `hold` where it takes a held press or two.
+// Returns what the button does now; `hold` needs a held press or two presses.
 function current() {
-  const told = lastTold(), in_control = Boolean(now.state?.you.in_control);
+  const state = lastState(), in_control = Boolean(now.state?.you.in_control);
   const nothing = { text: WORDS.engage, press: () => {}, disabled: true };
   if (!acts() || !live()) return nothing;
   if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
-  if (told === "silent") return nothing;
+  if (state === "silent") return nothing;
   if (driven()) return { text: WORDS.pause, key: "P", press: pause };
   if (clearable()) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
   if (!in_control) return { text: FIXED.takeControl, more: WORDS.controlElsewhere(now.state.you.control), press: () => ask("take_control") };
-  if (told === "disconnected") return nothing;
+  if (state === "disconnected") return nothing;
   if (!now.state.session.pseudonym) return { text: WORDS.startSession, press: () => open("sheet-session") };
-  const paused = told === "paused";
+  const paused = state === "paused";
   return { verb: "engage", hold: true, text: paused ? WORDS.resume : WORDS.engage, confirm: paused ? WORDS.confirmResume : WORDS.confirmEngage, key: "E" };
 }
 
-const clearable = () => ["fault", "stopped"].includes(lastTold()) || now.state.alarms.some(latched);
+const clearable = () => ["fault", "stopped"].includes(lastState()) || now.state.alarms.some(latched);
 
 // A latched alarm can be cleared by its key while the button pauses.
 const possible = verb => current().verb === verb || (verb === "clear_fault" && acts() && live() && clearable());
@@ -53,7 +53,7 @@ export function pause() {
   if (acts() && driven()) ask("disengage");
 }
 
-// A held press fills the ring in 1 s; after a short one, a second press within 5 s counts, too.
+// A held press fills the ring in 1 s. After a short press, a second one within 5 s counts, too.
 export function hold(verb) {
   if (held || !possible(verb)) return;
   const started_ms = performance.now();
@@ -93,7 +93,7 @@ function calm() {
 
 export function showActions() {
   const act = current(), button = byId("act-button");
-  // What was begun in one state is not carried over into another.
+  // A press that began in one state does not count in another.
   if (confirming && !possible(confirming.verb)) calm();
   if (held && !possible(held.verb)) end();
   const text = confirming?.verb === act.verb ? act.confirm ?? act.text : act.text, key = act.key ?? "";

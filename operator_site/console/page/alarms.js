@@ -1,4 +1,4 @@
-// B: alarm line, list, sound; the page's own alarms when nothing is drawn.
+// Region B: alarm line, list and sound, and the page's own alarms for a lost console.
 import { byId, make, remake, shape, write } from "./dom.js";
 import { driven, now, playback, silent_s } from "./now.js";
 import { AGAIN_S, burst } from "./sound.js";
@@ -14,7 +14,7 @@ export function startAlarms(link) {
   byId("quiet-button").addEventListener("click", quiet);
 }
 
-// Without a connection, only that and the outcome of STOP are alarms.
+// The page's own alarms: connection, token, data, and a STOP that was not sent.
 function own() {
   const acted = driven(), urgent = acted ? "high" : "medium", late_s = silent_s();
   const alarms = [], raise = (id, priority, text) => alarms.push({ id, priority, text, active: true });
@@ -26,14 +26,14 @@ function own() {
   return alarms;
 }
 
-// Over, but to be cleared by hand.
+// A high alarm whose cause is gone and that a person has yet to clear.
 export const latched = alarm => alarm.priority === "high" && !alarm.active && !alarm.cleared_by;
 
-// The most urgent first, of equal ones the active; the rest is for the list.
+// Alarms that are active or wait to be cleared: most urgent first, active before waiting.
 export function standing() {
-  const told = now.state?.alarms ?? [];
+  const listed = now.state?.alarms ?? [];
   const of = alarm => 2 * RANK[alarm.priority] + (alarm.active ? 1 : 0) + (alarm.id.startsWith("stop") ? 8 : 0);
-  return [...own(), ...told]
+  return [...own(), ...listed]
     .filter(alarm => alarm.active || latched(alarm))
     .sort((a, b) => of(b) - of(a));
 }
@@ -104,8 +104,8 @@ function announce(top) {
 }
 
 export function showList() {
-  const told = now.state?.alarms ?? [];
-  const all = [...own(), ...told].sort((a, b) => Number(b.active) - Number(a.active) || (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
+  const listed = now.state?.alarms ?? [];
+  const all = [...own(), ...listed].sort((a, b) => Number(b.active) - Number(a.active) || (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
   remake(byId("alarm-list"), all, () => (all.length ? all.map(item) : [make("li", { text: WORDS.noAlarms })]));
 }
 

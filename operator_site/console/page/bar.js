@@ -1,4 +1,4 @@
-// A: state, clocks, link, recording, and a mark that steps with every picture.
+// Region A: state, clocks, link, recording, and a mark that steps with every picture.
 import { byId, write } from "./dom.js";
 import { live, now, playback, shownState } from "./now.js";
 import { clock, delay, linkMore, STATES, WORDS } from "./words.js";

@@ -1,4 +1,4 @@
-// E: 8 s since contact: stacked probabilities of the candidates; the object's temperature with its sd.
+// Region E, chart of the first 8 s of contact: stacked probabilities, and the object's temperature with its sd.
 import { byId, equal, fit } from "./dom.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
@@ -17,7 +17,7 @@ export function startChart() {
 export function followChart(state) {
   for (const [number, finger] of state.fingers.entries()) {
     const history = histories[number], newest = history.samples.at(-1);
-    if (finger.contact_s === null || finger.contact_s === undefined) continue; // the last contact stays until the next
+    if (finger.contact_s === null || finger.contact_s === undefined) continue; // the last contact is shown until the next one
     if (newest && finger.contact_s < newest.s) { history.samples = []; history.names = []; }
     if (finger.contact_s > LENGTH_S || (newest && finger.contact_s === newest.s && history.samples.length)) continue;
     for (const [name] of finger.candidates) if (!history.names.includes(name) && history.names.length < BANDS.length) history.names.push(name);

@@ -19,7 +19,7 @@ export const TABLES = {
 };
 /** Of the first four materials, and of all others. */
 export const MATERIALS = bytes("H1+o8rE0j9DAiy9fbXaA");
-/** Of what was not felt. */
-export const NOT_FELT = bytes("gIiQ");
+/** Of unexplored cells. */
+export const BACKGROUND = bytes("gIiQ");
 /** Opacity over that by confidence, 0..3. */
 export const OPACITY = [0.0, 0.5, 0.75, 1.0];

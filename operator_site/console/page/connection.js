@@ -1,4 +1,4 @@
-// One websocket to the console: pictures with credit, state, asks with answers, heartbeat.
+// The websocket to the console: pictures with credit, states, requests with answers, heartbeats.
 import { decode, TILE } from "./picture.js";
 import { WORDS } from "./words.js";
 
@@ -6,7 +6,7 @@ const HEARTBEAT_MS = 1000, SILENT_MS = 2500, ASLEEP_MS = 1500, ANSWER_MS = 1000,
 
 export class Connection {
   constructor(heard) {
-    this.heard = heard; // {open(), closed(refused), picture(p), tile(t), state(s)}
+    this.heard = heard; // handlers: {open(), closed(refused), picture(p), tile(t), state(s)}
     this.socket = null;
     this.waiting = new Map();
     this.asked = 0;
@@ -32,7 +32,7 @@ export class Connection {
     return this.socket !== null && this.socket.readyState === WebSocket.OPEN;
   }
 
-  // readyState says open after a freeze: only a recent message proves a connection.
+  // readyState is still open after a freeze; only a recent message proves a connection.
   wake() {
     if (this.socket === null || performance.now() - this.last_ms > ASLEEP_MS) this.open();
   }
@@ -41,7 +41,7 @@ export class Connection {
     clearTimeout(this.timer);
     if (this.socket) this.drop(this.socket);
     const address = new URL("session", document.baseURI);
-    address.search = location.search; // ?role=observe: who only looks on
+    address.search = location.search; // such as ?role=observe
     address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
@@ -66,7 +66,7 @@ export class Connection {
     this.fail();
   }
 
-  // A hidden page that was replaced asks again when it is visible.
+  // A hidden page that was replaced reconnects when it becomes visible.
   lost(refused, waits = false) {
     this.socket = null;
     this.fail();
@@ -104,7 +104,7 @@ export class Connection {
     return this.ready;
   }
 
-  // Credit goes back for what was drawn, never for what arrived.
+  // Returns credit for a drawn picture; a picture that only arrived returns none.
   drew(sequence) {
     this.drawn = sequence;
     this.send({ kind: "drawn", sequence });
@@ -124,7 +124,7 @@ export class Connection {
     return this.asked;
   }
 
-  // Asked once; resolves with the answer, or with what went wrong.
+  // Sends a request once; resolves with the answer or with a failure.
   ask(verb, details = {}) {
     const id = this.newId();
     return new Promise(resolve => {
@@ -140,7 +140,7 @@ export class Connection {
     });
   }
 
-  // STOP alone is sent again by itself, under the same id.
+  // Sends STOP, also again under the same id; no other request is repeated.
   repeat(id, verb, answered) {
     this.waiting.set(id, answered);
     return this.send({ kind: "ask", id, verb, details: {} });

@@ -1,4 +1,4 @@
-// Key D in a small window: drawing, chart and two rows over the map.
+// Key D in a small window shows drawing, chart and two table rows over the map.
 import { byId } from "./dom.js";
 
 const SMALL = window.matchMedia("(min-width: 64em) and (min-height: 44em) and (not ((min-width: 90em) and (min-height: 52em)))");

@@ -1,4 +1,4 @@
-// Elements by id or made without markup; text is written only where it changed.
+// Finds elements by id and makes them without markup; writes only changed text.
 export function byId(id) {
   return document.getElementById(id);
 }
@@ -26,7 +26,7 @@ export function shape(name) {
   return svg;
 }
 
-// What a person chose; kept until the reload where a browser forbids storage.
+// Stores a choice of the user; where the browser forbids storage, it lasts until the reload.
 export function remember(name, value) {
   try { localStorage.setItem(`teletaction-${name}`, value); } catch { /* forbidden */ }
 }
@@ -35,7 +35,7 @@ export function remembered(name) {
   try { return localStorage.getItem(`teletaction-${name}`); } catch { return null; }
 }
 
-// Replaces children only when their data changed: a list keeps focus and reading place.
+// Replaces children only when their data changed, so that a list keeps focus and reading place.
 const made = new WeakMap();
 export function remake(element, from, children) {
   const key = JSON.stringify(from);
@@ -44,7 +44,7 @@ export function remake(element, from, children) {
   element.replaceChildren(...children());
 }
 
-// The table equal to a canvas, kept up while it has the focus. A row begins with its name.
+// Fills the table with the contents of a canvas, again while it has the focus. A row begins with its name.
 export function equal(id, caption, heads, rowsOf) {
   const table = byId(id), host = table.parentElement;
   if (document.activeElement !== host && host.dataset.filled) return;
@@ -54,7 +54,7 @@ export function equal(id, caption, heads, rowsOf) {
     ...rows.map(([name, ...values]) => make("tr", {}, make("th", { scope: "row", text: name }), ...values.map(text => make("td", { text }))))]);
 }
 
-// A canvas as sharp as the screen; true where all of it has to be drawn again.
+// Fits a canvas to the screen's resolution; returns whether all of it must be drawn again.
 export function fit(canvas) {
   const scale = window.devicePixelRatio || 1;
   const width = Math.max(1, Math.round(canvas.clientWidth * scale));

@@ -1,4 +1,4 @@
-// C, the table: five fingers, four numbers each, at 4 Hz; old ones turn grey, then "--".
+// Region C, table: four numbers for each of five fingers, at 4 Hz. Old numbers turn grey, then "--".
 import { byId, make, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
@@ -31,7 +31,7 @@ function body(row) {
   return make("tbody", { class: FOLDS.includes(row) ? "folds" : null }, make("tr", { class: row === "remarks" ? "unseen" : null }, name), values);
 }
 
-// The largest force since the last look, and a limit that acted for one picture.
+// Keeps the largest force since the last update, and the time of each acting limit.
 export function followFingers(picture) {
   for (let finger = 0; finger < FINGER_COUNT; finger += 1) {
     const force_n = picture.of(finger, "force_n");
@@ -42,9 +42,9 @@ export function followFingers(picture) {
 
 export function age_s(finger) {
   if (!now.picture) return Infinity;
-  const told_s = now.picture.of(finger, "age_s");
+  const reported_s = now.picture.of(finger, "age_s");
   const since_s = playback() && now.connected ? 0 : (performance.now() - now.pictureAt_ms) / 1000;
-  return Number.isNaN(told_s) ? Infinity : told_s + since_s;
+  return Number.isNaN(reported_s) ? Infinity : reported_s + since_s;
 }
 
 export function showFingers() {
@@ -66,8 +66,8 @@ export function showFingers() {
 }
 
 function value(row, finger) {
-  const told = row === "force_n" ? strongest_n[finger] : now.picture.of(finger, row);
-  const number = Number.isNaN(told) ? now.picture.of(finger, row) : told;
+  const shown = row === "force_n" ? strongest_n[finger] : now.picture.of(finger, row);
+  const number = Number.isNaN(shown) ? now.picture.of(finger, row) : shown;
   if (Number.isNaN(number)) return "--";
   return row === "mode" ? MODES[number] ?? "--" : number.toFixed(DIGITS[row]);
 }

@@ -1,5 +1,5 @@
-// C, the drawing: five fingertips from above, over the table's columns. Fill is force, a thick outline contact, the dot
-// vibration, the glyph the mode, the bar below the plate's temperature.
+// Region C, drawing: five fingertips from above, over the table's columns. The fill shows force, a thick outline contact,
+// the dot vibration, the glyph the mode, and the bar below the plate's temperature.
 import { TABLES } from "./colours.js";
 import { byId, fit } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";

@@ -1,4 +1,4 @@
-// E: the material at the active finger, its probability and age. UNKNOWN and CANNOT TELL are answers.
+// Region E: the material at the active finger, its probability and age.
 import { byId, make, remake, write } from "./dom.js";
 import { age_s, GONE_S, STALE_S } from "./fingers.js";
 import { live, now } from "./now.js";
@@ -10,9 +10,9 @@ export function showIdentification() {
   const finger = now.state ? now.state.fingers[now.active] : null;
   const name = FINGER_NAMES[now.active] + (now.chosen === null ? ` (${WORDS.auto})` : "");
   const age = age_s(now.active), known = finger !== null && live() && age <= GONE_S, stale = known && age > STALE_S;
-  write(byId("told-title"), stale ? WORDS.oldFinger(name, age) : WORDS.active(name, known ? finger.contact_s : null));
-  const [head, told] = known ? decision(finger) : ["--", ""];
-  const more = told || !known || !finger.limits.length ? told : WORDS.limits(finger.limits);
+  write(byId("identification-title"), stale ? WORDS.oldFinger(name, age) : WORDS.active(name, known ? finger.contact_s : null));
+  const [head, rest] = known ? decision(finger) : ["--", ""];
+  const more = rest || !known || !finger.limits.length ? rest : WORDS.limits(finger.limits);
   write(byId("decision"), head);
   byId("decision").className = [finger?.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
   write(byId("decision-more"), more);
@@ -23,7 +23,7 @@ export function showIdentification() {
   showProperties(known ? finger : null);
 }
 
-// The word that is read first, and the rest of what was told.
+// Returns the word that is read first, and the rest of the decision.
 export function decision(finger) {
   const best = finger.candidates.length ? finger.candidates[0] : null;
   const bestText = best ? `${best[0]} ${percent(best[1])}` : "";

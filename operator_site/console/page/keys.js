@@ -1,4 +1,4 @@
-// Keys. Those of STOP come first, whatever has the focus; key repeat is ignored.
+// Keys. The STOP keys come first at any focus; key repeat is ignored.
 import { hold, pause, release } from "./actions.js";
 import { quiet } from "./alarms.js";
 import { byId, make, remember, remembered, write } from "./dom.js";
@@ -34,7 +34,7 @@ export function startKeys({ choose, details, listed }) {
     if (stops(event)) { swallow(event); if (!event.repeat) press(); return; }
     if (event.ctrlKey || event.metaKey || typing()) return;
     if (playback() && !menu() && playbackKey(event)) return;
-    if (document.activeElement !== byId("map-felt") || marked()) if (markingKey(event)) return;
+    if (document.activeElement !== byId("map-surface") || marked()) if (markingKey(event)) return;
     if (event.repeat || menu()) return;
     if (event.altKey === plain) return;
     if (/^[0-5]$/.test(event.key) && !marked()) choose(event.key === "0" ? null : Number(event.key) - 1);
@@ -55,7 +55,7 @@ function typing() {
   return document.activeElement !== null && document.activeElement.matches("input:not([type=range]), textarea");
 }
 
-// A list that is being chosen from uses letters itself.
+// An open list uses letters itself.
 function menu() {
   return document.activeElement !== null && document.activeElement.matches("select");
 }

@@ -1,6 +1,6 @@
-// D, the legend: value upwards, confidence to the right, as on the map; materials as a list.
+// Region D, legend: value upwards and confidence to the right, as on the map; materials as a list.
 import { byId, fit, write } from "./dom.js";
-import { inkOf, over, SPREADS } from "./felt.js";
+import { inkOf, over, SPREADS } from "./map_tiles.js";
 import { word } from "./map_over.js";
 import { colour } from "./theme.js";
 import { capital, marks, WORDS } from "./words.js";

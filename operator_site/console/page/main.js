@@ -1,4 +1,4 @@
-// Puts the parts together: drawn once a frame; numbers change four times a second.
+// Connects the parts: draws once a frame, updates numbers four times a second.
 import { showActions, startActions } from "./actions.js";
 import { showAlarms, showList, soundAlarms, startAlarms } from "./alarms.js";
 import { showBar, stepMark } from "./bar.js";
@@ -56,7 +56,7 @@ const connection = new Connection({
   },
 });
 
-// Credit goes back once the pictures are on the canvases.
+// Returns credit once the pictures are on the canvases.
 function draw() {
   framed = false;
   const pictures = pending.splice(0);
@@ -74,7 +74,7 @@ function draw() {
   for (const picture of pictures) connection.drew(picture.sequence);
 }
 
-// Runs ten times a second: a standstill shows soon.
+// Runs ten times a second, so that a standstill shows soon.
 function showState() {
   showBar();
   showAlarms();
@@ -90,7 +90,7 @@ function showNow() {
 }
 
 function showNumbers() {
-  // What stands still has to grey out, too.
+  // A standstill must grey out, too.
   if (now.picture && !live()) { drawHand(now.picture); drawMap(marked()); }
   showNow();
   showFingers();
@@ -103,7 +103,7 @@ function showNumbers() {
   readOut(performance.now() < said.until_ms ? said.text : "");
 }
 
-// What an act was answered stands below the map for 6 s, and is spoken.
+// Shows an answer below the map for 6 s and announces it.
 function say(text) {
   const names = Object.values(STATES).find(word => text.startsWith(word)) ?? null;
   said = { text, until_ms: performance.now() + SAID_MS, under: STATES[shownState()], names };
@@ -111,7 +111,7 @@ function say(text) {
   readOut(text);
 }
 
-// An answer that names a state stands under that state and the one in which it came.
+// An answer that names a state is shown only in that state and in the one in which it came.
 function dropSaid() {
   const shown = STATES[shownState()];
   if (said.names === null || shown === said.under) return;

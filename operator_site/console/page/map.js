@@ -1,6 +1,6 @@
-// D, the tactile map along the plane's normal. Only a person moves and zooms it.
+// Region D: the tactile map along the plane's normal. Only the user moves and zooms it.
 import { byId, equal, fit, make, write } from "./dom.js";
-import { codeAt, forgetFelt, keepTile, NOT, Painting, QUANTITIES, regions, SIDE, valueOf } from "./felt.js";
+import { codeAt, forgetTiles, keepTile, Painting, QUANTITIES, regions, SIDE, UNEXPLORED, valueOf } from "./map_tiles.js";
 import { drawLegend } from "./legend.js";
 import { drawOver, drawStill, word } from "./map_over.js";
 import { now } from "./now.js";
@@ -27,7 +27,7 @@ export function startMap(link, pick) {
   byId("zoom-in").addEventListener("click", () => zoomBy(ZOOM));
   byId("zoom-out").addEventListener("click", () => zoomBy(1 / ZOOM));
   onTheme(() => { dirty = true; });
-  point(byId("map-felt"), pick);
+  point(byId("map-surface"), pick);
   show(quantity);
 }
 
@@ -37,7 +37,7 @@ export function show(name) {
   wider = 0;
   for (const button of byId("quantities").querySelectorAll("[data-quantity]")) button.setAttribute("aria-pressed", String(button.dataset.quantity === name));
   byId("sure-button").setAttribute("aria-pressed", "false");
-  byId("map-felt").setAttribute("aria-label", WORDS.mapName(name));
+  byId("map-surface").setAttribute("aria-label", WORDS.mapName(name));
   connection.send({ kind: "show", quantity });
   repaint();
 }
@@ -62,9 +62,9 @@ function range() {
 }
 
 function legend() {
-  const told = now.state?.map?.legend?.[quantity] ?? ENDS;
-  if (wider === 0 || quantity === "material") return told;
-  const share = WIDER ** wider, [low, high] = told;
+  const reported = now.state?.map?.legend?.[quantity] ?? ENDS;
+  if (wider === 0 || quantity === "material") return reported;
+  const share = WIDER ** wider, [low, high] = reported;
   if (quantity === "temperature") return [(low + high) / 2 - share * (high - low) / 2, (low + high) / 2 + share * (high - low) / 2];
   const centre = Math.sqrt(low * high), half = Math.sqrt(high / low) ** share;
   return [centre / half, centre * half];
@@ -82,16 +82,16 @@ function repaint() {
 
 export function takeTile(tile) {
   keepTile(tile);
-  if (!far && !(NEAR_TILES.includes(tile.column) && NEAR_TILES.includes(tile.row)) && tile.values.some(code => code !== NOT)) far = dirty = true;
+  if (!far && !(NEAR_TILES.includes(tile.column) && NEAR_TILES.includes(tile.row)) && tile.values.some(code => code !== UNEXPLORED)) far = dirty = true;
   if (QUANTITIES[tile.quantity] !== quantity) return;
   painting.tile(quantity, tile.column, tile.row, range(), legend(), sure);
   dirty = true;
 }
 
 export function followMap(state) {
-  // Another frame, or a map that began anew: nothing of the old one holds.
+  // Another frame or another map: all old tiles are invalid.
   const key = JSON.stringify(state.map ? [state.map.frame, state.map.number] : null);
-  if (frameKey && key !== frameKey) { forgetFelt(); far = false; repaint(); }
+  if (frameKey && key !== frameKey) { forgetTiles(); far = false; repaint(); }
   frameKey = key;
   if (JSON.stringify(legend()) !== legendKey) repaint();
   const still = JSON.stringify([state.findings, state.map?.sides]);
@@ -99,12 +99,12 @@ export function followMap(state) {
   stillKey = still;
 }
 
-// ---- what is seen: pixels for millimetres
+// ---- view: pixels for millimetres
 
 function view(canvas) {
   const here = frame(), side_mm = SIDE * here.cell_m * 1000, centre = middle ?? { x: here.x_m * 1000 + side_mm / 2, y: here.y_m * 1000 + side_mm / 2 };
   const [short, long] = [canvas.clientWidth, canvas.clientHeight].sort((a, b) => a - b);
-  // Until a person zooms: the middle, or the whole frame once something was felt beyond.
+  // Until the user zooms: the middle, or the whole frame once a finger has touched beyond.
   const times = zoom ?? (far ? Math.min(1.7, long / short) : NEAR_TIMES), scale = times * short / side_mm;
   return {
     times, scale, width: canvas.clientWidth, height: canvas.clientHeight, side_mm, left_mm: here.x_m * 1000, near_mm: here.y_m * 1000,
@@ -114,7 +114,7 @@ function view(canvas) {
 }
 
 export function zoomBy(factor) {
-  const canvas = byId("map-felt"), at = view(canvas), fixed = cursor ?? fingerPlace() ?? at.centre;
+  const canvas = byId("map-surface"), at = view(canvas), fixed = cursor ?? fingerPlace() ?? at.centre;
   const next = Math.max(1, Math.min(MOST_ZOOM, at.times * factor)), share = at.times / next;
   middle = next === 1 ? null : { x: fixed.x + (at.centre.x - fixed.x) * share, y: fixed.y + (at.centre.y - fixed.y) * share };
   zoom = next;
@@ -129,7 +129,7 @@ export function fingerPlace() {
 
 // At most ten times a second, and only when something changed.
 export function drawMap(finding, at_ms = performance.now()) {
-  const canvas = byId("map-felt");
+  const canvas = byId("map-surface");
   if (canvas.clientHeight === 0) return;
   const at = view(canvas);
   if ((fit(canvas) || dirty) && at_ms - paintedAt_ms >= PAINT_MS) {
@@ -156,7 +156,7 @@ function paint(canvas, at) {
   const pen = canvas.getContext("2d", { alpha: false }), scale = canvas.width / canvas.clientWidth;
   pen.setTransform(1, 0, 0, 1, 0, 0);
   pen.imageSmoothingEnabled = false;
-  pen.fillStyle = pattern(pen, "not felt", brush => {
+  pen.fillStyle = pattern(pen, "unexplored", brush => {
     brush.fillStyle = "#808890";
     brush.fillRect(0, 0, 8, 8);
     slanted(brush, "#6D757D");
@@ -185,7 +185,7 @@ function dots(step, size) {
   };
 }
 
-// A pattern, seen only through a mask's cells.
+// Draws a pattern through a mask's cells only.
 const sieve = document.createElement("canvas");
 function through(pen, canvas, mask, place, name, draw) {
   sieve.width = canvas.width;
@@ -199,9 +199,9 @@ function through(pen, canvas, mask, place, name, draw) {
   pen.drawImage(sieve, 0, 0);
 }
 
-// Not by colour alone: letters of a material; the side of the scale's middle of a temperature.
+// Returns the sign that repeats a colour: a material's letter, or + and − for a temperature off the scale's middle.
 function markOf(code, short, middle) {
-  if (code === NOT || quantity !== "temperature") return quantity === "material" ? short[code] : "";
+  if (code === UNEXPLORED || quantity !== "temperature") return quantity === "material" ? short[code] : "";
   const off = valueOf(quantity, code, range()) - middle;
   return Math.abs(off) < SIGN_K ? "" : off > 0 ? "+" : "−";
 }
@@ -220,7 +220,7 @@ function letters(pen, at, scale) {
   }
 }
 
-// ---- pointing: a pointer looks, drags, turns the wheel; arrow keys move the cursor by 1 or 5 mm
+// ---- pointing: a pointer moves, drags and turns the wheel; arrow keys move the cursor by 1 or 5 mm
 
 function point(canvas, pick) {
   let dragged = null;
@@ -264,7 +264,7 @@ export function moved(event) {
   return arrow ? { x: far * arrow[0], y: far * arrow[1] } : null;
 }
 
-// The values at the cursor, asked for at most four times a second.
+// Shows the values at the cursor; requests them at most four times a second.
 export async function readOut(said, place = cursor) {
   if (said) { write(byId("read-out"), said); return; }
   if (!place) { looked = ""; write(byId("read-out"), WORDS.pointAtMap); return; }
@@ -273,7 +273,7 @@ export async function readOut(said, place = cursor) {
   [looked, lookedAt_ms, looking] = [key, performance.now(), true];
   const answer = await connection.ask("place", { x_mm: place.x, y_mm: place.y });
   looking = false;
-  const text = answer.ok ? answer.details.text || WORDS.nothingFelt : answer.text;
+  const text = answer.ok ? answer.details.text || WORDS.nothingHere : answer.text;
   write(byId("read-out"), `${WORDS.placeOf(place.x, place.y)}: ${text}`);
 }
 

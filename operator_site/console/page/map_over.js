@@ -1,5 +1,5 @@
-// D, over the map: a cross for each finger, the finding being marked, the cursor; and what stands still on it: findings as
-// numbered flags, a scale bar of 10 mm, which side of the body is where.
+// Region D, over the map: a cross for each finger, the marked finding, the cursor; on the map itself: findings as numbered
+// flags, a scale bar of 10 mm, and the sides of the body.
 import { fit } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
@@ -32,7 +32,7 @@ export function drawOver(canvas, at, finding, cursor) {
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
 }
 
-// Dark with a white edge, so that it is seen on every colour.
+// Dark with a white edge, visible on every colour.
 function edged(pen, thick, draw) {
   for (const [ink, wide] of [[PAPER, thick + 3], [INK, thick]]) {
     pen.strokeStyle = ink;
@@ -68,12 +68,12 @@ function cross(pen, at, finger) {
   if (x < 0 || y < 0 || x > at.width || y > at.height) { outside(pen, at, x, y, finger); return; }
   const active = finger === now.active;
   lines(pen, x, y, active ? 13 : 7, active ? 4 : 2);
-  // To the left: to the right stand findings.
+  // To the left; findings are to the right.
   word(pen, FINGER_NAMES[finger][0], x - (active ? 15 : 12), y - 8);
   if (now.picture.contact(finger)) ring(pen, x, y, active ? 9 : 6, 2);
 }
 
-// A finger beyond the edge: its letter and an arrow where the way out leads.
+// A finger beyond the edge: its letter and an arrow towards it.
 function outside(pen, at, x, y, finger) {
   const edgeX = Math.min(at.width - 14, Math.max(14, x)), edgeY = Math.min(at.height - 14, Math.max(20, y)), way = Math.atan2(y - edgeY, x - edgeX);
   pen.save();
@@ -111,13 +111,13 @@ function bar(pen, at) {
 }
 
 function sides(pen, at) {
-  const told = now.state?.map?.sides;
-  if (!told) return;
-  if (told.top) { word(pen, told.top, at.width / 2, 18); word(pen, OPPOSITE[told.top] ?? "", at.width / 2, at.height - 8); }
+  const named = now.state?.map?.sides;
+  if (!named) return;
+  if (named.top) { word(pen, named.top, at.width / 2, 18); word(pen, OPPOSITE[named.top] ?? "", at.width / 2, at.height - 8); }
   pen.save();
-  if (told.right) {
-    pen.textAlign = "right"; word(pen, told.right, at.width - 6, at.height / 2);
-    pen.textAlign = "left"; word(pen, OPPOSITE[told.right] ?? "", 6, at.height / 2);
+  if (named.right) {
+    pen.textAlign = "right"; word(pen, named.right, at.width - 6, at.height / 2);
+    pen.textAlign = "left"; word(pen, OPPOSITE[named.right] ?? "", 6, at.height / 2);
   }
   pen.restore();
 }

@@ -1,4 +1,4 @@
-// A finding: time and place of the key press; then kind, place, save.
+// Marks a finding: time and place of the key press, then kind, place and save.
 import { byId, make, write } from "./dom.js";
 import { acts, live, now } from "./now.js";
 import { fingerPlace, moved } from "./map.js";
@@ -52,7 +52,7 @@ export function discard() {
   byId("finding-button").focus();
 }
 
-// What could not be handed over stays open: nothing is lost silently.
+// A finding that the console did not take stays open.
 export async function save() {
   if (!finding || saving) return;
   saving = true;
@@ -66,7 +66,7 @@ export async function save() {
   discard();
 }
 
-// Keys with another meaning while a finding is marked; true where one was used.
+// Handles the keys that have another meaning while a finding is marked; returns whether it used one.
 export function markingKey(event) {
   if (!finding) return false;
   const step = moved(event), onButton = document.activeElement !== null && document.activeElement.matches("button, select, a");

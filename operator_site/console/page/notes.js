@@ -1,4 +1,4 @@
-// A note to a finding. Space types here and Esc is STOP; closing keeps the text.
+// Writes a note to a finding. Space types here and Esc is STOP; closing keeps the text.
 import { byId, make, remake, write } from "./dom.js";
 import { acts, now } from "./now.js";
 import { WORDS } from "./words.js";
@@ -13,13 +13,13 @@ export function startNotes(link, speak) {
   byId("noting").addEventListener("submit", event => { event.preventDefault(); save(); });
 }
 
-// A finding that was just saved can be noted before the state tells of it.
+// Offers a finding that was just saved before it arrives with a state.
 export const expect = (id, text) => { expected = [id, text]; };
 
 function choices() {
-  const told = now.state.findings.map(found => [found.id, found.text]);
-  if (!expected || told.some(([id]) => id === expected[0])) expected = null;
-  return expected ? [...told, expected] : told;
+  const listed = now.state.findings.map(found => [found.id, found.text]);
+  if (!expected || listed.some(([id]) => id === expected[0])) expected = null;
+  return expected ? [...listed, expected] : listed;
 }
 
 export function openNote() {

@@ -1,4 +1,4 @@
-// The newest state and picture, when they came, and what follows from both.
+// Holds the newest state and picture with their times, and derives the shown state from both.
 import { FINGER_COUNT } from "./picture.js";
 import { ACTING, OF_LINK, shownWord, silence } from "./shown.js";
 
@@ -17,32 +17,32 @@ export function acts() {
   return now.state?.you.role === "act" && !playback();
 }
 
-// Silence of the console, s; 0 while there is none. A hidden page draws nothing; a recording may pause.
+// Returns the silence of the console, s; 0 without one. A hidden page draws nothing; a recording may pause.
 export function silent_s(at_ms = performance.now()) {
   if (playback() && now.connected) return 0;
   const age_s = since_ms => (at_ms - Math.max(since_ms, now.loaded_ms)) / 1000;
   return silence(document.hidden ? null : age_s(now.pictureAt_ms), age_s(now.stateAt_ms));
 }
 
-// Whether numbers may be shown and acts begun; a short hiccup ends no held press.
+// Returns whether numbers may be shown and requests begun; a short gap ends no held press.
 export function live() {
   return now.connected && now.picture !== null && now.state !== null && silent_s() < NOT_LIVE_S;
 }
 
-// The last known state, however old: STOP's keys go by it.
-export function lastTold() {
+// Returns the last known state at any age; the STOP keys depend on it.
+export function lastState() {
   return now.state ? now.state.session.state : "disconnected";
 }
 
-// Whether outputs acted when something was heard last, or may act unseen.
+// Returns whether outputs acted in the last known state, or may act unseen.
 export function driven() {
-  return [...ACTING, "lost", "silent"].includes(lastTold());
+  return [...ACTING, "lost", "silent"].includes(lastState());
 }
 
-// Either source arms STOP's keys: a picture may be 0.1 s ahead of the state.
+// Either source arms the STOP keys, because a picture may be 0.1 s ahead of the state.
 export function underWay() {
   const engaged = now.picture !== null && OF_LINK[now.picture.state] === "engaged";
-  return acts() && (engaged || driven() || lastTold() === "paused");
+  return acts() && (engaged || driven() || lastState() === "paused");
 }
 
 export function shownState() {
@@ -50,7 +50,7 @@ export function shownState() {
   if (playback()) return "playback";
   const { session, stop } = now.state;
   const drawn = now.picture && now.picture.came_ms > now.stateAt_ms ? now.picture.state : null;
-  return shownWord({ told: session.state, drawn, silent_s: silent_s(), stopping: now.stopPressed || Boolean(stop && !stop.confirmed) });
+  return shownWord({ state: session.state, drawn, silent_s: silent_s(), stopping: now.stopPressed || Boolean(stop && !stop.confirmed) });
 }
 
 // The active finger: chosen, else the last that touched, held at least a second.

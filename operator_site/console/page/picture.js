@@ -1,4 +1,4 @@
-// Binary messages: checked for length, version and ranges; BadPicture says what is wrong.
+// Decodes binary messages; raises BadPicture for a wrong length, version or range.
 export class BadPicture extends Error {}
 
 export const PICTURE = 1, TILE = 2, SNAPSHOT = 3;

@@ -1,4 +1,4 @@
-// A recording: play, pause, speed, and a slider with alarms and findings as ticks.
+// Plays a recording: play, pause, speed, and a slider with alarms and findings as ticks.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { now, playback } from "./now.js";
@@ -11,7 +11,7 @@ let movedAt_ms = -Infinity;
 export function startPlayback() {
   byId("speed").append(...SPEEDS.map(speed => make("option", { value: speed, text: `${speed} ×` })));
   byId("play-button").addEventListener("click", play);
-  byId("speed").addEventListener("change", () => { const told = now.state.session.playback; if (told && told.playing) ask("play", { speed: Number(byId("speed").value) }); });
+  byId("speed").addEventListener("change", () => { if (now.state.session.playback?.playing) ask("play", { speed: Number(byId("speed").value) }); });
   byId("slider").addEventListener("input", () => { movedAt_ms = performance.now(); ask("seek", { at_s: Number(byId("slider").value) }); });
 }
 
@@ -29,35 +29,35 @@ function seek(at_s) {
 }
 
 export function showPlayback() {
-  const told = now.state ? now.state.session.playback : null;
-  byId("playback").hidden = !told;
-  if (!told) return;
+  const played = now.state ? now.state.session.playback : null;
+  byId("playback").hidden = !played;
+  if (!played) return;
   const slider = byId("slider");
-  slider.max = String(told.length_s);
-  if (performance.now() - movedAt_ms > HELD_MS) slider.value = String(told.at_s);
-  const where = WORDS.position(told.at_s, told.length_s), state = now.picture ? ` · ${STATES[OF_LINK[now.picture.state]]}` : "";
+  slider.max = String(played.length_s);
+  if (performance.now() - movedAt_ms > HELD_MS) slider.value = String(played.at_s);
+  const where = WORDS.position(played.at_s, played.length_s), state = now.picture ? ` · ${STATES[OF_LINK[now.picture.state]]}` : "";
   write(byId("played"), where + state);
   slider.setAttribute("aria-valuetext", where);
-  write(byId("play-button"), told.playing ? WORDS.pausePlay : WORDS.play);
-  if (document.activeElement !== byId("speed")) byId("speed").value = String(SPEEDS.includes(told.speed) ? told.speed : 1);
-  remake(byId("ticks"), [told.marks, told.length_s], () => told.marks.map(mark => {
+  write(byId("play-button"), played.playing ? WORDS.pausePlay : WORDS.play);
+  if (document.activeElement !== byId("speed")) byId("speed").value = String(SPEEDS.includes(played.speed) ? played.speed : 1);
+  remake(byId("ticks"), [played.marks, played.length_s], () => played.marks.map(mark => {
     const tick = make("span", { class: mark.kind, title: mark.text });
-    tick.style.left = `${100 * mark.at_s / told.length_s}%`;
+    tick.style.left = `${100 * mark.at_s / played.length_s}%`;
     return tick;
   }));
 }
 
-// True where the key was one of playback's.
+// Handles a key of the playback; returns whether it was one.
 export function playbackKey(event) {
-  const told = now.state.session.playback, at_s = byId("slider").valueAsNumber, step_s = event.shiftKey ? 10 : 1;
-  const marks = told.marks.map(mark => mark.at_s).sort((a, b) => a - b);
+  const played = now.state.session.playback, at_s = byId("slider").valueAsNumber, step_s = event.shiftKey ? 10 : 1;
+  const marks = played.marks.map(mark => mark.at_s).sort((a, b) => a - b);
   if (event.key === " " && !event.repeat) play();
   else if (event.key === "ArrowLeft") seek(at_s - step_s);
   else if (event.key === "ArrowRight") seek(at_s + step_s);
   else if (event.key === "[") seek(marks.filter(mark => mark < at_s - 0.5).at(-1) ?? 0);
-  else if (event.key === "]") seek(marks.find(mark => mark > at_s + 0.1) ?? told.length_s);
+  else if (event.key === "]") seek(marks.find(mark => mark > at_s + 0.1) ?? played.length_s);
   else if (event.key === "Home") seek(0);
-  else if (event.key === "End") seek(told.length_s);
+  else if (event.key === "End") seek(played.length_s);
   else return false;
   event.preventDefault();
   return true;

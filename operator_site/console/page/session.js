@@ -44,7 +44,7 @@ async function end() {
 export function showSession() {
   if (!now.state) return;
   const { session, you, findings } = now.state, inSession = Boolean(session.pseudonym);
-  // Where no session is open, beginning one is offered, once.
+  // Offers once to begin a session while none is open.
   if (!offered && acts() && !inSession && live() && ["connected", "disconnected"].includes(session.state)) { offered = true; open("sheet-session"); }
   if (hadSession && !inSession && session.saved) open("sheet-session");
   hadSession = inSession;
@@ -57,8 +57,8 @@ export function showSession() {
   byId("end-button").hidden = !acts() || !inSession;
   write(byId("end-button"), ending ? WORDS.confirmEnd(session.pseudonym, findings.length) : WORDS.end);
   const control = you.in_control ? "" : ` ${WORDS.controlElsewhere(you.control)}`;
-  const told = session.saved ? session.saved.text : inSession ? WORDS.sessionOpen(session.pseudonym) : playback() ? session.title ?? "" : WORDS.noSession;
-  write(byId("session-told"), `${told}${control}`);
+  const summary = session.saved ? session.saved.text : inSession ? WORDS.sessionOpen(session.pseudonym) : playback() ? session.title ?? "" : WORDS.noSession;
+  write(byId("session-summary"), `${summary}${control}`);
   const report = session.saved ? session.saved.report : null, link = byId("report-link");
   link.hidden = !(typeof report === "string" && report.startsWith("/report/"));
   if (!link.hidden && link.getAttribute("href") !== report) link.setAttribute("href", report);
@@ -71,14 +71,14 @@ function showSound() {
   if (!now.state) return;
   const answered = now.state.session.sound;
   byId("sound-heard").hidden = !played;
-  const told = answered === "heard" ? WORDS.soundHeard : answered === "refused" ? WORDS.soundRefused : played ? WORDS.soundAsk : WORDS.soundNeeded;
-  write(byId("sound-said"), played && !soundPossible() ? WORDS.soundBlocked : told);
+  const text = answered === "heard" ? WORDS.soundHeard : answered === "refused" ? WORDS.soundRefused : played ? WORDS.soundAsk : WORDS.soundNeeded;
+  write(byId("sound-said"), played && !soundPossible() ? WORDS.soundBlocked : text);
 }
 
 function showChecks() {
   const lines = [...now.state.devices, ...now.state.checks];
   const tick = text => make("span", { "aria-hidden": "true", text });
-  remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name ?? line.what)} `, make("span", { class: "told", text: line.text || WORDS.ready }))));
+  remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name ?? line.what)} `, make("span", { class: "detail", text: line.text || WORDS.ready }))));
   remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: capital(line.name ?? line.what) }),
     make("span", { class: "missing", text: line.text }), ...(line.help ? [make("code", { text: line.help })] : []))));
 }

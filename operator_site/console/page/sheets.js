@@ -1,4 +1,4 @@
-// The sheets: session, alarms, help. One at a time, never modal.
+// Opens the sheets for session, alarms and help, one at a time and never modal.
 import { byId } from "./dom.js";
 
 const BUTTONS = { "sheet-session": "session-button", "sheet-alarms": "alarm-button", "sheet-help": "help-button" };

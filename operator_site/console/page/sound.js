@@ -1,8 +1,8 @@
-// Alarm sounds: bursts of pulses with a fundamental and six harmonics.
+// Plays alarm sounds: bursts of pulses with a fundamental and six harmonics.
 const FUNDAMENTAL_HZ = 440, HARMONICS = [0, 1, 0.7, 0.55, 0.4, 0.3, 0.2, 0.12], PULSE_S = { high: 0.15, medium: 0.2, low: 0.25 }, EDGE_S = 0.02;
 export const AGAIN_S = { high: 4, medium: 20, low: Infinity };
 
-// Starts of the pulses of a burst, s: high 3 + 2, a pause, and again; medium 3; low 1.
+// Returns the starts of a burst's pulses, s: high 3 + 2, a pause, and again; medium 3; low 1.
 export function pulses(priority) {
   if (priority === "low") return [0];
   if (priority === "medium") return [0, 0.4, 0.8];
@@ -12,7 +12,7 @@ export function pulses(priority) {
 
 let context = null, wave = null;
 
-// A browser gives sound out only after a person did something on the page.
+// A browser plays sound only after a person has used the page.
 export function wakeSound() {
   if (context === null) {
     context = new AudioContext();

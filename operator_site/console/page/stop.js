@@ -1,4 +1,4 @@
-// STOP: acts on press, is sent until answered, and shows what each device answered.
+// STOP: acts on the press, repeats until it is answered, and shows the answer of each device.
 import { byId, make, remake, write } from "./dom.js";
 import { now, underWay } from "./now.js";
 import { capital, DEVICE_LABELS, WORDS } from "./words.js";
@@ -15,11 +15,11 @@ export function startStop(link, show) {
     button.focus({ preventScroll: true });
     press();
   });
-  // Enter, or Space where it is no STOP key: a press on the way down.
+  // Enter, or Space where it is no STOP key, acts when the key goes down.
   button.addEventListener("keydown", event => {
     if ((event.key === "Enter" || event.key === " ") && !event.repeat) { event.preventDefault(); press(); }
   });
-  // Software that presses buttons for people sends a click alone.
+  // Assistive software sends a click alone.
   button.addEventListener("click", event => { if (event.detail === 0 && id === null) press(); });
 }
 
@@ -40,7 +40,7 @@ function send() {
   });
 }
 
-// After a lost connection STOP is sent first.
+// Sends a pending STOP first on a new connection.
 export function sendKept() {
   if (id !== null) send();
 }
@@ -48,7 +48,7 @@ export function sendKept() {
 function finish() {
   clearInterval(timer);
   id = null;
-  // The state after an answer says what the devices do; until then: STOPPING.
+  // STOPPING is shown until a state after the answer reports the devices.
   const until = setInterval(() => {
     if (!now.state || now.state.stop || ["stopped", "fault"].includes(now.state.session.state) || !now.connected) {
       clearInterval(until);

@@ -1,5 +1,5 @@
-// F, the last 10 s: four strips of min/max bars on fixed scales. The canvas copies itself to the left and draws one new
-// column a bin; all of it is drawn only when the finger, the size or the theme has changed.
+// Region F, the last 10 s: four strips of min/max bars on fixed scales. The canvas copies itself to the left and draws one
+// new column for each bin. All of it is drawn only after a change of finger, size or theme.
 import { byId, equal, fit, make } from "./dom.js";
 import { now } from "./now.js";
 import { BIN_FLOATS, FINGER_COUNT, LONGEST_BINS, SIGNAL_COUNT, SIGNALS, SNAPSHOT } from "./picture.js";
@@ -46,7 +46,7 @@ function forget(from, to) {
   }
 }
 
-// Takes the picture's bins by their number; what was skipped stays blank.
+// Takes the picture's bins by their number; skipped bins stay blank.
 export function drawStrips(picture) {
   const last = Math.round(picture.time_s / picture.span_s);
   if (picture.kind === SNAPSHOT || last < newest) {
@@ -125,7 +125,7 @@ function hatch(pen, left, wide, top, high, bin) {
   for (let step = (bin * 3) % 9; step < high; step += 9) pen.fillRect(left, top + step, wide, 4);
 }
 
-// The same as numbers: smallest and largest of the 10 s, for each finger.
+// Shows the same as numbers: smallest and largest of the 10 s for each finger.
 export function showStripTable() {
   const rows = () => FINGER_NAMES.map((name, finger) => [name, ...Object.keys(SIGNALS).map(signal => range(finger, signal))]);
   equal("strip-table", WORDS.lastTable, WORDS.stripTable, rows);

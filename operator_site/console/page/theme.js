@@ -1,4 +1,4 @@
-// Light or dark, as the system says until a person chose; colours for the canvases.
+// Sets light or dark, by the system's setting until the user chooses; gives the canvases their colours.
 import { byId, remember, remembered, write } from "./dom.js";
 import { WORDS } from "./words.js";
 

@@ -1,4 +1,4 @@
-// The words of the page. The server sends those of alarms, refusals, findings and answers.
+// All texts of the page. The server sends those of alarms, refusals, findings and answers.
 export const FINGERS = ["thumb", "index", "middle", "ring", "little"];
 export const capital = name => name[0].toUpperCase() + name.slice(1);
 export const FINGER_NAMES = FINGERS.map(capital);
@@ -12,7 +12,7 @@ export const STATES = {
   paused: "PAUSED", lost: "LINK LOST", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "RECORDING",
 };
 
-// Those of index.html.
+// Texts of index.html.
 export const FIXED = {
   console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", stopAnswers: "What the devices answered to STOP", actions: "Actions",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
@@ -55,7 +55,7 @@ export const WORDS = {
   legendUnit: { temperature: "°C", roughness: "V", stiffness: "N/m", material: "material" },
   spreadUnit: { temperature: "± K", roughness: "± %", stiffness: "± %", material: "others %" },
   confidence: "± sd", confidenceKey: "U", confidenceFoot: "sure →",
-  nothingFelt: "Nothing felt here.", pointAtMap: "Point at the map, or Tab to it: arrows.",
+  nothingHere: "Nothing felt here.", pointAtMap: "Point at the map, or Tab to it: arrows.",
   placeOf: (x, y) => `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`, mapName: quantity => `Map of ${quantity}; a table follows`,
   findingAt: (finger, x, y) => (x === null ? `Finding at ${finger}, no place` : `Finding at ${finger}, x ${x.toFixed(0)} y ${y.toFixed(0)} mm`),
   noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
@@ -63,7 +63,7 @@ export const WORDS = {
   strips: [["force", "N"], ["contact", "N"], ["motor", "Hz"], ["plate", "°C"]],
   lastTable: "Smallest and largest of the last 10 s",
   stripTable: ["finger", "force N", "contact N", "motor Hz", "plate °C", "skin °C"],
-  chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "felt", "lowest", "highest"],
+  chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "explored", "lowest", "highest"],
   since: clock, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `cleared by ${who}`, past: "past",
   play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
   letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
@@ -86,7 +86,7 @@ export function count(number, thing) {
   return `${number} ${thing}${number === 1 ? "" : "s"}`;
 }
 
-// One significant digit of the sd; the value to the same place.
+// Rounds the sd to one significant digit, and the value to the same place.
 export function withSd(value, sd, digits = 1) {
   if (typeof value !== "number") return "--";
   if (!(sd >= 0) || sd === null) return `${value.toFixed(digits)} ± ?`;
@@ -101,7 +101,7 @@ export function percent(probability) {
   return probability > 0.99 ? "> 99 %" : `${Math.round(probability * 100)} %`;
 }
 
-// First letter of each material on the map, or two where another begins alike.
+// Returns the first letter of each material, or two where another begins alike.
 export function marks(names) {
   const first = names.map(name => name.slice(0, 1));
   return names.map((name, at) => capital(first.indexOf(first[at]) === first.lastIndexOf(first[at]) ? first[at] : name.slice(0, 2)));

@@ -93,7 +93,7 @@ class Recording:
             yield channel.topic, message.log_time, message.data
 
     def marks(self) -> list[Mark]:
-        """Alarms, faults and findings that can be read, in order of time; each finding where it was felt."""
+        """Alarms, faults and findings that can be read, in order of time; each finding at the time of its mark."""
         marks: dict[object, Mark] = {}
         for stream, time_ns, payload in self.messages(self.start_ns, tuple(_MARKED)):
             with suppress(ValueError):  # the console that it is played to says so
@@ -101,8 +101,8 @@ class Recording:
                 at_s = (time_ns - self.start_ns) * 1e-9
                 match stream:
                     case "console/finding":
-                        felt_s = entry["at_s"] - self.start_ns * 1e-9
-                        marks["finding", entry["id"]] = Mark(felt_s, "finding", entry["text"])
+                        marked_s = entry["at_s"] - self.start_ns * 1e-9
+                        marks["finding", entry["id"]] = Mark(marked_s, "finding", entry["text"])
                     case "console/alarm":
                         marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", entry["text"]))
                     case _ if entry.what == "fault":

@@ -259,29 +259,31 @@ class Commands:
             self._console.alarms.clear(now_s, who)
 
     async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        book = self._console.book
-        book.begin(now_s, details.get("pseudonym"), details.get("sides"))
+        examination = self._console.examination
+        examination.begin(now_s, details.get("pseudonym"), details.get("sides"))
         self._console.begin_anew()
         self._journal.forget()
         self.saved = None
-        self._write_session("begin", client, str(book.pseudonym), now_s)
-        return Answer(True, f"Session {book.pseudonym}.")
+        self._write_session("begin", client, str(examination.pseudonym), now_s)
+        return Answer(True, f"Session {examination.pseudonym}.")
 
     async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        book, site = self._console.book, self._console.site
+        examination, site = self._console.examination, self._console.site
         if site.state is LinkState.ENGAGED:
             await self._ask_desk("disengage", now_s)
         await self._settle(now_s)
-        began_s, pseudonym = book.began_s or now_s, book.end(now_s)
+        began_s, pseudonym = examination.began_s or now_s, examination.end(now_s)
         self._write_session("end", client, pseudonym, now_s)
-        unsaved = [finding for finding in book.findings if not self._journal.is_saved(finding)]
+        unsaved = [finding for finding in examination.findings if not self._journal.is_saved(finding)]
         lost = int(site.figures.get("recording_lost", 0))
-        text = texts.saved(now_s - began_s, len(book.findings), lost)
+        text = texts.saved(now_s - began_s, len(examination.findings), lost)
         if unsaved:
             text = f"{texts.count(len(unsaved), 'finding')} not yet on disk."
         elif not self._console.recording:
-            text = f"Not recorded: {texts.duration(now_s - began_s)}, {texts.count(len(book.findings), 'finding')}."
-        placeless = sum(finding.x_m is None for finding in book.findings.values())
+            text = (
+                f"Not recorded: {texts.duration(now_s - began_s)}, {texts.count(len(examination.findings), 'finding')}."
+            )
+        placeless = sum(finding.x_m is None for finding in examination.findings.values())
         if placeless:
             text += f" Report has {texts.count(placeless, 'finding')} without a place."
         self.saved = {"text": f"{text} {WRITING_REPORT}", "report": None}
@@ -301,14 +303,14 @@ class Commands:
             saved["text"] = f"{text} No report: {self.contained.caught('report', error, latches=False)}."
 
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self._console.book.find(self._console.felt, details, now_s)
+        finding = self._console.examination.find(self._console.tactile_map, details, now_s)
         await self._keep(finding, now_s)
         saved = self._journal.is_saved(finding.ident)
         kept = f"saved: {finding.text}." if saved else "kept here, not yet on disk."
         return Answer(True, f"Finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
 
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self._console.book.note(details.get("finding"), details.get("text"))
+        finding = self._console.examination.note(details.get("finding"), details.get("text"))
         await self._keep(finding, now_s)
         saved = self._journal.is_saved(finding.ident)
         kept = "saved." if saved else "kept here, not yet on disk."
@@ -354,15 +356,15 @@ class Commands:
         x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
         if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
             raise Refused("A place has x_mm and y_mm.")
-        here = self._console.felt.at(x_mm / 1000.0, y_mm / 1000.0)
-        felt = {name: found for name in UNIT if (found := getattr(here, name)) is not None}
-        shown_texts: dict[str, Any] = {name: value_text(name, found) for name, found in felt.items()}
+        here = self._console.tactile_map.at(x_mm / 1000.0, y_mm / 1000.0)
+        measured = {name: found for name in UNIT if (found := getattr(here, name)) is not None}
+        shown_texts: dict[str, Any] = {name: value_text(name, found) for name, found in measured.items()}
         if here.material is not None:
             shown_texts["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
-        shown = felt.get(client.quantity) or next(iter(felt.values()), None)
+        shown = measured.get(client.quantity) or next(iter(measured.values()), None)
         if shown is None:
             return Answer(True, texts.NOTHING_HERE, {"text": texts.NOTHING_HERE, **shown_texts})
-        name = next(name for name, found in felt.items() if found is shown)
+        name = next(name for name, found in measured.items() if found is shown)
         touches = texts.count(shown.touches, "touch") if shown.touches == 1 else f"{shown.touches} touches"
         text = f"{shown_texts[name]}, {touches}, {max(0.0, now_s - shown.last_s):.0f} s ago"
         return Answer(True, text, {"text": text, **shown_texts})
@@ -396,7 +398,7 @@ class Commands:
             "pseudonym": pseudonym,
             "wall_clock": datetime.now().astimezone().isoformat(timespec="seconds"),
             "who": client.name,
-            "sides": self._console.book.sides,
+            "sides": self._console.examination.sides,
         }
         self._journal.write("console/session", now_s, record)
 

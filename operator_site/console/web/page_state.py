@@ -37,7 +37,7 @@ def shown_state(
         origin_s: times of alarms and findings are told from here; by default from the examination's beginning.
     """
     site = console.site
-    from_s = (console.book.began_s or now_s) if origin_s is None else origin_s
+    from_s = (console.examination.began_s or now_s) if origin_s is None else origin_s
     return {
         "session": _session(console, now_s),
         "link": site.link.shown(now_s),
@@ -49,7 +49,7 @@ def shown_state(
         "engage": {"wanted": site.wanted, "refusal": refusal(console)},
         "map": _map(console),
         "findings": [
-            finding_state(finding, is_saved(finding.ident), from_s) for finding in console.book.findings.values()
+            finding_state(finding, is_saved(finding.ident), from_s) for finding in console.examination.findings.values()
         ],
         "meaning": site.calibrated or None,
         "decide_at": DECIDE_AT,
@@ -74,7 +74,7 @@ def _session(console: Console, now_s: float) -> dict[str, Any]:
         "state": console.word(now_s),
         "why": texts.finger(console.site.paused or ""),
         "clock_s": _rounded(console.clock_s(now_s), 1),
-        "pseudonym": console.book.pseudonym,
+        "pseudonym": console.examination.pseudonym,
         "recording": console.recording,
         "saved": None,
         "playback": None,
@@ -195,17 +195,17 @@ def _stop(console: Console, now_s: float) -> dict[str, Any] | None:
 
 
 def _map(console: Console) -> dict[str, Any]:
-    felt = console.felt
-    left_m, near_m = felt.frame
+    tactile_map = console.tactile_map
+    left_m, near_m = tactile_map.frame
     ranges = {quantity: list(ends) for quantity, ends in RANGES.items()}
     return {
         "frame": {"x_m": left_m, "y_m": near_m, "cell_m": CELL_M, "columns": COLUMNS, "rows": ROWS},
-        "legend": {quantity: list(felt.legend(quantity)) for quantity in RANGES},
+        "legend": {quantity: list(tactile_map.legend(quantity)) for quantity in RANGES},
         "ranges": ranges,
         "coding": ranges,
         "number": console.map_number,
-        "materials": [texts.named(name) for name in felt.materials],
-        "sides": console.book.sides,
+        "materials": [texts.named(name) for name in tactile_map.materials],
+        "sides": console.examination.sides,
     }
 
 

@@ -269,11 +269,11 @@ class Pages:
 
     def _next_tiles(self, client: Client, now_s: float) -> list[bytes]:
         console = self._console()
-        if not client.wants_tiles(now_s, console.felt.revision):
+        if not client.wants_tiles(now_s, console.tactile_map.revision):
             return []
         if not client.tiles:
             client.tiles.extend(console.tiles(client.quantity, client.tile_revision))
-            client.tile_revision = console.felt.revision
+            client.tile_revision = console.tactile_map.revision
         return [tile.encode() for tile in client.next_tiles(now_s)]
 
     def _state_for(self, client: Client) -> dict[str, Any]:

@@ -178,9 +178,9 @@ def test_a_limit_that_holds_nothing_back_is_not_shown(console: Console) -> None:
 
 def test_another_examination_has_a_map_of_its_own(console: Console) -> None:
     before = shown(console, 102.0)["map"]["number"]
-    felt = console.felt
+    surface = console.tactile_map
     console.begin_anew()
-    assert console.felt is not felt
+    assert console.tactile_map is not surface
     assert shown(console, 102.0)["map"]["number"] == before + 1
 
 

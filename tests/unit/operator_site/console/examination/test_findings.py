@@ -5,10 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from operator_site.console.examination.findings import compare, describe, likely_kind, signed, with_sd
-from operator_site.console.map.tactile_map import ExploredPlace, Felt
+from operator_site.console.map.tactile_map import ExploredPlace, Measured
 
 TISSUE = ExploredPlace(
-    0.0, 0.0, Felt(33.0, 0.3, 12, 5.0), Felt(0.0045, 0.0005, 9, 5.0), Felt(600.0, 20.0, 12, 5.0), None
+    0.0, 0.0, Measured(33.0, 0.3, 12, 5.0), Measured(0.0045, 0.0005, 9, 5.0), Measured(600.0, 20.0, 12, 5.0), None
 )
 NOWHERE = ExploredPlace(0.0, 0.0, None, None, None, None)
 
@@ -39,7 +39,7 @@ def test_what_is_shown_is_off_by_no_more_than_half_the_last_digit(value: float, 
 
 
 def test_kind_and_value() -> None:
-    assert describe("warm", TISSUE._replace(temperature=Felt(36.41, 0.21, 3, 9.0))) == "warm, 36.4 ± 0.2 °C"
+    assert describe("warm", TISSUE._replace(temperature=Measured(36.41, 0.21, 3, 9.0))) == "warm, 36.4 ± 0.2 °C"
     assert describe("stiff", NOWHERE) == "stiff, stiffness not felt here"
     assert describe(None, TISSUE) == "33.0 ± 0.3 °C, 0.0045 ± 0.0005 V, 600 ± 20 N/m"
     assert describe("other", NOWHERE) == "other, nothing felt here"
@@ -48,9 +48,9 @@ def test_kind_and_value() -> None:
 
 
 def test_against_the_surroundings() -> None:
-    warm = TISSUE._replace(temperature=Felt(35.1, 0.3, 3, 9.0))
+    warm = TISSUE._replace(temperature=Measured(35.1, 0.3, 3, 9.0))
     assert compare("warm", warm, TISSUE) == "+2.1 ± 0.4 K against 33.0 ± 0.3 °C around it (12 touches)"
-    stiff = TISSUE._replace(stiffness=Felt(1800.0, 60.0, 1, 9.0))
+    stiff = TISSUE._replace(stiffness=Measured(1800.0, 60.0, 1, 9.0))
     assert compare("stiff", stiff, TISSUE) == "3.0 ± 0.1 times the 600 ± 20 N/m around it (12 touches)"
     assert compare("warm", NOWHERE, TISSUE) == ""
     assert compare(None, warm, TISSUE) == ""
@@ -58,7 +58,7 @@ def test_against_the_surroundings() -> None:
 
 
 @pytest.mark.parametrize(
-    ("field", "felt", "kind"),
+    ("field", "value", "kind"),
     [
         ("temperature", 35.5, "warm"),
         ("temperature", 31.0, "cold"),
@@ -69,7 +69,7 @@ def test_against_the_surroundings() -> None:
         ("stiffness", 660.0, None),
     ],
 )
-def test_a_place_looks_like_what_it_differs_in(field: str, felt: float, kind: str | None) -> None:
-    here = TISSUE._replace(**{field: Felt(felt, 0.03 * felt if field != "temperature" else 0.3, 1, 9.0)})
+def test_a_place_looks_like_what_it_differs_in(field: str, value: float, kind: str | None) -> None:
+    here = TISSUE._replace(**{field: Measured(value, 0.03 * value if field != "temperature" else 0.3, 1, 9.0)})
     assert likely_kind(here, TISSUE) == kind
     assert likely_kind(here, NOWHERE) is None

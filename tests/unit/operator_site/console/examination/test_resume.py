@@ -1,4 +1,4 @@
-"""A console that starts goes on with what another has left under way, and with nothing else."""
+"""A console that starts continues the unfinished examination of another run, and nothing else."""
 
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ STREAMS = {"what": "console/session", "samples": "console/felt", "note": "consol
 
 
 def run(path: Path, *kept: tuple[float, dict[str, Any]]) -> KeptBefore:
-    """One run of a console, which keeps this; what it found to go on with."""
+    """One run of a console, which keeps this; what it found to continue."""
     keeping = Journal(path, {})
     for now_s, record in kept:
         keeping.write(next(STREAMS[key] for key in STREAMS if key in record), now_s, record)
@@ -31,7 +31,7 @@ def run(path: Path, *kept: tuple[float, dict[str, Any]]) -> KeptBefore:
     return keeping.before
 
 
-def test_an_examination_goes_on_over_any_number_of_runs(tmp_path: Path) -> None:
+def test_an_examination_continues_over_any_number_of_runs(tmp_path: Path) -> None:
     path = tmp_path / "console.mcap"
     assert run(path, (1.0, session("begin", 1.0, "P-0001")), (2.0, session("end", 2.0, "P-0001"))) == KeptBefore()
     assert run(path, (3.0, session("begin", 3.0)), (4.0, finding(1, 4.0)), (5.0, finding(1, 4.0, "a"))) == KeptBefore()
@@ -46,7 +46,7 @@ def test_an_examination_goes_on_over_any_number_of_runs(tmp_path: Path) -> None:
     assert run(path) == KeptBefore()
 
 
-def test_what_was_felt_is_among_it(tmp_path: Path) -> None:
+def test_samples_of_the_map_are_among_it(tmp_path: Path) -> None:
     path = tmp_path / "console.mcap"
     run(path, (1.0, session("begin", 1.0)), (2.0, {"samples": []}), (3.0, finding(1, 3.0)))
     before = run(path)
@@ -83,7 +83,7 @@ def test_a_killed_run_leaves_what_it_had_written(tmp_path: Path, share: float) -
     assert len(before.findings) >= 20 * share - 4
 
 
-def test_what_another_run_of_the_machine_left_is_said_and_not_gone_on_with(
+def test_what_another_run_of_the_machine_left_is_said_and_not_continued(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "console.mcap"

@@ -44,6 +44,6 @@ def test_what_differs_from_the_middle_is_darker() -> None:
 
 
 def test_without_confidence_there_is_the_ground_alone_and_with_all_of_it_the_colour() -> None:
-    assert colours.shown("590008", 0) == colours.NOT_FELT
+    assert colours.shown("590008", 0) == colours.BACKGROUND
     assert colours.shown("590008", 3) == "590008"
     assert colours.shown("000000", 1) == "404448"

@@ -17,7 +17,7 @@ from operator_site.console.map.finger_samples import (
     FingerSamples,
     Sample,
 )
-from tests.unit.operator_site.console.felt_rows import INDEX, row
+from tests.unit.operator_site.console.touch_rows import INDEX, row
 
 STROKING = float(ExplorationMode.STROKING)
 
@@ -34,13 +34,13 @@ def rest(samples: FingerSamples, seconds: float, drift_m_s: float = 0.0, **field
 def stroke(
     samples: FingerSamples, length_m: float, border_m: float = math.inf, speed_m_s: float = 0.05
 ) -> list[Sample]:
-    """A stroke along x from 0; the site tells 0.1 V instead of 0.005 V once 5 mm beyond the border are felt."""
-    found, told, tick = [], NOTHING, 0
+    """A stroke along x from 0; the site reports 0.1 V instead of 0.005 V from 5 mm beyond the border on."""
+    found, summary, tick = [], NOTHING, 0
     while (x_m := speed_m_s * 0.002 * tick) <= length_m:
         if tick % 50 == 0:
             roughness_v = 0.1 if x_m - 5e-3 > border_m else 0.005
-            told = TouchSummary((), roughness_v + 1e-7 * tick, 0.07 * roughness_v)
-        found += samples.step(0.002 * tick, row(INDEX, x_m, 0.0, mode=STROKING), told)
+            summary = TouchSummary((), roughness_v + 1e-7 * tick, 0.07 * roughness_v)
+        found += samples.step(0.002 * tick, row(INDEX, x_m, 0.0, mode=STROKING), summary)
         tick += 1
     return found
 
@@ -63,7 +63,7 @@ def test_another_contact_is_another_touch() -> None:
     assert first[0].key != second[0].key
 
 
-def test_a_finger_that_slides_tells_no_temperature_of_the_way_beyond_its_place() -> None:
+def test_a_sliding_finger_gives_no_temperature_beyond_its_place() -> None:
     found = rest(FingerSamples(INDEX), 4.0, drift_m_s=1e-3, object_c=36.4, object_c_sd=0.2)
     assert found
     assert max(s.t_s for s in found) <= STILL_M / 1e-3
@@ -84,7 +84,7 @@ def test_where_a_temperature_is_not_known_none_is_sampled(seconds: float, fields
     assert rest(FingerSamples(INDEX), seconds, **({"object_c": 36.4, "object_c_sd": 0.2} | fields)) == []
 
 
-def test_a_press_tells_stiffness_once_it_is_known() -> None:
+def test_a_press_gives_stiffness_once_it_is_known() -> None:
     assert rest(FingerSamples(INDEX), 1.0, stiffness_n_m=600.0, stiffness_ln_sd=0.06) == []
     found = rest(FingerSamples(INDEX), 1.0, stiffness_n_m=600.0, stiffness_ln_sd=0.03)
     assert {s.quantity for s in found} == {"stiffness"}
@@ -92,23 +92,23 @@ def test_a_press_tells_stiffness_once_it_is_known() -> None:
 
 
 def test_a_material_counts_where_it_is_identified() -> None:
-    samples, told = FingerSamples(INDEX), TouchSummary((("pvc", 0.99), ("fat", 0.01)))
+    samples, summary = FingerSamples(INDEX), TouchSummary((("pvc", 0.99), ("fat", 0.01)))
     identified = row(INDEX, 0.0, 0.0, thermal_status=float(ThermalStatus.IDENTIFIED))
-    assert [s for tick in range(5) for s in samples.step(0.1 * tick, row(INDEX, 0.0, 0.0), told)] == []
-    (found,) = samples.step(0.6, identified, told)
+    assert [s for tick in range(5) for s in samples.step(0.1 * tick, row(INDEX, 0.0, 0.0), summary)] == []
+    (found,) = samples.step(0.6, identified, summary)
     assert (found.quantity, found.name, found.value) == ("material", "pvc", 0.99)
 
 
-def test_a_stroke_shorter_than_what_it_takes_tells_no_roughness() -> None:
+def test_a_stroke_that_is_too_short_gives_no_roughness() -> None:
     assert stroke(FingerSamples(INDEX), LATE_M - 1e-3) == []
     assert stroke(FingerSamples(INDEX), 0.030)
 
 
-def test_roughness_stands_where_it_was_felt_not_where_the_finger_is() -> None:
+def test_roughness_lies_where_it_was_measured_not_at_the_finger() -> None:
     found = stroke(FingerSamples(INDEX), 0.060, border_m=0.030)
     smooth = [s.x_m for s in found if math.exp(s.value) < 0.02]
     rough = [s.x_m for s in found if math.exp(s.value) > 0.02]
-    assert max(smooth) == pytest.approx(0.030, abs=6e-3)  # 0.1 s of way go by between two tellings
+    assert max(smooth) == pytest.approx(0.030, abs=6e-3)  # 0.1 s of way go by between two reports
     assert min(rough) == pytest.approx(0.030, abs=6e-3)
     assert max(rough) <= 0.060 - LATE_M + STROKE_STEP_M
 

@@ -1,4 +1,4 @@
-"""Tiles as bytes: what a page reads is what was felt, to the codec's step; broken messages are refused."""
+"""Tiles as bytes: a page reads the measured values to the codec's step; broken messages are refused."""
 
 import math
 
@@ -14,10 +14,10 @@ from operator_site.console.map.map_tiles import (
     CONFIDENT_SD,
     HIGHEST,
     MIDDLE,
-    NOT_FELT,
     OCTAVE,
     RANGES,
     STEEP,
+    UNEXPLORED,
     WORST,
     MapTile,
     changed,
@@ -25,7 +25,7 @@ from operator_site.console.map.map_tiles import (
     value_of,
 )
 from operator_site.console.map.tactile_map import QUANTITIES, TactileMap
-from tests.unit.operator_site.console.felt_rows import INDEX, hand, row, sample
+from tests.unit.operator_site.console.touch_rows import INDEX, hand, row, sample
 
 
 @given(
@@ -33,8 +33,8 @@ from tests.unit.operator_site.console.felt_rows import INDEX, hand, row, sample
 )
 def test_a_tile_comes_back_as_it_was(quantity: str, column: int, row: int, revision: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    value = rng.integers(0, NOT_FELT + 1, (TILE, TILE)).astype(np.uint16)
-    spread = np.where(value == NOT_FELT, WORST, rng.integers(0, 256, (TILE, TILE))).astype(np.uint8)
+    value = rng.integers(0, UNEXPLORED + 1, (TILE, TILE)).astype(np.uint16)
+    spread = np.where(value == UNEXPLORED, WORST, rng.integers(0, 256, (TILE, TILE))).astype(np.uint8)
     message = MapTile(quantity, column, row, revision, value, spread).encode()
     assert len(message) == BYTES == 12 + 3 * 1024
     again = MapTile.decode(message)
@@ -52,7 +52,7 @@ def test_other_bytes_are_refused(message: bytes) -> None:
 
 @pytest.mark.parametrize(("place", "byte"), [(0, 0), (2, 2), (3, 1), (4, 4), (5, 8), (6, 8), (7, 1), (BYTES - 1, 4)])
 def test_an_impossible_byte_is_refused(place: int, byte: int) -> None:
-    value, spread = np.full((TILE, TILE), NOT_FELT, np.uint16), np.full((TILE, TILE), WORST, np.uint8)
+    value, spread = np.full((TILE, TILE), UNEXPLORED, np.uint16), np.full((TILE, TILE), WORST, np.uint8)
     message = bytearray(MapTile("temperature", 0, 0, 1, value, spread).encode())
     message[place] = byte
     with pytest.raises(ValueError, match="map tile"):
@@ -73,42 +73,42 @@ def test_an_impossible_byte_is_refused(place: int, byte: int) -> None:
     ],
 )
 def test_values_and_confidence_of_one_touch(quantity: str, value: float, sd: float, confidence: int) -> None:
-    felt = TactileMap()
+    surface = TactileMap()
     stored = value if quantity == "temperature" else math.log(value)
-    felt.take(sample(quantity, 1, 0.0005, 0.0005, stored, sd * sd))
-    (tile,) = [one for one in changed(felt, quantity, 0) if (one.column, one.row) == (4, 4)]
+    surface.take(sample(quantity, 1, 0.0005, 0.0005, stored, sd * sd))
+    (tile,) = [one for one in changed(surface, quantity, 0) if (one.column, one.row) == (4, 4)]
     low, high = RANGES[quantity]
     expected = min(max(value, low), high)
     step = (high - low) / HIGHEST if quantity == "temperature" else expected * math.log(high / low) / HIGHEST
     assert value_of(quantity, tile.value)[0, 0] == pytest.approx(expected, abs=step)
     assert tile.confidence[0, 0] == confidence
-    told_sd = CONFIDENT_SD[quantity] * 2.0 ** ((int(tile.spread[0, 0]) - MIDDLE) / OCTAVE)
-    assert sd <= told_sd * (1.0 + 1e-6)
-    assert told_sd <= sd * 2.0 ** (1.0 / OCTAVE) * (1.0 + 1e-6), "it is never told to be surer than it is"
+    coded_sd = CONFIDENT_SD[quantity] * 2.0 ** ((int(tile.spread[0, 0]) - MIDDLE) / OCTAVE)
+    assert sd <= coded_sd * (1.0 + 1e-6)
+    assert coded_sd <= sd * 2.0 ** (1.0 / OCTAVE) * (1.0 + 1e-6), "the code never understates the spread"
 
 
 @pytest.mark.parametrize(("others", "confidence"), [(0, 3), (1, 2), (3, 1), (11, 0)])
 def test_the_spread_of_a_material_is_the_share_that_was_named_otherwise(others: int, confidence: int) -> None:
-    felt = TactileMap()
+    surface = TactileMap()
     for touch in range(10 + others):
         name = "pvc" if touch < 10 else f"other {touch}"
-        felt.take(sample("material", touch, 0.0005, 0.0005, 1.0, 1.0, name))
-    (tile,) = [one for one in changed(felt, "material", 0) if (one.column, one.row) == (4, 4)]
+        surface.take(sample("material", touch, 0.0005, 0.0005, 1.0, 1.0, name))
+    (tile,) = [one for one in changed(surface, "material", 0) if (one.column, one.row) == (4, 4)]
     assert tile.spread[0, 0] == math.ceil(100.0 * others / (10 + others))
     assert tile.confidence[0, 0] == confidence
 
 
-def test_steep_ground_is_told_where_it_was_felt_and_only_there() -> None:
-    felt = TactileMap()
+def test_steep_cells_are_marked_where_a_finger_met_them_and_only_there() -> None:
+    surface = TactileMap()
     level, rows = (hand(index=row(INDEX, 0.0105, 0.0205, slope_x=slope)) for slope in (0.9, 1.0))
-    felt.take(sample("stiffness", 1, 0.0105, 0.0205, math.log(800.0), 1e-4))
-    before = felt.revision
-    felt.felt(1.0, level, [NOTHING] * 5)
-    assert changed(felt, "stiffness", before) == [], "42 degrees are not steep"
-    felt.felt(1.1, rows, [NOTHING] * 5)
-    tiles = changed(felt, "stiffness", before)
-    assert tiles, "ground that is found to be steep is told again"
-    shown = picture(felt, "stiffness")
+    surface.take(sample("stiffness", 1, 0.0105, 0.0205, math.log(800.0), 1e-4))
+    before = surface.revision
+    surface.add(1.0, level, [NOTHING] * 5)
+    assert changed(surface, "stiffness", before) == [], "42 degrees are not steep"
+    surface.add(1.1, rows, [NOTHING] * 5)
+    tiles = changed(surface, "stiffness", before)
+    assert tiles, "a tile that becomes steep is sent again"
+    shown = picture(surface, "stiffness")
     assert shown is not None
     steep = np.argwhere(shown.steep)
     assert 4 <= len(steep) <= 16
@@ -117,29 +117,29 @@ def test_steep_ground_is_told_where_it_was_felt_and_only_there() -> None:
     assert np.isfinite(shown.value[shown.steep]).all()
     assert (shown.confidence[shown.steep] == 3).all(), "how well a value is known has nothing to do with it"
     assert any((tile.spread >= STEEP).any() for tile in tiles)
-    before = felt.revision
-    felt.felt(1.2, rows, [NOTHING] * 5)
-    assert changed(felt, "stiffness", before) == []
+    before = surface.revision
+    surface.add(1.2, rows, [NOTHING] * 5)
+    assert changed(surface, "stiffness", before) == []
 
 
-def test_only_what_changed_is_told_and_what_has_waited_longest_first() -> None:
-    felt = TactileMap()
+def test_only_changes_are_sent_and_the_oldest_first() -> None:
+    surface = TactileMap()
     for n, x_m in enumerate((0.016, 0.048, 0.080), 1):
-        felt.take(sample("temperature", n, x_m, 0.016, 33.0, 0.04))
-    tiles = changed(felt, "temperature", 0)
+        surface.take(sample("temperature", n, x_m, 0.016, 33.0, 0.04))
+    tiles = changed(surface, "temperature", 0)
     assert [tile.revision for tile in tiles] == sorted(tile.revision for tile in tiles)
     seen = tiles[1].revision
-    assert [t.column for t in changed(felt, "temperature", seen)] == [t.column for t in tiles if t.revision > seen]
-    assert changed(felt, "temperature", felt.revision) == []
-    assert changed(felt, "stiffness", 0) == []
+    assert [t.column for t in changed(surface, "temperature", seen)] == [t.column for t in tiles if t.revision > seen]
+    assert changed(surface, "temperature", surface.revision) == []
+    assert changed(surface, "stiffness", 0) == []
     with pytest.raises(ValueError, match="no quantity 'colour'"):
-        changed(felt, "colour", 0)
+        changed(surface, "colour", 0)
 
 
-def test_after_the_frame_has_moved_all_of_it_is_told_again() -> None:
-    felt = TactileMap()
-    felt.take(sample("temperature", 1, 0.001, 0.001, 33.0, 0.04))
-    before = felt.revision
-    felt.take(sample("temperature", 2, 0.200, 0.001, 34.0, 0.04))
-    columns = {tile.column: tile for tile in changed(felt, "temperature", before)}
-    assert len([t for t in columns.values() if (t.value != NOT_FELT).any()]) >= 2
+def test_after_the_frame_has_moved_all_tiles_are_sent_again() -> None:
+    surface = TactileMap()
+    surface.take(sample("temperature", 1, 0.001, 0.001, 33.0, 0.04))
+    before = surface.revision
+    surface.take(sample("temperature", 2, 0.200, 0.001, 34.0, 0.04))
+    columns = {tile.column: tile for tile in changed(surface, "temperature", before)}
+    assert len([t for t in columns.values() if (t.value != UNEXPLORED).any()]) >= 2

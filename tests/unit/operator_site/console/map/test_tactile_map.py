@@ -1,4 +1,4 @@
-"""The map shows what was felt where it was felt, whatever the order, and nothing elsewhere."""
+"""The map shows samples where they were taken, in any order, and nothing elsewhere."""
 
 import math
 from itertools import product
@@ -16,17 +16,17 @@ from operator_site.console.map import map_tiles
 from operator_site.console.map.finger_samples import Sample, samples_of
 from operator_site.console.map.map_layer import CELL_M, REACH_M, TILE
 from operator_site.console.map.tactile_map import SHARED_SD_K, TactileMap
-from tests.unit.operator_site.console.felt_rows import INDEX, hand, row, sample
+from tests.unit.operator_site.console.touch_rows import INDEX, hand, row, sample
 
 PLACES = st.floats(-0.040, 0.040)
 SAMPLES = st.lists(st.tuples(PLACES, PLACES, st.floats(20.0, 45.0), st.floats(0.01, 1.0)), min_size=1, max_size=12)
 
 
 def made(samples: list[Sample]) -> TactileMap:
-    felt = TactileMap()
+    surface = TactileMap()
     for one in samples:
-        felt.take(one)
-    return felt
+        surface.take(one)
+    return surface
 
 
 def temperatures(rows: list[tuple[float, float, float, float]]) -> list[Sample]:
@@ -35,11 +35,11 @@ def temperatures(rows: list[tuple[float, float, float, float]]) -> list[Sample]:
 
 @settings(deadline=None, max_examples=40)
 @given(SAMPLES)
-def test_nothing_is_shown_where_nothing_was_felt(rows: list[tuple[float, float, float, float]]) -> None:
-    felt = made(temperatures(rows))
+def test_nothing_is_shown_where_nothing_was_measured(rows: list[tuple[float, float, float, float]]) -> None:
+    surface = made(temperatures(rows))
     shown = 0
-    for (column, line), tile in felt.layers["temperature"].tiles.items():
-        for y, x in np.argwhere(tile.felt):
+    for (column, line), tile in surface.layers["temperature"].tiles.items():
+        for y, x in np.argwhere(tile.explored):
             place = (column * TILE + x + 0.5) * CELL_M, (line * TILE + y + 0.5) * CELL_M
             assert min(math.dist(place, one[:2]) for one in rows) <= REACH_M + 1e-9
             shown += 1
@@ -68,10 +68,10 @@ def test_a_replaced_sample_leaves_no_trace(rows: list[tuple[float, float, float,
     plain = made(samples).layers["temperature"]
     for place, tile in replaced.tiles.items():
         if place in plain.tiles:
-            np.testing.assert_array_equal(tile.felt, plain.tiles[place].felt)
+            np.testing.assert_array_equal(tile.explored, plain.tiles[place].explored)
             np.testing.assert_allclose(tile.mean()[0], plain.tiles[place].mean()[0], atol=1e-5)
         else:
-            assert not tile.felt.any()
+            assert not tile.explored.any()
 
 
 NAMES = ("pvc", "pine")
@@ -85,122 +85,122 @@ KEPT = st.tuples(
 def test_a_map_made_of_what_was_kept_now_and_then_shows_the_same(
     course: list[tuple[tuple[str, bool, float, float], bool]],
 ) -> None:
-    """Samples that are replaced while a touch goes on, also by another material's, are kept in between or not."""
-    felt, again, kept_s, touch = TactileMap(), TactileMap(), -math.inf, 1
+    """Samples that are replaced during a touch, also by another material's, are kept in between or not."""
+    surface, again, kept_s, touch = TactileMap(), TactileMap(), -math.inf, 1
     for second, ((what, lifted, x_m, y_m), keeps) in enumerate(course):
         touch += lifted
         quantity, name = ("material", what) if what in NAMES else (what, "")
-        felt.take(sample(quantity, touch, x_m, y_m, 0.5 + 0.01 * second, 0.04, name)._replace(t_s=float(second)))
+        surface.take(sample(quantity, touch, x_m, y_m, 0.5 + 0.01 * second, 0.04, name)._replace(t_s=float(second)))
         if keeps or second == len(course) - 1:
-            for one in samples_of(msgpack.unpackb(msgpack.packb({"samples": felt.after(kept_s)}))):
-                again.take_again(one)
+            for one in samples_of(msgpack.unpackb(msgpack.packb({"samples": surface.after(kept_s)}))):
+                again.restore(one)
                 kept_s = one.t_s
-    for old, new in ((felt.layers, again.layers), (felt.named, again.named)):
+    for old, new in ((surface.layers, again.layers), (surface.named, again.named)):
         for layer, tiles in old.items():
             for place, tile in tiles.tiles.items():
-                if tile.felt.any():
+                if tile.explored.any():
                     assert tile.samples == new[layer].tiles[place].samples
                     for mine, theirs in zip(tile.mean(), new[layer].tiles[place].mean(), strict=True):
                         np.testing.assert_allclose(mine, theirs, rtol=1e-6, atol=1e-6)
     for place in product(range(-2, 2), repeat=2):  # PLACES are within these tiles
-        np.testing.assert_array_equal(again.steep(place), felt.steep(place))
-    assert again.at(0.0, 0.0, 1.0) == felt.at(0.0, 0.0, 1.0)
+        np.testing.assert_array_equal(again.steep(place), surface.steep(place))
+    assert again.at(0.0, 0.0, 1.0) == surface.at(0.0, 0.0, 1.0)
 
 
 def test_a_touch_after_what_was_kept_replaces_nothing_of_it() -> None:
-    felt = TactileMap()
-    felt.take_again(sample("temperature", 7, 0.0, 0.0, 36.0, 0.01))
+    surface = TactileMap()
+    surface.restore(sample("temperature", 7, 0.0, 0.0, 36.0, 0.01))
     for tick in range(40):
         known = row(INDEX, 0.0, 0.0, object_c=33.0, object_c_sd=0.1, thermal_status=float(ThermalStatus.IDENTIFIED))
-        felt.felt(100.0 + 0.1 * tick, hand(index=known), (NOTHING,) * len(FINGERS))
-    place = felt.at(0.0, 0.0)
+        surface.add(100.0 + 0.1 * tick, hand(index=known), (NOTHING,) * len(FINGERS))
+    place = surface.at(0.0, 0.0)
     assert place.temperature is not None
     assert place.temperature.touches == 2
 
 
 def test_a_cell_has_the_mean_of_its_samples_by_their_precision() -> None:
-    felt = made([sample("temperature", 1, 0.0, 0.0, 36.0, 0.01), sample("temperature", 2, 0.0, 0.0, 36.2, 0.01)])
-    value, sd = felt.layers["temperature"].tiles[0, 0].mean()
+    surface = made([sample("temperature", 1, 0.0, 0.0, 36.0, 0.01), sample("temperature", 2, 0.0, 0.0, 36.2, 0.01)])
+    value, sd = surface.layers["temperature"].tiles[0, 0].mean()
     assert value[0, 0] + 30.0 == pytest.approx(36.1)
     assert 0.07 < sd[0, 0] < 0.12
 
 
 def test_samples_that_disagree_by_more_than_they_say_are_not_believed_as_much() -> None:
-    felt = made([sample("temperature", 1, 0.0, 0.0, 33.0, 0.01), sample("temperature", 2, 0.0, 0.0, 35.0, 0.01)])
-    assert felt.at(0.0, 0.0).temperature is not None
-    assert felt.at(0.0, 0.0).temperature.sd == pytest.approx(1.0)  # type: ignore[union-attr]
-    assert felt.layers["temperature"].tiles[0, 0].mean()[1][0, 0] > 0.9
+    surface = made([sample("temperature", 1, 0.0, 0.0, 33.0, 0.01), sample("temperature", 2, 0.0, 0.0, 35.0, 0.01)])
+    assert surface.at(0.0, 0.0).temperature is not None
+    assert surface.at(0.0, 0.0).temperature.sd == pytest.approx(1.0)  # type: ignore[union-attr]
+    assert surface.layers["temperature"].tiles[0, 0].mean()[1][0, 0] > 0.9
 
 
-def test_a_place_tells_value_touches_and_when() -> None:
-    felt = made([sample("stiffness", n, 1e-3 * n, 0.0, math.log(600.0 + n), 0.03**2) for n in (1, 2, 9)])
-    here = felt.at(0.0, 0.0).stiffness
+def test_a_place_has_value_touches_and_time() -> None:
+    surface = made([sample("stiffness", n, 1e-3 * n, 0.0, math.log(600.0 + n), 0.03**2) for n in (1, 2, 9)])
+    here = surface.at(0.0, 0.0).stiffness
     assert here is not None
     assert here.value == pytest.approx(601.5, rel=1e-4)
     assert here.sd == pytest.approx(0.03 * 601.5 / math.sqrt(2.0), rel=1e-3)
     assert (here.touches, here.last_s) == (2, 2.0)
-    assert felt.at(0.0, 0.05).stiffness is None
-    assert felt.at(0.0, 0.0).temperature is None
+    assert surface.at(0.0, 0.05).stiffness is None
+    assert surface.at(0.0, 0.0).temperature is None
 
 
 def test_the_surroundings_leave_the_place_itself_out() -> None:
     ring = [
         sample("temperature", n, 0.02 * math.cos(n), 0.02 * math.sin(n), 33.0 + 0.1 * (n % 3), 0.04) for n in range(9)
     ]
-    felt = made(
+    surface = made(
         [*ring, sample("temperature", 99, 0.0, 0.0, 35.0, 0.04), sample("temperature", 98, 0.1, 0.0, 20.0, 0.04)]
     )
-    around = felt.around(0.0, 0.0).temperature
+    around = surface.around(0.0, 0.0).temperature
     assert around is not None
     assert around.value == pytest.approx(33.1)
     assert around.touches == 9
 
 
 def test_a_temperature_that_fingers_share_is_not_of_their_places() -> None:
-    felt = TactileMap()
+    surface = TactileMap()
     known = {"object_c": 33.0, "object_c_sd": 0.1}
     for tick in range(60):
         rows = hand(index=row(1, 0.0, 0.0, **known), ring=row(3, 0.0, 0.04, **known), little=row(4, 0.0, 0.06))
-        felt.felt(0.05 * tick, rows, (NOTHING,) * len(FINGERS))
-    shared = felt.at(0.0, 0.0).temperature
+        surface.add(0.05 * tick, rows, (NOTHING,) * len(FINGERS))
+    shared = surface.at(0.0, 0.0).temperature
     assert shared is not None
     assert shared.sd == pytest.approx(math.hypot(0.1, SHARED_SD_K))
-    tile = {one.column: one for one in map_tiles.changed(felt, "temperature", 0)}
+    tile = {one.column: one for one in map_tiles.changed(surface, "temperature", 0)}
     assert max(one.confidence.max() for one in tile.values()) == 1
 
 
 def test_materials_by_the_votes_of_those_that_named_one() -> None:
     votes = [("pvc", 0.99, 1), ("pvc", 0.98, 2), ("pine", 0.9, 3)]
-    felt = made([sample("material", n, 0.0, 0.0, p, 1.0, name) for name, p, n in votes])
-    assert felt.materials == ["pvc", "pine"]
-    assert felt.at(0.0, 0.0).material == ("pvc", pytest.approx(1.97 / 2.87))
+    surface = made([sample("material", n, 0.0, 0.0, p, 1.0, name) for name, p, n in votes])
+    assert surface.materials == ["pvc", "pine"]
+    assert surface.at(0.0, 0.0).material == ("pvc", pytest.approx(1.97 / 2.87))
 
 
 def test_a_touch_that_names_another_material_has_named_only_that() -> None:
-    felt = made([sample("material", 1, 0.0, 0.0, 0.99, 1.0, name) for name in ("pvc", "pine")])
-    assert felt.at(0.0, 0.0).material == ("pine", 1.0)
-    cells = [one for one in map_tiles.changed(felt, "material", 0) if (one.value != map_tiles.NOT_FELT).any()]
-    assert {int(v) for one in cells for v in one.value[one.value != map_tiles.NOT_FELT]} == {1}
+    surface = made([sample("material", 1, 0.0, 0.0, 0.99, 1.0, name) for name in ("pvc", "pine")])
+    assert surface.at(0.0, 0.0).material == ("pine", 1.0)
+    cells = [one for one in map_tiles.changed(surface, "material", 0) if (one.value != map_tiles.UNEXPLORED).any()]
+    assert {int(v) for one in cells for v in one.value[one.value != map_tiles.UNEXPLORED]} == {1}
 
 
-def test_the_scale_of_temperature_has_what_was_felt_first_in_its_middle_and_stays() -> None:
-    felt = TactileMap()
-    assert felt.legend("temperature") == (30.0, 36.0)
+def test_the_first_temperatures_centre_the_scale_and_it_stays() -> None:
+    surface = TactileMap()
+    assert surface.legend("temperature") == (30.0, 36.0)
     for n in range(10):
-        felt.take(sample("temperature", n, 0.01 * n, 0.0, 25.1, 0.04))
-    assert felt.legend("temperature") == (22.0, 28.0)
+        surface.take(sample("temperature", n, 0.01 * n, 0.0, 25.1, 0.04))
+    assert surface.legend("temperature") == (22.0, 28.0)
     for n in range(10, 40):
-        felt.take(sample("temperature", n, 0.01 * n, 0.0, 40.0, 0.04))
-    assert felt.legend("temperature") == (22.0, 28.0)
+        surface.take(sample("temperature", n, 0.01 * n, 0.0, 40.0, 0.04))
+    assert surface.legend("temperature") == (22.0, 28.0)
 
 
-def test_the_frame_follows_what_is_felt_by_whole_tiles() -> None:
-    felt = made([sample("temperature", 1, 0.0, 0.0, 33.0, 0.04)])
-    assert felt.frame == pytest.approx((-0.128, -0.128))
-    felt.take(sample("temperature", 2, 0.05, 0.0, 33.0, 0.04))
-    assert felt.frame == pytest.approx((-0.128, -0.128))
-    felt.take(sample("temperature", 3, 0.15, -0.2, 33.0, 0.04))
-    left_m, near_m = felt.frame
+def test_the_frame_follows_the_touches_by_whole_tiles() -> None:
+    surface = made([sample("temperature", 1, 0.0, 0.0, 33.0, 0.04)])
+    assert surface.frame == pytest.approx((-0.128, -0.128))
+    surface.take(sample("temperature", 2, 0.05, 0.0, 33.0, 0.04))
+    assert surface.frame == pytest.approx((-0.128, -0.128))
+    surface.take(sample("temperature", 3, 0.15, -0.2, 33.0, 0.04))
+    left_m, near_m = surface.frame
     assert left_m <= 0.15 - 0.032 < 0.15 + 0.032 <= left_m + 0.256
     assert near_m <= -0.2 - 0.016 < -0.2 + 0.032 <= near_m + 0.256
     assert left_m / (TILE * CELL_M) == pytest.approx(round(left_m / (TILE * CELL_M)))

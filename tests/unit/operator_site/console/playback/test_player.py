@@ -78,7 +78,7 @@ def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Pat
         assert jumped.shown()["at_s"] == played.shown()["at_s"] == at_s
         pictures = [player.console.picture(player.now_s, 1, None) for player in (jumped, played)]
         assert pictures[0] == pictures[1]
-        assert jumped.console.felt.revision == played.console.felt.revision > 0
+        assert jumped.console.tactile_map.revision == played.console.tactile_map.revision > 0
 
 
 def _read(path: Path) -> list[bytes]:

@@ -166,7 +166,7 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(desktop: Deskt
 def test_a_finding_that_is_none_is_refused(desktop: Desktop, details: dict[str, Any]) -> None:
     desktop.ask("begin", pseudonym="P-0417")
     assert not desktop.ask("finding", **details).ok
-    assert desktop.console.book.findings == {}
+    assert desktop.console.examination.findings == {}
 
 
 def test_a_note_is_kept_as_it_was_written(desktop: Desktop) -> None:
@@ -174,19 +174,19 @@ def test_a_note_is_kept_as_it_was_written(desktop: Desktop) -> None:
     ident = (desktop.ask("finding", finger="index", x_mm=10.0, y_mm=0.0).details or {})["id"]
     hostile = "<img src=x onerror=alert(1)>\u202e\x00" * 300
     assert desktop.ask("note", finding=ident, text=hostile).ok
-    assert desktop.console.book.findings[ident].note == hostile
+    assert desktop.console.examination.findings[ident].note == hostile
     assert not desktop.ask("note", finding=ident, text="x" * (LONGEST_NOTE + 1)).ok
-    assert desktop.console.book.findings[ident].note == hostile
+    assert desktop.console.examination.findings[ident].note == hostile
     assert desktop.ask("note", finding=ident, text="half \ud83d").ok
-    assert desktop.console.book.findings[ident].note == "half \ufffd"
+    assert desktop.console.examination.findings[ident].note == "half \ufffd"
     kept = [str(act["details"].get("text", "")) for act in desktop.kept_acts]
     assert max(map(len, kept)) <= 200, "the whole note is with its finding"
 
 
-def test_what_was_felt_at_a_place_is_told_with_how_well(desktop: Desktop) -> None:
+def test_the_values_at_a_place_are_answered_with_their_uncertainty(desktop: Desktop) -> None:
     desktop.observer.quantity = "temperature"
-    told = desktop.ask("place", desktop.observer, x_mm=10.0, y_mm=0.0)
-    assert told.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
+    answer = desktop.ask("place", desktop.observer, x_mm=10.0, y_mm=0.0)
+    assert answer.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
     assert desktop.ask("place", desktop.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
     assert not desktop.ask("place", x_mm="here").ok
 
@@ -310,7 +310,7 @@ def test_a_study_number_is_printable_and_a_verb_stands_on_one_line_of_the_log(
 ) -> None:
     caplog.set_level("INFO")
     assert not desktop.ask("begin", pseudonym=text).ok
-    assert desktop.console.book.pseudonym is None
+    assert desktop.console.examination.pseudonym is None
     assert not desktop.ask(text).ok
     assert len(caplog.records) >= 2
     assert all(record.getMessage().isprintable() for record in caplog.records)

@@ -1,15 +1,15 @@
-// D: tiles of each quantity, painted through the colour tables with confidence as opacity.
-import { MATERIALS, NOT_FELT, OPACITY, TABLES } from "./colours.js";
+// Region D: tiles of each quantity, painted through the colour tables with confidence as opacity.
+import { BACKGROUND, MATERIALS, OPACITY, TABLES } from "./colours.js";
 
-export const QUANTITIES = ["temperature", "roughness", "stiffness", "material"], SIDE = 256, TILE = 32, NOT = 65535;
+export const QUANTITIES = ["temperature", "roughness", "stiffness", "material"], SIDE = 256, TILE = 32, UNEXPLORED = 65535;
 const LOGARITHMIC = ["roughness", "stiffness"], CODES = 65534;
-// Bits of a spread but STEEP: uncertainty. The largest of each confidence, and the ends of what U shows, K and %.
+// Flag of a spread; largest spread of each confidence; ends of the scale that key U shows, K and %.
 const STEEP = 128, CONFIDENT = [72, 64, 56], CONFIDENT_MATERIAL = [50, 10, 2];
 export const SPREADS = { temperature: [0.125, 2], roughness: [3.75, 60], stiffness: [5, 80], material: [0, 50] };
-const kept = QUANTITIES.map(() => ({ values: new Uint16Array(SIDE * SIDE).fill(NOT), spreads: new Uint8Array(SIDE * SIDE) }));
+const kept = QUANTITIES.map(() => ({ values: new Uint16Array(SIDE * SIDE).fill(UNEXPLORED), spreads: new Uint8Array(SIDE * SIDE) }));
 
-export function forgetFelt() {
-  for (const { values } of kept) values.fill(NOT);
+export function forgetTiles() {
+  for (const { values } of kept) values.fill(UNEXPLORED);
 }
 
 export function keepTile(tile) {
@@ -21,14 +21,14 @@ export function keepTile(tile) {
   }
 }
 
-// The value that a cell's code stands for; ranges as the state tells them.
+// Converts a cell's code to a value, with the range of the state.
 export function valueOf(quantity, code, range) {
   if (quantity === "material") return code;
   const share = code / CODES, [low, high] = range;
   return LOGARITHMIC.includes(quantity) ? low * (high / low) ** share : low + share * (high - low);
 }
 
-// Where a value stands between the ends of the legend: 0..1 inside.
+// Returns the place of a value on the legend's scale, 0..1 between its ends.
 export function placeOf(quantity, value, [low, high]) {
   return LOGARITHMIC.includes(quantity) ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
 }
@@ -41,14 +41,14 @@ export function inkOf(quantity, place) {
 
 export function over(ink, confidence) {
   const share = OPACITY[confidence];
-  return ink.map((part, at) => Math.round(share * part + (1 - share) * NOT_FELT[at]));
+  return ink.map((part, at) => Math.round(share * part + (1 - share) * BACKGROUND[at]));
 }
 
 export function confidenceOf(quantity, spread) {
   return (quantity === "material" ? CONFIDENT_MATERIAL : CONFIDENT).filter(most => (spread & ~STEEP) <= most).length;
 }
 
-// Place of a spread between the ends of what U shows: white, well known, to dark.
+// Returns the colour of a spread on the scale of key U: white is well known, dark is uncertain.
 export function unsureInk(quantity, spread) {
   return inkOf("stiffness", quantity === "material" ? (spread & ~STEEP) / 50 : ((spread & ~STEEP) - 48) / 32);
 }
@@ -68,7 +68,7 @@ export class Painting {
     for (let y = 0; y < TILE; y += 1) {
       for (let x = 0; x < TILE; x += 1) {
         const cell = (row * TILE + y) * SIDE + column * TILE + x, code = values[cell];
-        if (code === NOT) continue;
+        if (code === UNEXPLORED) continue;
         const pixel = 4 * ((TILE - 1 - y) * TILE + x), step = confidenceOf(quantity, spreads[cell]);
         if (spreads[cell] & STEEP) steep[pixel + 3] = 255;
         if (sure) { image.set([...unsureInk(quantity, spreads[cell]), 255], pixel); continue; }
@@ -88,29 +88,29 @@ export class Painting {
   }
 }
 
-// For each tile with data: its middle in cells, how much was felt, lowest and highest value.
+// Returns for each tile with data its middle in cells, its explored share, lowest and highest value.
 export function regions(quantity, range) {
   const { values, spreads } = kept[QUANTITIES.indexOf(quantity)], found = [];
   for (let row = 0; row < SIDE / TILE; row += 1) {
     for (let column = 0; column < SIDE / TILE; column += 1) {
-      let felt = 0, low = Infinity, high = -Infinity;
+      let cells = 0, low = Infinity, high = -Infinity;
       for (let y = 0; y < TILE; y += 1) {
         for (let x = 0; x < TILE; x += 1) {
           const cell = (row * TILE + y) * SIDE + column * TILE + x;
-          if (values[cell] === NOT || confidenceOf(quantity, spreads[cell]) === 0) continue;
-          felt += 1;
+          if (values[cell] === UNEXPLORED || confidenceOf(quantity, spreads[cell]) === 0) continue;
+          cells += 1;
           low = Math.min(low, values[cell]);
           high = Math.max(high, values[cell]);
         }
       }
-      if (felt) found.push({ column: (column + 0.5) * TILE, row: (row + 0.5) * TILE, share: felt / TILE ** 2, low: valueOf(quantity, low, range), high: valueOf(quantity, high, range) });
+      if (cells) found.push({ column: (column + 0.5) * TILE, row: (row + 0.5) * TILE, share: cells / TILE ** 2, low: valueOf(quantity, low, range), high: valueOf(quantity, high, range) });
     }
   }
   return found;
 }
 
-// The code of one cell, for letters on the map of materials.
+// Returns the code of one cell, for the letters on the map of materials.
 export function codeAt(quantity, column, row) {
   const cell = row * SIDE + column;
-  return column < 0 || row < 0 || column >= SIDE || row >= SIDE ? NOT : kept[QUANTITIES.indexOf(quantity)].values[cell];
+  return column < 0 || row < 0 || column >= SIDE || row >= SIDE ? UNEXPLORED : kept[QUANTITIES.indexOf(quantity)].values[cell];
 }
