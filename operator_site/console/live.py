@@ -1,4 +1,4 @@
-"""Connects a running site with the pages: reads its feed, asks its desk, and records what people do."""
+"""Connects a running site with the pages: reads its feed, sends requests, and records what users do."""
 
 import asyncio
 import contextlib
@@ -24,8 +24,7 @@ from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.state.site_time import SiteTime
 from operator_site.console.web.commands import Commands, SiteControl
-from operator_site.console.web.control import Control
-from operator_site.console.web.page_state import shown_state
+from operator_site.console.web.page_state import page_state
 from operator_site.console.web.pages import Pages
 from operator_site.session.console_feed import BATCH_S, FeedSource
 
@@ -34,7 +33,7 @@ log = logging.getLogger(__name__)
 STATE_S = 0.1
 """Interval between two states for the pages, s."""
 _ATTEND_S = 0.1
-"""Interval between two presence messages to the site's desk, which answers with its status, s."""
+"""Interval between two presence messages to the site's local control, which answers with its status, s."""
 _STOPPING_S = 0.05
 """The same interval while the site stops, s."""
 _KEEP_S = 0.2
@@ -50,7 +49,7 @@ class LiveConsole:
         self,
         config: ConsoleConfig,
         feed: FeedSource,
-        desk: SiteControl,
+        site: SiteControl,
         journal: Journal,
         clock_s: Callable[[], float] = time.monotonic,
     ):
@@ -59,17 +58,16 @@ class LiveConsole:
         Args:
             config: configuration of the console.
             feed: source of the site's messages.
-            desk: the site's local control.
+            site: the site's local control.
             journal: records actions and findings; an unfinished examination in it is continued.
             clock_s: this machine's monotonic clock, s.
         """
-        self._feed, self._desk, self.journal, self._clock_s = feed, desk, journal, clock_s
+        self._feed, self._site, self.journal, self._clock_s = feed, site, journal, clock_s
         self.console = Console()
         self._time = SiteTime()
-        control = Control()
-        self.acts = Commands(self.console, self._desk, self.journal, control, None)
-        self.pages = Pages(lambda: self.console, self.acts, control, self._site_s, clock_s)
-        self.acts.reporting = Reporting(config.report_command, config.reports)
+        reporting = Reporting(config.report_command, config.reports)
+        self._commands = Commands(self.console, journal, site, reporting=reporting)
+        self.pages = Pages(self._commands, self._site_s, clock_s)
         self._resume(self.journal.before)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
@@ -99,7 +97,7 @@ class LiveConsole:
                 self.journal.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
         if self._picture(here_s, 0.5 * BATCH_S if fed else 1.5 * BATCH_S):
             self.console.step(now_s)
-            self.acts.step(now_s)
+            self._commands.step(now_s)
             self.pages.show(self._shown(now_s) if self._state(here_s) else None)
 
     def _resume(self, before: KeptBefore) -> None:
@@ -108,7 +106,7 @@ class LiveConsole:
         self._kept_s = -math.inf
         if before.cut_off:
             text = texts.cut_off(before.cut_off, len(before.findings), [path.name for path in before.files])
-            self.acts.saved = {"text": text, "report": None}
+            self._commands.saved = {"text": text, "report": None}
             return
         for stream, record in before.records:
             try:
@@ -146,18 +144,18 @@ class LiveConsole:
         }
 
     def _shown(self, now_s: float) -> dict[str, Any]:
-        state = shown_state(self.console, now_s, self.journal.is_saved, self._operator)
-        state["session"]["saved"] = self.acts.saved
+        state = page_state(self.console, now_s, self.journal.is_saved, self._operator)
+        state["session"]["saved"] = self._commands.saved
         return {**state, "wall_clock": f"{datetime.now():%H:%M:%S}"}
 
     def _report_presence(self) -> None:
-        """Report to the desk whether a person can see the page in control; the answer holds the site's status.
+        """Report to the site whether a user can see the page in control; the answer holds the site's status.
 
         There is one request at a time.
         """
         self._answering = True
         loop = asyncio.get_running_loop()
-        asked = self._desk.ask("attend", {"seen": self.pages.seen})
+        asked = self._site.ask("attend", {"seen": self.pages.seen})
 
         def done(answer: "Future[dict[str, Any]]") -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
@@ -168,7 +166,7 @@ class LiveConsole:
     def _take_answer(self, answer: "Future[dict[str, Any]]") -> None:
         self._answering = False
         if not answer.cancelled() and answer.exception() is None:
-            self.console.desk(self._site_s(), answer.result())
+            self.console.take_answer(self._site_s(), answer.result())
 
     def _look_around(self) -> None:
         holder = self.pages.control.holder
@@ -183,5 +181,5 @@ class LiveConsole:
         examination = self.console.examination
         resumed = examination.pseudonym is not None and examination.began_s == self._resumed_s
         self.console.around = replace(
-            self.console.around, disk_used=used, recording_failed=failed, skipped_lately=slow, gone_on=resumed
+            self.console.around, disk_used=used, recording_failed=failed, page_slow=slow, resumed=resumed
         )

@@ -1,4 +1,4 @@
-"""Sends the console's requests to the site's desk from a separate thread, so that an emergency stop never waits."""
+"""Sends the console's requests to the operator site from a separate thread, so that an emergency stop never waits."""
 
 import logging
 import queue
@@ -23,16 +23,16 @@ from common.wire.session_messages import Answer, Request
 log = logging.getLogger(__name__)
 
 PATIENCE_S = 0.3
-"""Time within which the desk must answer a request other than an emergency stop, s; later the request fails."""
+"""Longest wait for the answer to a request other than an emergency stop, s; later the request fails."""
 AGAIN_S = 0.05
-"""Interval at which an emergency stop is requested again until the desk answers, s."""
+"""Interval at which an emergency stop is requested again until it is answered, s."""
 
 Details = dict[str, Any]
 """Details of a request or of its answer, by name."""
 
 
 class LocalControlSilent(OSError):
-    """The site's desk does not answer."""
+    """The operator site does not answer."""
 
 
 @dataclass(slots=True)
@@ -45,7 +45,7 @@ class _Asked:
 
 
 class LocalControlClient:
-    """Sends requests to the desk of a running site and reconnects after each interruption."""
+    """Sends requests to the local control of a running site and reconnects after each interruption."""
 
     def __init__(self, port: int, keys: KeyPair):
         """Connect in the background."""
@@ -54,11 +54,11 @@ class LocalControlClient:
         self._bell, self._ear = sockets.socketpair()
         self._bell.setblocking(False)
         self._contained = Containment()
-        self._thread = threading.Thread(target=self._run, name="desk line", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="local control", daemon=True)
         self._thread.start()
 
     def ask(self, verb: str, details: Details | None = None) -> "Future[Details]":
-        """Send a request to the desk.
+        """Send a request to the site.
 
         The future holds the details of the answer, or raises Refused, or LocalControlSilent after PATIENCE_S. An
         emergency stop is requested until it is answered, and its future waits for that answer.
@@ -106,9 +106,9 @@ class LocalControlClient:
                     sequence += 1
                     waiting[sequence] = asked
                 if line in ready:
-                    with self._contained.step("desk's answer", latches=False):
+                    with self._contained.step("answer of the site", latches=False):
                         _take(line, waiting)
-                with self._contained.step("request to the desk", latches=False):
+                with self._contained.step("request to the site", latches=False):
                     _send(line, waiting)
         finally:
             for asked in waiting.values():
@@ -145,7 +145,7 @@ def _take(line: "zmq.Socket[bytes]", waiting: dict[int, _Asked]) -> None:
         except zmq.Again:
             return
         except BadPacket as error:
-            log.warning("desk: %s", error)
+            log.warning("local control: %s", error)
             continue
         asked = waiting.pop(answer.sequence, None)
         if asked is None or not asked.answer.set_running_or_notify_cancel():

@@ -17,7 +17,6 @@ from common.wire.packets import LinkState
 from operator_site.console.alarms.alarm_rules import Surroundings, causes
 from operator_site.console.alarms.alarms import Alarms
 from operator_site.console.examination.examination import Examination
-from operator_site.console.map.map_tiles import MapTile, changed
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Flags, Frame, Kind
@@ -98,7 +97,7 @@ class Console:
                 record = msgpack.unpackb(payload)
                 self.examination.take(stream, record)
                 if stream == "console/session" and record["what"] == "begin":
-                    self.begin_anew()
+                    self.begin_map()
 
     def _touch(self, t_s: float, touch: Touch) -> None:
         rows = touch.rows
@@ -114,12 +113,12 @@ class Console:
         self.signals.take(t_s, "force_n", [row.force_n])
         self.signals.take(t_s, "motor_hz", [motor_hz, self.fingers.plates_c(t_s)])
 
-    def desk(self, now_s: float, answer: Mapping[str, Any]) -> None:
-        """Take an answer of the site's desk."""
-        self.site.desk_s = now_s
+    def take_answer(self, now_s: float, answer: Mapping[str, Any]) -> None:
+        """Take an answer of the site's local control."""
+        self.site.answered_s = now_s
         self.site.take_brief(answer.get("time_ns", now_s * 1e9) * 1e-9, answer)
 
-    def begin_anew(self) -> None:
+    def begin_map(self) -> None:
         """Begin the map of another examination."""
         self.tactile_map = TactileMap()
         self.map_number += 1
@@ -145,10 +144,6 @@ class Console:
         """Return the state of the session in one word."""
         return self.site.word(now_s, live=self.live, pauses=self.examination.pseudonym is not None)
 
-    def newest_bin(self, now_s: float) -> int:
-        """Return the number of the newest bin that a picture at `now_s` holds."""
-        return self.signals.newest_bin(now_s)
-
     def picture(self, now_s: float, sequence: int, after: int | None) -> bytes:
         """Return the encoded picture at `now_s`.
 
@@ -157,7 +152,7 @@ class Console:
             sequence: number of the picture, rising.
             after: newest bin that the page has; None or one that is too old gives all bins.
         """
-        newest = self.newest_bin(now_s)
+        newest = self.signals.newest_bin(now_s)
         whole = after is None or not 0 <= newest - after < BINS
         touching = self.fingers.in_contact(now_s)
         acting = [acts and used for acts, used in zip(self.fingers.acting(now_s), self.in_use, strict=True)]
@@ -180,17 +175,3 @@ class Console:
             self.site.session,
             Kind.WHOLE if whole else Kind.PICTURE,
         ).encode()
-
-    def tiles(self, quantity: str, since: int) -> list[MapTile]:
-        """Return the tiles of a quantity that changed after a revision of the map, oldest change first."""
-        return changed(self.tactile_map, quantity, since)
-
-    def clock_s(self, now_s: float) -> float | None:
-        """Return the duration of the present examination, s; None without one."""
-        began_s = self.examination.began_s
-        return None if self.examination.pseudonym is None or began_s is None else max(0.0, now_s - began_s)
-
-    def age_s(self, now_s: float) -> float | None:
-        """Return the age of the shown values, s; None before the first ones."""
-        age_s = self.fingers.age_s(now_s)
-        return age_s if math.isfinite(age_s) else None

@@ -68,11 +68,11 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
         keys = load_keys(config.keys)
         feed = FeedReader(config.feed_port, keys)
         opened.callback(feed.close)
-        desk = LocalControlClient(config.desk_port, keys)
-        opened.callback(desk.close)
+        site = LocalControlClient(config.desk_port, keys)
+        opened.callback(site.close)
         journal = Journal(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
         opened.callback(journal.close)
-        _serve(LiveConsole(config, feed, desk, journal), config, access, stop, opened)
+        _serve(LiveConsole(config, feed, site, journal), config, access, stop, opened)
 
 
 def run_playback(path: Path, port: int, stop: Callable[[], bool]) -> None:

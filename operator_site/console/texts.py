@@ -1,4 +1,7 @@
-"""Every word that the console says: where, what with value and limit, what to do; at most 60 characters in an alarm."""
+"""Holds every text that the console sends to a page.
+
+An alarm names the place, the problem with its value and limit, and the remedy, in at most LONGEST_ALARM characters.
+"""
 
 import re
 from collections.abc import Sequence
@@ -10,6 +13,7 @@ from common.wire.messages import ThermalReason, ThermalStatus
 from common.wire.touch_summary import TouchSummary
 
 LONGEST_ALARM = 60
+"""Maximum length of an alarm, characters."""
 _FAULTS = {
     FaultCode.TIME_NOT_FINITE: "time is no number",
     FaultCode.AGE_NOT_A_NUMBER: "age of the input is no number",
@@ -60,9 +64,9 @@ _FAULTS = {
     FaultCode.CONTAINED: "program error: {detail}",
     FaultCode.UNKNOWN: "unknown fault {detail}",
 }
-"""What is wrong, short enough to stand in an alarm beside where it is."""
+"""Text of each fault, short enough for an alarm that names its place, too."""
 _ACTS = {FaultCode.PLATE_TOO_HOT: "Heat is off.", FaultCode.FORCE_SWINGS: "Force is off."}
-"""What follows from a fault of the operator's site; from the others, that outputs are off."""
+"""Consequence of a fault of the operator site; all other faults turn the outputs off."""
 _DEVICES = {EXOSKELETON: "exoskeleton", TELEMANIPULATOR: "arm"}
 _REASONS = {
     ThermalReason.NONE: "no reason given",
@@ -85,7 +89,7 @@ _REASONS = {
 }
 _ABBREVIATED = frozenset(("abs", "ptfe", "pu", "pvc"))
 _SURE = 0.995
-"""From here a probability is said to be above 99 %."""
+"""Smallest probability that is shown as above 99 %."""
 OBSERVER = "OBSERVER. Control is at {who}."
 LINK_LOST = "LINK LOST. Outputs are neutral. Wait for the link."
 LINK_BACK = "Link is back. Hold C to clear."
@@ -98,138 +102,192 @@ REMOTE_NOT_RECORDED = "Remote recording stopped. Check the remote site."
 CONSOLE_NOT_RECORDED = "Console's own record stopped. Findings are kept here."
 STUDY_NUMBER = "Use a study number, not a name."
 NOT_SOUNDED = "Cannot engage: sound not checked."
-GONE_ON = "Console was restarted. Findings and map are kept."
+RESTARTED = "Console was restarted. Findings and map are kept."
 NOTHING_HERE = "Nothing was felt here."
+DISK_FILLS = "Disk {percent:.0f} % full. Make room soon."
+SOUND_OFF = "Sound is off. Watch the alarm line."
+CONSOLE_SLOW = "Console slow. Close other programs."
+PLATE_BACK = "{finger}: plate is back. Hold C to clear."
+NO_REMOTE_SITE = "no remote site is connected"
+START_SITE = "No answer. Start it."
+NOT_CALIBRATED = "Not calibrated."
+NO_REMOTE_DATA = "No data from the remote site."
+DISK_USED = "{percent:.0f} % used."
+SOUND_NOT_HEARD = "Not heard yet."
+PLAY_SOUND = "Play alarm sound, then answer."
+
+NEEDS_TOKEN = "This page needs a token: open it by the address that has one."
+NO_FILE = "There is no such file."
+STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
+FAILED_INSIDE = "That failed inside the console; its log says why."
+REQUEST_NOT_RECORDED = "That cannot be recorded. It was not done."
+UNKNOWN_REQUEST = "That cannot be asked for here."
+CONTROL_ELSEWHERE = "Control is at {who}. Take control first."
+NO_SITE = "There is no operator site."
+SITE_SILENT = "The operator site does not answer."
+PAUSED = "PAUSED. Outputs neutral."
+NOT_CLEARED = "Not cleared: {why}."
+NOTHING_TO_CLEAR = "There is nothing to clear."
+CLEARED = "Cleared. Nothing moves. Engage again."
+CANNOT_ENGAGE = "Cannot engage: {why}"
+FAULT_NOT_CLEARED = "Cannot engage: fault not cleared."
+IN_CONTROL = "You are in control."
+TOOK_CONTROL = "{who} took control."
+NOT_WHILE_ENGAGED = "Not while engaged. Pause first."
+SOUND_ANSWER = "Sound is heard or refused."
+SOUND_WORKS = "Sound works."
+SOUND_PAUSED = "Sound paused {seconds} s."
+SOUND_STAYS = "This alarm's sound cannot be paused."
+PLACE_NEEDED = "A place has x_mm and y_mm."
+SPEED_NEEDED = "play has a speed."
+TIME_NEEDED = "seek has a time in s."
+PLAYBACK_PAUSED = "Paused."
+READING_AHEAD = "Reading ahead."
+
+SESSION = "Session {pseudonym}."
+SESSION_OPEN = "Session {pseudonym} is under way. End it first."
+NO_SESSION = "No session is under way."
+BEGIN_FIRST = "Begin a session first: findings need a study number."
+STUDY_NUMBER_LENGTH = "A study number has 1 to {longest} characters."
+STUDY_NUMBER_PRINTABLE = "A study number has printable characters only."
+FINDING_NEEDS = "A finding has a finger and a kind: {kinds}."
+FINDING_NUMBERS = "A finding's time and place are numbers."
+FINDING = "Finding {number} {kept}"
+NOTE = "Note to finding {number} {kept}"
+NOT_ON_DISK = "kept here, not yet on disk."
+NO_FINDING = "There is no such finding."
+NOTE_LENGTH = "A note has {longest} characters at most."
+WRITING_REPORT = "The report is being written."
+NO_REPORT = "No report: {why}."
+NO_REPORT_CONFIGURED = "no report is configured: report_command and reports"
+REPORT_LATE = "the report took longer than {seconds:g} s"
+REPORT_ENDED = "the command ended with {code}"
 
 
-def finger(name: str) -> str:
-    """A finger's or device's name at the beginning of a sentence."""
-    return name[:1].upper() + name[1:]
+def capital(text: str) -> str:
+    """Return a text with a capital first letter, such as a device's name that begins a sentence."""
+    return text[:1].upper() + text[1:]
 
 
 def short(text: str) -> str:
-    """A text as long as an alarm may be."""
+    """Return a text cut to the length of an alarm."""
     return text if len(text) <= LONGEST_ALARM else text[: LONGEST_ALARM - 1].rstrip() + "…"
 
 
 def duration(seconds: float) -> str:
-    """Such as `12 min 41 s`."""
+    """Format a duration, such as `12 min 41 s`."""
     whole = max(0, round(seconds))
     return f"{whole // 60} min {whole % 60} s" if whole >= 60 else f"{whole} s"
 
 
 def count(number: int, of: str) -> str:
-    """Such as `3 findings`."""
-    return f"{number} {of}" + ("" if number == 1 else "s")
+    """Format a number of things, such as `3 findings` or `2 touches`."""
+    plural = "es" if of.endswith("ch") else "s"
+    return f"{number} {of}" + ("" if number == 1 else plural)
 
 
 def percent(probability: float) -> str:
-    """A probability; never as certain."""
+    """Format a probability, never as certain."""
     return "> 99 %" if probability >= _SURE else f"{probability * 100:.0f} %"
 
 
 def named(material: str) -> str:
-    """A material's name for people."""
+    """Return the readable name of a material."""
     return " ".join(word.upper() if word in _ABBREVIATED else word for word in material.split("_"))
 
 
 def fault(found: Fault) -> str:
-    """A latched fault of the operator's site."""
+    """Return the alarm for a latched fault of the operator site."""
     device = "" if found.where else _DEVICES.get(found.device, "")
     act = "Engage for a plate test." if found.needs_test else _ACTS.get(found.code, "Outputs are off.")
     return _alarm(found, found.where or device, act)
 
 
 def remote_fault(found: Fault) -> str:
-    """A latched fault of the remote site."""
+    """Return the alarm for a latched fault of the remote site."""
     where = found.where or _DEVICES.get(found.device, "site")
     return _alarm(found, f"remote {where}", "It stands still.")
 
 
 def _alarm(found: Fault, where: str, act: str) -> str:
-    """Where, what, and what follows from it where there is room."""
+    """Return place, problem and, if there is room, consequence."""
     what = filled(_FAULTS[found.code], found).rstrip()
-    said = short(finger(f"{where}: {what}." if where else f"{what}."))
+    said = short(capital(f"{where}: {what}." if where else f"{what}."))
     whole = f"{said} {act}"
     return whole if len(whole) <= LONGEST_ALARM else said
 
 
 def plate_over(name: str, plate_c: float) -> str:
-    """A plate beyond what may ever be."""
-    return f"{finger(name)}: plate {plate_c:.1f} °C, over {PLATE_FAULT_C:.1f}. Heat is off."
+    """Return the alarm for a plate above its fault limit, C."""
+    return f"{capital(name)}: plate {plate_c:.1f} °C, over {PLATE_FAULT_C:.1f}. Heat is off."
 
 
 def plate_held(name: str, limit_c: float) -> str:
-    """A plate that is kept at its limit."""
-    return f"{finger(name)}: plate held at {limit_c:.1f} °C limit. Lift the finger."
+    """Return the alarm for a plate that is held at its limit, C."""
+    return f"{capital(name)}: plate held at {limit_c:.1f} °C limit. Lift the finger."
 
 
 def site_slow(rate_hz: object, wanted_hz: object) -> str:
-    """A loop that does not hold its rate, Hz; what is no number is left out."""
+    """Return the alarm for a loop below its rate, Hz; rates that are no numbers are left out."""
     known = isinstance(rate_hz, float) and isinstance(wanted_hz, float)
     said = f": {rate_hz:.0f} of {wanted_hz:g} ticks a second" if known else ""
     return f"Site slow{said}. Close other programs."
 
 
 def link_slow(delay_ms: float, sd_ms: float) -> str:
-    """A link that is slower than a hand expects."""
+    """Return the alarm for a link with a delay that a hand notices."""
     return f"Link slow: {delay_ms:.0f} ± {max(1.0, sd_ms):.0f} ms. Move slowly."
 
 
 def device_lost(name: str) -> str:
-    """A device that was there."""
+    """Return the alarm for a device that was ready before."""
     if name == "exoskeleton":
         return "Exoskeleton lost. No force is felt."
     if name == "remote hand":
         return "Remote hand lost. Nothing is felt."
-    return f"{finger(name)} module lost. {finger(name)} feels nothing."
+    return f"{capital(name)} module lost. {capital(name)} feels nothing."
 
 
 def device_absent(name: str) -> str:
-    """A device that was never there."""
-    return f"{finger(name)} absent." if name in ("exoskeleton", "remote hand") else f"{finger(name)} module absent."
+    """Return the text for a device that was never ready."""
+    return f"{capital(name)} absent." if name in ("exoskeleton", "remote hand") else f"{capital(name)} module absent."
 
 
 def bus_trouble(name: str, what: str) -> str:
-    """A CAN controller that reports errors; the device may still work."""
-    return short(f"{finger(name)}: CAN bus {what}. Check its cable.")
+    """Return the alarm for a CAN controller that reports errors; its device may still work."""
+    return short(f"{capital(name)}: CAN bus {what}. Check its cable.")
 
 
 def no_data(for_s: float) -> str:
-    """The site says nothing."""
+    """Return the alarm for a silent site."""
     return f"No data for {for_s:.1f} s. Screen is not live."
 
 
 def not_confirmed(devices: Sequence[str]) -> str:
-    """An emergency stop that not all devices have confirmed; names as many as there is room for."""
+    """Return the alarm for an unconfirmed emergency stop; it names as many devices as fit."""
     names = ["arm" if name == "remote hand" else name for name in devices]
     for shown in range(len(names), 0, -1):
         more = f" + {len(names) - shown}" if shown < len(names) else ""
-        text = f"STOP NOT CONFIRMED: {finger(', '.join(names[:shown]))}{more}. Use the hardware switch."
+        text = f"STOP NOT CONFIRMED: {capital(', '.join(names[:shown]))}{more}. Use the hardware switch."
         if len(text) <= LONGEST_ALARM or shown == 1:
             return text
     return "STOP NOT CONFIRMED. Use the hardware switch."
 
 
-def confirmed(devices: int, after_s: float) -> str:
-    """An emergency stop that all devices have confirmed."""
-    return f"STOPPED. All {devices} devices confirmed in {after_s:.2f} s."
-
-
 def decision(
-    status: ThermalStatus, reason: ThermalReason, material: str, told: TouchSummary, probability: float
+    status: ThermalStatus, reason: ThermalReason, material: str, summary: TouchSummary, probability: float
 ) -> tuple[str, str]:
-    """What is known of the object under a finger: a word, and a line.
+    """Return a word and a line about the object under a finger.
 
     Args:
-        status: of the identification.
-        reason: of the status.
-        material: the likeliest one.
-        told: its candidates.
-        probability: of the likeliest.
+        status: status of the identification.
+        reason: reason of the status.
+        material: the likeliest material.
+        summary: touch summary with the candidates.
+        probability: probability of the likeliest material.
     """
     best = f"{named(material)} {percent(probability)}" if material else ""
-    candidates = [named(name) for name, _ in told.candidates]
+    candidates = [named(name) for name, _ in summary.candidates]
     match status:
         case ThermalStatus.IDENTIFIED:
             return "IDENTIFIED", best
@@ -247,7 +305,10 @@ def decision(
 
 
 def looks_like_a_name(pseudonym: str) -> bool:
-    """Whether a pseudonym may name a person: it has no digit, a date, two words, or one that is no abbreviation."""
+    """Return whether a pseudonym may name a person.
+
+    It may if it has no digit, a date, two words, or a word that is no abbreviation.
+    """
     words = re.findall(r"[^\W\d_]{2,}", pseudonym)
     dated = re.search(r"\b\d{1,4}[./-]\d{1,2}[./-]\d{1,4}\b|\b(19|20)\d{6}\b", pseudonym) is not None
     numbered = any(letter.isdigit() for letter in pseudonym)
@@ -255,10 +316,21 @@ def looks_like_a_name(pseudonym: str) -> bool:
 
 
 def cut_off(pseudonym: str, findings: int, files: Sequence[str]) -> str:
-    """An examination that the machine's restart has ended."""
+    """Return the summary of an examination that a restart of the machine has ended."""
     return f"Session {pseudonym} was cut off: {count(findings, 'finding')} kept in {', '.join(files)}."
 
 
-def saved(seconds: float, findings: int, gaps: int) -> str:
-    """What was kept of a session."""
-    return f"Saved: {duration(seconds)}, {count(findings, 'finding')}, {count(gaps, 'gap')}."
+def ended(
+    seconds: float, findings: int, gaps: int, *, recorded: bool = True, unsaved: int = 0, placeless: int = 0
+) -> str:
+    """Return the summary of an examination that ended: its duration, its findings, and gaps in its recording."""
+    text = f"{duration(seconds)}, {count(findings, 'finding')}"
+    text = f"Saved: {text}, {count(gaps, 'gap')}." if recorded else f"Not recorded: {text}."
+    if unsaved:
+        text = f"{count(unsaved, 'finding')} not yet on disk."
+    return f"{text} Report has {count(placeless, 'finding')} without a place." if placeless else text
+
+
+def place(value: str, touches: int, ago_s: float) -> str:
+    """Return a value at a place with its number of touches and the time since the last one, s."""
+    return f"{value}, {count(touches, 'touch')}, {ago_s:.0f} s ago"

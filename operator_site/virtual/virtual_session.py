@@ -1,4 +1,4 @@
-"""The session with a virtual environment: nobody at the other end, and touch as soon as the hand is somewhere."""
+"""Runs the session with a virtual environment, without a remote site."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -14,19 +14,19 @@ from common.wire.packets import Floats, LinkState
 from operator_site.virtual.virtual_environment import VirtualEnvironment
 
 _IDENT = 1
-"""Number of the only session that there is."""
+"""Number of the only session."""
 
 
 @dataclass(slots=True)
 class VirtualSession:
-    """Stands where `SessionClient` stands with a remote site. Time is an argument, ns of this site's monotonic clock.
+    """Replaces `SessionClient`. Time is an argument, ns of this site's monotonic clock.
 
-    Touch is as fresh as the hand's place: where that is not known, nothing is touched.
+    A touch is computed from each known position of the hand. Without a position there is no touch.
     """
 
     environment: VirtualEnvironment
     name: str
-    """Of what is touched, for people to read."""
+    """Readable name of the environment."""
     want_engaged: bool
     gap_s: float = GAP_S
     session: Session = field(default_factory=Session)
@@ -36,13 +36,13 @@ class VirtualSession:
     touch: Touch | None = None
     stopping: EmergencyStop = field(default_factory=EmergencyStop)
     stopped: str = ""
-    """What came of the last emergency stop; empty while it is under way."""
+    """Result of the last emergency stop; empty while it is under way."""
     remote_fault: Fault | None = None
     remote_recording: str = ""
     refusal: str = ""
     calibrated: str = "Virtual: everything is as its scene says."
     spared: int = 0
-    """Nothing is sent anywhere: there is nothing to spare."""
+    """Number of motion packets that were not sent because of no perceptible change; always 0."""
     _sequence: int = 0
 
     @property
@@ -56,12 +56,12 @@ class VirtualSession:
         return b"" if self.touch is None else self.touch.encode()
 
     def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed) -> None:
-        """Engage when that is wished and possible, and see what came of an emergency stop.
+        """Engage if wanted and possible, and check the confirmation of an emergency stop.
 
         Args:
-            now_ns: this site's clock.
-            not_ready: why the site may not engage, such as a missing device; empty when it may.
-            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
+            now_ns: time, ns.
+            not_ready: why the site may not engage, such as a missing device; empty if it may.
+            unconfirmed: returns why each device may have had outputs on since a time, s.
         """
         session = self.session
         if not session.ident:
@@ -79,7 +79,7 @@ class VirtualSession:
             session.engage()
 
     def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
-        """Touch with the fingertips at these places (5, 3), m; returns the packet that would tell a remote site."""
+        """Touch with the fingertips at these places (5, 3), m; return the motion packet, None without a session."""
         ident, state = self.session.ident, self.session.state
         if not ident:
             return None
@@ -91,24 +91,24 @@ class VirtualSession:
         return Motion(ident, self._sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
 
     def stop(self, now_ns: int) -> None:
-        """Emergency stop: latch at once."""
+        """Latch an emergency stop at once."""
         self.want_engaged = False
         self.session.latch(Fault(FaultCode.OPERATOR_STOP))
         self.stopping.ask(now_ns)
         self.stopped = ""
 
     def disengage(self, now_ns: int, why: str = "") -> None:
-        """Bring everything to neutral; engaging again is asked for anew."""
+        """Bring all outputs to neutral; engaging needs a new request."""
         self.want_engaged = False
         self.session.disengage(why)
 
     def clear(self, now_ns: int) -> None:
-        """Clear the latched fault; raises Refused when there is none."""
+        """Clear the latched fault; raise Refused without one."""
         self.session.clear()
 
     def annotate(self, now_ns: int, text: str) -> None:
-        """Note something for the recording."""
+        """Record a note."""
         self.session.note("note", text)
 
     def goodbye(self, now_ns: int) -> None:
-        """Nobody is there to be told."""
+        """Do nothing, because there is no peer."""

@@ -119,7 +119,6 @@ def test_an_emergency_stop_is_confirmed_by_each_device_and_seen_at_them(
     assert set(stop["devices"]) == IN_USE
     assert all(0.0 < after_s <= 0.3 for after_s in stop["devices"].values())
     assert page.state["session"]["state"] == "stopped"
-    assert stop["text"].startswith("STOPPED. All 3 devices confirmed in 0.")
     page.look(2.0)
     since = [(now.time_s - begun_s - HEARD_S, now) for now in session.truth[first:]]
     assert max(now.force_n for since_s, now in since if since_s > FORCE_SAFE_S + TICK_S) == 0.0
@@ -239,7 +238,7 @@ def test_the_next_console_takes_up_the_examination_of_one_that_is_gone(
     assert page.state["session"]["pseudonym"] == before["session"]["pseudonym"]
     assert page.state["findings"] == before["findings"]
     assert page.state["session"]["clock_s"] > clock_s
-    page.until(lambda: any(alarm["id"] == "gone on" for alarm in page.state["alarms"]), "word of the restart")
+    page.until(lambda: any(alarm["id"] == "resumed" for alarm in page.state["alarms"]), "word of the restart")
     page.until(lambda: felt.keys() <= newest_tiles(page).keys(), "the map")
     shown = newest_tiles(page)
     for place, values in felt.items():

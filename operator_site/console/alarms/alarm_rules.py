@@ -1,4 +1,4 @@
-"""What is wrong now: one cause for each thing that a person has to know, with the words that tell it."""
+"""Finds the present causes of alarms in the state of site, fingers and console."""
 
 import math
 from collections.abc import Sequence
@@ -15,45 +15,51 @@ from operator_site.console.state.site_now import SILENT_S, SiteNow
 from operator_site.safety.limit_flags import Limit
 
 STOP_PATIENCE_S = 0.3
-"""Devices have confirmed an emergency stop by then, the remote hand a round trip later."""
+"""Time for a device to confirm an emergency stop, s; the remote hand has a round trip more."""
 LINK_SLOW_MS = 100.0
-"""From here a hand notices the delay and has to move slowly."""
+"""Smallest delay of a slow link, ms; from here a hand notices it and must move slowly."""
 DISK_NEARLY_FULL = 0.90
+"""Smallest used share of a disk that is nearly full."""
 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What the process around the console knows: share of the disk that is used, and whether it records."""
+    """State of the console's process and of its user.
+
+    Attributes:
+        disk_used: used share of the disk, 0..1.
+        recording_failed: whether the console's own record has failed.
+        sound: the user's answer to the test sound, `heard` or `refused`; empty before it.
+        page_slow: whether the page in control skips pictures.
+        resumed: whether the examination was begun in an earlier run of the console.
+    """
 
     disk_used: float = 0.0
     recording_failed: bool = False
     sound: str = ""
-    """`heard` or `refused`; empty while nobody has said."""
-    skipped_lately: bool = False
-    """The acting page is too slow for its pictures."""
-    gone_on: bool = False
-    """The examination was begun at an earlier run of the console, which is not there any more."""
+    page_slow: bool = False
+    resumed: bool = False
 
 
 def causes(
     now_s: float, site: SiteNow, fingers: FingersNow, used: Sequence[bool], around: Surroundings, *, live: bool = True
 ) -> dict[str, Cause]:
-    """Everything that is wrong, by what names it.
+    """Return all present causes by their identifiers.
 
     Args:
-        now_s: s of the operator site's clock.
-        site: how the site is.
-        fingers: what they feel.
-        used: which fingers are in use.
-        around: what the console's own process knows.
-        live: whether it is now; a recording is not silent and has no page that is slow.
+        now_s: time, s of the operator site's clock.
+        site: state of the site.
+        fingers: state of the fingers.
+        used: whether each finger is in use.
+        around: state of the console's process.
+        live: whether the site runs; a recording is never silent and has no slow page.
     """
     found: dict[str, Cause] = {}
     old_s = now_s - site.heard_s
     if live and old_s > SILENT_S and math.isfinite(old_s):
         found["feed"] = Cause(Priority.HIGH, texts.no_data(old_s), texts.DATA_BACK)
         if site.silent_s(now_s) > SILENT_S:
-            return found  # whatever else was known is old
+            return found  # all other causes would rest on old data
     if (waiting := unconfirmed(now_s, site)) and site.stop_asked_s is not None:
         found["stop"] = Cause(Priority.HIGH, texts.not_confirmed(waiting), texts.STOP_LATE, silenceable=False)
     if site.lost_engaged or site.link_silent:
@@ -80,7 +86,7 @@ def causes(
 
 
 def unconfirmed(now_s: float, site: SiteNow) -> list[str]:
-    """Devices that should have confirmed the emergency stop by now, and have not."""
+    """Return the devices that are late to confirm the emergency stop."""
     if site.stop_asked_s is None:
         return []
     waited_s = now_s - site.stop_asked_s
@@ -100,7 +106,7 @@ def _plates(now_s: float, site: SiteNow, fingers: FingersNow, used: Sequence[boo
             continue
         if plate_c > PLATE_FAULT_C:
             found[f"plate {name}"] = Cause(
-                Priority.HIGH, texts.plate_over(name, plate_c), f"{texts.finger(name)}: plate is back. Hold C to clear."
+                Priority.HIGH, texts.plate_over(name, plate_c), texts.PLATE_BACK.format(finger=texts.capital(name))
             )
         elif site.both and fingers.holds(finger, Limit.PLATE_TEMPERATURE) and plate_c > PLATE_PROFILES["comfort"].low_c:
             found[f"plate {name}"] = Cause(Priority.MEDIUM, texts.plate_held(name, plate_c))
@@ -121,16 +127,16 @@ def _recording(site: SiteNow, around: Surroundings) -> dict[str, Cause]:
 
 
 def _lesser(around: Surroundings, live: bool) -> dict[str, Cause]:
-    """What one should know."""
+    """Return the low-priority causes in the console's process."""
     if not live:
         return {}
     found = {}
     if around.disk_used >= DISK_NEARLY_FULL:
-        found["disk"] = Cause(Priority.LOW, f"Disk {around.disk_used * 100:.0f} % full. Make room soon.")
+        found["disk"] = Cause(Priority.LOW, texts.DISK_FILLS.format(percent=around.disk_used * 100))
     if around.sound == "refused":
-        found["sound"] = Cause(Priority.LOW, "Sound is off. Watch the alarm line.")
-    if around.gone_on:
-        found["gone on"] = Cause(Priority.LOW, texts.GONE_ON)
-    if around.skipped_lately:
-        found["slow"] = Cause(Priority.LOW, "Console slow. Close other programs.")
+        found["sound"] = Cause(Priority.LOW, texts.SOUND_OFF)
+    if around.resumed:
+        found["resumed"] = Cause(Priority.LOW, texts.RESTARTED)
+    if around.page_slow:
+        found["slow"] = Cause(Priority.LOW, texts.CONSOLE_SLOW)
     return found

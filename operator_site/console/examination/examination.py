@@ -66,11 +66,11 @@ class Examination:
             Refused: an examination is under way, or the pseudonym is invalid.
         """
         if self.pseudonym is not None:
-            raise Refused(f"Session {self.pseudonym} is under way. End it first.")
+            raise Refused(texts.SESSION_OPEN.format(pseudonym=self.pseudonym))
         if not isinstance(pseudonym, str) or not 0 < len(pseudonym.strip()) <= LONGEST_PSEUDONYM:
-            raise Refused(f"A study number has 1 to {LONGEST_PSEUDONYM} characters.")
+            raise Refused(texts.STUDY_NUMBER_LENGTH.format(longest=LONGEST_PSEUDONYM))
         if not pseudonym.strip().isprintable():
-            raise Refused("A study number has printable characters only.")
+            raise Refused(texts.STUDY_NUMBER_PRINTABLE)
         if texts.looks_like_a_name(pseudonym):
             raise Refused(texts.STUDY_NUMBER)
         known = (
@@ -87,7 +87,7 @@ class Examination:
             Refused: no examination is under way.
         """
         if self.pseudonym is None:
-            raise Refused("No session is under way.")
+            raise Refused(texts.NO_SESSION)
         ended, self.pseudonym, self.ended_s = self.pseudonym, None, now_s
         return ended
 
@@ -98,14 +98,14 @@ class Examination:
             Refused: no examination is under way, or the details are not valid for a finding.
         """
         if self.pseudonym is None:
-            raise Refused("Begin a session first: findings need a study number.")
+            raise Refused(texts.BEGIN_FIRST)
         kind, finger = details.get("kind"), details.get("finger")
         if (kind is not None and kind not in KINDS) or finger not in FINGERS:
-            raise Refused(f"A finding has a finger and a kind: {', '.join(KINDS)}.")
+            raise Refused(texts.FINDING_NEEDS.format(kinds=", ".join(KINDS)))
         at_s = details.get("at_s", now_s)
         place_mm = details.get("x_mm"), details.get("y_mm")
         if not _number(at_s) or not (place_mm == (None, None) or all(_number(value) for value in place_mm)):
-            raise Refused("A finding's time and place are numbers.")
+            raise Refused(texts.FINDING_NUMBERS)
         ident = max(self.findings, default=0) + 1
         if place_mm == (None, None):
             finding = Finding(ident, at_s, kind, finger, None, None, " ".join(filter(None, (kind, "a moment"))))
@@ -125,9 +125,9 @@ class Examination:
         """
         finding = self.findings.get(ident) if isinstance(ident, int) else None
         if finding is None:
-            raise Refused("There is no such finding.")
+            raise Refused(texts.NO_FINDING)
         if not isinstance(text, str) or len(text) > LONGEST_NOTE:
-            raise Refused(f"A note has {LONGEST_NOTE} characters at most.")
+            raise Refused(texts.NOTE_LENGTH.format(longest=LONGEST_NOTE))
         self.findings[finding.ident] = noted = replace(finding, note=text)
         return noted
 

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from operator_site.console.map.tactile_map import ExploredPlace, Measured
+from operator_site.console.texts import count
 
 KINDS = ("rough", "warm", "cold", "stiff", "soft", "other")
 QUANTITY = {
@@ -79,7 +80,7 @@ def compare(kind: str | None, here: ExploredPlace, around: ExploredPlace) -> str
     if quantity is None or mine is None or theirs is None:
         return ""
     differs = difference(quantity, mine, theirs)
-    touches = f"{theirs.touches} touches" if theirs.touches != 1 else "1 touch"
+    touches = count(theirs.touches, "touch")
     if quantity == "temperature":
         return f"{signed(differs.value, differs.sd)} K against {value_text(quantity, theirs)} around it ({touches})"
     ratio = math.exp(differs.value)

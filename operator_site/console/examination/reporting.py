@@ -9,6 +9,7 @@ from itertools import chain
 from pathlib import Path
 
 from common.files.unique_path import free_name
+from operator_site.console import texts
 
 log = logging.getLogger(__name__)
 
@@ -42,7 +43,7 @@ class Reporting:
             OSError: no report was written; the message says why.
         """
         if self._folder is None or not self._command:
-            raise OSError("no report is configured: report_command and reports")
+            raise OSError(texts.NO_REPORT_CONFIGURED)
         self._folder.mkdir(parents=True, exist_ok=True)
         # An earlier examination of the same person keeps its report.
         path = free_name(self._folder / (re.sub(r"[^\w-]", "_", pseudonym) + ".html"))
@@ -59,8 +60,8 @@ class Reporting:
             _, said = await asyncio.wait_for(process.communicate(), LONGEST_S)
         except TimeoutError:
             process.kill()
-            raise OSError(f"the report took longer than {LONGEST_S:g} s") from None
+            raise OSError(texts.REPORT_LATE.format(seconds=LONGEST_S)) from None
         if process.returncode or not path.is_file():
             lines = said.decode("utf-8", "replace").strip().splitlines()
-            raise OSError(lines[-1] if lines else f"the command ended with {process.returncode}")
+            raise OSError(lines[-1] if lines else texts.REPORT_ENDED.format(code=process.returncode))
         return f"/report/{path.name}"

@@ -1,7 +1,7 @@
-"""A recording as a source of the messages that a console gets live: played at a speed, paused, and entered anywhere.
+"""Plays the messages of a recording to a console at a speed, with pause and jumps.
 
-What a console shows at a moment follows from all messages before it. To jump, the nearest earlier checkpoint of the
-console is taken up again, and the messages since are given to it: it comes to the same state as by playing.
+The shown state depends on all earlier messages. A jump restores the nearest earlier checkpoint of the console and plays
+the messages since, which gives the same state as playing from the start.
 """
 
 import pickle
@@ -29,26 +29,29 @@ STREAMS = (
     "console/alarm",
     "console/act",
 )
-"""What a console is made of, live or from a recording."""
+"""Streams that a console shows, live or from a recording."""
 SPEEDS = (0.5, 8.0)
+"""Slowest and fastest speed, as multiples of the recorded one."""
 CHECKPOINT_S = 2.0
+"""Interval between two checkpoints, s; longer for more than MOST_CHECKPOINTS."""
 MOST_CHECKPOINTS = 400
-"""A longer recording has them farther apart."""
+"""Maximum number of checkpoints."""
 _COMPRESSION = 1
+"""Level of compression of a checkpoint, 0..9."""
 
 
 class Console(Protocol):
-    """What is played to. It keeps nothing of the file or the clock, so that it can be pickled."""
+    """A console that takes messages. It refers to no file and no clock, so that it can be pickled."""
 
     def take(self, stream: str, time_ns: int, payload: bytes) -> None:
-        """Take one message of the recording's time."""
+        """Take one message with its time in the recording."""
 
 
 C = TypeVar("C", bound=Console)
 
 
 class Mark(NamedTuple):
-    """Something to jump to: `kind` is "alarm", "fault" or "finding"; `at_s` since the recording's start."""
+    """A target for a jump: `kind` is "alarm", "fault" or "finding"; `at_s` is from the start, s."""
 
     at_s: float
     kind: str
@@ -56,18 +59,18 @@ class Mark(NamedTuple):
 
 
 class Recording:
-    """The messages of a merged recording that concern a console.
+    """The messages of a merged recording that a console shows.
 
     Attributes:
-        name: of the file.
-        start_ns, end_ns: times of its first and last message.
+        name: name of the file.
+        start_ns, end_ns: times of the first and last message.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open it.
+        """Open a file.
 
         Raises:
-            ValueError: it is no whole recording, is damaged, or has nothing that a console shows.
+            ValueError: it is no complete recording, is damaged, or has no stream that a console shows.
             OSError: it cannot be read.
         """
         self._file = path.open("rb")
@@ -84,19 +87,19 @@ class Recording:
 
     @property
     def length_s(self) -> float:
-        """How long it is, s."""
+        """Length of the recording, s."""
         return (self.end_ns - self.start_ns) * 1e-9
 
     def messages(self, from_ns: int, streams: tuple[str, ...] = STREAMS) -> Iterator[tuple[str, int, bytes]]:
-        """Stream, time and payload of each message from `from_ns` on, in order of time."""
+        """Yield stream, time and payload of each message from `from_ns` on, in order of time."""
         for _, channel, message in self._reader.messages(streams, from_ns):
             yield channel.topic, message.log_time, message.data
 
     def marks(self) -> list[Mark]:
-        """Alarms, faults and findings that can be read, in order of time; each finding at the time of its mark."""
+        """Return the readable alarms, faults and findings in order of time; a finding has the time of its mark."""
         marks: dict[object, Mark] = {}
         for stream, time_ns, payload in self.messages(self.start_ns, tuple(_MARKED)):
-            with suppress(ValueError):  # the console that it is played to says so
+            with suppress(ValueError):  # the console counts unreadable messages
                 entry = _MARKED[stream](payload)
                 at_s = (time_ns - self.start_ns) * 1e-9
                 match stream:
@@ -110,13 +113,13 @@ class Recording:
         return sorted(marks.values())
 
     def examinations(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """What was recorded of the begin and end of each examination, with its time, ns."""
+        """Yield the records of the begin and end of each examination with their times, ns."""
         for _, time_ns, payload in self.messages(self.start_ns, ("console/session",)):
             with suppress(ValueError):
                 yield time_ns, read_map(payload, _EXAMINATION)
 
     def title(self) -> str:
-        """Whose examination it is and when it began, as far as that was recorded; else the file's name."""
+        """Return pseudonym and begin of the examination, as far as recorded, or the name of the file."""
         for _, entry in self.examinations():
             if entry["what"] == "begin":
                 return " ".join(entry[name] for name in ("pseudonym", "wall_clock") if entry.get(name))
@@ -139,20 +142,20 @@ class Playback(Generic[C]):
     """Plays a recording to a console. The wall clock is an argument, s, of any origin.
 
     Attributes:
-        console: as it was at this moment of the recording; another object after each jump.
-        jumps: how often there was a jump; who has shown the console before one has to show all of it anew.
-        speed: of playing, within SPEEDS.
-        playing: whether time goes on.
-        length_s, marks, title: of the recording.
-        checkpoints: the console before each multiple of so many seconds after the start, from the first on.
+        console: state of the console at the present moment; another object after each jump.
+        jumps: number of jumps; after each one the whole console must be shown again.
+        speed: speed of playing, within SPEEDS.
+        playing: whether the recording plays.
+        length_s, marks, title: length, marks and title of the recording.
+        checkpoints: state of the console at each multiple of the checkpoint interval after the start.
     """
 
     def __init__(self, recording: Recording, make: Callable[[], C]) -> None:
-        """At the start, paused.
+        """Begin at the start, paused.
 
         Args:
-            recording: what is played.
-            make: an empty console.
+            recording: recording to play.
+            make: makes an empty console.
         """
         self._recording = recording
         self._make = make
@@ -169,24 +172,24 @@ class Playback(Generic[C]):
 
     @property
     def now_ns(self) -> int:
-        """Moment of the recording, on the clock it was recorded by."""
+        """Present moment on the clock of the recording, ns."""
         return self._now_ns
 
     @property
     def time_s(self) -> float:
-        """The same, s."""
+        """Present moment on the clock of the recording, s."""
         return self._now_ns * 1e-9
 
     @property
     def at_s(self) -> float:
-        """The same since its start, s."""
+        """Present moment from the start, s."""
         return (self._now_ns - self._recording.start_ns) * 1e-9
 
     def play(self, wall_s: float, speed: float | None = None) -> None:
-        """Go on from here; at the end, from the start.
+        """Play from the present moment; at the end, from the start.
 
         Raises:
-            ValueError: a speed out of range.
+            ValueError: the speed is out of range.
         """
         if speed is not None and not SPEEDS[0] <= speed <= SPEEDS[1]:
             raise ValueError(f"speed {speed:g}: choose {SPEEDS[0]:g} to {SPEEDS[1]:g}")
@@ -198,18 +201,18 @@ class Playback(Generic[C]):
         self._anchor = (wall_s, self._now_ns)
 
     def pause(self, wall_s: float) -> None:
-        """Stop here."""
+        """Stop at the present moment."""
         self.step(wall_s)
         self.playing = False
 
     def seek(self, at_s: float, wall_s: float) -> None:
-        """Jump to a moment, s since the start; one outside the recording is its nearest end."""
+        """Jump to a moment, s from the start; a moment outside the recording becomes the nearest end."""
         target = self._recording.start_ns + round(at_s * 1e9)
         self._go_to(min(max(target, self._recording.start_ns), self._recording.end_ns))
         self._anchor = (wall_s, self._now_ns)
 
     def step(self, wall_s: float) -> None:
-        """Give the console what has come to pass by now."""
+        """Play up to the present wall clock."""
         if not self.playing:
             return
         since_s, from_ns = self._anchor
@@ -218,13 +221,13 @@ class Playback(Generic[C]):
         self.playing = self._now_ns < self._recording.end_ns
 
     def ready(self, at_s: float) -> bool:
-        """Whether all checkpoints before a moment are made: a jump there then takes one checkpoint's messages."""
+        """Return whether all checkpoints before a moment exist; a jump then plays one interval at most."""
         return len(self.checkpoints) >= round(max(0.0, min(at_s, self.length_s)) * 1e9) // self._every_ns
 
     def prepare(self) -> bool:
-        """Make the next checkpoint ahead of what is played; returns whether there is more to prepare.
+        """Make the next checkpoint; return False if all exist.
 
-        Where another process does that, its `checkpoints` are put into those here, in order.
+        Another process may make them; its `checkpoints` are then appended here in order.
         """
         next_ns = self._recording.start_ns + (len(self.checkpoints) + 1) * self._every_ns
         if next_ns > self._recording.end_ns:
@@ -240,7 +243,7 @@ class Playback(Generic[C]):
         return True
 
     def _go_to(self, target_ns: int) -> None:
-        """Bring the console to a moment: all messages up to and with it."""
+        """Bring the console to a moment by all messages up to and including it."""
         self.jumps += 1
         number = (target_ns - self._recording.start_ns) // self._every_ns
         while len(self.checkpoints) < number and self.prepare():
@@ -251,7 +254,7 @@ class Playback(Generic[C]):
         self._take_until(target_ns)
 
     def _restore(self, number: int) -> tuple[C, int]:
-        """A console as it was before the `number`th checkpoint's time, and that time."""
+        """Return the console at the time of checkpoint `number`, and that time, ns."""
         from_ns = self._recording.start_ns + number * self._every_ns
         if number == 0:
             return self._make(), from_ns
@@ -269,7 +272,7 @@ def _give(
     waiting: tuple[str, int, bytes] | None,
     before_ns: int,
 ) -> tuple[str, int, bytes] | None:
-    """Give a console all messages before a time, the waiting one first; returns the one that waits then."""
+    """Give a console all messages before a time, the waiting one first; return the next one, or None at the end."""
     while (message := waiting or next(messages, None)) is not None:
         if message[1] >= before_ns:
             return message

@@ -13,8 +13,7 @@ from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import Playback, Recording
 from operator_site.console.web.commands import Commands
-from operator_site.console.web.control import Control
-from operator_site.console.web.page_state import shown_state
+from operator_site.console.web.page_state import page_state
 from operator_site.console.web.pages import Pages
 from operator_site.session.console_feed import BATCH_S
 
@@ -115,27 +114,23 @@ class PlayedConsole:
         recording = Recording(path)
         opened.callback(recording.close)
         self._player = Player(recording, Checkpoints(path, opened))
-        control = Control()
-        journal = Journal(None, {})
-        acts = Commands(self._player.console, None, journal, control, self._player)
-        self.pages = Pages(lambda: self._player.console, acts, control, lambda: self._player.now_s)
-        self._acts = acts
+        self._commands = Commands(self._player.console, Journal(None, {}), player=self._player)
+        self.pages = Pages(self._commands, lambda: self._player.now_s)
         self._picture, self._state = Interval(BATCH_S), Interval(STATE_S)
 
     def step(self, now_s: float) -> None:
         """Advance the playback and show what is due."""
         if not self._picture(now_s):
             return
-        if self._player.step(now_s):
-            self._acts.show(self._player.console)
-            self.pages.begin_anew()
-        console = self._player.console
+        player = self._player
+        if player.step(now_s):
+            self._commands.console = player.console
+            self.pages.send_everything()
         state = None
         if self._state(now_s):
-            state = shown_state(console, self._player.now_s, lambda _: True, "", self._player.start_s)
-        if state is not None:
-            state["session"] |= {"playback": self._player.shown(), "title": self._player.title}
-            state["wall_clock"] = self._player.wall_clock
+            state = page_state(player.console, player.now_s, lambda _: True, "", player.start_s)
+            state["session"] |= {"playback": player.shown(), "title": player.title}
+            state["wall_clock"] = player.wall_clock
         self.pages.show(state)
 
     def figures(self) -> dict[str, object]:

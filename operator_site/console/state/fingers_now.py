@@ -33,8 +33,9 @@ HELD_S = 3.0
 """Time for which a limit is shown after it acted, s."""
 _NAN = math.nan
 _QUIET = int(Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE)
-"""Limits that are not shown: they act at each begin and end, and a person misses nothing by them."""
+"""Limits that are not shown, because they act at each begin and end."""
 _QUIET_IN_AIR = _QUIET | int(Limit.STIFFNESS)
+"""Limits that are not shown for a finger without contact."""
 _RELEASED = int(Limit.RELEASED)
 _LIMITS = {
     int(Limit.FORCE_RANGE): "force",
@@ -59,7 +60,7 @@ class FingersNow:
 
     Attributes:
         touch: the newest touch, None before the first.
-        told: touch summary of each finger in the newest touch.
+        summaries, rows: touch summary and touch row of each finger in the newest touch.
         contact_since_s: begin of each finger's contact, s; None without contact.
     """
 
@@ -68,7 +69,6 @@ class FingersNow:
         self.summaries: tuple[TouchSummary, ...] = (NOTHING,) * len(FINGERS)
         self.contact_since_s: list[float | None] = [None] * len(FINGERS)
         self.rows: Sequence[TouchRow] = (NO_TOUCH,) * len(FINGERS)
-        """Touch row of each finger in the newest touch."""
         self._touch_s = self._rendered_s = self._skin_s = -math.inf
         self._force_n = self._motor_hz = self._plate_c = self._plate_set_c = self._skin_c = [_NAN] * len(FINGERS)
         self._limited = [0] * len(FINGERS)

@@ -1,4 +1,4 @@
-"""How the operator site is: its session, link, devices and recording, from what it feeds and what its desk answers."""
+"""Keeps the state of the operator site: session, link, devices and recording, from its feed and its local control."""
 
 import math
 from collections import deque
@@ -23,36 +23,41 @@ from common.link.session_state import Happening
 from common.timing.timeouts import REFRESH_S
 from common.wire.messages import Touch
 from common.wire.packets import LinkState
+from operator_site.console import texts
 from operator_site.console.state.bus_now import BusNow
 from operator_site.session.emergency_stop import REMOTE
 
 SILENT_S = 0.5
-"""No word of the site for so long: what is shown is not live."""
+"""Longest silence of the site, s; after it the shown values are not live."""
 LATE_S = 1.5 * REFRESH_S
-"""A packet is due by then; one that a newer one has replaced before is not lost."""
+"""Time by which the next touch packet is due, s; a packet that a newer one replaces earlier is not lost."""
 _OVERTAKEN_S = 2.0
+"""Largest age of an overtaken report, s; an older one shows that the site's clock was restarted."""
 _ENGAGED_HERE = (ENGAGING, LOST)
-"""Words of a site that is engaged itself, while the far one is not, or is silent."""
+"""Reported states of a site that is engaged while the remote site is not engaged or is silent."""
 _ROUNDING_S = 1e-3
+"""Largest rounding error of a time, s."""
 _DELAY_WINDOW_S = 1.0
+"""Window of the mean delay, s."""
 _LOSS_WINDOW_S = 10.0
+"""Window of the loss, s."""
 DEVICES = (*FINGERS, "exoskeleton", REMOTE)
-"""Seven devices, as people name them."""
+"""Readable names of all devices."""
 
 
 def _age_s(now_s: float, at_s: float) -> float:
-    """Of what came at `at_s`, s; a later time within _ROUNDING_S is now."""
+    """Return the age of a message, s; a time up to _ROUNDING_S ahead counts as now."""
     age_s = now_s - at_s
     return 0.0 if -_ROUNDING_S < age_s < 0.0 else age_s
 
 
 def device_named(name: str) -> str:
-    """A device of the site's figures by the name that people have for it: `ring tacttip` is `ring`."""
+    """Return the readable name of a device in the site's figures, such as `ring` for `ring tacttip`."""
     return "remote hand" if name == "telemanipulator" else name.removesuffix(" tacttip")
 
 
 class LinkNow:
-    """Delay, its error, age and loss of touch packets. Pure: time is an argument, s."""
+    """Measures delay, age and loss of touch packets. Pure: time is an argument, s."""
 
     def __init__(self) -> None:
         self.uncertainty_ms: float | None = None
@@ -63,12 +68,12 @@ class LinkNow:
         self._counts: deque[tuple[int, int, int]] = deque()
 
     def take_clock(self, offset_ns: int, uncertainty_ns: int | None) -> None:
-        """The two clocks were compared."""
+        """Take an estimate of the offset between the clocks of both sites."""
         self._offset_ns = offset_ns
         self.uncertainty_ms = None if uncertainty_ns is None else uncertainty_ns * 1e-6
 
     def take_touch(self, t_s: float, touch: Touch) -> None:
-        """A touch was accepted."""
+        """Take an accepted touch packet."""
         late, self._touch_s = t_s - self._touch_s > LATE_S, t_s
         if self._delays and t_s < self._delays[-1][0]:
             self._delays.clear()
@@ -90,7 +95,7 @@ class LinkNow:
             self._counts.popleft()
 
     def shown(self, now_s: float) -> dict[str, float | None]:
-        """Delay and its error, age, ms; share of packets that did not come in time. None where not known."""
+        """Return delay, its standard deviation and age, ms, and the lost share of packets; None if unknown."""
         fresh = now_s - self._touch_s <= _DELAY_WINDOW_S
         delays = [delay_ms for _, delay_ms in self._delays]
         known = fresh and bool(delays) and self.uncertainty_ms is not None
@@ -106,21 +111,24 @@ class LinkNow:
 
 
 class SiteNow:
-    """What was heard of the site last. Pure: time is an argument, s of its clock.
+    """Newest reports of the site. Pure: time is an argument, s of the site's clock.
 
     Attributes:
-        state: of its session.
+        state: state of its session.
         both: whether both sites are engaged.
-        wanted: it engages as soon as it can.
-        fault, remote_fault: latched here and at the far site; None where there is none.
-        refusal: in its own words; empty where there is none.
-        figures: of its status file.
-        calibrated: what its numbers rest on, for people; empty where that is not known.
-        stop_asked_s: when the latched emergency stop was asked for; None where there is none.
-        stop_after_s: how long after that each device confirmed; None while one has not.
-        lost_engaged: the session ended while it was engaged, and no other has begun.
-        paused: why a session that was engaged was disengaged, empty where the operator asked for it; None where it was
-            not.
+        wanted: whether it engages as soon as it can.
+        fault, remote_fault: latched fault of the operator site and of the remote site, or None.
+        refusal: the site's text why it refuses to connect; empty otherwise.
+        figures: contents of its status file.
+        calibrated: readable description of the calibration; empty if unknown.
+        stop_asked_s: time of the request for the latched emergency stop; None without one.
+        stop_after_s: time from that request to each device's confirmation; None before it.
+        lost_engaged: whether the session ended while engaged and no other has begun.
+        paused: reason of the last disengaging, empty if the operator asked for it; None if there was none.
+        heard_s, answered_s, rendered_s: times of the newest message, answer of the local control, and device output.
+        ready: whether each device is ready.
+        was_ready: devices that have ever been ready.
+        whys: why each device is not ready; empty if it is.
     """
 
     def __init__(self) -> None:
@@ -137,23 +145,21 @@ class SiteNow:
         self.bus = BusNow()
         self.stop_asked_s: float | None = None
         self.stop_after_s: dict[str, float | None] = {}
-        self._told_s = -math.inf
-        """When the newest that is known of the session was so."""
-        self.heard_s = self.desk_s = self.rendered_s = -math.inf
-        """When the site fed something, when its desk answered, and when it said what leaves for the devices, last."""
+        self._known_s = -math.inf
+        """Time of the newest known state of the session."""
+        self.heard_s = self.answered_s = self.rendered_s = -math.inf
         self.ready: dict[str, bool] = {}
-        """For each device whether it is there, and in `was_ready` whether it ever was."""
         self.was_ready: set[str] = set()
         self.whys: dict[str, str] = {}
 
     def silent_s(self, now_s: float) -> float:
-        """For how long nothing was heard; infinite when nothing ever was. What is of a later time is no word of now."""
-        ages_s = [_age_s(now_s, at_s) for at_s in (self.heard_s, self.desk_s)]
+        """Return the time since the newest message or answer, s; infinite before the first. Later times are ignored."""
+        ages_s = [_age_s(now_s, at_s) for at_s in (self.heard_s, self.answered_s)]
         return min((age_s for age_s in ages_s if age_s >= 0.0), default=math.inf)
 
     @property
     def link_silent(self) -> bool:
-        """Whether no touch comes while this site is engaged: its outputs are neutral."""
+        """Whether touch packets fail to arrive while this site is engaged; its outputs are then neutral."""
         return self.state is LinkState.ENGAGED and self.gap_s is not None and self.gap_s > GAP_S
 
     @property
@@ -162,22 +168,22 @@ class SiteNow:
         return self.stop_asked_s is not None or (self.fault is not None and self.fault.code in STOPS)
 
     def word(self, now_s: float, *, live: bool, pauses: bool) -> str:
-        """The state to show.
+        """Return the state to show.
 
         Args:
-            now_s: s of the site's clock.
-            live: whether it is now; a recording is never silent.
-            pauses: whether a session that was disengaged is a pause, as in an examination.
+            now_s: time, s of the site's clock.
+            live: whether the site runs; a recording is never silent.
+            pauses: whether a disengaged session counts as paused, as in an examination.
         """
         sources = []
-        if live and math.isfinite(max(self.heard_s, self.desk_s)):
+        if live and math.isfinite(max(self.heard_s, self.answered_s)):
             sources.append(Source(self.silent_s(now_s), SILENT_S))
             if self.state is LinkState.ENGAGED:
                 sources.append(Source(_age_s(now_s, self.rendered_s), SILENT_S))
         return shown_state(self._known(pauses), sources, link_silent=self.link_silent, stopping=self.stopping)
 
     def _known(self, pauses: bool) -> str:
-        """The last known state."""
+        """Return the last known state."""
         if self.state is LinkState.FAULT or self.remote_fault is not None:
             return FAULT
         if self.state is LinkState.ENGAGED:
@@ -189,8 +195,8 @@ class SiteNow:
         return PAUSED if self.paused is not None and pauses else CONNECTED
 
     def take_happening(self, t_s: float, happening: Happening) -> None:
-        """Something happened to the session."""
-        self._told_s = max(self._told_s, t_s)
+        """Take an event of the session."""
+        self._known_s = max(self._known_s, t_s)
         session, text = happening.session, happening.text
         match happening.what:
             case "connected":
@@ -209,11 +215,15 @@ class SiteNow:
                 self.stop_asked_s, self.stop_after_s = None, {}
 
     def take_rendered(self, t_s: float, both: bool, gap_s: float | None) -> None:
-        """Whether outputs may act, and for how long no touch has come."""
+        """Take whether both sites are engaged, and the time since the last touch packet, s."""
         self.rendered_s, self.both, self.gap_s = t_s, both, gap_s
 
     def take_figures(self, t_s: float, figures: dict[str, Any]) -> None:
-        """What its status file tells; raises TypeError where that is no map."""
+        """Take the contents of the site's status file.
+
+        Raises:
+            TypeError: the figures are no map.
+        """
         if not isinstance(figures, dict):
             raise TypeError("figures are no map")
         self.figures = figures
@@ -223,29 +233,29 @@ class SiteNow:
             self._device(device_named(name), str(line.get("missing", "")))
             self.bus.take(t_s, device_named(name), line)
         remote = self.session != 0 and figures.get("remote_fault") is None
-        self._device(REMOTE, "" if remote else "no remote site is connected")
+        self._device(REMOTE, "" if remote else texts.NO_REMOTE_SITE)
 
-    def take_brief(self, t_s: float, told: Mapping[str, Any]) -> None:
-        """State, fault, and each device's confirmation of a stop: of its figures, or of its desk's answer.
+    def take_brief(self, t_s: float, report: Mapping[str, Any]) -> None:
+        """Take state, faults and confirmations of a stop, from the figures or from an answer of the local control.
 
-        Feed and desk are two ways: what was so before something else that is known already is not taken. What is older
-        by more than _OVERTAKEN_S is of a clock that began anew.
+        Feed and answers arrive on two connections, so a report that a newer one has overtaken is ignored. A report that
+        is older by more than _OVERTAKEN_S comes from a restarted clock and is taken.
         """
-        if 0.0 < self._told_s - t_s < _OVERTAKEN_S:
+        if 0.0 < self._known_s - t_s < _OVERTAKEN_S:
             return
-        self._told_s = t_s
-        state = str(told.get("state", self.state.name))
+        self._known_s = t_s
+        state = str(report.get("state", self.state.name))
         self.state = LinkState.ENGAGED if state in _ENGAGED_HERE else LinkState[state.upper()]
-        self.fault, self.remote_fault = read_fault(told.get("fault")), read_fault(told.get("remote_fault"))
-        paused = told.get("paused", self.paused)
+        self.fault, self.remote_fault = read_fault(report.get("fault")), read_fault(report.get("remote_fault"))
+        paused = report.get("paused", self.paused)
         self.paused = None if paused is None else str(paused)
-        self.refusal = str(told.get("refusal", ""))
-        self.wanted = bool(told.get("wanted", self.wanted))
-        self.session = int(told.get("session", self.session))
-        asked_ns = told.get("stop_asked_ns")
+        self.refusal = str(report.get("refusal", ""))
+        self.wanted = bool(report.get("wanted", self.wanted))
+        self.session = int(report.get("session", self.session))
+        asked_ns = report.get("stop_asked_ns")
         self.stop_asked_s = None if asked_ns is None else asked_ns * 1e-9
-        names = [device_named(name) for name in told.get("stop_devices", ())]
-        self.stop_after_s = dict(zip(names, told.get("stop_after_s", ()), strict=False))
+        names = [device_named(name) for name in report.get("stop_devices", ())]
+        self.stop_after_s = dict(zip(names, report.get("stop_after_s", ()), strict=False))
 
     def _device(self, name: str, why: str) -> None:
         self.ready[name], self.whys[name] = not why, why

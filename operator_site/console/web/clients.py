@@ -81,10 +81,10 @@ class Client:
     def heard(self, now_s: float) -> None:
         """Note a message of the page; a page that slept receives everything again."""
         if not self.awake(now_s):
-            self.begin_anew()
+            self.forget_sent()
         self.heard_s = now_s
 
-    def begin_anew(self) -> None:
+    def forget_sent(self) -> None:
         """Forget all that was sent, so that the page receives everything again."""
         self._undrawn.clear()
         self.last_bin = None

@@ -1,4 +1,4 @@
-"""Carries out the requests of a page: checks permission, acts, answers, and records the request and its answer."""
+"""Carries out the requests of pages: checks permission, acts, answers, and records each request and its answer."""
 
 import asyncio
 import logging
@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import partial
 from typing import Any, Protocol
 
 from common.files.printable import one_line
@@ -30,14 +31,10 @@ log = logging.getLogger(__name__)
 
 CLEARING_S = 2.0
 """Time after clearing a fault in which its alarm is cleared too, once both sites report the fault gone, s."""
-WRITING_REPORT = "The report is being written."
 SETTLE_S = 0.15
 """Longest wait of a request for the disk, s: half of the time for an answer."""
 _LOOK_S = 0.005
 """Interval between two checks of the disk during that wait, s."""
-STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
-FAILED_INSIDE = "That failed inside the console; its log says why."
-NOT_RECORDED = "That cannot be recorded. It was not done."
 _OBSERVERS_MAY = frozenset(("place",))
 _WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
 """Requests that need no control; a page that may act may always stop."""
@@ -77,25 +74,30 @@ class Answer:
 
 
 Act = Callable[[Client, dict[str, Any], float], Awaitable[Answer]]
-"""Carries out one verb for a page with its details at a time, s."""
+"""Carries out one verb for a page, with its details, at a time, s."""
 
 
 class Commands:
     """Carries out the requests of pages. Time is an argument, s of the operator site's clock."""
 
     def __init__(
-        self, console: Console, desk: SiteControl | None, journal: Journal, control: Control, player: Playing | None
+        self,
+        console: Console,
+        journal: Journal,
+        site: SiteControl | None = None,
+        player: Playing | None = None,
+        reporting: Reporting | None = None,
     ):
-        """Act on a running site through its desk, or on a recording through its player."""
-        self._console, self._desk, self._journal = console, desk, journal
-        self._control, self._player = control, player
+        """Act on a running site through its local control, or on a recording through its player."""
+        self.console, self._journal, self._site = console, journal, site
+        self.control = Control()
+        self.reporting = Reporting((), None) if reporting is None else reporting
         self.saved: dict[str, Any] | None = None
         """Summary of the last examination and the address of its report."""
         self._clearing = (-math.inf, "")
         self._stopping: Future[dict[str, Any]] | None = None
         """The newest emergency stop; pages that stop at the same time share it."""
         self.contained = Containment()
-        self.reporting = Reporting((), None)
         self._writing: set[asyncio.Task[None]] = set()
         self._refusals: RateLimiters[str] = RateLimiters(_REFUSALS_PER_S, _REFUSALS_AT_ONCE)
         self._unrecorded: Counter[str] = Counter()
@@ -113,17 +115,11 @@ class Commands:
             "quiet": self._quiet,
             "place": self._place,
         }
+        self.plays = player is not None
+        """Whether a recording is shown. A dragged slider then sends many requests, and none acts on a site."""
         if player is not None:
-            self._verbs = {"place": self._place, "play": self._play, "pause": self._pause, "seek": self._seek}
-
-    @property
-    def plays(self) -> bool:
-        """Whether a recording is shown, where a dragged slider sends many requests and nothing acts on a site."""
-        return self._player is not None
-
-    def show(self, console: Console) -> None:
-        """Act on another console from now on, after a jump in a recording."""
-        self._console = console
+            playing = {"play": _play, "pause": _pause, "seek": _seek}
+            self._verbs = {"place": self._place, **{verb: partial(act, player) for verb, act in playing.items()}}
 
     async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
         """Record one request of a page, carry it out, and record and return the answer.
@@ -145,11 +141,11 @@ class Commands:
         except Refused as refused:
             self._refuse(client, record, str(refused))
             return Answer(False, str(refused))
-        if self._player is not None or verb == "place":
+        if self.plays or verb == "place":
             return await self._do(act, client, verb, given, now_s)
         # An emergency stop does not wait for its record.
         if verb != "estop" and not self._record({**record, "ok": None, "answer": ""}):
-            return Answer(False, NOT_RECORDED)
+            return Answer(False, texts.REQUEST_NOT_RECORDED)
         answer = await self._do(act, client, verb, given, now_s)
         self._record({**record, "ok": answer.ok, "answer": answer.text})
         log.info("%s: %s, %s", client.name, record["verb"], _shown(answer.text, _LONGEST_KEPT))
@@ -163,19 +159,19 @@ class Commands:
         """
         act = self._verbs.get(verb) if isinstance(verb, str) else None
         if act is None:
-            raise Refused("That cannot be asked for here.")
-        if self._player is not None:
+            raise Refused(texts.UNKNOWN_REQUEST)
+        if self.plays:
             return act
         if not client.acts and verb not in _OBSERVERS_MAY:
-            raise Refused(texts.OBSERVER.format(who=self._control.name))
-        if self._control.holder is not client and verb not in _WITHOUT_CONTROL:
-            raise Refused(f"Control is at {self._control.name}. Take control first.")
+            raise Refused(texts.OBSERVER.format(who=self.control.name))
+        if self.control.holder is not client and verb not in _WITHOUT_CONTROL:
+            raise Refused(texts.CONTROL_ELSEWHERE.format(who=self.control.name))
         return act
 
     def _refuse(self, client: Client, record: dict[str, Any], why: str) -> None:
         """Record a refusal within the rate limit, with the number of unrecorded refusals before it."""
         who = client.visitor.name
-        if self._player is not None:
+        if self.plays:
             return
         if not self._refusals.allows(who, record["at_s"]):
             self._unrecorded[who] += 1
@@ -199,94 +195,88 @@ class Commands:
         except Refused as refused:
             return Answer(False, str(refused))
         except (LocalControlSilent, TimeoutError):
-            return Answer(False, STOP_NOT_SENT if verb == "estop" else "The operator site does not answer.")
+            return Answer(False, texts.STOP_NOT_SENT if verb == "estop" else texts.SITE_SILENT)
         except Exception as error:
             self.contained.caught(f"act {_shown(verb)}", error, latches=False)
-            return Answer(False, FAILED_INSIDE)
+            return Answer(False, texts.FAILED_INSIDE)
 
-    async def _ask_desk(self, verb: str, now_s: float, details: dict[str, Any] | None = None) -> dict[str, Any]:
-        if self._desk is None:
-            raise Refused("There is no operator site.")
-        return await self._heard(self._desk.ask(verb, details), now_s)
+    def _ask(self, verb: str) -> "Future[dict[str, Any]]":
+        if self._site is None:
+            raise Refused(texts.NO_SITE)
+        return self._site.ask(verb)
 
-    async def _heard(self, asked: "Future[dict[str, Any]]", now_s: float) -> dict[str, Any]:
-        """Wait for the desk's answer to a request and show it on the console.
+    async def _answered(self, asked: "Future[dict[str, Any]]", now_s: float) -> dict[str, Any]:
+        """Wait for the site's answer to a request and show it on the console.
 
         Raises:
             TimeoutError: no answer in time.
         """
         waiting = asyncio.wrap_future(asked)
         answer: dict[str, Any] = await asyncio.wait_for(asyncio.shield(waiting), PATIENCE_S + 0.05)
-        self._console.desk(now_s, answer)
+        self.console.take_answer(now_s, answer)
         return answer
 
     async def _engage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        if why := refusal(self._console):
+        if why := refusal(self.console):
             raise Refused(why)
-        if self._console.site.state is LinkState.ENGAGED:
+        if self.console.site.state is LinkState.ENGAGED:
             return Answer(True, "ENGAGED")
-        await self._ask_desk("engage", now_s)
+        await self._answered(self._ask("engage"), now_s)
         return Answer(True, "ENGAGING")
 
     async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        await self._ask_desk("disengage", now_s)
-        return Answer(True, "PAUSED. Outputs neutral.")
+        await self._answered(self._ask("disengage"), now_s)
+        return Answer(True, texts.PAUSED)
 
     async def _stop(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        if self._desk is None:
-            raise Refused("There is no operator site.")
         if self._stopping is None or self._stopping.done():  # a pending stop is repeated already
-            self._stopping = self._desk.ask("estop")
-        await self._heard(self._stopping, now_s)
+            self._stopping = self._ask("estop")
+        await self._answered(self._stopping, now_s)
         return Answer(True, "STOPPING")
 
     async def _clear(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        site, alarms = self._console.site, self._console.alarms
+        site, alarms = self.console.site, self.console.alarms
         if site.state is LinkState.FAULT or site.remote_fault:
-            answer = await self._ask_desk("clear_fault", now_s)
+            answer = await self._answered(self._ask("clear_fault"), now_s)
             if answer.get("refusal"):
-                raise Refused(f"Not cleared: {answer['refusal']}.")
+                raise Refused(texts.NOT_CLEARED.format(why=answer["refusal"]))
         elif not any(alarm.waits for alarm in alarms.listed):
-            raise Refused("There is nothing to clear.")
+            raise Refused(texts.NOTHING_TO_CLEAR)
         self._clearing = now_s, client.name
         self.step(now_s)
-        return Answer(True, "Cleared. Nothing moves. Engage again.")
+        return Answer(True, texts.CLEARED)
 
     def step(self, now_s: float) -> None:
         """Clear the alarms of a fault that was cleared in the last CLEARING_S; a remote site needs a moment longer."""
         asked_s, who = self._clearing
         if 0.0 <= now_s - asked_s <= CLEARING_S:
-            self._console.alarms.clear(now_s, who)
+            self.console.alarms.clear(now_s, who)
 
     async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        examination = self._console.examination
+        examination = self.console.examination
         examination.begin(now_s, details.get("pseudonym"), details.get("sides"))
-        self._console.begin_anew()
+        self.console.begin_map()
         self._journal.forget()
         self.saved = None
         self._write_session("begin", client, str(examination.pseudonym), now_s)
-        return Answer(True, f"Session {examination.pseudonym}.")
+        return Answer(True, texts.SESSION.format(pseudonym=examination.pseudonym))
 
     async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        examination, site = self._console.examination, self._console.site
+        examination, site = self.console.examination, self.console.site
         if site.state is LinkState.ENGAGED:
-            await self._ask_desk("disengage", now_s)
+            await self._answered(self._ask("disengage"), now_s)
         await self._settle(now_s)
         began_s, pseudonym = examination.began_s or now_s, examination.end(now_s)
         self._write_session("end", client, pseudonym, now_s)
-        unsaved = [finding for finding in examination.findings if not self._journal.is_saved(finding)]
-        lost = int(site.figures.get("recording_lost", 0))
-        text = texts.saved(now_s - began_s, len(examination.findings), lost)
-        if unsaved:
-            text = f"{texts.count(len(unsaved), 'finding')} not yet on disk."
-        elif not self._console.recording:
-            text = (
-                f"Not recorded: {texts.duration(now_s - began_s)}, {texts.count(len(examination.findings), 'finding')}."
-            )
-        placeless = sum(finding.x_m is None for finding in examination.findings.values())
-        if placeless:
-            text += f" Report has {texts.count(placeless, 'finding')} without a place."
-        self.saved = {"text": f"{text} {WRITING_REPORT}", "report": None}
+        text = texts.ended(
+            now_s - began_s,
+            len(examination.findings),
+            int(site.figures.get("recording_lost", 0)),
+            recorded=self.console.recording,
+            unsaved=sum(not self._journal.is_saved(finding) for finding in examination.findings),
+            placeless=sum(finding.x_m is None for finding in examination.findings.values()),
+        )
+        self.saved = {"text": f"{text} {texts.WRITING_REPORT}", "report": None}
         writing = asyncio.create_task(self._write_report(self.saved, text, pseudonym))
         self._writing.add(writing)
         writing.add_done_callback(self._writing.discard)
@@ -298,28 +288,26 @@ class Commands:
             saved.update(report=await self.reporting.write(pseudonym, self._journal.files), text=text)
         except OSError as error:
             log.warning("report of %s: %s", pseudonym, _shown(error, _LONGEST_KEPT))
-            saved["text"] = f"{text} No report: {_shown(error, _LONGEST_KEPT)}."
+            saved["text"] = f"{text} {texts.NO_REPORT.format(why=_shown(error, _LONGEST_KEPT))}"
         except Exception as error:
-            saved["text"] = f"{text} No report: {self.contained.caught('report', error, latches=False)}."
+            why = self.contained.caught("report", error, latches=False)
+            saved["text"] = f"{text} {texts.NO_REPORT.format(why=why)}"
 
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self._console.examination.find(self._console.tactile_map, details, now_s)
-        await self._keep(finding, now_s)
-        saved = self._journal.is_saved(finding.ident)
-        kept = f"saved: {finding.text}." if saved else "kept here, not yet on disk."
-        return Answer(True, f"Finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
+        finding = self.console.examination.find(self.console.tactile_map, details, now_s)
+        return await self._keep(finding, now_s, texts.FINDING, f"saved: {finding.text}.")
 
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self._console.examination.note(details.get("finding"), details.get("text"))
-        await self._keep(finding, now_s)
-        saved = self._journal.is_saved(finding.ident)
-        kept = "saved." if saved else "kept here, not yet on disk."
-        return Answer(True, f"Note to finding {finding.ident} {kept}", {"id": finding.ident, "saved": saved})
+        finding = self.console.examination.note(details.get("finding"), details.get("text"))
+        return await self._keep(finding, now_s, texts.NOTE, "saved.")
 
-    async def _keep(self, finding: Finding, now_s: float) -> None:
-        """Write a finding and wait for the disk."""
+    async def _keep(self, finding: Finding, now_s: float, text: str, on_disk: str) -> Answer:
+        """Write a finding, wait for the disk, and answer whether the disk has it."""
         self._journal.write("console/finding", now_s, finding.record())
         await self._settle(now_s)
+        saved = self._journal.is_saved(finding.ident)
+        answer = text.format(number=finding.ident, kept=on_disk if saved else texts.NOT_ON_DISK)
+        return Answer(True, answer, {"id": finding.ident, "saved": saved})
 
     async def _settle(self, now_s: float) -> None:
         """Wait until the disk has all records, at most SETTLE_S; the state shows records that are saved later."""
@@ -330,66 +318,43 @@ class Commands:
             self._journal.step(now_s)
 
     async def _take_control(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        if self._control.holder is client:
-            return Answer(True, "You are in control.")
-        if self._console.site.state is LinkState.ENGAGED:
-            raise Refused("Not while engaged. Pause first.")
-        self._control.holder = client
-        return Answer(True, f"{client.name} took control.")
+        if self.control.holder is client:
+            return Answer(True, texts.IN_CONTROL)
+        if self.console.site.state is LinkState.ENGAGED:
+            raise Refused(texts.NOT_WHILE_ENGAGED)
+        self.control.holder = client
+        return Answer(True, texts.TOOK_CONTROL.format(who=client.name))
 
     async def _sound(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        said = details.get("answer")
-        if said not in ("heard", "refused"):
-            raise Refused("Sound is heard or refused.")
-        self._console.around = replace(self._console.around, sound=said)
-        return Answer(True, "Sound works." if said == "heard" else "Sound is off. Watch the alarm line.")
+        sound = details.get("answer")
+        if sound not in ("heard", "refused"):
+            raise Refused(texts.SOUND_ANSWER)
+        self.console.around = replace(self.console.around, sound=sound)
+        return Answer(True, texts.SOUND_WORKS if sound == "heard" else texts.SOUND_OFF)
 
     async def _quiet(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         seconds = details.get("seconds", 60.0)
-        if not isinstance(seconds, (int, float)) or not self._console.alarms.quiet(
+        if not isinstance(seconds, (int, float)) or not self.console.alarms.quiet(
             now_s, str(details.get("alarm", "")), float(seconds)
         ):
-            raise Refused("This alarm's sound cannot be paused.")
-        return Answer(True, f"Sound paused {min(60, round(float(seconds)))} s.")
+            raise Refused(texts.SOUND_STAYS)
+        return Answer(True, texts.SOUND_PAUSED.format(seconds=min(60, round(float(seconds)))))
 
     async def _place(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
         if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
-            raise Refused("A place has x_mm and y_mm.")
-        here = self._console.tactile_map.at(x_mm / 1000.0, y_mm / 1000.0)
-        measured = {name: found for name in UNIT if (found := getattr(here, name)) is not None}
-        shown_texts: dict[str, Any] = {name: value_text(name, found) for name, found in measured.items()}
+            raise Refused(texts.PLACE_NEEDED)
+        here = self.console.tactile_map.at(x_mm / 1000.0, y_mm / 1000.0)
+        measured = {name: value for name in UNIT if (value := getattr(here, name)) is not None}
+        shown: dict[str, Any] = {name: value_text(name, value) for name, value in measured.items()}
         if here.material is not None:
-            shown_texts["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
-        shown = measured.get(client.quantity) or next(iter(measured.values()), None)
-        if shown is None:
-            return Answer(True, texts.NOTHING_HERE, {"text": texts.NOTHING_HERE, **shown_texts})
-        name = next(name for name, found in measured.items() if found is shown)
-        touches = texts.count(shown.touches, "touch") if shown.touches == 1 else f"{shown.touches} touches"
-        text = f"{shown_texts[name]}, {touches}, {max(0.0, now_s - shown.last_s):.0f} s ago"
-        return Answer(True, text, {"text": text, **shown_texts})
-
-    async def _play(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        speed = details.get("speed", 1.0)
-        if not isinstance(speed, (int, float)) or not abs(speed) < 1e9:
-            raise Refused("play has a speed.")
-        self._played.play(min(max(float(speed), 0.5), 8.0))
-        return Answer(True, "")
-
-    async def _pause(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        self._played.pause()
-        return Answer(True, "Paused.")
-
-    async def _seek(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        at_s = details.get("at_s")
-        if not isinstance(at_s, (int, float)) or not abs(at_s) < 1e9:
-            raise Refused("seek has a time in s.")
-        return Answer(True, "" if self._played.seek(max(0.0, float(at_s))) else "Reading ahead.")
-
-    @property
-    def _played(self) -> Playing:
-        assert self._player is not None
-        return self._player
+            shown["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
+        name = client.quantity if client.quantity in measured else next(iter(measured), None)
+        text = texts.NOTHING_HERE
+        if name is not None:
+            value = measured[name]
+            text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s))
+        return Answer(True, text, {"text": text, **shown})
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
         record = {
@@ -398,9 +363,29 @@ class Commands:
             "pseudonym": pseudonym,
             "wall_clock": datetime.now().astimezone().isoformat(timespec="seconds"),
             "who": client.name,
-            "sides": self._console.examination.sides,
+            "sides": self.console.examination.sides,
         }
         self._journal.write("console/session", now_s, record)
+
+
+async def _play(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+    speed = details.get("speed", 1.0)
+    if not isinstance(speed, (int, float)) or not abs(speed) < 1e9:
+        raise Refused(texts.SPEED_NEEDED)
+    player.play(min(max(float(speed), 0.5), 8.0))
+    return Answer(True, "")
+
+
+async def _pause(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+    player.pause()
+    return Answer(True, texts.PLAYBACK_PAUSED)
+
+
+async def _seek(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+    at_s = details.get("at_s")
+    if not isinstance(at_s, (int, float)) or not abs(at_s) < 1e9:
+        raise Refused(texts.TIME_NEEDED)
+    return Answer(True, "" if player.seek(max(0.0, float(at_s))) else texts.READING_AHEAD)
 
 
 def _whole(value: object) -> object:

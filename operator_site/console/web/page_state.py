@@ -1,4 +1,4 @@
-"""All that a page shows beside pictures and tiles, whole, as JSON can hold it."""
+"""Makes the state of a page: everything it shows beside pictures and tiles, as JSON."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -24,17 +24,17 @@ DECIDE_AT = 0.98
 """Probability from which the remote site names a material."""
 
 
-def shown_state(
+def page_state(
     console: Console, now_s: float, is_saved: Callable[[int], bool], operator: str, origin_s: float | None = None
 ) -> dict[str, Any]:
-    """The state that is the same for every page.
+    """Return the state that is common to all pages.
 
     Args:
-        console: what is known.
-        now_s: s of the operator site's clock.
-        is_saved: whether a finding is on the disk.
+        console: the console's model.
+        now_s: time, s of the operator site's clock.
+        is_saved: returns whether a finding is on the disk.
         operator: name of the operator site's configuration file, for advice.
-        origin_s: times of alarms and findings are told from here; by default from the examination's beginning.
+        origin_s: origin of the times of alarms and findings, s; by default the begin of the examination.
     """
     site = console.site
     from_s = (console.examination.began_s or now_s) if origin_s is None else origin_s
@@ -57,24 +57,25 @@ def shown_state(
 
 
 def refusal(console: Console) -> str:
-    """Why engaging would be refused now; empty where it would not."""
+    """Return why engaging would be refused now; empty if it would not."""
     site = console.site
     absent = [name for name, ready in site.ready.items() if not ready]
     if site.state is LinkState.FAULT or site.remote_fault:
-        return "Cannot engage: fault not cleared."
+        return texts.FAULT_NOT_CLEARED
     if absent:
-        return f"Cannot engage: {texts.device_absent(absent[0])}"
+        return texts.CANNOT_ENGAGE.format(why=texts.device_absent(absent[0]))
     if site.refusal:
-        return texts.short(f"Cannot engage: {site.refusal}")
+        return texts.short(texts.CANNOT_ENGAGE.format(why=site.refusal))
     return "" if console.around.sound else texts.NOT_SOUNDED
 
 
 def _session(console: Console, now_s: float) -> dict[str, Any]:
+    began_s, pseudonym = console.examination.began_s, console.examination.pseudonym
     return {
         "state": console.word(now_s),
-        "why": texts.finger(console.site.paused or ""),
-        "clock_s": _rounded(console.clock_s(now_s), 1),
-        "pseudonym": console.examination.pseudonym,
+        "why": texts.capital(console.site.paused or ""),
+        "clock_s": None if pseudonym is None or began_s is None else round(max(0.0, now_s - began_s), 1),
+        "pseudonym": pseudonym,
         "recording": console.recording,
         "saved": None,
         "playback": None,
@@ -99,18 +100,18 @@ def _alarm(alarm: Alarm, from_s: float) -> dict[str, Any]:
 
 
 def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
-    """What is known of one finger and of what it touches; None is not known, and nothing old is shown as new."""
+    """Return what is known of one finger and its object; None stands for unknown and for too old."""
     fingers, name = console.fingers, FINGERS[finger]
-    age_s = console.age_s(now_s)
-    fresh = age_s is not None and age_s <= GONE_S
+    age_s = fingers.age_s(now_s)
+    fresh = age_s <= GONE_S
     row = fingers.rows[finger] if fresh else NO_TOUCH
     since_s = fingers.contact_since_s[finger] if fresh else None
     touching = since_s is not None
-    told = fingers.summaries[finger]
+    summary = fingers.summaries[finger]
     status = ThermalStatus(int(row.thermal_status)) if touching else ThermalStatus.NO_CONTACT
     material = fingers.touch.materials[finger] if fingers.touch is not None and touching else ""
     reason = ThermalReason(int(row.thermal_reason))
-    word, line = texts.decision(status, reason, material, told, row.probability)
+    word, line = texts.decision(status, reason, material, summary, row.probability)
     known_c = touching and row.object_c_sd < 10.0 and status > ThermalStatus.NO_CONTACT
     stiffness = row.stiffness_n_m if touching else 0.0
     ready = console.site.ready
@@ -122,16 +123,16 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
         "contact_s": round(now_s - since_s, 2) if since_s is not None else None,
         "decision": word,
         "line": line,
-        "candidates": [[texts.named(name), round(p, 4)] for name, p in told.candidates] if touching else [],
+        "candidates": [[texts.named(name), round(p, 4)] for name, p in summary.candidates] if touching else [],
         "object_c": round(row.object_c, 2) if known_c else None,
         "object_c_sd": round(row.object_c_sd, 3) if known_c else None,
         "stiffness_n_m": round(stiffness, 1) if stiffness > 0.0 else None,
         "stiffness_sd_n_m": round(stiffness * row.stiffness_ln_sd, 1) if stiffness > 0.0 else None,
         "stiffness_known": bool(stiffness > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD),
-        "roughness_v": _rounded(told.roughness_v, 5) if touching else None,
-        "roughness_sd_v": _rounded(told.roughness_sd_v, 5) if touching else None,
-        "groove_mm": _mm(told.groove_m) if touching else None,
-        "groove_sd_mm": _mm(told.groove_sd_m) if touching else None,
+        "roughness_v": _rounded(summary.roughness_v, 5) if touching else None,
+        "roughness_sd_v": _rounded(summary.roughness_sd_v, 5) if touching else None,
+        "groove_mm": _mm(summary.groove_m) if touching else None,
+        "groove_sd_mm": _mm(summary.groove_sd_m) if touching else None,
         "limits": fingers.limits(finger, now_s) if console.in_use[finger] else [],
         "age_s": _rounded(age_s, 3),
     }
@@ -152,7 +153,7 @@ def _device(console: Console, name: str, operator: str) -> dict[str, Any]:
 
 
 def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]]:
-    """What must be there before a session, beside the devices: each ready, or what to do about it."""
+    """Return the check list of a session without the devices: each item is ready or has its remedy."""
     site, around = console.site, console.around
     doctor = f"teletaction doctor --config {operator}"
     answers = site.silent_s(now_s) <= SILENT_S or not console.live
@@ -160,17 +161,17 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
     link = site.link.shown(now_s)
     measured = link["delay_ms"] is not None
     return [
-        _check("operator site", answers, "No answer. Start it.", f"teletaction operator --config {operator}"),
+        _check("operator site", answers, texts.START_SITE, f"teletaction operator --config {operator}"),
         _check("key", not site.refusal, texts.short(site.refusal), "teletaction keys show --keys KEYS"),
         _check(
             "calibration",
             connected and bool(site.calibrated),
-            "Not calibrated." if connected else "No remote site is connected.",
+            texts.NOT_CALIBRATED if connected else f"{texts.capital(texts.NO_REMOTE_SITE)}.",
             "teletaction calibrate thermal --traces DIR --out TABLE" if connected else doctor,
         ),
-        _check("link", measured or connected, "No data from the remote site.", doctor),
-        _check("disk", around.disk_used < 0.9, f"{around.disk_used * 100:.0f} % used.", "df -h"),
-        _check("sound", bool(around.sound), "Not heard yet.", "Play alarm sound, then answer."),
+        _check("link", measured or connected, texts.NO_REMOTE_DATA, doctor),
+        _check("disk", around.disk_used < 0.9, texts.DISK_USED.format(percent=around.disk_used * 100), "df -h"),
+        _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND),
     ]
 
 
@@ -188,9 +189,6 @@ def _stop(console: Console, now_s: float) -> dict[str, Any] | None:
         "devices": {name: _rounded(after_s[name], 3) for name in DEVICES if name in after_s},
         "confirmed": bool(after_s) and None not in after_s.values(),
         "late": bool(unconfirmed(now_s, site)),
-        "text": texts.confirmed(len(after_s), max(told_s for told_s in after_s.values() if told_s is not None))
-        if after_s and None not in after_s.values()
-        else "",
     }
 
 
@@ -210,7 +208,7 @@ def _map(console: Console) -> dict[str, Any]:
 
 
 def finding_state(finding: Finding, is_saved: bool, from_s: float) -> dict[str, Any]:
-    """A finding as a page shows it."""
+    """Return a finding for a page."""
     return {
         "id": finding.ident,
         "at_s": round(finding.at_s - from_s, 3),
@@ -226,7 +224,7 @@ def finding_state(finding: Finding, is_saved: bool, from_s: float) -> dict[str, 
 
 
 def urgent(state: Mapping[str, Any]) -> object:
-    """The part of a state that is told at once when it changes; the rest four times a second is soon enough."""
+    """Return the part of a state whose change is sent at once; the rest is sent four times a second."""
     session = state["session"]
     return (
         {name: value for name, value in session.items() if name not in ("clock_s", "playback")},

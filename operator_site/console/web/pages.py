@@ -1,4 +1,4 @@
-"""Serves all open pages; a task of its own sends each page the messages that are due."""
+"""Serves all open pages, each with a task that sends the due messages."""
 
 import asyncio
 import json
@@ -11,12 +11,12 @@ from typing import Any, Protocol
 from starlette.websockets import WebSocketDisconnect
 
 from common.link.rate_limiter import RateLimiters
+from operator_site.console import texts
+from operator_site.console.map.map_tiles import changed
 from operator_site.console.map.tactile_map import QUANTITIES
-from operator_site.console.model import Console
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.clients import Client
-from operator_site.console.web.commands import FAILED_INSIDE, Answer, Commands
-from operator_site.console.web.control import Control
+from operator_site.console.web.commands import Answer, Commands
 from operator_site.console.web.page_state import urgent
 from operator_site.console.web.places import place_for
 
@@ -66,29 +66,19 @@ class Pages:
         contain: contains errors of one page or one picture, so that the others are served.
     """
 
-    def __init__(
-        self,
-        console: Callable[[], Console],
-        acts: Commands,
-        control: Control,
-        shown_s: Callable[[], float],
-        clock_s: Callable[[], float] = time.monotonic,
-    ):
+    def __init__(self, commands: Commands, shown_s: Callable[[], float], clock_s: Callable[[], float] = time.monotonic):
         """Show a console.
 
         Args:
-            console: returns the console to show.
-            acts: carries out the requests of pages.
-            control: holds the page in control.
+            commands: carries out the requests of pages on the console to show.
             shown_s: returns the shown moment, s of the operator site's clock.
             clock_s: this machine's monotonic clock, s.
         """
-        self._console, self._acts, self._shown_s = console, acts, shown_s
-        self._now_s = clock_s
+        self._commands, self._shown_s, self._now_s = commands, shown_s, clock_s
         self._sequence = 0
-        self.control = control
+        self.control = commands.control
         self.clients: list[Client] = []
-        self.contain = acts.contained
+        self.contain = commands.contained
         self._reading: dict[str, asyncio.Task[bool]] = {}
         self._ready: dict[str, asyncio.Event] = {}
         self._state: dict[str, Any] = {}
@@ -111,10 +101,10 @@ class Pages:
         for ready in self._ready.values():
             ready.set()
 
-    def begin_anew(self) -> None:
+    def send_everything(self) -> None:
         """Send everything again to all pages, after a jump in a recording."""
         for client in self.clients:
-            client.begin_anew()
+            client.forget_sent()
 
     @property
     def seen(self) -> bool:
@@ -200,7 +190,7 @@ class Pages:
                         client.show(said["quantity"])
                 case "ask":
                     ident = _integer(said.get("id"))
-                    if not (stops or self._acts.plays or self._requests.allows(client.visitor, now_s)):
+                    if not (stops or self._commands.plays or self._requests.allows(client.visitor, now_s)):
                         await socket.close(TOO_MUCH, "too many requests")
                         return
                     if ident not in asked or asked[ident].done():  # a pending stop is requested repeatedly
@@ -210,9 +200,9 @@ class Pages:
             self._ready[client.name].set()
 
     async def _answer(self, socket: PageSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
-        answer = Answer(False, FAILED_INSIDE)
+        answer = Answer(False, texts.FAILED_INSIDE)
         with self.contain.step("request", latches=False):
-            answer = await self._acts.ask(client, said.get("verb"), said.get("details"), self._shown_s())
+            answer = await self._commands.ask(client, said.get("verb"), said.get("details"), self._shown_s())
         reply = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
         if not client.answer(reply):
             await socket.close(NOT_UNDERSTOOD)
@@ -233,7 +223,7 @@ class Pages:
         while client.answers:
             await socket.send_text(_json(client.answers.popleft()))
         now_s = self._now_s()
-        client.shows(self._console().map_number)
+        client.shows(self._commands.console.map_number)
         state, picture, tiles = None, None, list[bytes]()
         with self.contain.step("state", latches=False):
             state = self._next_state(client, now_s)
@@ -258,8 +248,8 @@ class Pages:
     def _next_picture(self, client: Client, now_s: float) -> bytes | None:
         if not client.has_credit(now_s, self._sequence):
             return None
-        console, shown_s = self._console(), self._shown_s()
-        newest = console.newest_bin(shown_s)
+        console, shown_s = self._commands.console, self._shown_s()
+        newest = console.signals.newest_bin(shown_s)
         if (client.last_bin, newest) not in self._pictures:
             picture = console.picture(shown_s, self._sequence, client.last_bin)
             self._pictures[client.last_bin, newest] = picture
@@ -268,12 +258,12 @@ class Pages:
         return packed
 
     def _next_tiles(self, client: Client, now_s: float) -> list[bytes]:
-        console = self._console()
-        if not client.wants_tiles(now_s, console.tactile_map.revision):
+        surface = self._commands.console.tactile_map
+        if not client.wants_tiles(now_s, surface.revision):
             return []
         if not client.tiles:
-            client.tiles.extend(console.tiles(client.quantity, client.tile_revision))
-            client.tile_revision = console.tactile_map.revision
+            client.tiles.extend(changed(surface, client.quantity, client.tile_revision))
+            client.tile_revision = surface.revision
         return [tile.encode() for tile in client.next_tiles(now_s)]
 
     def _state_for(self, client: Client) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
+from operator_site.console import texts
 from operator_site.console.web.access import COOKIE, Access, Visitor
 from operator_site.console.web.pages import Pages
 
@@ -57,7 +58,7 @@ def application(access: Access, pages: Pages, reports: Path | None, health: Call
     ) -> Callable[[Request], Awaitable[Response]]:
         async def served(request: Request) -> Response:
             if visitor(request) is None:
-                return PlainTextResponse("This page needs a token: open it by the address that has one.", 401)
+                return PlainTextResponse(texts.NEEDS_TOKEN, 401)
             return await serve(request)
 
         return served
@@ -115,7 +116,7 @@ def _inside(folder: Path, name: str) -> Path | None:
 
 def _file(path: Path | None) -> Response:
     if path is None or not path.is_file():
-        return PlainTextResponse("There is no such file.", 404)
+        return PlainTextResponse(texts.NO_FILE, 404)
     return FileResponse(path, media_type=_TYPES.get(path.suffix, "application/octet-stream"))
 
 

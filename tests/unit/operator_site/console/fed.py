@@ -14,7 +14,7 @@ from operator_site.console.model import Console
 
 S = 1_000_000_000
 INDEX = 1
-TOLD = TouchSummary((("pvc", 0.91), ("acrylic", 0.05)), 0.12, 0.01, 4e-3, 1e-4)
+SUMMARY = TouchSummary((("pvc", 0.91), ("acrylic", 0.05)), 0.12, 0.01, 4e-3, 1e-4)
 TOUCHING = {
     "mode": 2.0,
     "contact": 1.0,
@@ -30,11 +30,11 @@ TOUCHING = {
 }
 
 
-def touch(sequence: int, time_ns: int, told: TouchSummary = TOLD, **values: float) -> bytes:
+def touch(sequence: int, time_ns: int, summary: TouchSummary = SUMMARY, **values: float) -> bytes:
     """A touch packet of the index finger."""
     rows = [NO_TOUCH._replace(**TOUCHING | values) if finger == INDEX else NO_TOUCH for finger in range(len(FINGERS))]
-    names, tolds = ("", "pvc", "", "", ""), (NOTHING, told, NOTHING, NOTHING, NOTHING)
-    return Touch(7, sequence, time_ns, LinkState.ENGAGED, pack_rows(rows), names, (), tolds).encode()
+    names, summaries = ("", "pvc", "", "", ""), (NOTHING, summary, NOTHING, NOTHING, NOTHING)
+    return Touch(7, sequence, time_ns, LinkState.ENGAGED, pack_rows(rows), names, (), summaries).encode()
 
 
 def rendered(engaged: bool = True, gap_s: float | None = 0.004, limited: int = 0, **each: float) -> bytes:

@@ -10,7 +10,6 @@ from starlette.websockets import WebSocketDisconnect
 from operator_site.console.model import Console
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.commands import Commands, Playing
-from operator_site.console.web.control import Control
 from operator_site.console.web.pages import Pages
 from tests.unit.operator_site.console.web.test_commands import Desk, Keeper
 
@@ -68,9 +67,9 @@ class Room:
     """Pages in front of a desk, or of a recording, at a time that stands still."""
 
     def __init__(self, played: Playing | None = None) -> None:
-        self.desk, self.console, self.control, self.now_s = Desk(), Console(), Control(), 100.0
-        self.acts = Commands(self.console, None if played else self.desk, Keeper(), self.control, played)
-        self.pages = Pages(lambda: self.console, self.acts, self.control, self.clock_s, self.clock_s)
+        self.desk, self.now_s = Desk(), 100.0
+        self.commands = Commands(Console(), Keeper(), None if played else self.desk, played)
+        self.pages = Pages(self.commands, self.clock_s, self.clock_s)
         self._serving: list[asyncio.Task[None]] = []
 
     def clock_s(self) -> float:

@@ -13,7 +13,7 @@ from operator_site.console.model import Console
 from operator_site.console.state.fingers_now import FIELDS, GONE_S
 from operator_site.console.state.frame import Frame, Kind, Priority
 from operator_site.console.state.signals import BINS
-from operator_site.console.web.page_state import shown_state
+from operator_site.console.web.page_state import page_state
 from operator_site.safety.limit_flags import Limit
 from tests.unit.operator_site.console.fed import INDEX, S, fed, figures, happen, rendered, touch
 
@@ -32,7 +32,7 @@ def console() -> Console:
 
 
 def shown(console: Console, now_s: float) -> dict[str, Any]:
-    state = shown_state(console, now_s, lambda _: True, "operator.toml")
+    state = page_state(console, now_s, lambda _: True, "operator.toml")
     json.dumps(state, allow_nan=False)
     return state
 
@@ -61,7 +61,7 @@ def test_pictures_in_a_row_hold_each_bin_once(console: Console) -> None:
         picture = Frame.decode(console.picture(now_s, step, newest))
         last = round(picture.time_s * 30.0) - 1
         numbers += range(last - len(picture.bins) + 1, last + 1)
-        newest = console.newest_bin(now_s)
+        newest = console.signals.newest_bin(now_s)
         assert newest == last
     assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
@@ -103,7 +103,7 @@ def test_an_empty_console_shows_nothing_as_known() -> None:
     assert state["alarms"] == []
 
 
-def test_what_the_numbers_rest_on_is_told_and_where_nobody_says_they_are_not_calibrated(console: Console) -> None:
+def test_the_calibration_is_shown_and_without_one_the_check_fails(console: Console) -> None:
     def calibration(state: dict[str, Any]) -> tuple[object, object]:
         return state["meaning"], next(check["ready"] for check in state["checks"] if check["what"] == "calibration")
 
@@ -149,7 +149,7 @@ def test_damaged_messages_are_counted_and_harm_nothing(console: Console) -> None
 def test_a_clock_that_is_set_back_shows_what_comes_then(console: Console) -> None:
     fed(console, 50.0, 51.0)
     console.step(51.0)
-    picture = Frame.decode(console.picture(51.0, 1, console.newest_bin(102.0)))
+    picture = Frame.decode(console.picture(51.0, 1, console.signals.newest_bin(102.0)))
     assert picture.kind is Kind.WHOLE
     assert picture.time_s <= 51.0
     assert picture.fingers[INDEX, AGE_S] == pytest.approx(0.01, abs=1e-5)
@@ -179,12 +179,12 @@ def test_a_limit_that_holds_nothing_back_is_not_shown(console: Console) -> None:
 def test_another_examination_has_a_map_of_its_own(console: Console) -> None:
     before = shown(console, 102.0)["map"]["number"]
     surface = console.tactile_map
-    console.begin_anew()
+    console.begin_map()
     assert console.tactile_map is not surface
     assert shown(console, 102.0)["map"]["number"] == before + 1
 
 
-def test_devices_are_told_as_people_name_them(console: Console) -> None:
+def test_devices_have_their_readable_names(console: Console) -> None:
     lost = {"index tacttip": {"missing": "opening"}, "middle tacttip": {"missing": ""}, "exoskeleton": {"missing": ""}}
     console.take("operator/figures", 102 * S, figures(devices=lost))
     console.step(102.0)

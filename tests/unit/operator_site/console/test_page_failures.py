@@ -45,7 +45,7 @@ def test_a_page_that_is_replaced_is_sent_away_and_control_stays() -> None:
         pages = [await room.enter(OR_1) for _ in range(7)]
         await settled(lambda: pages[1].closed is not None)
         assert [page.closed for page in pages] == [None, REPLACED, None, None, None, None, None]
-        assert room.control.name == "OR-1 1"
+        assert room.pages.control.name == "OR-1 1"
 
     in_room(course)
 
@@ -56,7 +56,7 @@ def test_a_page_whose_socket_fails_is_sent_away_and_the_others_stay(contained: C
         first.said.put_nowait(KeyError("text"))
         await settled(lambda: first.closed is not None)
         assert first.closed == FAILED
-        assert room.control.name == "OR-1 2"
+        assert room.pages.control.name == "OR-1 2"
         await room.stop(other)
         assert other.closed is None
 

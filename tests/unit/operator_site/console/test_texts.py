@@ -30,9 +30,8 @@ def test_alarms_say_where_what_and_what_to_do() -> None:
     assert texts.device_lost("ring") == "Ring module lost. Ring feels nothing."
     assert texts.device_absent("ring") == "Ring module absent."
     assert texts.not_confirmed(["index", "remote hand"]) == "STOP NOT CONFIRMED: Index, arm. Use the hardware switch."
-    assert texts.confirmed(7, 0.0912) == "STOPPED. All 7 devices confirmed in 0.09 s."
-    assert texts.saved(761.0, 3, 0) == "Saved: 12 min 41 s, 3 findings, 0 gaps."
-    assert texts.saved(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 gap."
+    assert texts.ended(761.0, 3, 0) == "Saved: 12 min 41 s, 3 findings, 0 gaps."
+    assert texts.ended(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 gap."
 
 
 def test_no_alarm_is_longer_than_its_line() -> None:

@@ -90,7 +90,7 @@ def test_a_plate_at_its_limit_is_one_to_act_on_soon(console: Console) -> None:
     assert (Priority.MEDIUM, "Index: plate held at 41.9 °C limit. Lift the finger.") in shown(console, 102.0)
 
 
-def test_a_fault_is_told_until_it_is_cleared(console: Console) -> None:
+def test_a_fault_is_shown_until_it_is_cleared(console: Console) -> None:
     happen(console, 102.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "middle", value=1.2, rate_hz=23.0))
     assert shown(console, 102.0) == [(Priority.HIGH, "Middle: force swings 23 Hz, 1.2 N. Force is off.")]
     happen(console, 102.1, "cleared")
@@ -98,12 +98,12 @@ def test_a_fault_is_told_until_it_is_cleared(console: Console) -> None:
 
 
 def stop(console: Console, at_s: float, now_s: float, **after_s: float | None) -> None:
-    """What the desk says of a stop that was asked for at `at_s`."""
+    """Take the site's answer about a stop that was requested at `at_s`."""
     names = {"index": "index tacttip", "arm": "remote hand", "exo": "exoskeleton"}
     devices = [names[name] for name in after_s]
-    told = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "session": 7}
-    console.desk(
-        now_s, told | {"stop_asked_ns": round(at_s * S), "stop_devices": devices, "stop_after_s": [*after_s.values()]}
+    said = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "session": 7}
+    console.take_answer(
+        now_s, said | {"stop_asked_ns": round(at_s * S), "stop_devices": devices, "stop_after_s": [*after_s.values()]}
     )
 
 
@@ -111,9 +111,9 @@ def test_an_answer_of_the_desk_that_was_overtaken_is_not_taken(console: Console)
     stop(console, 101.0, 101.9, index=0.01)
     happen(console, 102.0, "cleared")
     fault = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "stop_asked_ns": 101 * S}
-    console.desk(102.1, {**fault, "time_ns": round(101.99 * S)})
+    console.take_answer(102.1, {**fault, "time_ns": round(101.99 * S)})
     assert (console.site.fault, console.site.stop_asked_s) == (None, None)
-    console.desk(102.2, {**fault, "time_ns": round(102.19 * S)})
+    console.take_answer(102.2, {**fault, "time_ns": round(102.19 * S)})
     assert console.site.stop_asked_s == 101.0
 
 
@@ -154,7 +154,7 @@ def test_the_remote_hand_has_a_round_trip_longer(console: Console) -> None:
             [DISK_FULL, (Priority.LOW, "Disk 100 % full. Make room soon.")],
         ),
         (Surroundings(sound="refused"), [(Priority.LOW, "Sound is off. Watch the alarm line.")]),
-        (Surroundings(skipped_lately=True), [(Priority.LOW, "Console slow. Close other programs.")]),
+        (Surroundings(page_slow=True), [(Priority.LOW, "Console slow. Close other programs.")]),
     ],
 )
 def test_the_consoles_surroundings_are_alarms(
@@ -202,7 +202,7 @@ def test_what_a_sites_figures_say_is_an_alarm_until_they_say_otherwise(
     assert shown(console, 106.0) == []
 
 
-def test_an_error_of_a_bus_is_told_for_a_while_after_its_count_grew(console: Console) -> None:
+def test_a_bus_error_is_shown_for_a_while_after_its_count_grew(console: Console) -> None:
     console.take("operator/figures", 102 * S, figures(**bus(controller_errors={"no acknowledge": 3})))
     assert shown(console, 102.0) == [], "these were counted before the console looked"
     console.take("operator/figures", 102 * S, figures(**bus(controller_errors={"no acknowledge": 4})))
@@ -217,12 +217,12 @@ def test_a_writer_that_was_killed_is_an_alarm_at_the_console(console: Console, t
     with Recorder(tmp_path / "operator.mcap", {"operator/touch": {}}, {}) as recorder:
         recorder._process.kill()
         recorder._process.wait()
-        told = recording_figures(recorder)
-    console.take("operator/figures", 102 * S, figures(**told))
+        written = recording_figures(recorder)
+    console.take("operator/figures", 102 * S, figures(**written))
     assert shown(console, 102.0) == [NOT_RECORDED]
 
 
 def test_a_recording_is_neither_silent_nor_slow(console: Console) -> None:
     console.live = False
-    console.around = replace(console.around, skipped_lately=True, disk_used=1.0)
+    console.around = replace(console.around, page_slow=True, disk_used=1.0)
     assert shown(console, 200.0) == []

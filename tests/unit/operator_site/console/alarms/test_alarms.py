@@ -72,7 +72,7 @@ def test_a_pause_of_the_sound_has_its_longest_and_ends_when_the_alarm_comes_back
     assert {alarm.ident: alarm.quiet_until_s for alarm in alarms.listed}["link"] == 0.0
 
 
-def test_beginning_rising_and_ending_are_told_once() -> None:
+def test_beginning_rising_and_ending_are_recorded_once() -> None:
     alarms = Alarms()
     for at_s, causes in ((0.0, {"x": LOW}), (1.0, {"x": LOW}), (2.0, {"x": HIGH}), (3.0, {"x": HIGH}), (4.0, {})):
         alarms.step(at_s, causes)

@@ -114,7 +114,7 @@ def test_a_moment_that_was_jumped_to_is_as_if_played(path: Path, moments: list[f
     recording.close()
 
 
-def test_playing_goes_on_from_where_one_jumped_to(recording: Recording) -> None:
+def test_playing_continues_from_the_target_of_a_jump(recording: Recording) -> None:
     made = Playback(recording, Counting)
     made.play(0.0)
     made.seek(30.0, 1.0)
@@ -125,7 +125,7 @@ def test_playing_goes_on_from_where_one_jumped_to(recording: Recording) -> None:
     made.seek(60.0, 3.0)
     made.play(3.0)
     assert made.playing
-    assert made.at_s == 0.0, "from the end it begins anew"
+    assert made.at_s == 0.0, "from the end it begins at the start"
 
 
 def test_what_is_prepared_costs_a_jump_no_more_than_one_checkpoint(recording: Recording) -> None:

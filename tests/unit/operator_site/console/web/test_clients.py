@@ -43,7 +43,7 @@ def test_a_picture_that_may_not_be_sent_is_counted_once() -> None:
     assert page.skipped == 10 - CREDIT
 
 
-def test_a_page_that_woke_is_given_everything_anew() -> None:
+def test_a_page_that_woke_is_sent_everything_again() -> None:
     page = client()
     page.sent_picture(1, 100)
     page.sent_state(0.0, "x")

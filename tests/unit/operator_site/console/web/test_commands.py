@@ -11,6 +11,7 @@ import pytest
 
 from common.faults.fault import Fault, FaultCode
 from common.link.session_state import Refused
+from operator_site.console import texts
 from operator_site.console.examination.examination import LONGEST_NOTE
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
@@ -18,8 +19,7 @@ from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.clients import Client
-from operator_site.console.web.commands import NOT_RECORDED, STOP_NOT_SENT, Answer, Commands
-from operator_site.console.web.control import Control
+from operator_site.console.web.commands import Answer, Commands
 from tests.conftest import Contained
 from tests.unit.operator_site.console.fed import fed, happen
 
@@ -63,19 +63,20 @@ class Desktop:
     """A console with two pages that may act and one that may not."""
 
     def __init__(self) -> None:
-        self.console, self.desk, self.keeper, self.control = Console(), Desk(), Keeper(), Control()
-        self.acts = Commands(self.console, self.desk, self.keeper, self.control, None)
+        self.console, self.desk, self.keeper = Console(), Desk(), Keeper()
+        self.commands = Commands(self.console, self.keeper, self.desk)
+        self.control = self.commands.control
         self.first, self.second = (Client(Visitor("OR-1", "act"), f"OR-1 {n}", 0.0) for n in (1, 2))
         self.observer = Client(Visitor("student", "observe"), "student 3", 0.0)
         for client in (self.observer, self.first, self.second):
             self.control.offer(client)
         happen(self.console, 98.0, "connected")
         fed(self.console, 98.0, 101.0)
-        self.console.desk(101.0, BRIEF)
+        self.console.take_answer(101.0, BRIEF)
         happen(self.console, 101.0, "disengaged")
 
     def ask(self, verb: object, client: Client | None = None, **details: Any) -> Answer:
-        return asyncio.run(self.acts.ask(client or self.first, verb, details, 101.0))
+        return asyncio.run(self.commands.ask(client or self.first, verb, details, 101.0))
 
     @property
     def kept_acts(self) -> list[dict[str, Any]]:
@@ -120,8 +121,8 @@ def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
     ("verb", "fails", "text"),
     [
         ("engage", Refused("a fault is latched"), "a fault is latched"),
-        ("estop", LocalControlSilent("nobody"), STOP_NOT_SENT),
-        ("disengage", LocalControlSilent("nobody"), "The operator site does not answer."),
+        ("estop", LocalControlSilent("nobody"), texts.STOP_NOT_SENT),
+        ("disengage", LocalControlSilent("nobody"), texts.SITE_SILENT),
     ],
 )
 def test_why_the_site_did_not_do_it_is_answered(desktop: Desktop, verb: str, fails: Exception, text: str) -> None:
@@ -199,14 +200,14 @@ def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Deskt
     assert desktop.ask("clear_fault").ok
     assert desktop.desk.asked == ["clear_fault"]
     console.step(101.1)
-    desktop.acts.step(101.1)
+    desktop.commands.step(101.1)
     (alarm,) = console.alarms.listed
     assert (alarm.cleared_by, alarm.ended_s) == ("OR-1 1", 101.1)
     happen(console, 110.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
     console.step(110.0)
     happen(console, 110.0, "cleared")
     console.step(110.1)
-    desktop.acts.step(110.1)
+    desktop.commands.step(110.1)
     assert console.alarms.listed[0].waits, "that was another one"
 
 
@@ -276,7 +277,7 @@ def test_what_cannot_be_recorded_is_not_done_but_for_a_stop(
         raise error
 
     monkeypatch.setattr(desktop.keeper, "write", fail)
-    assert desktop.ask("disengage") == Answer(False, NOT_RECORDED)
+    assert desktop.ask("disengage") == Answer(False, texts.REQUEST_NOT_RECORDED)
     assert desktop.desk.asked == []
     assert desktop.ask("estop").ok
     assert desktop.desk.asked == ["estop"]
@@ -295,7 +296,7 @@ def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypat
     monkeypatch.setattr(desktop.desk, "ask", ask)
 
     async def stop() -> list[Answer]:
-        stops = [asyncio.create_task(desktop.acts.ask(desktop.first, "estop", {}, 101.0)) for _ in range(100)]
+        stops = [asyncio.create_task(desktop.commands.ask(desktop.first, "estop", {}, 101.0)) for _ in range(100)]
         await asyncio.sleep(0.01)
         waiting.set_result(dict(BRIEF))
         return [await stop for stop in stops]
@@ -321,17 +322,17 @@ def test_a_report_that_fails_inside_says_so_and_ends_nothing(desktop: Desktop, c
         async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
             raise ValueError("embedded null byte")
 
-    desktop.acts.reporting = Failing((), None)
+    desktop.commands.reporting = Failing((), None)
 
     async def examine() -> None:
-        await desktop.acts.ask(desktop.first, "begin", {"pseudonym": "P-0417"}, 101.0)
-        await desktop.acts.ask(desktop.first, "end", {}, 102.0)
+        await desktop.commands.ask(desktop.first, "begin", {"pseudonym": "P-0417"}, 101.0)
+        await desktop.commands.ask(desktop.first, "end", {}, 102.0)
         await asyncio.sleep(0.01)
 
     asyncio.run(examine())
     (name,) = contained.take()
     assert "embedded null byte" in name
-    assert "No report: report: ValueError" in str(desktop.acts.saved)
+    assert "No report: report: ValueError" in str(desktop.commands.saved)
 
 
 def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(
@@ -344,7 +345,7 @@ def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(
     assert 1 <= kept <= 20
     assert len(caplog.records) <= 20
     desktop.observer.name = "student 4"  # the same visitor by another page
-    later = asyncio.run(desktop.acts.ask(desktop.observer, "engage", {}, 201.0))
+    later = asyncio.run(desktop.commands.ask(desktop.observer, "engage", {}, 201.0))
     assert not later.ok
     assert desktop.kept_acts[-1]["details"]["refused_before"] == 500 - kept
     assert desktop.ask("estop").ok

@@ -12,7 +12,7 @@ from common.wire.packets import LinkState
 from operator_site.console.model import Console
 from operator_site.console.state.frame import Frame
 from operator_site.console.state.site_now import SILENT_S
-from operator_site.console.web.page_state import shown_state
+from operator_site.console.web.page_state import page_state
 from tests.unit.operator_site.console.fed import S, figures, happen, rendered, touch
 
 AT_S = 102.0
@@ -33,7 +33,7 @@ def engaged(gap_s: float | None = 0.004) -> Console:
 def words(console: Console, now_s: float) -> tuple[str, LinkState]:
     """The state's word, and the state that a picture is drawn with."""
     console.step(now_s)
-    state: dict[str, Any] = shown_state(console, now_s, lambda _: True, "operator.toml")
+    state: dict[str, Any] = page_state(console, now_s, lambda _: True, "operator.toml")
     return state["session"]["state"], Frame.decode(console.picture(now_s, 1, None)).flags.state
 
 
@@ -49,8 +49,8 @@ def test_nothing_old_and_nothing_stopped_is_shown_as_engaged_or_engaging(
 ) -> None:
     console = engaged()
     at_ns = round(AT_S * S)
-    told = {"wanted": wanted, "stop_asked_ns": at_ns if stopping else None}
-    console.take("operator/figures", at_ns, figures(**told))
+    said = {"wanted": wanted, "stop_asked_ns": at_ns if stopping else None}
+    console.take("operator/figures", at_ns, figures(**said))
     console.take("operator/rendered", at_ns, rendered(both, gap_s))
     word, drawn = words(console, AT_S + age_s)
     link_silent = gap_s is not None and gap_s > GAP_S
@@ -82,7 +82,7 @@ def test_a_desk_that_answers_is_no_proof_of_what_is_drawn() -> None:
     console = engaged()
     for tenth in range(1, 10):
         now_s = AT_S + 0.1 * tenth
-        console.desk(now_s, {"state": "engaged", "session": 7, "time_ns": round(now_s * S)})
+        console.take_answer(now_s, {"state": "engaged", "session": 7, "time_ns": round(now_s * S)})
     assert words(console, now_s) == ("silent", LinkState.DISCONNECTED)
     assert console.alarms.listed[0].text == "No data for 0.9 s. Screen is not live."
 
@@ -90,9 +90,9 @@ def test_a_desk_that_answers_is_no_proof_of_what_is_drawn() -> None:
 def test_a_stop_is_judged_by_the_desk_where_nothing_else_comes() -> None:
     console = engaged()
     now_s = AT_S + 1.0
-    told = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "time_ns": round(now_s * S)}
+    said = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "time_ns": round(now_s * S)}
     asked = {"stop_asked_ns": round((now_s - 0.4) * S), "stop_devices": ["exoskeleton"], "stop_after_s": [None]}
-    console.desk(now_s, told | asked)
+    console.take_answer(now_s, said | asked)
     assert words(console, now_s)[0] == "stopped"
     texts = [alarm.text for alarm in console.alarms.listed]
     assert "STOP NOT CONFIRMED: Exoskeleton. Use the hardware switch." in texts
@@ -102,7 +102,7 @@ def test_a_stop_is_judged_by_the_desk_where_nothing_else_comes() -> None:
 def test_a_stop_cancels_engaging_at_once(state: str) -> None:
     console = engaged()
     console.take("operator/rendered", round(AT_S * S), rendered(engaged=False))
-    console.desk(AT_S, {"state": state, "wanted": True, "session": 7})
+    console.take_answer(AT_S, {"state": state, "wanted": True, "session": 7})
     assert words(console, AT_S)[0] == "engaging"
-    console.desk(AT_S, {"state": state, "wanted": True, "session": 7, "stop_asked_ns": round(AT_S * S)})
+    console.take_answer(AT_S, {"state": state, "wanted": True, "session": 7, "stop_asked_ns": round(AT_S * S)})
     assert words(console, AT_S)[0] == "stopped"

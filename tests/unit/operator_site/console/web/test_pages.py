@@ -77,7 +77,7 @@ def test_a_request_that_fails_in_the_console_is_answered(
     async def fail(*given: object) -> None:
         raise KeyError("detail")
 
-    monkeypatch.setattr(room.acts, "ask", fail)
+    monkeypatch.setattr(room.commands, "ask", fail)
     (answer,) = room.serve(OR_1, ask(1, "engage")).answers
     assert not answer["ok"]
     assert "KeyError" in contained.take()[0]
