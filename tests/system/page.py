@@ -17,6 +17,7 @@ from websockets.typing import Origin
 
 from operator_site.console.map.map_tiles import MapTile
 from operator_site.console.state.frame import Frame, Kind
+from tests.unit.operator_site.console.page_messages import read_frame, read_tile
 
 PATIENCE_S = 20.0
 _ALIVE_S = 0.5
@@ -126,9 +127,9 @@ class Page:
         if isinstance(message, str):
             self._told(json.loads(message))
         elif message[3] == Kind.TILE:
-            self.tiles.append(MapTile.decode(message))
+            self.tiles.append(read_tile(message))
         else:
-            self._pictured(Frame.decode(message))
+            self._pictured(read_frame(message))
 
     def _told(self, told: dict[str, Any]) -> None:
         if told["kind"] == "answer":

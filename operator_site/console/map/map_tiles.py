@@ -69,26 +69,6 @@ class MapTile(NamedTuple):
         head = _HEAD.pack(MAGIC, VERSION, KIND, number, self.column, self.row, 0, self.revision & 0xFFFFFFFF)
         return head + self.value.astype("<u2").tobytes() + self.spread.astype(np.uint8).tobytes()
 
-    @classmethod
-    def decode(cls, message: bytes) -> "MapTile":
-        """Read a message.
-
-        Raises:
-            ValueError: the message is not a complete and valid tile.
-        """
-        if len(message) != BYTES:
-            raise ValueError(f"map tile: {len(message)} bytes, expected {BYTES}")
-        magic, version, kind, quantity, column, row, zero, revision = _HEAD.unpack_from(message)
-        if (magic, version, kind, zero) != (MAGIC, VERSION, KIND, 0):
-            raise ValueError("map tile: wrong magic, version or kind")
-        if quantity >= len(QUANTITIES) or column >= _TILES or row >= _TILES:
-            raise ValueError("map tile: quantity, column or row out of range")
-        value = np.frombuffer(message, "<u2", _CELLS, _HEAD.size).reshape(TILE, TILE)
-        spread = np.frombuffer(message, np.uint8, _CELLS, _HEAD.size + 2 * _CELLS).reshape(TILE, TILE)
-        if (spread[value == UNEXPLORED] != WORST).any():
-            raise ValueError("map tile: an unexplored cell has a known spread")
-        return cls(QUANTITIES[quantity], column, row, revision, value, spread)
-
 
 def changed(surface: TactileMap, quantity: str, since: int) -> list[MapTile]:
     """Return the frame's tiles of a quantity that changed after revision `since`, oldest change first.

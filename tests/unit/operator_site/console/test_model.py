@@ -11,11 +11,12 @@ import pytest
 from common.wire.packets import LinkState
 from operator_site.console.model import Console
 from operator_site.console.state.fingers_now import FIELDS, GONE_S
-from operator_site.console.state.frame import Frame, Kind, Priority
+from operator_site.console.state.frame import Kind, Priority
 from operator_site.console.state.signals import BINS
 from operator_site.console.web.page_state import page_state
 from operator_site.safety.limit_flags import Limit
 from tests.unit.operator_site.console.fed import INDEX, S, fed, figures, happen, rendered, touch
+from tests.unit.operator_site.console.page_messages import read_frame
 
 AGE_S = FIELDS.index("age_s")
 
@@ -38,7 +39,7 @@ def shown(console: Console, now_s: float) -> dict[str, Any]:
 
 
 def test_a_picture_has_what_was_fed(console: Console) -> None:
-    picture = Frame.decode(console.picture(102.0, 9, None))
+    picture = read_frame(console.picture(102.0, 9, None))
     assert (picture.kind, picture.sequence, len(picture.bins)) == (Kind.WHOLE, 9, BINS)
     assert picture.session == 7
     assert picture.flags.state is LinkState.ENGAGED
@@ -58,7 +59,7 @@ def test_pictures_in_a_row_hold_each_bin_once(console: Console) -> None:
     for step in range(1, 60):
         now_s = 102.0 + step / 30.0
         fed(console, now_s - 1 / 30, now_s)
-        picture = Frame.decode(console.picture(now_s, step, newest))
+        picture = read_frame(console.picture(now_s, step, newest))
         last = round(picture.time_s * 30.0) - 1
         numbers += range(last - len(picture.bins) + 1, last + 1)
         newest = console.signals.newest_bin(now_s)
@@ -67,10 +68,10 @@ def test_pictures_in_a_row_hold_each_bin_once(console: Console) -> None:
 
 
 def test_what_is_too_old_is_not_shown(console: Console) -> None:
-    late = Frame.decode(console.picture(102.0 + 0.5 * GONE_S, 1, None))
+    late = read_frame(console.picture(102.0 + 0.5 * GONE_S, 1, None))
     assert late.fingers[INDEX, AGE_S] == pytest.approx(0.5 * GONE_S, abs=0.02)
     assert not np.isnan(late.fingers[INDEX, 0]), "it is shown with its age"
-    gone = Frame.decode(console.picture(102.0 + 1.1 * GONE_S, 1, None))
+    gone = read_frame(console.picture(102.0 + 1.1 * GONE_S, 1, None))
     assert np.isnan(gone.fingers[:, :AGE_S]).all()
     assert not any(gone.flags.contact)
     state = shown(console, 102.0 + 1.1 * GONE_S)
@@ -83,7 +84,7 @@ def test_what_is_too_old_is_not_shown(console: Console) -> None:
 
 def test_a_plate_without_a_reading_has_none(console: Console) -> None:
     console.take("operator/rendered", 102 * S, rendered(limited=int(Limit.PLATE_UNKNOWN)))
-    row = Frame.decode(console.picture(102.0, 1, None)).fingers[INDEX]
+    row = read_frame(console.picture(102.0, 1, None)).fingers[INDEX]
     assert np.isnan(row[FIELDS.index("plate_c")])
     assert not np.isnan(row[FIELDS.index("force_n")])
 
@@ -91,7 +92,7 @@ def test_a_plate_without_a_reading_has_none(console: Console) -> None:
 def test_an_empty_console_shows_nothing_as_known() -> None:
     console = Console()
     console.step(5.0)
-    picture = Frame.decode(console.picture(5.0, 1, None))
+    picture = read_frame(console.picture(5.0, 1, None))
     assert picture.flags.state is LinkState.DISCONNECTED
     assert np.isnan(picture.fingers).all()
     assert np.isnan(picture.bins).all()
@@ -149,7 +150,7 @@ def test_damaged_messages_are_counted_and_harm_nothing(console: Console) -> None
 def test_a_clock_that_is_set_back_shows_what_comes_then(console: Console) -> None:
     fed(console, 50.0, 51.0)
     console.step(51.0)
-    picture = Frame.decode(console.picture(51.0, 1, console.signals.newest_bin(102.0)))
+    picture = read_frame(console.picture(51.0, 1, console.signals.newest_bin(102.0)))
     assert picture.kind is Kind.WHOLE
     assert picture.time_s <= 51.0
     assert picture.fingers[INDEX, AGE_S] == pytest.approx(0.01, abs=1e-5)
@@ -159,7 +160,7 @@ def test_a_clock_that_is_set_back_shows_what_comes_then(console: Console) -> Non
 
 def test_limits_are_named_for_three_seconds_on_the_fingers_in_use(console: Console) -> None:
     console.take("operator/rendered", 102 * S, rendered(limited=int(Limit.FORCE_RANGE | Limit.PLATE_RATE)))
-    assert Frame.decode(console.picture(102.0, 1, None)).flags.limited == (False, True, True, False, False)
+    assert read_frame(console.picture(102.0, 1, None)).flags.limited == (False, True, True, False, False)
     console.take("operator/rendered", 102 * S + S // 100, rendered())
     assert shown(console, 104.9)["fingers"][INDEX]["limits"] == ["force"]
     assert shown(console, 105.1)["fingers"][INDEX]["limits"] == []
@@ -169,7 +170,7 @@ def test_limits_are_named_for_three_seconds_on_the_fingers_in_use(console: Conso
 def test_a_limit_that_holds_nothing_back_is_not_shown(console: Console) -> None:
     def limited(limit: Limit) -> tuple[bool, ...]:
         console.take("operator/rendered", 102 * S, rendered(limited=int(limit)))
-        return Frame.decode(console.picture(102.0, 1, None)).flags.limited
+        return read_frame(console.picture(102.0, 1, None)).flags.limited
 
     assert limited(Limit.STIFFNESS) == (False, True, False, False, False), "only the index finger touches a wall"
     assert limited(Limit.STIFFNESS | Limit.RELEASED) == (False,) * 5

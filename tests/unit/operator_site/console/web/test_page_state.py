@@ -10,10 +10,10 @@ from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 from common.wire.packets import LinkState
 from operator_site.console.model import Console
-from operator_site.console.state.frame import Frame
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.web.page_state import page_state
 from tests.unit.operator_site.console.fed import S, figures, happen, rendered, touch
+from tests.unit.operator_site.console.page_messages import read_frame
 
 AT_S = 102.0
 
@@ -34,7 +34,7 @@ def words(console: Console, now_s: float) -> tuple[str, LinkState]:
     """The state's word, and the state that a picture is drawn with."""
     console.step(now_s)
     state: dict[str, Any] = page_state(console, now_s, lambda _: True, "operator.toml")
-    return state["session"]["state"], Frame.decode(console.picture(now_s, 1, None)).flags.state
+    return state["session"]["state"], read_frame(console.picture(now_s, 1, None)).flags.state
 
 
 @given(
