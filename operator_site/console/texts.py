@@ -277,7 +277,7 @@ def not_confirmed(devices: Sequence[str]) -> str:
 def decision(
     status: ThermalStatus, reason: ThermalReason, material: str, summary: TouchSummary, probability: float
 ) -> tuple[str, str]:
-    """Return a word and a line about the object under a finger.
+    """Return the state of the identification under a finger, in a word, and its result or reason.
 
     Args:
         status: status of the identification.
@@ -292,16 +292,15 @@ def decision(
         case ThermalStatus.IDENTIFIED:
             return "IDENTIFIED", best
         case ThermalStatus.DECIDING:
-            return "DECIDING", f"DECIDING {best}".strip()
+            return "DECIDING", best
         case ThermalStatus.AMBIGUOUS:
-            between = " or ".join(candidates[:2]) if len(candidates) > 1 else f"{best} or none calibrated"
-            return "AMBIGUOUS", f"AMBIGUOUS: {between}"
+            return "AMBIGUOUS", " or ".join(candidates[:2]) if len(candidates) > 1 else f"{best} or none calibrated"
         case ThermalStatus.UNKNOWN:
-            return "UNKNOWN", f"UNKNOWN: {_REASONS[reason]}"
+            return "UNKNOWN", _REASONS[reason]
         case ThermalStatus.UNIDENTIFIABLE:
-            return "CANNOT TELL", f"CANNOT TELL: {_REASONS[reason]}"
+            return "CANNOT TELL", _REASONS[reason]
         case _:
-            return "NO CONTACT", "NO CONTACT"
+            return "NO CONTACT", ""
 
 
 def looks_like_a_name(pseudonym: str) -> bool:

@@ -6,24 +6,23 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import uvicorn
-from starlette.applications import Starlette
-from starlette.requests import Request
-from starlette.responses import FileResponse, HTMLResponse, Response
-from starlette.routing import Route, WebSocketRoute
+from starlette.types import Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-import operator_site
+from common.config import ConsoleConfig
+from operator_site.console.state.frame import Kind
+from operator_site.console.state.signals import BINS, SPAN_S
 from operator_site.console.texts import looks_like_a_name
+from operator_site.console.web.access import Access, Visitor
+from operator_site.console.web.clients import CREDIT
+from operator_site.console.web.pages import Pages
+from operator_site.console.web.server import REFUSED, application
 from tests.browser import synthetic
-from tests.browser.synthetic import SCENARIOS, SPAN_S, Scenario
+from tests.browser.synthetic import SCENARIOS, Scenario
 
-PAGE = Path(operator_site.__file__).parent / "console" / "page"
-CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
-HEADERS = {"content-security-policy": CSP, "cache-control": "no-cache"}
-CREDIT = 2
 STATE_S = 0.09
 TILES_A_PICTURE = 4
 
@@ -62,15 +61,11 @@ class Stage:
         self.refuses = False
         """Whether connections are closed for want of a token."""
         self._started = time.monotonic()
-        routes = [
-            Route("/", self._index),
-            Route("/page/{name}", self._file),
-            Route("/report/{name}", lambda _: HTMLResponse("<!doctype html><title>report</title>", headers=HEADERS)),
-            Route("/favicon.ico", lambda _: Response(status_code=404)),
-            WebSocketRoute("/session", self._session),
-        ]
+        access = Access(ConsoleConfig(keys=Path()))
+        self._app = application(access, cast(Pages, self), None, lambda: {"ok": True})
         config = uvicorn.Config(
-            Starlette(routes=routes),
+            self._serve,
+            interface="asgi3",
             host="127.0.0.1",
             port=0,
             log_level="error",
@@ -121,21 +116,17 @@ class Stage:
 
     async def _close_all(self) -> None:
         for client in list(self.clients):
-            await client.socket.close(4401 if self.refuses else 1001)
+            await client.socket.close(REFUSED if self.refuses else 1001)
 
-    async def _index(self, _: Request) -> Response:
-        return FileResponse(PAGE / "index.html", headers=HEADERS)
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "websocket" and not self.accepts:
+            await send({"type": "websocket.close"})
+        else:
+            await self._app(scope, receive, send)
 
-    async def _file(self, request: Request) -> Response:
-        path = PAGE / request.path_params["name"]
-        return FileResponse(path, headers=HEADERS) if path.is_file() else Response(status_code=404)
-
-    async def _session(self, socket: WebSocket) -> None:
+    async def serve(self, socket: WebSocket, _: Visitor) -> None:
+        """Serve one page, as `Pages.serve` does."""
         self._loop = asyncio.get_running_loop()
-        if not self.accepts:
-            await socket.close()
-            return
-        await socket.accept()
         client = Client(socket)
         client.ask_for_tiles("temperature")
         self.clients.append(client)
@@ -173,8 +164,8 @@ class Stage:
             client.most_under_way = max(client.most_under_way, client.sent - client.drawn)
             client.sent_at[client.sent] = time.monotonic()
             first = last_bin == 0
-            bins = 300 if first else min(300, max(1, number - last_bin))
-            kind = synthetic.SNAPSHOT if first else synthetic.PICTURE
+            bins = BINS if first else min(BINS, max(1, number - last_bin))
+            kind = Kind.WHOLE if first else Kind.PICTURE
             await client.socket.send_bytes(synthetic.picture(client.sent, number, scenario, kind, bins))
             last_bin = number
             for quantity, column, row in client.tiles[:TILES_A_PICTURE]:

@@ -1,23 +1,25 @@
 """Pictures, tiles and states as the console would send them, made up for a page under test."""
 
 import math
-import struct
 from copy import deepcopy
 from typing import Any
 
-MAGIC, VERSION, PICTURE, TILE, SNAPSHOT = 0x7EA7, 1, 1, 2, 3
-FINGERS = ("thumb", "index", "middle", "ring", "little")
-DEVICES = (*FINGERS, "exoskeleton", "remote hand")
-SPAN_S = 0.033
-LINK_STATES = {
-    "disconnected": 0, "lost": 0, "silent": 0, "connected": 1, "engaging": 1, "paused": 1, "engaged": 2, "fault": 3,
-    "stopped": 3,
+import numpy as np
+
+from common.fingers import FINGERS
+from common.wire.packets import LinkState
+from operator_site.console.map.map_tiles import HIGHEST, RANGES, STEEP, UNEXPLORED, WORST, MapTile
+from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES
+from operator_site.console.state.frame import Flags, Frame, Kind, Priority
+from operator_site.console.state.signals import SPAN_S
+from operator_site.console.state.site_now import DEVICES
+
+DRAWN = {
+    "connected": LinkState.CONNECTED, "engaging": LinkState.CONNECTED, "paused": LinkState.CONNECTED,
+    "engaged": LinkState.ENGAGED, "fault": LinkState.FAULT, "stopped": LinkState.FAULT,
 }  # fmt: skip
-PRIORITIES = {"low": 1, "medium": 2, "high": 3}
+"""Link state in a picture for each session state; disconnected for all others."""
 MATERIALS = ["skin dermis", "PVC", "rubber", "aluminium", "fat", "acrylic"]
-RANGES = {"temperature": [-10.0, 60.0], "roughness": [0.001, 10.0], "stiffness": [50.0, 20000.0], "material": [0, 5]}
-QUANTITIES = tuple(RANGES)
-UNEXPLORED, WORST, STEEP = 65535, 127, 128
 
 
 def finger_row(finger: int, time_s: float, scenario: "Scenario") -> list[float]:
@@ -46,21 +48,21 @@ def bin_values(time_s: float, scenario: "Scenario") -> list[float]:
     return values
 
 
-def picture(number: int, bin_number: int, scenario: "Scenario", kind: int = PICTURE, bins: int = 1) -> bytes:
-    """A picture (kind 1) or a whole snapshot of the strips (kind 3)."""
-    time_s = bin_number * SPAN_S
-    flags = LINK_STATES[scenario.state["session"]["state"]]
-    flags |= max((PRIORITIES[alarm["priority"]] for alarm in scenario.state["alarms"]), default=0) << 3
-    flags |= 32 if scenario.state["session"]["recording"] else 0
-    flags |= 64 if scenario.state["session"]["playback"] else 0
-    for finger in range(5):
-        flags |= (finger in scenario.touching) << (8 + finger)
-        flags |= (finger in scenario.limited) << (16 + finger)
-        flags |= (finger not in scenario.absent) << (24 + finger)
-    head = struct.pack("<HBBIIIdfHBB", MAGIC, VERSION, kind, 7, number, flags, time_s, SPAN_S, bins, 5, 5)
-    rows = [value for finger in range(5) for value in finger_row(finger, time_s, scenario)]
-    values = [v for back in range(bins - 1, -1, -1) for v in bin_values(time_s - back * SPAN_S, scenario)]
-    return head + struct.pack(f"<{len(rows) + len(values)}f", *rows, *values)
+def picture(number: int, bin_number: int, scenario: "Scenario", kind: Kind = Kind.PICTURE, bins: int = 1) -> bytes:
+    """A picture with its newest bins."""
+    time_s, session = bin_number * SPAN_S, scenario.state["session"]
+    priorities = [Priority[alarm["priority"].upper()] for alarm in scenario.state["alarms"]]
+    flags = Flags(
+        DRAWN.get(session["state"], LinkState.DISCONNECTED),
+        max(priorities, default=Priority.NONE),
+        session["recording"],
+        session["playback"] is not None,
+        *(tuple(finger in group for finger in range(5)) for group in (scenario.touching, scenario.limited)),
+        tuple(finger not in scenario.absent for finger in range(5)),
+    )
+    rows = np.array([finger_row(finger, time_s, scenario) for finger in range(5)])
+    values = np.array([bin_values(time_s - back * SPAN_S, scenario) for back in range(bins - 1, -1, -1)])
+    return Frame(number, time_s, flags, rows, values.reshape(bins, -1, 2), 7, kind).encode()
 
 
 def _measured(quantity: str, x_mm: float, y_mm: float) -> tuple[float, int] | None:
@@ -83,35 +85,30 @@ def _measured(quantity: str, x_mm: float, y_mm: float) -> tuple[float, int] | No
 
 
 def tile(quantity: int, column: int, row: int, revision: int) -> bytes:
-    """One tile of the map as kind 2."""
+    """One tile of the map."""
     name = QUANTITIES[quantity]
-    low, high = RANGES[name]
-    values, spreads = [], []
+    value, spread = np.full((32, 32), UNEXPLORED), np.full((32, 32), WORST)
     for y in range(32):
         for x in range(32):
-            found = _measured(name, column * 32 + x - 128 + 0.5, row * 32 + y - 128 + 0.5)
-            if found is None:
-                values.append(UNEXPLORED)
-                spreads.append(WORST)
-                continue
-            value, spread = found
-            if name == "material":
-                code = int(value)
-            elif name == "temperature":
-                code = round((value - low) / (high - low) * 65534)
-            else:
-                code = round(math.log(value / low) / math.log(high / low) * 65534)
-            values.append(code)
-            spreads.append(spread)
-    head = struct.pack("<HBBBBBBI", MAGIC, VERSION, TILE, quantity, column, row, 0, revision)
-    return head + struct.pack("<1024H1024B", *values, *spreads)
+            found = _measured(name, column * 32 + x - 127.5, row * 32 + y - 127.5)
+            if found is not None:
+                value[y, x], spread[y, x] = _code(name, found[0]), found[1]
+    return MapTile(name, column, row, revision, value, spread).encode()
+
+
+def _code(quantity: str, value: float) -> int:
+    """The value of a cell in a tile."""
+    if quantity == "material":
+        return int(value)
+    scaled, low, high = (math.log(end) if quantity in LOGARITHMIC else end for end in (value, *RANGES[quantity]))
+    return round(HIGHEST * (scaled - low) / (high - low))
 
 
 def finger_state(name: str, **changed: Any) -> dict[str, Any]:
     """The state of one finger."""
     usual: dict[str, Any] = {
-        "name": name, "in_use": True, "module": "ready", "contact_s": None, "decision": "NO CONTACT",
-        "line": "NO CONTACT",
+        "name": name, "in_use": True, "contact_s": None, "decision": "NO CONTACT",
+        "line": "",
         "candidates": [], "object_c": None, "object_c_sd": None, "stiffness_n_m": None, "stiffness_sd_n_m": None,
         "stiffness_known": False, "roughness_v": None, "roughness_sd_v": None, "groove_mm": None, "groove_sd_mm": None,
         "limits": [], "age_s": 0.01,
@@ -139,7 +136,8 @@ BASE: dict[str, Any] = {
                {"what": "Link", "ready": True, "text": "23 ± 2 ms", "help": ""},
                {"what": "Disk", "ready": True, "text": "212 GB free", "help": ""}],
     "stop": None, "engage": {"wanted": False, "refusal": ""},
-    "map": {"frame": {"x_m": -0.128, "y_m": -0.128, "cell_m": 0.001, "columns": 256, "rows": 256}, "ranges": RANGES,
+    "map": {"frame": {"x_m": -0.128, "y_m": -0.128, "cell_m": 0.001, "columns": 256, "rows": 256},
+            "ranges": {name: list(ends) for name, ends in RANGES.items()},
             "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0],
                        "material": [0, 5]},
             "materials": MATERIALS, "sides": {"top": "head", "right": "left"}},
@@ -278,7 +276,7 @@ def ambiguous() -> Scenario:
     scenario = engaged()
     scenario.state["fingers"][1] |= {
         "decision": "AMBIGUOUS",
-        "line": "AMBIGUOUS: PVC or acrylic",
+        "line": "PVC or acrylic",
         "candidates": [["PVC", 0.48], ["acrylic", 0.46], ["rubber", 0.03]],
         "object_c_sd": None,
     }
@@ -291,15 +289,13 @@ def unknown() -> Scenario:
     scenario.limited = {1}
     scenario.state["fingers"][1] |= {
         "decision": "UNKNOWN",
-        "line": "UNKNOWN: matches nothing calibrated",
+        "line": "matches nothing calibrated",
         "candidates": [["PVC", 0.2], ["acrylic", 0.1]],
     }
     return scenario.alarm(
         "plate-index",
         "medium",
         "Index: plate held at 42.0 °C limit. Lift the finger.",
-        value="42.0 °C",
-        limit="limit 42.0 °C",
     )
 
 
@@ -308,7 +304,7 @@ def cannot_tell() -> Scenario:
     scenario = engaged()
     scenario.state["fingers"][1] |= {
         "decision": "CANNOT TELL",
-        "line": "CANNOT TELL: no temperature difference",
+        "line": "no temperature difference",
         "candidates": [],
     }
     return scenario
@@ -378,7 +374,7 @@ def missing_devices() -> Scenario:
     scenario.stale = {1, 2}
     scenario.state["fingers"][1] |= {"object_c_sd": None, "limits": ["stiffness", "plate range"]}
     for finger in (3, 4):
-        scenario.state["fingers"][finger] |= {"in_use": False, "module": "absent"}
+        scenario.state["fingers"][finger] |= {"in_use": False}
     return scenario.alarm("module-ring", "medium", "Ring module lost. Ring feels nothing.").alarm(
         "module-little", "medium", "Little module lost. Little feels nothing."
     )

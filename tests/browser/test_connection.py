@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
+from operator_site.console.state.signals import SPAN_S
+from operator_site.console.web.clients import CREDIT
 from tests.browser import synthetic
 from tests.browser.conftest import Open
-from tests.browser.stage import CREDIT, Client, Stage
+from tests.browser.stage import Client, Stage
 
 pytestmark = pytest.mark.console
 
@@ -187,7 +189,7 @@ def test_pictures_and_tiles_are_read_as_they_were_written(stage: Stage, open_pag
             "picture",
             42,
             bins,
-            pytest.approx(synthetic.finger_row(1, 66.0, scenario)[3]),
+            pytest.approx(synthetic.finger_row(1, 2000 * SPAN_S, scenario)[3]),
         ]
     assert page.evaluate(DECODE, list(synthetic.tile(2, 7, 1, 9))) == ["tile", 2, 7, 1]
 

@@ -6,13 +6,15 @@ from typing import Any
 
 import pytest
 
+from operator_site.console.web.server import PAGE
 from tests.browser.conftest import Open, wait_for
-from tests.browser.stage import CSP, PAGE, Stage
+from tests.browser.stage import Stage
 
 MOST_BYTES = 150_000
 LOADED = ("*.html", "*.css", "*.js", "*.svg")
 HOSTILE = "<img src=x onerror='window.struck=1'><script>window.struck=1</script>\u202e&lt;b&gt; \"' ${window.struck=1}"
 LONGEST = 10_000
+CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 
 
 def files() -> list[str]:

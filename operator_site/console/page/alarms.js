@@ -112,7 +112,6 @@ export function showList() {
 function item(alarm) {
   const facts = [];
   if (alarm.since_s !== undefined) facts.push(WORDS.since(alarm.since_s));
-  if (alarm.value !== undefined && alarm.limit !== undefined) facts.push(`${alarm.value} (${alarm.limit})`);
   if (typeof alarm.ended_s === "number") facts.push(WORDS.lasted(alarm.ended_s - alarm.since_s));
   if (alarm.cleared_by) facts.push(WORDS.clearedBy(alarm.cleared_by));
   else if (!alarm.active) facts.push(WORDS.past);

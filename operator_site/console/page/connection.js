@@ -14,7 +14,6 @@ export class Connection {
     this.timer = null;
     this.last_ms = -Infinity;
     this.drawn = 0;
-    this.bad = 0;
   }
 
   start() {
@@ -83,14 +82,14 @@ export class Connection {
 
   binary(buffer) {
     let message;
-    try { message = decode(buffer); } catch { this.bad += 1; return; }
+    try { message = decode(buffer); } catch { return; } // such as of a newer version
     if (message.kind === TILE) this.heard.tile(message);
     else this.heard.picture(message);
   }
 
   text(data) {
     let message;
-    try { message = JSON.parse(data); } catch { this.bad += 1; return; }
+    try { message = JSON.parse(data); } catch { return; }
     if (message.kind === "state") this.heard.state(message);
     else if (message.kind === "answer") {
       const answer = this.waiting.get(message.id);

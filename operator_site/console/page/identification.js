@@ -2,7 +2,7 @@
 import { byId, make, remake, write } from "./dom.js";
 import { age_s, GONE_S, STALE_S } from "./fingers.js";
 import { live, now } from "./now.js";
-import { FINGER_NAMES, percent, withSd, WORDS } from "./words.js";
+import { FINGER_NAMES, withSd, WORDS } from "./words.js";
 
 const LONG = 13;
 
@@ -11,7 +11,7 @@ export function showIdentification() {
   const name = FINGER_NAMES[now.active] + (now.chosen === null ? ` (${WORDS.auto})` : "");
   const age = age_s(now.active), known = finger !== null && live() && age <= GONE_S, stale = known && age > STALE_S;
   write(byId("identification-title"), stale ? WORDS.oldFinger(name, age) : WORDS.active(name, known ? finger.contact_s : null));
-  const [head, rest] = known ? decision(finger) : ["--", ""];
+  const [head, rest] = !known ? ["--", ""] : finger.decision === "IDENTIFIED" ? [finger.line, ""] : [finger.decision, finger.line];
   const more = rest || !known || !finger.limits.length ? rest : WORDS.limits(finger.limits);
   write(byId("decision"), head);
   byId("decision").className = [finger?.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
@@ -21,16 +21,6 @@ export function showIdentification() {
   byId("object").className = stale ? "stale" : "";
   write(byId("chart-meaning"), now.state?.meaning ?? WORDS.notCalibrated);
   showProperties(known ? finger : null);
-}
-
-// Returns the word that is read first, and the rest of the decision.
-export function decision(finger) {
-  const best = finger.candidates.length ? finger.candidates[0] : null;
-  const bestText = best ? `${best[0]} ${percent(best[1])}` : "";
-  if (finger.decision === "IDENTIFIED") return [bestText || finger.line, ""];
-  if (finger.decision === "DECIDING") return ["DECIDING", bestText];
-  if (finger.decision === "NO CONTACT") return [WORDS.noContact, ""];
-  return [finger.decision, finger.line.replace(finger.decision, "").replace(":", "").trim()];
 }
 
 function showProperties(finger) {

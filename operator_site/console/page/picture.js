@@ -35,8 +35,7 @@ function decodePicture(view, buffer, kind) {
   sane(rows);
   sane(values);
   return {
-    kind, session: view.getUint32(4, true), sequence: view.getUint32(8, true), flags, time_s, span_s, bins, rows, values,
-    state: flags & 7, priority: (flags >> 3) & 3, recording: Boolean(flags & 32), playback: Boolean(flags & 64),
+    kind, sequence: view.getUint32(8, true), time_s, span_s, bins, rows, values, state: flags & 7,
     contact: finger => Boolean(flags & (1 << (8 + finger))), limit: finger => Boolean(flags & (1 << (16 + finger))), inUse: finger => Boolean(flags & (1 << (24 + finger))),
     of: (finger, name) => rows[finger * ROW_FLOATS + ROW[name]],
   };
@@ -46,5 +45,5 @@ function decodeTile(view, buffer) {
   if (buffer.byteLength !== TILE_BYTES) throw new BadPicture(`tile of ${buffer.byteLength} bytes`);
   const quantity = view.getUint8(4), column = view.getUint8(5), row = view.getUint8(6);
   if (quantity > 3 || column > 7 || row > 7) throw new BadPicture("tile out of the map");
-  return { kind: TILE, quantity, column, row, revision: view.getUint32(8, true), values: new Uint16Array(buffer, TILE_HEADER, TILE_CELLS), spreads: new Uint8Array(buffer, TILE_HEADER + 2 * TILE_CELLS, TILE_CELLS) };
+  return { kind: TILE, quantity, column, row, values: new Uint16Array(buffer, TILE_HEADER, TILE_CELLS), spreads: new Uint8Array(buffer, TILE_HEADER + 2 * TILE_CELLS, TILE_CELLS) };
 }

@@ -47,10 +47,10 @@ export const WORDS = {
   quiet: "Sound off 60 s (Q)", quietFor: seconds => `Sound off ${seconds} s`,
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
   soundBlocked: "No sound before you press something.",
-  recording: "● REC", notRecording: "not recording", recorded: title => title || "",
+  recording: "● REC", notRecording: "not recording",
   oldFinger: (name, seconds) => `${name}, ${seconds.toFixed(1)} s old`,
   active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
-  noContact: "NO CONTACT", notCalibrated: "How often such answers are right: not known.", object: "object",
+  notCalibrated: "How often such answers are right: not known.", object: "object",
   stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
   legendUnit: { temperature: "°C", roughness: "V", stiffness: "N/m", material: "material" },
   spreadUnit: { temperature: "± K", roughness: "± %", stiffness: "± %", material: "others %" },
@@ -98,7 +98,7 @@ export function withSd(value, sd, digits = 1) {
 }
 
 export function percent(probability) {
-  return probability > 0.99 ? "> 99 %" : `${Math.round(probability * 100)} %`;
+  return probability >= 0.995 ? "> 99 %" : `${Math.round(probability * 100)} %`;
 }
 
 // Returns the first letter of each material, or two where another begins alike.

@@ -114,12 +114,9 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
     word, line = texts.decision(status, reason, material, summary, row.probability)
     known_c = touching and row.object_c_sd < 10.0 and status > ThermalStatus.NO_CONTACT
     stiffness = row.stiffness_n_m if touching else 0.0
-    ready = console.site.ready
-    module = "absent" if name not in ready else "ready" if ready[name] else "fault"
     return {
         "name": name,
         "in_use": console.in_use[finger],
-        "module": module if ready else "ready",
         "contact_s": round(now_s - since_s, 2) if since_s is not None else None,
         "decision": word,
         "line": line,
@@ -200,7 +197,6 @@ def _map(console: Console) -> dict[str, Any]:
         "frame": {"x_m": left_m, "y_m": near_m, "cell_m": CELL_M, "columns": COLUMNS, "rows": ROWS},
         "legend": {quantity: list(tactile_map.legend(quantity)) for quantity in RANGES},
         "ranges": ranges,
-        "coding": ranges,
         "number": console.map_number,
         "materials": [texts.named(name) for name in tactile_map.materials],
         "sides": console.examination.sides,
