@@ -17,7 +17,7 @@ from common.config import ConsoleConfig
 from operator_site.console import texts
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
-from operator_site.console.examination.resume import KeptBefore
+from operator_site.console.examination.resume import Unfinished
 from operator_site.console.interval import Interval
 from operator_site.console.map.finger_samples import samples_of
 from operator_site.console.model import Console
@@ -68,7 +68,7 @@ class LiveConsole:
         reporting = Reporting(config.report_command, config.reports)
         self._commands = Commands(self.console, journal, site, reporting=reporting)
         self.pages = Pages(self._commands, self._site_s, clock_s)
-        self._resume(self.journal.before)
+        self._resume(self.journal.unfinished)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Interval(BATCH_S), Interval(STATE_S), Interval(_ATTEND_S)
@@ -100,7 +100,7 @@ class LiveConsole:
             self._commands.step(now_s)
             self.pages.show(self._shown(now_s) if self._state(here_s) else None)
 
-    def _resume(self, before: KeptBefore) -> None:
+    def _resume(self, before: Unfinished) -> None:
         """Continue the unfinished examination of an earlier run, or show that this is not possible."""
         self._resumed_s: float | None = None
         self._kept_s = -math.inf

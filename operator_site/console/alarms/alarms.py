@@ -125,19 +125,16 @@ class Alarms:
         elif cause.priority > alarm.cause.priority:
             self._shown[ident] = alarm = replace(alarm, cause=cause, gone_s=None, quiet_until_s=0.0)
             self._changed.append(alarm)
-        elif alarm.waits:  # the cause returned: the alarm sounds again
-            kept = cause._replace(priority=alarm.cause.priority)
-            self._shown[ident] = replace(alarm, cause=kept, gone_s=None, quiet_until_s=0.0)
         else:
             kept = cause._replace(priority=alarm.cause.priority)
-            self._shown[ident] = replace(alarm, cause=kept, gone_s=None)
+            quiet_until_s = 0.0 if alarm.waits else alarm.quiet_until_s  # a cause that returned sounds again
+            self._shown[ident] = replace(alarm, cause=kept, gone_s=None, quiet_until_s=quiet_until_s)
 
     def _miss(self, now_s: float, alarm: Alarm) -> None:
         """Update an alarm whose cause is gone."""
-        if alarm.gone_s is None:
-            alarm = replace(alarm, gone_s=now_s)
-        self._shown[alarm.ident] = alarm
-        priority, gone_s = alarm.cause.priority, alarm.gone_s if alarm.gone_s is not None else now_s
+        gone_s = now_s if alarm.gone_s is None else alarm.gone_s
+        self._shown[alarm.ident] = alarm = replace(alarm, gone_s=gone_s)
+        priority = alarm.cause.priority
         held = priority is Priority.MEDIUM and 0.0 <= now_s - gone_s < HELD_S
         if priority is not Priority.HIGH and not held:
             self._end(now_s, alarm, None)

@@ -15,7 +15,7 @@ import msgpack
 
 from common.files.unique_path import free_name
 from common.recording.recorder import Recorder
-from operator_site.console.examination.resume import KeptBefore, boot, kept_before
+from operator_site.console.examination.resume import Unfinished, boot, unfinished
 
 log = logging.getLogger(__name__)
 
@@ -51,7 +51,7 @@ class Journal:
     Files of an earlier run are never overwritten. Time is an argument, s.
 
     Attributes:
-        before: the unfinished examination of an earlier run.
+        unfinished: the unfinished examination of an earlier run.
         files: the files that hold the records of this examination.
     """
 
@@ -62,9 +62,9 @@ class Journal:
             OSError: the recording cannot be created, for another reason than a full disk.
         """
         self._path, self._metadata = path, {"boot": boot(), **metadata}
-        self.before = KeptBefore() if path is None else kept_before(path, self._metadata["boot"])
-        self.files: list[Path] = [] if self.before.cut_off else [*self.before.files]
-        self._saved_findings: set[int | None] = set() if self.before.cut_off else {*self.before.findings}
+        self.unfinished = Unfinished() if path is None else unfinished(path, self._metadata["boot"])
+        self.files: list[Path] = [] if self.unfinished.cut_off else [*self.unfinished.files]
+        self._saved_findings: set[int | None] = set() if self.unfinished.cut_off else {*self.unfinished.findings}
         self._unsaved: list[tuple[str, int, bytes, int | None]] = []
         """Stream, time in ns and payload of each unsaved record, and the number of its finding or None."""
         self._confirmed: Counter[str] = Counter()

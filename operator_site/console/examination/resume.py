@@ -20,7 +20,7 @@ _STREAMS = ("console/session", "console/finding", "console/felt")
 
 
 @dataclass(frozen=True, slots=True)
-class KeptBefore:
+class Unfinished:
     """An examination that an earlier run began and did not end.
 
     Attributes:
@@ -48,7 +48,7 @@ def boot() -> str:
         return ""
 
 
-def kept_before(path: Path, now: str) -> KeptBefore:
+def unfinished(path: Path, now: str) -> Unfinished:
     """Return the unfinished examination in `PATH` or in files of its name with `-` and any suffix.
 
     Those files are the successors -1, -2 ..., and files that a supervisor has set aside before a restart.
@@ -67,10 +67,10 @@ def kept_before(path: Path, now: str) -> KeptBefore:
     )
     sessions = [place for place, ((_, stream, _), _) in enumerate(entries) if stream == "console/session"]
     if not sessions or entries[sessions[-1]][0][2].get("what") != "begin":
-        return KeptBefore()
+        return Unfinished()
     since = entries[sessions[-1] :]
     same = bool(now) and newest == now
-    return KeptBefore(
+    return Unfinished(
         tuple(dict.fromkeys(file for _, file in since)),
         tuple((stream, record) for (_, stream, record), _ in since),
         "" if same else str(since[0][0][2].get("pseudonym")),

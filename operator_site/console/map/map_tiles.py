@@ -83,9 +83,8 @@ def changed(surface: TactileMap, quantity: str, since: int) -> list[MapTile]:
     left_m, near_m = surface.frame
     corner = round(left_m / (TILE * CELL_M)), round(near_m / (TILE * CELL_M))
     moved = surface.framed if surface.framed > since else 0
-    layers = list(surface.named.values()) if quantity == "material" else [surface.layers[quantity]]
     revisions: dict[tuple[int, int], int] = {}
-    for layer in layers:
+    for layer in surface.layers_of(quantity):
         for place, tile in layer.tiles.items():
             revision = max(tile.revision, moved, surface.steep_revision(place), revisions.get(place, 0))
             column, row = place[0] - corner[0], place[1] - corner[1]
@@ -137,7 +136,7 @@ class MapPicture(NamedTuple):
 
 def picture(surface: TactileMap, quantity: str) -> MapPicture | None:
     """Return all tiles of a quantity as one map; None if none was measured."""
-    layers = list(surface.named.values()) if quantity == "material" else [surface.layers[quantity]]
+    layers = surface.layers_of(quantity)
     places = {place for layer in layers for place, tile in layer.tiles.items() if tile.explored.any()}
     if not places:
         return None

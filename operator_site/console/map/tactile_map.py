@@ -67,6 +67,7 @@ class TactileMap:
         revision: grows with every change.
         layers: temperature, roughness and stiffness, by name.
         named: a layer of probabilities for each identified material, in the order of `materials`.
+        framed: revision of the newest move of the frame.
     """
 
     def __init__(self) -> None:
@@ -81,7 +82,7 @@ class TactileMap:
         self._fingers = [FingerSamples(finger) for finger in range(len(FINGERS))]
         self._corner: tuple[int, int] | None = None
         """Column and row of the tile at the frame's left and near edge."""
-        self._framed = 0
+        self.framed = 0
         self._centre_c: float | None = None
         self._centred_by: list[tuple[tuple[int, int, int], float]] = []
 
@@ -95,11 +96,6 @@ class TactileMap:
         """Left and near edge of the frame of COLUMNS x ROWS cells, m."""
         column, row = self._corner or (-_FRAME_TILES // 2, -_FRAME_TILES // 2)
         return column * TILE * CELL_M, row * TILE * CELL_M
-
-    @property
-    def framed(self) -> int:
-        """Revision of the newest move of the frame."""
-        return self._framed
 
     def add(self, t_s: float, rows: Sequence[TouchRow], summaries: Sequence[TouchSummary]) -> None:
         """Take one accepted touch packet.
@@ -116,6 +112,10 @@ class TactileMap:
             for sample in samples.step(t_s, row, summaries[finger]):
                 shared = sample.quantity == "temperature" and _is_shared(rows, finger)
                 self.take(sample._replace(variance=sample.variance + SHARED_SD_K**2) if shared else sample)
+
+    def layers_of(self, quantity: str) -> list[Layer]:
+        """Return the layers of a quantity: one, or one for each material."""
+        return list(self.named.values()) if quantity == "material" else [self.layers[quantity]]
 
     def steep(self, place: tuple[int, int]) -> NDArray[np.bool_]:
         """Return the steep cells of the tile at a column and row of the bench, (TILE, TILE)."""
@@ -201,7 +201,7 @@ class TactileMap:
                 min(max(self._corner[1], low[1]), row - 1),
             )
         if corner != self._corner:
-            self._corner, self._framed = corner, self.revision
+            self._corner, self.framed = corner, self.revision
 
     def _centre(self, sample: Sample) -> None:
         if self._centred_by and self._centred_by[-1][0] == sample.key:

@@ -1,6 +1,7 @@
 """Plays a recording for a page: play, pause, jump and the playback state."""
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -21,15 +22,16 @@ from operator_site.session.console_feed import BATCH_S
 class Player:
     """Plays a recording by the wall clock."""
 
-    def __init__(self, recording: Recording, ahead: Checkpoints):
+    def __init__(self, recording: Recording, ahead: Checkpoints, clock_s: Callable[[], float] = time.monotonic):
         """Begin at the start, paused.
 
         Args:
             recording: recording to play.
             ahead: checkpoints of the same recording.
+            clock_s: this machine's monotonic clock, s.
         """
         self._playback = Playback(recording, lambda: Console(live=False))
-        self._ahead = ahead
+        self._ahead, self._clock_s = ahead, clock_s
         self._target_s: float | None = None
         """Target of a pending jump, s from the beginning; the jump waits for its checkpoints."""
         self._start = _start(recording)
@@ -46,22 +48,6 @@ class Player:
         """Present moment on the clock of the recording, s."""
         return self._playback.time_s
 
-    @property
-    def start_s(self) -> float:
-        """Beginning of the recording on the same clock, s."""
-        return self._playback.time_s - self._playback.at_s
-
-    @property
-    def title(self) -> str:
-        """Date and time of the recording if known; otherwise the playback's title."""
-        start = self._start
-        return self._playback.title if start is None else f"{start.day} {start:%b %Y %H:%M}"
-
-    @property
-    def wall_clock(self) -> str:
-        """Wall-clock time of the present moment; empty if unknown."""
-        return "" if self._start is None else f"{self._start + timedelta(seconds=self._playback.at_s):%H:%M:%S}"
-
     def step(self, wall_s: float) -> bool:
         """Advance the playback; return whether its time has jumped since the last call."""
         self._playback.checkpoints += self._ahead.made()
@@ -76,11 +62,11 @@ class Player:
 
     def play(self, speed: float) -> None:
         """Play at a multiple of the recorded speed; at the end, restart from the beginning."""
-        self._playback.play(time.monotonic(), speed)
+        self._playback.play(self._clock_s(), speed)
 
     def pause(self) -> None:
         """Pause the playback."""
-        self._playback.pause(time.monotonic())
+        self._playback.pause(self._clock_s())
 
     def seek(self, at_s: float) -> bool:
         """Jump to a time, s from the beginning, at the next step; return False if that part must be read first.
@@ -90,16 +76,22 @@ class Player:
         self._target_s = at_s
         return self._playback.ready(at_s)
 
-    def shown(self) -> dict[str, Any]:
-        """Return the playback state for the page."""
-        playback = self._playback
-        return {
-            "at_s": round(playback.at_s, 3),
-            "length_s": round(playback.length_s, 3),
-            "speed": playback.speed,
-            "playing": playback.playing,
-            "marks": self._marks,
+    def state(self) -> dict[str, Any]:
+        """Return the state for the page."""
+        playback, start = self._playback, self._start
+        state = page_state(playback.console, playback.time_s, lambda _: True, "", playback.time_s - playback.at_s)
+        state["session"] |= {
+            "title": playback.title if start is None else f"{start.day} {start:%b %Y %H:%M}",
+            "playback": {
+                "at_s": round(playback.at_s, 3),
+                "length_s": round(playback.length_s, 3),
+                "speed": playback.speed,
+                "playing": playback.playing,
+                "marks": self._marks,
+            },
         }
+        state["wall_clock"] = "" if start is None else f"{start + timedelta(seconds=playback.at_s):%H:%M:%S}"
+        return state
 
 
 class PlayedConsole:
@@ -126,12 +118,7 @@ class PlayedConsole:
         if player.step(now_s):
             self._commands.console = player.console
             self.pages.send_everything()
-        state = None
-        if self._state(now_s):
-            state = page_state(player.console, player.now_s, lambda _: True, "", player.start_s)
-            state["session"] |= {"playback": player.shown(), "title": player.title}
-            state["wall_clock"] = player.wall_clock
-        self.pages.show(state)
+        self.pages.show(player.state() if self._state(now_s) else None)
 
     def figures(self) -> dict[str, object]:
         """Return the values for the status file."""

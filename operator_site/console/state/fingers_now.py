@@ -123,12 +123,11 @@ class FingersNow:
         """Return the FIELDS of each finger."""
         touched, rendered = now_s - self._touch_s <= GONE_S, now_s - self._rendered_s <= GONE_S
         skin_c = self._skin_c if now_s - self._skin_s <= GONE_S else [_NAN] * len(FINGERS)
-        age_s = self.age_s(now_s)
+        age_s, plates_c = self.age_s(now_s), self.plates_c(now_s)
         found = []
         for finger, row in enumerate(self.rows):
             x_m, y_m, surface_m, contact_n, mode, stiffness = _shown(row) if touched else [_NAN] * 6
             surfaced = touched and stiffness > 0.0
-            unread = bool(self._limited[finger] & Limit.PLATE_UNKNOWN) or not rendered
             found.append(
                 [
                     x_m,
@@ -137,7 +136,7 @@ class FingersNow:
                     self._force_n[finger] if rendered else _NAN,
                     contact_n,
                     self._motor_hz[finger] if rendered else _NAN,
-                    _NAN if unread else self._plate_c[finger],
+                    plates_c[finger],
                     skin_c[finger],
                     self._plate_set_c[finger] if rendered else _NAN,
                     mode,

@@ -1,14 +1,12 @@
 """Each thing that may go wrong is one alarm with its priority, its words, and nothing beside it."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import msgpack
 import pytest
 
 from common.faults.fault import Fault, FaultCode
-from common.recording.recorder import Recorder, recording_figures
 from operator_site.console.alarms.alarm_rules import Surroundings
 from operator_site.console.model import Console
 from operator_site.console.state.frame import Priority
@@ -179,6 +177,7 @@ BEHIND = "442 of 500 ticks a second; it works 32% of the time and waits for a pr
     [
         (bus(controller="error-passive"), [(Priority.LOW, "Exoskeleton: CAN bus error-passive. Check its cable.")]),
         ({"recording_failed": "[Errno 28] No space left on device", "disk_full": True}, [DISK_FULL]),
+        ({"recording_failed": ENDED}, [NOT_RECORDED]),
         ({"remote_recording": ENDED}, [REMOTE_NOT_RECORDED]),
         ({"remote_recording": ENDED, "recording_failed": ENDED}, [NOT_RECORDED, REMOTE_NOT_RECORDED]),
         ({"remote_recording": 7}, [REMOTE_NOT_RECORDED]),
@@ -211,15 +210,6 @@ def test_a_bus_error_is_shown_for_a_while_after_its_count_grew(console: Console)
         console.take("operator/rendered", second * S, rendered())
         console.take("operator/figures", second * S, figures(**bus(controller_errors={"no acknowledge": 4})))
     assert shown(console, 113.0) == []
-
-
-def test_a_writer_that_was_killed_is_an_alarm_at_the_console(console: Console, tmp_path: Path) -> None:
-    with Recorder(tmp_path / "operator.mcap", {"operator/touch": {}}, {}) as recorder:
-        recorder._process.kill()
-        recorder._process.wait()
-        written = recording_figures(recorder)
-    console.take("operator/figures", 102 * S, figures(**written))
-    assert shown(console, 102.0) == [NOT_RECORDED]
 
 
 def test_a_recording_is_neither_silent_nor_slow(console: Console) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from operator_site.console.examination import journal as keeping_module
 from operator_site.console.examination.journal import Journal
-from operator_site.console.examination.resume import KeptBefore, boot, kept_before
+from operator_site.console.examination.resume import Unfinished, boot, unfinished
 
 
 def session(what: str, at_s: float, pseudonym: str = "P-0417") -> dict[str, Any]:
@@ -21,20 +21,20 @@ def finding(ident: int, at_s: float, note: str = "") -> dict[str, Any]:
 STREAMS = {"what": "console/session", "samples": "console/felt", "note": "console/finding"}
 
 
-def run(path: Path, *kept: tuple[float, dict[str, Any]]) -> KeptBefore:
+def run(path: Path, *kept: tuple[float, dict[str, Any]]) -> Unfinished:
     """One run of a console, which keeps this; what it found to continue."""
     keeping = Journal(path, {})
     for now_s, record in kept:
         keeping.write(next(STREAMS[key] for key in STREAMS if key in record), now_s, record)
         keeping.write("console/act", now_s, {"verb": "anything"})
     keeping.close()
-    return keeping.before
+    return keeping.unfinished
 
 
 def test_an_examination_continues_over_any_number_of_runs(tmp_path: Path) -> None:
     path = tmp_path / "console.mcap"
-    assert run(path, (1.0, session("begin", 1.0, "P-0001")), (2.0, session("end", 2.0, "P-0001"))) == KeptBefore()
-    assert run(path, (3.0, session("begin", 3.0)), (4.0, finding(1, 4.0)), (5.0, finding(1, 4.0, "a"))) == KeptBefore()
+    assert run(path, (1.0, session("begin", 1.0, "P-0001")), (2.0, session("end", 2.0, "P-0001"))) == Unfinished()
+    assert run(path, (3.0, session("begin", 3.0)), (4.0, finding(1, 4.0)), (5.0, finding(1, 4.0, "a"))) == Unfinished()
     second = run(path, (6.0, finding(2, 6.0)))
     assert second.files == (tmp_path / "console-1.mcap",)
     assert [record.get("note") for _, record in second.records] == [None, "", "a"]
@@ -43,7 +43,7 @@ def test_an_examination_continues_over_any_number_of_runs(tmp_path: Path) -> Non
     assert third.findings == {1, 2}
     assert third.cut_off == ""
     assert run(path, (9.0, session("end", 9.0))).findings == {1, 2}
-    assert run(path) == KeptBefore()
+    assert run(path) == Unfinished()
 
 
 def test_samples_of_the_map_are_among_it(tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_a_killed_run_leaves_what_it_had_written(tmp_path: Path, share: float) -
     whole = path.read_bytes()  # not closed: as a killed process leaves it
     keeping.close()
     path.write_bytes(whole[: round(share * len(whole))])
-    before = kept_before(path, boot())
+    before = unfinished(path, boot())
     assert before.findings == set(range(1, len(before.findings) + 1))
     assert len(before.findings) >= 20 * share - 4
 
@@ -91,13 +91,13 @@ def test_what_another_run_of_the_machine_left_is_said_and_not_continued(
         patch.setattr(keeping_module, "boot", lambda: "another")
         run(path, (50_000.0, session("begin", 50_000.0)), (50_001.0, finding(1, 50_001.0)))
     keeping = Journal(path, {})
-    assert keeping.before.cut_off == "P-0417"
-    assert keeping.before.findings == {1}
-    assert keeping.before.files == (path,)
+    assert keeping.unfinished.cut_off == "P-0417"
+    assert keeping.unfinished.findings == {1}
+    assert keeping.unfinished.files == (path,)
     assert not keeping.is_saved(1)
     assert keeping.files == [tmp_path / "console-1.mcap"]
     keeping.close()
-    assert run(path) == KeptBefore(), "it is said once"
+    assert run(path) == Unfinished(), "it is said once"
 
 
 def test_what_a_supervisor_has_set_aside_is_found(tmp_path: Path) -> None:
@@ -116,4 +116,4 @@ def test_a_file_that_is_none_hides_nothing(tmp_path: Path, content: bytes) -> No
     run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))
     (tmp_path / "console-1.mcap").write_bytes(content)
     (tmp_path / "console-notes.mcap").write_bytes(content)
-    assert kept_before(path, boot()).findings == {1}
+    assert unfinished(path, boot()).findings == {1}
