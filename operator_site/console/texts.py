@@ -111,6 +111,7 @@ PLATE_BACK = "{finger}: plate is back. Hold C to clear."
 NO_REMOTE_SITE = "no remote site is connected"
 START_SITE = "No answer. Start it."
 NOT_CALIBRATED = "Not calibrated."
+NOT_USED = "not used"
 NO_REMOTE_DATA = "No data from the remote site."
 DISK_USED = "{percent:.0f} % used."
 SOUND_NOT_HEARD = "Not heard yet."
@@ -298,7 +299,7 @@ def decision(
         case ThermalStatus.UNKNOWN:
             return "UNKNOWN", _REASONS[reason]
         case ThermalStatus.UNIDENTIFIABLE:
-            return "CANNOT TELL", _REASONS[reason]
+            return "CANNOT IDENTIFY", _REASONS[reason]
         case _:
             return "NO CONTACT", ""
 

@@ -132,9 +132,9 @@ BASE: dict[str, Any] = {
     "alarms": [],
     "fingers": [finger_state(name) for name in FINGERS],
     "devices": [{"name": name, "ready": True, "text": "", "help": ""} for name in DEVICES],
-    "checks": [{"what": "Calibration", "ready": True, "text": "3 Nov 2026", "help": ""},
-               {"what": "Link", "ready": True, "text": "23 ± 2 ms", "help": ""},
-               {"what": "Disk", "ready": True, "text": "212 GB free", "help": ""}],
+    "checks": [{"name": "Calibration", "ready": True, "text": "3 Nov 2026", "help": ""},
+               {"name": "Link", "ready": True, "text": "23 ± 2 ms", "help": ""},
+               {"name": "Disk", "ready": True, "text": "212 GB free", "help": ""}],
     "stop": None, "engage": {"wanted": False, "refusal": ""},
     "map": {"frame": {"x_m": -0.128, "y_m": -0.128, "cell_m": 0.001, "columns": 256, "rows": 256},
             "ranges": {name: list(ends) for name, ends in RANGES.items()},
@@ -299,11 +299,11 @@ def unknown() -> Scenario:
     )
 
 
-def cannot_tell() -> Scenario:
+def cannot_identify() -> Scenario:
     """The remote site cannot identify the material, and gives the reason."""
     scenario = engaged()
     scenario.state["fingers"][1] |= {
-        "decision": "CANNOT TELL",
+        "decision": "CANNOT IDENTIFY",
         "line": "no temperature difference",
         "candidates": [],
     }
@@ -429,7 +429,7 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, lost, ambiguous, unknown, cannot_tell, paused, fault,
+        disconnected, connected, ready, engaging, engaged, lost, ambiguous, unknown, cannot_identify, paused, fault,
         stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip

@@ -148,7 +148,7 @@ def test_what_is_missing_is_listed_with_the_command_to_run(open_page: Open) -> N
     assert "✗ Ring Ring module absent. Check its cable, then: teletaction doctor --config operator.toml" in texts
     assert "✗ Calibration Not calibrated. Materials stay UNKNOWN. teletaction calibrate --config remote.toml" in texts
     assert len(texts) == 4
-    assert page.inner_text("#chart-meaning") == "How often such answers are right: not known."
+    assert page.inner_text("#chart-meaning") == "Accuracy of these answers: not known."
 
 
 def test_a_finding_is_discarded_by_backspace_and_kept_open_when_it_is_not_taken(stage: Stage, open_page: Open) -> None:

@@ -78,8 +78,8 @@ function showSound() {
 function showChecks() {
   const lines = [...now.state.devices, ...now.state.checks];
   const tick = text => make("span", { "aria-hidden": "true", text });
-  remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name ?? line.what)} `, make("span", { class: "detail", text: line.text || WORDS.ready }))));
-  remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: capital(line.name ?? line.what) }),
+  remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name)} `, make("span", { class: "detail", text: line.text || WORDS.ready }))));
+  remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: capital(line.name) }),
     make("span", { class: "missing", text: line.text }), ...(line.help ? [make("code", { text: line.help })] : []))));
 }
 

@@ -135,20 +135,6 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
     }
 
 
-def _device(console: Console, name: str, operator: str) -> dict[str, Any]:
-    site = console.site
-    if site.ready and name not in site.ready:
-        return {"name": name, "ready": True, "text": "not used", "help": ""}
-    ready = site.ready.get(name, False)
-    why = f" {site.whys[name]}." if name in site.whys else ""
-    return {
-        "name": name,
-        "ready": ready,
-        "text": "" if ready else texts.short(texts.device_absent(name) + why),
-        "help": "" if ready else f"teletaction doctor --config {operator}",
-    }
-
-
 def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]]:
     """Return the check list of a session without the devices: each item is ready or has its remedy."""
     site, around = console.site, console.around
@@ -172,8 +158,17 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
     ]
 
 
-def _check(what: str, ready: bool, text: str, how: str) -> dict[str, Any]:
-    return {"what": what, "ready": ready, "text": "" if ready else text, "help": "" if ready else how}
+def _device(console: Console, name: str, operator: str) -> dict[str, Any]:
+    site = console.site
+    if site.ready and name not in site.ready:
+        return {"name": name, "ready": True, "text": texts.NOT_USED, "help": ""}
+    why = f" {site.whys[name]}." if name in site.whys else ""
+    text = texts.short(texts.device_absent(name) + why)
+    return _check(name, site.ready.get(name, False), text, f"teletaction doctor --config {operator}")
+
+
+def _check(name: str, ready: bool, text: str, remedy: str) -> dict[str, Any]:
+    return {"name": name, "ready": ready, "text": "" if ready else text, "help": "" if ready else remedy}
 
 
 def _stop(console: Console, now_s: float) -> dict[str, Any] | None:

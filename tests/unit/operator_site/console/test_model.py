@@ -99,14 +99,14 @@ def test_an_empty_console_shows_nothing_as_known() -> None:
     state = shown(console, 5.0)
     assert state["session"]["state"] == "disconnected"
     assert state["engage"]["refusal"]
-    assert [check["what"] for check in state["checks"] if check["ready"]] == ["key", "disk"]
+    assert [check["name"] for check in state["checks"] if check["ready"]] == ["key", "disk"]
     assert all(check["help"] for check in state["checks"] if not check["ready"])
     assert state["alarms"] == []
 
 
 def test_the_calibration_is_shown_and_without_one_the_check_fails(console: Console) -> None:
     def calibration(state: dict[str, Any]) -> tuple[object, object]:
-        return state["meaning"], next(check["ready"] for check in state["checks"] if check["what"] == "calibration")
+        return state["meaning"], next(check["ready"] for check in state["checks"] if check["name"] == "calibration")
 
     assert calibration(shown(console, 102.0)) == (None, False)
     said = "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %"
