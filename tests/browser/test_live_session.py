@@ -15,7 +15,7 @@ import pytest
 from operator_site.console.examination.reporting import LONGEST_S
 from operator_site.console.texts import CONSOLE_NOT_RECORDED
 from robustness.fault_session import let_write
-from tests.browser.live import FORCE, at_devices, begin, clear, end, engage, opened
+from tests.browser.live import at_devices, begin, clear, engage, opened
 from tests.browser.test_every_state import LOOK, axe_findings
 from tests.browser.test_page import HOSTILE, LONGEST
 from tests.system.live_console import Session, running
@@ -91,14 +91,6 @@ def test_a_whole_session_from_its_beginning_to_its_report(page: Any, picture_of:
     assert page.evaluate("window.struck") is None
 
 
-def test_a_pseudonym_that_looks_like_a_name_is_refused(page: Any) -> None:
-    begin(page, "P-0401")
-    end(page)
-    page.fill("#begin-pseudonym", "Anna Meier")
-    page.keyboard.press("Enter")
-    page.wait_for_selector("#begin-said:has-text('Use a study number, not a name.')")
-
-
 @pytest.mark.parametrize("by", ["click", "key"])
 def test_a_stop_is_confirmed_by_each_device_and_seen_at_them(
     page: Any, session: Session, picture_of: Callable[[Any, str], None], by: str
@@ -119,55 +111,6 @@ def test_a_stop_is_confirmed_by_each_device_and_seen_at_them(
     assert max(force_n for entry in before for force_n in entry["force_n"]) > 0.1, "there was something to stop"
     assert max(force_n for entry in after for force_n in entry["force_n"]) == 0.0
     assert max(rpm for entry in after for rpm in entry["motor_rpm"]) < 100.0
-
-
-def test_after_a_reload_the_session_is_there_again(page: Any) -> None:
-    engage(page)
-    findings, study_number = mark(page, "2"), page.inner_text("#pseudonym")
-    page.reload()
-    page.wait_for_selector("body[data-shown=engaged]")
-    assert page.inner_text("#pseudonym") == study_number
-    page.wait_for_selector(f"#findings li:nth-of-type({findings})", state="attached")
-    assert page.locator("#findings li").count() == findings
-    page.wait_for_function(FORCE)
-
-
-def test_of_two_tabs_both_show_and_either_stops(browser: Any, session: Session, page: Any) -> None:
-    engage(page)
-    second = opened(browser, session.address)
-    second.wait_for_selector("body[data-shown=engaged]")
-    assert second.inner_text("#pseudonym") == page.inner_text("#pseudonym")
-    second.keyboard.press("Space")
-    for tab in (page, second):
-        tab.wait_for_selector("body[data-shown=stopped]")
-    second.close()
-
-
-ASK = """verb => new Promise(answered => {
-  const socket = new WebSocket(`ws://${location.host}/session?role=observe`);
-  socket.onopen = () => socket.send(JSON.stringify({ kind: 'ask', id: 1, verb, details: {} }));
-  socket.onmessage = ({ data }) => {
-    if (typeof data !== 'string' || JSON.parse(data).kind !== 'answer') return;
-    answered(JSON.parse(data));
-    socket.close();
-  };
-})"""
-
-
-def test_an_observer_has_nothing_to_press_and_is_refused(browser: Any, session: Session, page: Any) -> None:
-    engage(page)
-    observer = opened(browser, session.address, "/?role=observe")
-    observer.wait_for_selector("#looking-on:has-text('OBSERVER. Control is at ')")
-    assert not observer.is_visible("#stop")
-    assert not observer.is_visible("#act-button")
-    for key in ("Space", "p", "f"):
-        observer.keyboard.press(key)
-    for verb in ("estop", "disengage", "finding", "end", "take_control"):
-        answer = observer.evaluate(ASK, verb)
-        assert not answer["ok"], verb
-        assert answer["text"].startswith("OBSERVER. Control is at "), verb
-    assert page.get_attribute("body", "data-shown") == "engaged"
-    observer.close()
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from operator_site.console.web.server import PAGE
-from tests.browser.conftest import Open, wait_for
+from tests.browser.conftest import Open
 from tests.browser.stage import Stage
 
 MOST_BYTES = 150_000
@@ -80,16 +80,6 @@ def test_hostile_words_stay_words(stage: Stage, open_page: Open) -> None:
     assert page.evaluate("document.querySelectorAll('main img, main script').length") == 0
     assert not page.is_visible("#report-link")
     assert len(page.evaluate("document.querySelector('#findings').textContent")) > LONGEST
-
-
-@pytest.mark.console
-def test_a_note_of_ten_thousand_characters_is_sent_whole(stage: Stage, open_page: Open) -> None:
-    page = open_page("engaged")
-    page.keyboard.press("n")
-    note = ("\u05d0\u05d1 <b>\u202eabc " * LONGEST)[:LONGEST]
-    page.fill("#note-text", note)
-    page.click("#noting [type=submit]")
-    assert wait_for(stage, "note")[0]["details"]["text"] == note
 
 
 @pytest.mark.console

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
-import msgpack
 import pytest
 
 from operator_site.console.examination.journal import AGAIN_S, Journal
@@ -129,16 +128,6 @@ def test_a_disk_that_stays_full_is_not_strewn_with_files_and_room_is_used_at_onc
         subprocess.run(("umount", str(disk)), check=True)
 
 
-def test_what_an_earlier_run_kept_is_not_written_over(tmp_path: Path) -> None:
-    for number in range(3):
-        keeping = Journal(tmp_path / "console.mcap", {})
-        keeping.write("console/finding", 1.0, finding(number + 1))
-        keeping.close()
-    for number, name in enumerate(("console", "console-1", "console-2"), 1):
-        ((_, record),) = written(tmp_path / f"{name}.mcap", "console/finding")
-        assert record["id"] == number
-
-
 def test_without_a_file_nothing_is_ever_saved() -> None:
     keeping = Journal(None, {})
     keeping.write("console/finding", 1.0, finding(1))
@@ -146,14 +135,3 @@ def test_without_a_file_nothing_is_ever_saved() -> None:
     assert not keeping.is_saved(1)
     assert not keeping.enabled
     keeping.close()
-
-
-def test_a_note_of_ten_thousand_characters_comes_back(tmp_path: Path) -> None:
-    keeping = Journal(tmp_path / "console.mcap", {})
-    note = "<b>\u202e\x00💥" * 2000
-    keeping.write("console/finding", 1.0, finding(1, note))
-    until_saved(keeping, 1, 1.0)
-    keeping.close()
-    ((_, record),) = written(tmp_path / "console.mcap", "console/finding")
-    assert record["note"] == note
-    assert msgpack.unpackb(msgpack.packb(record)) == record
