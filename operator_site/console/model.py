@@ -153,7 +153,8 @@ class Console:
             after: newest bin that the page has; None or one that is too old gives all bins.
         """
         newest = self.signals.newest_bin(now_s)
-        whole = after is None or not 0 <= newest - after < BINS
+        missing = BINS if after is None else newest - after
+        whole = not 0 <= missing < BINS
         touching = self.fingers.in_contact(now_s)
         acting = [acts and used for acts, used in zip(self.fingers.acting(now_s), self.in_use, strict=True)]
         flags = Flags(
@@ -165,13 +166,12 @@ class Console:
             tuple(acting),
             self.in_use,
         )
-        missing = BINS if whole or after is None else newest - after
         return Frame(
             sequence,
             (newest + 1) * SPAN_S,
             flags,
             np.array(self.fingers.shown(now_s), dtype=np.float32),
-            self.signals.bins(newest, missing),
+            self.signals.bins(newest, BINS if whole else missing),
             self.site.session,
             Kind.WHOLE if whole else Kind.PICTURE,
         ).encode()

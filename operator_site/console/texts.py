@@ -213,9 +213,9 @@ def remote_fault(found: Fault) -> str:
 def _alarm(found: Fault, where: str, act: str) -> str:
     """Return place, problem and, if there is room, consequence."""
     what = filled(_FAULTS[found.code], found).rstrip()
-    said = short(capital(f"{where}: {what}." if where else f"{what}."))
-    whole = f"{said} {act}"
-    return whole if len(whole) <= LONGEST_ALARM else said
+    text = short(capital(f"{where}: {what}." if where else f"{what}."))
+    whole = f"{text} {act}"
+    return whole if len(whole) <= LONGEST_ALARM else text
 
 
 def plate_over(name: str, plate_c: float) -> str:
@@ -231,8 +231,8 @@ def plate_held(name: str, limit_c: float) -> str:
 def site_slow(rate_hz: object, wanted_hz: object) -> str:
     """Return the alarm for a loop below its rate, Hz; rates that are no numbers are left out."""
     known = isinstance(rate_hz, float) and isinstance(wanted_hz, float)
-    said = f": {rate_hz:.0f} of {wanted_hz:g} ticks a second" if known else ""
-    return f"Site slow{said}. Close other programs."
+    rates = f": {rate_hz:.0f} of {wanted_hz:g} ticks a second" if known else ""
+    return f"Site slow{rates}. Close other programs."
 
 
 def link_slow(delay_ms: float, sd_ms: float) -> str:

@@ -22,7 +22,7 @@ _NICE = 15
 PLACE = "{report}"
 """Placeholder in the command for the path of the report."""
 RECORD = "{record}"
-"""Word of the command that stands for the files with the records of the examination."""
+"""Placeholder in the command for the files with the records of the examination."""
 
 
 class Reporting:
@@ -57,11 +57,11 @@ class Reporting:
             preexec_fn=lambda: os.nice(_NICE),
         )
         try:
-            _, said = await asyncio.wait_for(process.communicate(), LONGEST_S)
+            _, errors = await asyncio.wait_for(process.communicate(), LONGEST_S)
         except TimeoutError:
             process.kill()
             raise OSError(texts.REPORT_LATE.format(seconds=LONGEST_S)) from None
         if process.returncode or not path.is_file():
-            lines = said.decode("utf-8", "replace").strip().splitlines()
+            lines = errors.decode("utf-8", "replace").strip().splitlines()
             raise OSError(lines[-1] if lines else texts.REPORT_ENDED.format(code=process.returncode))
         return f"/report/{path.name}"

@@ -30,5 +30,5 @@ class BusNow:
 
     def trouble(self, now_s: float) -> dict[str, str]:
         """Return the error or abnormal controller state of each device with one."""
-        found = {device: said for device, (at_s, said) in self._latest.items() if 0.0 <= now_s - at_s <= HELD_S}
+        found = {device: errors for device, (at_s, errors) in self._latest.items() if 0.0 <= now_s - at_s <= HELD_S}
         return found | {device: state for device, state in self._state.items() if state not in _SOUND}

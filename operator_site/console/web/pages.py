@@ -171,38 +171,38 @@ class Pages:
                 return
             client.heard(now_s)
             try:
-                said = json.loads(text)
-                kind = said["kind"]
+                message = json.loads(text)
+                kind = message["kind"]
             except (ValueError, KeyError, TypeError, RecursionError):
                 await socket.close(NOT_UNDERSTOOD)
                 return
-            stops = client.acts and kind == "ask" and said.get("verb") == "estop"
+            stops = client.acts and kind == "ask" and message.get("verb") == "estop"
             if not (allowed or stops):
                 await socket.close(TOO_MUCH, "too many messages")
                 return
             match kind:
                 case "drawn":
-                    client.drew(now_s, _integer(said.get("sequence")))
+                    client.drew(now_s, _integer(message.get("sequence")))
                 case "alive":
-                    client.visible = said.get("visible") is True
+                    client.visible = message.get("visible") is True
                 case "show":
-                    if said.get("quantity") in QUANTITIES:
-                        client.show(said["quantity"])
+                    if message.get("quantity") in QUANTITIES:
+                        client.show(message["quantity"])
                 case "ask":
-                    ident = _integer(said.get("id"))
+                    ident = _integer(message.get("id"))
                     if not (stops or self._commands.plays or self._requests.allows(client.visitor, now_s)):
                         await socket.close(TOO_MUCH, "too many requests")
                         return
                     if ident not in asked or asked[ident].done():  # a pending stop is requested repeatedly
                         asked = {number: task for number, task in asked.items() if not task.done()}
-                        answer = self._side("answering", self._answer(socket, client, ident, said))
+                        answer = self._side("answering", self._answer(socket, client, ident, message))
                         asked[ident] = asyncio.create_task(answer)
             self._ready[client.name].set()
 
-    async def _answer(self, socket: PageSocket, client: Client, ident: int, said: dict[str, Any]) -> None:
+    async def _answer(self, socket: PageSocket, client: Client, ident: int, message: dict[str, Any]) -> None:
         answer = Answer(False, texts.FAILED_INSIDE)
         with self.contain.step("request", latches=False):
-            answer = await self._commands.ask(client, said.get("verb"), said.get("details"), self._shown_s())
+            answer = await self._commands.ask(client, message.get("verb"), message.get("details"), self._shown_s())
         reply = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
         if not client.answer(reply):
             await socket.close(NOT_UNDERSTOOD)
