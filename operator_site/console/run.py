@@ -26,7 +26,7 @@ from operator_site.console.local_control import LocalControlClient
 from operator_site.console.playback.player import PlayedConsole
 from operator_site.console.web.access import Access
 from operator_site.console.web.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
-from operator_site.console.web.door import Accepted, Door, Stages
+from operator_site.console.web.door import Door, Stages
 from operator_site.console.web.server import application
 from operator_site.session.console_feed import FeedReader
 
@@ -130,7 +130,7 @@ async def _run(
 ) -> None:
     contain = shown.pages.contain
     asyncio.get_running_loop().set_exception_handler(partial(_name, contain))
-    connections: Connections[Accepted] = Connections(most_connections(raise_descriptor_limit()))
+    connections = Connections(most_connections(raise_descriptor_limit()))
     server = _Server(
         uvicorn.Config(
             Stages(app, connections, contain),

@@ -185,18 +185,12 @@ class Playback(Generic[C]):
         """Present moment from the start, s."""
         return (self._now_ns - self._recording.start_ns) * 1e-9
 
-    def play(self, wall_s: float, speed: float | None = None) -> None:
-        """Play from the present moment; at the end, from the start.
-
-        Raises:
-            ValueError: the speed is out of range.
-        """
-        if speed is not None and not SPEEDS[0] <= speed <= SPEEDS[1]:
-            raise ValueError(f"speed {speed:g}: choose {SPEEDS[0]:g} to {SPEEDS[1]:g}")
+    def play(self, wall_s: float, speed: float = 1.0) -> None:
+        """Play from the present moment, at the end from the start; a speed outside SPEEDS becomes the nearest end."""
         self.step(wall_s)
         if self._now_ns >= self._recording.end_ns:
             self._go_to(self._recording.start_ns)
-        self.speed = self.speed if speed is None else speed
+        self.speed = min(max(speed, SPEEDS[0]), SPEEDS[1])
         self.playing = True
         self._anchor = (wall_s, self._now_ns)
 

@@ -61,7 +61,7 @@ class Player:
         return jumped
 
     def play(self, speed: float) -> None:
-        """Play at a multiple of the recorded speed; at the end, restart from the beginning."""
+        """Play at a multiple of the recorded speed within SPEEDS; at the end, restart from the beginning."""
         self._playback.play(self._clock_s(), speed)
 
     def pause(self) -> None:

@@ -372,7 +372,7 @@ async def _play(player: Playing, client: Client, details: dict[str, Any], now_s:
     speed = details.get("speed", 1.0)
     if not isinstance(speed, (int, float)) or not abs(speed) < 1e9:
         raise Refused(texts.SPEED_NEEDED)
-    player.play(min(max(float(speed), 0.5), 8.0))
+    player.play(float(speed))
     return Answer(True, "")
 
 

@@ -2,7 +2,7 @@
 
 import resource
 from enum import IntEnum
-from typing import Generic, Protocol, TypeVar
+from typing import Protocol
 
 MOST_CONNECTIONS = 256
 """Maximum number of connections at a time, with enough file descriptors."""
@@ -25,18 +25,18 @@ class Stage(IntEnum):
     """An admitted page; never dropped here."""
 
 
-class Open(Protocol):
-    """A connection that can report whether it is open."""
+class Connection(Protocol):
+    """An accepted connection."""
 
     @property
     def is_open(self) -> bool:
         """Whether the connection still holds a file descriptor."""
 
+    def drop(self) -> None:
+        """Close the connection at once."""
 
-Connection = TypeVar("Connection", bound=Open)
 
-
-class Connections(Generic[Connection]):
+class Connections:
     """Open connections by stage. Pure: time is an argument, s of any monotonic clock.
 
     Attributes:

@@ -76,7 +76,7 @@ class Accepted:
 class Door:
     """Accepts connections for one server, in that server's own thread."""
 
-    def __init__(self, listening: sockets.socket, server: Server, connections: Connections[Accepted]):
+    def __init__(self, listening: sockets.socket, server: Server, connections: Connections):
         """Accept from `listening` for `server`, whose configuration is loaded, within the bounds of `connections`."""
         self._listening, self._server = listening, server
         self.connections = connections
@@ -116,7 +116,7 @@ class Door:
 class Stages:
     """Notes the stage of each request's connection; a page is admitted once the application sends to it."""
 
-    def __init__(self, app: ASGIApp, connections: Connections[Accepted], contain: Containment):
+    def __init__(self, app: ASGIApp, connections: Connections, contain: Containment):
         """Serve `app`; `contain` reports errors of requests."""
         self._app, self._connections, self._contain = app, connections, contain
 

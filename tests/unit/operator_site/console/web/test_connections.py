@@ -23,10 +23,13 @@ class Line:
 
     is_open: bool = True
 
+    def drop(self) -> None:
+        """Nothing is open."""
 
-def filled(*stages: Stage) -> tuple[Connections[Line], list[Line]]:
+
+def filled(*stages: Stage) -> tuple[Connections, list[Line]]:
     """As many connections as there may be, in these stages; each arrived a second after the one before."""
-    connections: Connections[Line] = Connections(len(stages))
+    connections = Connections(len(stages))
     lines = [Line() for _ in stages]
     for at_s, (line, stage) in enumerate(zip(lines, stages, strict=True)):
         assert connections.arrived(line, float(at_s)) is None
@@ -77,7 +80,7 @@ def test_a_dropped_connection_gets_no_place_by_what_it_still_does() -> None:
 
 @given(st.lists(st.tuples(st.sampled_from(["arrive", *Stage]), st.integers(0, 9), st.floats(0.0, 3.0)), max_size=60))
 def test_there_are_never_more_and_no_page_is_ever_dropped(course: list[tuple[str | Stage, int, float]]) -> None:
-    connections: Connections[Line] = Connections(4)
+    connections = Connections(4)
     lines, pages, now_s = [Line()], set[Line](), 0.0
     for what, number, later_s in course:
         now_s += later_s

@@ -16,7 +16,7 @@ from starlette.types import Receive, Scope, Send
 from common.runtime.containment import Containment
 from operator_site.console.web import connections as rule
 from operator_site.console.web.connections import Connections
-from operator_site.console.web.door import Accepted, Door, Stages
+from operator_site.console.web.door import Door, Stages
 from tests.conftest import Contained
 
 MOST = 8
@@ -54,7 +54,7 @@ async def page(scope: Scope, receive: Receive, send: Send) -> None:
 @asynccontextmanager
 async def served(certificate: Path | None = None) -> AsyncIterator[tuple[Door, int, ExitStack]]:
     """A door with MOST places, its port, and what is closed after it."""
-    connections: Connections[Accepted] = Connections(MOST)
+    connections = Connections(MOST)
     key = None if certificate is None else certificate.with_name("key.pem")
     stages = Stages(page, connections, Containment())
     config = uvicorn.Config(stages, lifespan="off", log_config=None, ssl_certfile=certificate, ssl_keyfile=key)
