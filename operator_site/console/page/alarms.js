@@ -26,14 +26,15 @@ function own() {
   return alarms;
 }
 
+const listed = () => [...own(), ...(now.state?.alarms ?? [])];
+
 // A high alarm whose cause is gone and that a person has yet to clear.
 export const latched = alarm => alarm.priority === "high" && !alarm.active && !alarm.cleared_by;
 
 // Alarms that are active or wait to be cleared: most urgent first, active before waiting.
 export function standing() {
-  const listed = now.state?.alarms ?? [];
   const of = alarm => 2 * RANK[alarm.priority] + (alarm.active ? 1 : 0) + (alarm.id.startsWith("stop") ? 8 : 0);
-  return [...own(), ...listed]
+  return listed()
     .filter(alarm => alarm.active || latched(alarm))
     .sort((a, b) => of(b) - of(a));
 }
@@ -104,8 +105,7 @@ function announce(top) {
 }
 
 export function showList() {
-  const listed = now.state?.alarms ?? [];
-  const all = [...own(), ...listed].sort((a, b) => Number(b.active) - Number(a.active) || (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
+  const all = listed().sort((a, b) => Number(b.active) - Number(a.active) || (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
   remake(byId("alarm-list"), all, () => (all.length ? all.map(item) : [make("li", { text: WORDS.noAlarms })]));
 }
 

@@ -1,5 +1,5 @@
 // Region E, chart of the first 8 s of contact: stacked probabilities, and the object's temperature with its sd.
-import { byId, equal, fit } from "./dom.js";
+import { byId, equal, penOf } from "./dom.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
 import { colour, onTheme } from "./theme.js";
@@ -28,9 +28,7 @@ export function followChart(state) {
 export function drawChart() {
   const canvas = byId("chart-bands");
   if (canvas.clientHeight === 0) return;
-  fit(canvas);
-  const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
-  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  const pen = penOf(canvas);
   const width = canvas.clientWidth, height = canvas.clientHeight, high = (height - FOOT) * SPLIT;
   pen.clearRect(0, 0, width, height);
   pen.font = FONT;

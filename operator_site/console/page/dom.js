@@ -64,3 +64,11 @@ export function fit(canvas) {
   canvas.height = height;
   return true;
 }
+
+// Returns a pen for a fitted canvas that draws in CSS pixels.
+export function penOf(canvas) {
+  fit(canvas);
+  const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
+  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  return pen;
+}

@@ -1,7 +1,7 @@
 // Region C, drawing: five fingertips from above, over the table's columns. The fill shows force, a thick outline contact,
 // the dot vibration, the glyph the mode, and the bar below the plate's temperature.
 import { TABLES } from "./colours.js";
-import { byId, fit } from "./dom.js";
+import { byId, penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
@@ -13,9 +13,7 @@ const PLATE = 9, GAP = 5;
 export function drawHand(picture) {
   const canvas = byId("drawing");
   if (canvas.clientHeight === 0) return;
-  fit(canvas);
-  const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
-  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  const pen = penOf(canvas);
   const width = canvas.clientWidth, height = canvas.clientHeight, column = width / FINGER_COUNT;
   pen.clearRect(0, 0, width, height);
   for (let finger = 0; finger < FINGER_COUNT; finger += 1) {

@@ -1,5 +1,5 @@
 // Region D, legend: value upwards and confidence to the right, as on the map; materials as a list.
-import { byId, fit, write } from "./dom.js";
+import { byId, penOf, write } from "./dom.js";
 import { inkOf, over, SPREADS } from "./map_tiles.js";
 import { word } from "./map_over.js";
 import { colour } from "./theme.js";
@@ -9,9 +9,7 @@ const ROW = 26, LEAST_ROW = 17, BOX = 26;
 
 export function drawLegend(quantity, legend, materials, sure, beyond) {
   const canvas = byId("legend-scale");
-  fit(canvas);
-  const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
-  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  const pen = penOf(canvas);
   const width = canvas.clientWidth, height = canvas.clientHeight;
   pen.fillStyle = colour.panel;
   pen.fillRect(0, 0, width, height);

@@ -1,6 +1,6 @@
 // Region D, over the map: a cross for each finger, the marked finding, the cursor; on the map itself: findings as numbered
 // flags, a scale bar of 10 mm, and the sides of the body.
-import { fit } from "./dom.js";
+import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
@@ -9,8 +9,7 @@ import { FINGER_NAMES } from "./words.js";
 const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
 
 function begin(canvas) {
-  const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
-  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  const pen = penOf(canvas);
   pen.font = "600 16px system-ui, sans-serif";
   pen.textAlign = "center";
   return pen;
@@ -24,7 +23,6 @@ export function drawStill(canvas, at) {
 }
 
 export function drawOver(canvas, at, finding, cursor) {
-  fit(canvas);
   const pen = begin(canvas);
   pen.clearRect(0, 0, at.width, at.height);
   if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) cross(pen, at, finger);
