@@ -1,17 +1,55 @@
-"""Pages in front of a desk, with sockets in the test's hands."""
+"""Pages of a console in memory: a site that answers, a journal, and sockets that a test drives."""
 
 import asyncio
 import json
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
+import msgpack
 from starlette.websockets import WebSocketDisconnect
 
+from operator_site.console.examination.journal import Journal
 from operator_site.console.model import Console
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.commands import Commands, Playing
 from operator_site.console.web.pages import Pages
-from tests.unit.operator_site.console.web.test_commands import Desk, Keeper
+
+BRIEF = {"state": "connected", "session": 7}
+
+
+class AnsweringSite:
+    """The local control of a site, which answers as the test sets it."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+        self.answer: Callable[[], dict[str, Any]] = lambda: dict(BRIEF)
+        self.fails: Exception | None = None
+
+    def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
+        self.asked.append(verb)
+        answered: Future[dict[str, Any]] = Future()
+        if self.fails is None:
+            answered.set_result(self.answer())
+        else:
+            answered.set_exception(self.fails)
+        return answered
+
+
+class MemoryJournal(Journal):
+    """A journal that keeps its records in memory."""
+
+    def __init__(self) -> None:
+        super().__init__(None, {})
+        self.kept: list[tuple[str, dict[str, Any]]] = []
+
+    def write(self, stream: str, now_s: float, record: dict[str, Any]) -> None:
+        self.kept.append((stream, record))
+        msgpack.packb(record)  # the recording takes it
+
+    def of(self, stream: str) -> list[dict[str, Any]]:
+        return [record for kept_in, record in self.kept if kept_in == stream]
+
 
 OR_1, STUDENT = Visitor("OR-1", "act"), Visitor("student", "observe")
 
@@ -22,7 +60,7 @@ def ask(ident: int, verb: str, **details: object) -> str:
 
 
 class Socket:
-    """A page that says what the test lets it, and goes when it is closed, or once it has said all where it `leaves`."""
+    """A page that sends the test's messages. It leaves when it is closed, or after its last message if it `leaves`."""
 
     def __init__(self, *said: str | bytes, leaves: bool = False) -> None:
         self.said: asyncio.Queue[str | bytes | Exception] = asyncio.Queue()
@@ -64,11 +102,11 @@ class Socket:
 
 
 class Room:
-    """Pages in front of a desk, or of a recording, at a time that stands still."""
+    """Pages of a running site or of a recording, at a time that stands still."""
 
     def __init__(self, played: Playing | None = None) -> None:
-        self.desk, self.now_s = Desk(), 100.0
-        self.commands = Commands(Console(), Keeper(), None if played else self.desk, played)
+        self.site, self.now_s = AnsweringSite(), 100.0
+        self.commands = Commands(Console(), MemoryJournal(), None if played else self.site, played)
         self.pages = Pages(self.commands, self.clock_s, self.clock_s)
         self._serving: list[asyncio.Task[None]] = []
 

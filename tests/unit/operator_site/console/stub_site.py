@@ -1,4 +1,4 @@
-"""A desk of a site, without the site."""
+"""A site's local control without the site."""
 
 import threading
 import time
@@ -11,7 +11,7 @@ from tests.conftest import Keys
 
 
 class Site:
-    """A desk that is served in a thread, as often as a site does."""
+    """A local control that a thread serves as often as a site does."""
 
     def __init__(self, port: int, keys: Keys):
         self.asked: list[str] = []

@@ -1,4 +1,4 @@
-"""The line to the desk: answers come back, a desk that is gone is said in time, and a stop waits for its answer."""
+"""Requests to a site: answers arrive, a silent site is reported in time, and a stop waits for its answer."""
 
 import time
 from collections.abc import Iterator

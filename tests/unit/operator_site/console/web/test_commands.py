@@ -1,19 +1,17 @@
-"""Acts at the console: they are for those who may, and every one is answered and kept."""
+"""Requests at the console: each is answered and recorded, and carried out only for a page that may act."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
-import msgpack
 import pytest
 
 from common.faults.fault import Fault, FaultCode
 from common.link.session_state import Refused
 from operator_site.console import texts
 from operator_site.console.examination.examination import LONGEST_NOTE
-from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
@@ -22,49 +20,15 @@ from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Answer, Commands
 from tests.conftest import Contained
 from tests.unit.operator_site.console.fed import fed, happen
-
-BRIEF = {"state": "connected", "session": 7}
-
-
-class Desk:
-    """A desk that answers as the test says."""
-
-    def __init__(self) -> None:
-        self.asked: list[str] = []
-        self.answer: Callable[[], dict[str, Any]] = lambda: dict(BRIEF)
-        self.fails: Exception | None = None
-
-    def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
-        self.asked.append(verb)
-        answered: Future[dict[str, Any]] = Future()
-        if self.fails is None:
-            answered.set_result(self.answer())
-        else:
-            answered.set_exception(self.fails)
-        return answered
+from tests.unit.operator_site.console.page_room import BRIEF, AnsweringSite, MemoryJournal
 
 
-class Keeper(Journal):
-    """Keeps in memory."""
-
-    def __init__(self) -> None:
-        super().__init__(None, {})
-        self.kept: list[tuple[str, dict[str, Any]]] = []
-
-    def write(self, stream: str, now_s: float, record: dict[str, Any]) -> None:
-        self.kept.append((stream, record))
-        msgpack.packb(record)  # the recording takes it
-
-    def of(self, stream: str) -> list[dict[str, Any]]:
-        return [record for kept_in, record in self.kept if kept_in == stream]
-
-
-class Desktop:
+class Workplace:
     """A console with two pages that may act and one that may not."""
 
     def __init__(self) -> None:
-        self.console, self.desk, self.keeper = Console(), Desk(), Keeper()
-        self.commands = Commands(self.console, self.keeper, self.desk)
+        self.console, self.site, self.journal = Console(), AnsweringSite(), MemoryJournal()
+        self.commands = Commands(self.console, self.journal, self.site)
         self.control = self.commands.control
         self.first, self.second = (Client(Visitor("OR-1", "act"), f"OR-1 {n}", 0.0) for n in (1, 2))
         self.observer = Client(Visitor("student", "observe"), "student 3", 0.0)
@@ -80,7 +44,7 @@ class Desktop:
 
     @property
     def kept_acts(self) -> list[dict[str, Any]]:
-        return self.keeper.of("console/act")
+        return self.journal.of("console/act")
 
     @property
     def kept(self) -> list[tuple[str, bool | None]]:
@@ -89,32 +53,32 @@ class Desktop:
 
 
 @pytest.fixture
-def desktop() -> Desktop:
-    return Desktop()
+def workplace() -> Workplace:
+    return Workplace()
 
 
-def test_the_first_page_that_may_act_is_in_control(desktop: Desktop) -> None:
-    assert desktop.control.holder is desktop.first
-    desktop.control.left(desktop.first, [desktop.observer, desktop.second])
-    assert desktop.control.holder is desktop.second
-    desktop.control.left(desktop.second, [desktop.observer])
-    assert desktop.control.holder is None
+def test_the_first_page_that_may_act_is_in_control(workplace: Workplace) -> None:
+    assert workplace.control.holder is workplace.first
+    workplace.control.left(workplace.first, [workplace.observer, workplace.second])
+    assert workplace.control.holder is workplace.second
+    workplace.control.left(workplace.second, [workplace.observer])
+    assert workplace.control.holder is None
 
 
 @pytest.mark.parametrize("verb", ["engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note"])
-def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(desktop: Desktop, verb: str) -> None:
-    answer = desktop.ask(verb, desktop.observer)
+def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(workplace: Workplace, verb: str) -> None:
+    answer = workplace.ask(verb, workplace.observer)
     assert (answer.ok, answer.text) == (False, "OBSERVER. Control is at OR-1 1.")
-    assert desktop.desk.asked == []
-    assert [act["who"] for act in desktop.kept_acts] == ["student 3"]
+    assert workplace.site.asked == []
+    assert [act["who"] for act in workplace.kept_acts] == ["student 3"]
 
 
-def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
-    assert desktop.ask("engage").text == "Cannot engage: sound not checked."
-    assert not desktop.ask("sound", answer="what").ok
-    assert desktop.ask("sound", answer="heard").ok
-    assert desktop.ask("engage").text == "ENGAGING"
-    assert desktop.desk.asked == ["engage"]
+def test_engaging_waits_until_sound_was_answered(workplace: Workplace) -> None:
+    assert workplace.ask("engage").text == "Cannot engage: sound not checked."
+    assert not workplace.ask("sound", answer="what").ok
+    assert workplace.ask("sound", answer="heard").ok
+    assert workplace.ask("engage").text == "ENGAGING"
+    assert workplace.site.asked == ["engage"]
 
 
 @pytest.mark.parametrize(
@@ -125,31 +89,31 @@ def test_engaging_waits_until_sound_was_answered(desktop: Desktop) -> None:
         ("disengage", LocalControlSilent("nobody"), texts.SITE_SILENT),
     ],
 )
-def test_why_the_site_did_not_do_it_is_answered(desktop: Desktop, verb: str, fails: Exception, text: str) -> None:
-    desktop.ask("sound", answer="refused")
-    desktop.desk.fails = fails
-    assert desktop.ask(verb) == Answer(False, text)
+def test_why_the_site_did_not_do_it_is_answered(workplace: Workplace, verb: str, fails: Exception, text: str) -> None:
+    workplace.ask("sound", answer="refused")
+    workplace.site.fails = fails
+    assert workplace.ask(verb) == Answer(False, text)
 
 
-def test_who_is_not_in_control_may_stop_and_take_over_but_nothing_else(desktop: Desktop) -> None:
-    assert desktop.ask("disengage", desktop.second).text == "Control is at OR-1 1. Take control first."
-    assert desktop.ask("estop", desktop.second).ok
-    assert desktop.ask("take_control", desktop.second).text == "OR-1 2 took control."
-    assert desktop.ask("disengage", desktop.first).text.startswith("Control is at OR-1 2.")
-    happen(desktop.console, 102.0, "engaged")
-    assert desktop.ask("take_control", desktop.first).text == "Not while engaged. Pause first."
+def test_who_is_not_in_control_may_stop_and_take_over_but_nothing_else(workplace: Workplace) -> None:
+    assert workplace.ask("disengage", workplace.second).text == "Control is at OR-1 1. Take control first."
+    assert workplace.ask("estop", workplace.second).ok
+    assert workplace.ask("take_control", workplace.second).text == "OR-1 2 took control."
+    assert workplace.ask("disengage", workplace.first).text.startswith("Control is at OR-1 2.")
+    happen(workplace.console, 102.0, "engaged")
+    assert workplace.ask("take_control", workplace.first).text == "Not while engaged. Pause first."
 
 
-def test_a_session_has_a_study_number_and_ends_with_what_was_kept(desktop: Desktop) -> None:
-    assert desktop.ask("begin", pseudonym="Anna Meier").text == "Use a study number, not a name."
-    assert not desktop.ask("finding", finger="index").ok
-    assert desktop.ask("begin", pseudonym="P-0417", sides={"top": "head", "right": "left"}).ok
-    assert desktop.ask("begin", pseudonym="P-0418").text == "Session P-0417 is under way. End it first."
-    assert desktop.ask("finding", finger="index", kind="warm", at_s=101.0).ok
-    ended = desktop.ask("end")
+def test_a_session_has_a_study_number_and_ends_with_what_was_kept(workplace: Workplace) -> None:
+    assert workplace.ask("begin", pseudonym="Anna Meier").text == "Use a study number, not a name."
+    assert not workplace.ask("finding", finger="index").ok
+    assert workplace.ask("begin", pseudonym="P-0417", sides={"top": "head", "right": "left"}).ok
+    assert workplace.ask("begin", pseudonym="P-0418").text == "Session P-0417 is under way. End it first."
+    assert workplace.ask("finding", finger="index", kind="warm", at_s=101.0).ok
+    ended = workplace.ask("end")
     assert ended.text == "1 finding not yet on disk. Report has 1 finding without a place."
-    assert desktop.ask("end").text == "No session is under way."
-    assert [record["what"] for record in desktop.keeper.of("console/session")] == ["begin", "end"]
+    assert workplace.ask("end").text == "No session is under way."
+    assert [record["what"] for record in workplace.journal.of("console/session")] == ["begin", "end"]
 
 
 @pytest.mark.parametrize(
@@ -164,50 +128,50 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(desktop: Deskt
         {"finger": "index", "at_s": "now"},
     ],
 )
-def test_a_finding_that_is_none_is_refused(desktop: Desktop, details: dict[str, Any]) -> None:
-    desktop.ask("begin", pseudonym="P-0417")
-    assert not desktop.ask("finding", **details).ok
-    assert desktop.console.examination.findings == {}
+def test_a_finding_that_is_none_is_refused(workplace: Workplace, details: dict[str, Any]) -> None:
+    workplace.ask("begin", pseudonym="P-0417")
+    assert not workplace.ask("finding", **details).ok
+    assert workplace.console.examination.findings == {}
 
 
-def test_a_note_is_kept_as_it_was_written(desktop: Desktop) -> None:
-    desktop.ask("begin", pseudonym="P-0417")
-    ident = (desktop.ask("finding", finger="index", x_mm=10.0, y_mm=0.0).details or {})["id"]
+def test_a_note_is_kept_as_it_was_written(workplace: Workplace) -> None:
+    workplace.ask("begin", pseudonym="P-0417")
+    ident = (workplace.ask("finding", finger="index", x_mm=10.0, y_mm=0.0).details or {})["id"]
     hostile = "<img src=x onerror=alert(1)>\u202e\x00" * 300
-    assert desktop.ask("note", finding=ident, text=hostile).ok
-    assert desktop.console.examination.findings[ident].note == hostile
-    assert not desktop.ask("note", finding=ident, text="x" * (LONGEST_NOTE + 1)).ok
-    assert desktop.console.examination.findings[ident].note == hostile
-    assert desktop.ask("note", finding=ident, text="half \ud83d").ok
-    assert desktop.console.examination.findings[ident].note == "half \ufffd"
-    kept = [str(act["details"].get("text", "")) for act in desktop.kept_acts]
+    assert workplace.ask("note", finding=ident, text=hostile).ok
+    assert workplace.console.examination.findings[ident].note == hostile
+    assert not workplace.ask("note", finding=ident, text="x" * (LONGEST_NOTE + 1)).ok
+    assert workplace.console.examination.findings[ident].note == hostile
+    assert workplace.ask("note", finding=ident, text="half \ud83d").ok
+    assert workplace.console.examination.findings[ident].note == "half \ufffd"
+    kept = [str(act["details"].get("text", "")) for act in workplace.kept_acts]
     assert max(map(len, kept)) <= 200, "the whole note is with its finding"
 
 
-def test_the_values_at_a_place_are_answered_with_their_uncertainty(desktop: Desktop) -> None:
-    desktop.observer.quantity = "temperature"
-    answer = desktop.ask("place", desktop.observer, x_mm=10.0, y_mm=0.0)
+def test_the_values_at_a_place_are_answered_with_their_uncertainty(workplace: Workplace) -> None:
+    workplace.observer.quantity = "temperature"
+    answer = workplace.ask("place", workplace.observer, x_mm=10.0, y_mm=0.0)
     assert answer.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
-    assert desktop.ask("place", desktop.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
-    assert not desktop.ask("place", x_mm="here").ok
+    assert workplace.ask("place", workplace.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
+    assert not workplace.ask("place", x_mm="here").ok
 
 
-def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(desktop: Desktop) -> None:
-    console = desktop.console
-    assert desktop.ask("clear_fault").text == "There is nothing to clear."
+def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(workplace: Workplace) -> None:
+    console = workplace.console
+    assert workplace.ask("clear_fault").text == "There is nothing to clear."
     happen(console, 101.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
     console.step(101.0)
-    assert desktop.ask("clear_fault").ok
-    assert desktop.desk.asked == ["clear_fault"]
+    assert workplace.ask("clear_fault").ok
+    assert workplace.site.asked == ["clear_fault"]
     console.step(101.1)
-    desktop.commands.step(101.1)
+    workplace.commands.step(101.1)
     (alarm,) = console.alarms.listed
     assert (alarm.cleared_by, alarm.ended_s) == ("OR-1 1", 101.1)
     happen(console, 110.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
     console.step(110.0)
     happen(console, 110.0, "cleared")
     console.step(110.1)
-    desktop.commands.step(110.1)
+    workplace.commands.step(110.1)
     assert console.alarms.listed[0].waits, "that was another one"
 
 
@@ -222,31 +186,31 @@ STRANGE = {"nested": nested(5000), "digits": 10**5000}
 
 
 @pytest.mark.parametrize("verb", ["reboot", "", None, 7, ["engage"], "play", "seek", *STRANGE])
-def test_what_there_is_not_cannot_be_asked_for(desktop: Desktop, verb: object) -> None:
+def test_what_there_is_not_cannot_be_asked_for(workplace: Workplace, verb: object) -> None:
     verb = STRANGE.get(str(verb), verb)
-    assert not desktop.ask(verb).ok
-    assert desktop.desk.asked == []
-    assert desktop.kept == [(verb if isinstance(verb, str) else type(verb).__name__, False)]
+    assert not workplace.ask(verb).ok
+    assert workplace.site.asked == []
+    assert workplace.kept == [(verb if isinstance(verb, str) else type(verb).__name__, False)]
 
 
 @pytest.mark.parametrize(("verb", "text"), [("disengage", "PAUSED. Outputs neutral."), ("estop", "STOPPING")])
 def test_an_act_is_kept_before_it_is_done_but_for_a_stop_and_again_with_who_and_its_answer(
-    desktop: Desktop, verb: str, text: str
+    workplace: Workplace, verb: str, text: str
 ) -> None:
     kept_before: list[dict[str, Any]] = []
 
     def look() -> dict[str, Any]:
-        kept_before.extend(desktop.kept_acts)
+        kept_before.extend(workplace.kept_acts)
         return dict(BRIEF)
 
-    desktop.desk.answer = look
-    assert desktop.ask(verb) == Answer(True, text)
-    done = desktop.kept_acts[-1]
+    workplace.site.answer = look
+    assert workplace.ask(verb) == Answer(True, text)
+    done = workplace.kept_acts[-1]
     assert (done["who"], done["verb"], done["ok"], done["answer"]) == ("OR-1 1", verb, True, text)
     assert kept_before == ([{**done, "ok": None, "answer": ""}] if verb == "disengage" else [])
-    assert len(desktop.kept) == len(kept_before) + 1
-    desktop.ask("engage", desktop.second)
-    refused = desktop.kept_acts[-1]
+    assert len(workplace.kept) == len(kept_before) + 1
+    workplace.ask("engage", workplace.second)
+    refused = workplace.kept_acts[-1]
     assert (refused["who"], refused["verb"], refused["ok"]) == ("OR-1 2", "engage", False)
 
 
@@ -262,30 +226,30 @@ def test_an_act_is_kept_before_it_is_done_but_for_a_stop_and_again_with_who_and_
     ids=["half", "long", "deep", "number", *STRANGE],
 )
 def test_an_act_with_details_that_no_file_takes_is_answered_and_recorded(
-    desktop: Desktop, details: dict[str, Any]
+    workplace: Workplace, details: dict[str, Any]
 ) -> None:
-    assert desktop.ask("disengage", **details).ok
-    assert desktop.ask("estop", **details).ok
-    assert desktop.kept == [("disengage", None), ("disengage", True), ("estop", True)]
+    assert workplace.ask("disengage", **details).ok
+    assert workplace.ask("estop", **details).ok
+    assert workplace.kept == [("disengage", None), ("disengage", True), ("estop", True)]
 
 
 @pytest.mark.parametrize("error", [ValueError("no such record"), KeyError("stream"), AssertionError()])
 def test_what_cannot_be_recorded_is_not_done_but_for_a_stop(
-    desktop: Desktop, monkeypatch: pytest.MonkeyPatch, contained: Contained, error: Exception
+    workplace: Workplace, monkeypatch: pytest.MonkeyPatch, contained: Contained, error: Exception
 ) -> None:
     def fail(*given: object) -> None:
         raise error
 
-    monkeypatch.setattr(desktop.keeper, "write", fail)
-    assert desktop.ask("disengage") == Answer(False, texts.REQUEST_NOT_RECORDED)
-    assert desktop.desk.asked == []
-    assert desktop.ask("estop").ok
-    assert desktop.desk.asked == ["estop"]
+    monkeypatch.setattr(workplace.journal, "write", fail)
+    assert workplace.ask("disengage") == Answer(False, texts.REQUEST_NOT_RECORDED)
+    assert workplace.site.asked == []
+    assert workplace.ask("estop").ok
+    assert workplace.site.asked == ["estop"]
     (name,) = contained.take()
     assert name.startswith("record of acts: ")
 
 
-def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stops_while_one_waits_wait_for_the_same_one(workplace: Workplace, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
     waiting: Future[dict[str, Any]] = Future()
 
@@ -293,10 +257,10 @@ def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypat
         asked.append(verb)
         return waiting
 
-    monkeypatch.setattr(desktop.desk, "ask", ask)
+    monkeypatch.setattr(workplace.site, "ask", ask)
 
     async def stop() -> list[Answer]:
-        stops = [asyncio.create_task(desktop.commands.ask(desktop.first, "estop", {}, 101.0)) for _ in range(100)]
+        stops = [asyncio.create_task(workplace.commands.ask(workplace.first, "estop", {}, 101.0)) for _ in range(100)]
         await asyncio.sleep(0.01)
         waiting.set_result(dict(BRIEF))
         return [await stop for stop in stops]
@@ -307,45 +271,45 @@ def test_stops_while_one_waits_wait_for_the_same_one(desktop: Desktop, monkeypat
 
 @pytest.mark.parametrize("text", ["P-1\n2026-11-25 ERROR forged", "P-1\x1b[31m", "P-1\u202e"])
 def test_a_study_number_is_printable_and_a_verb_stands_on_one_line_of_the_log(
-    desktop: Desktop, caplog: pytest.LogCaptureFixture, text: str
+    workplace: Workplace, caplog: pytest.LogCaptureFixture, text: str
 ) -> None:
     caplog.set_level("INFO")
-    assert not desktop.ask("begin", pseudonym=text).ok
-    assert desktop.console.examination.pseudonym is None
-    assert not desktop.ask(text).ok
+    assert not workplace.ask("begin", pseudonym=text).ok
+    assert workplace.console.examination.pseudonym is None
+    assert not workplace.ask(text).ok
     assert len(caplog.records) >= 2
     assert all(record.getMessage().isprintable() for record in caplog.records)
 
 
-def test_a_report_that_fails_inside_says_so_and_ends_nothing(desktop: Desktop, contained: Contained) -> None:
+def test_a_report_that_fails_inside_says_so_and_ends_nothing(workplace: Workplace, contained: Contained) -> None:
     class Failing(Reporting):
         async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
             raise ValueError("embedded null byte")
 
-    desktop.commands.reporting = Failing((), None)
+    workplace.commands.reporting = Failing((), None)
 
     async def examine() -> None:
-        await desktop.commands.ask(desktop.first, "begin", {"pseudonym": "P-0417"}, 101.0)
-        await desktop.commands.ask(desktop.first, "end", {}, 102.0)
+        await workplace.commands.ask(workplace.first, "begin", {"pseudonym": "P-0417"}, 101.0)
+        await workplace.commands.ask(workplace.first, "end", {}, 102.0)
         await asyncio.sleep(0.01)
 
     asyncio.run(examine())
     (name,) = contained.take()
     assert "embedded null byte" in name
-    assert "No report: report: ValueError" in str(desktop.commands.saved)
+    assert "No report: report: ValueError" in str(workplace.commands.saved)
 
 
 def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(
-    desktop: Desktop, caplog: pytest.LogCaptureFixture
+    workplace: Workplace, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level("INFO")
     for _ in range(500):
-        assert not desktop.ask("estop", desktop.observer).ok
-    kept = len(desktop.kept)
+        assert not workplace.ask("estop", workplace.observer).ok
+    kept = len(workplace.kept)
     assert 1 <= kept <= 20
     assert len(caplog.records) <= 20
-    desktop.observer.name = "student 4"  # the same visitor by another page
-    later = asyncio.run(desktop.commands.ask(desktop.observer, "engage", {}, 201.0))
+    workplace.observer.name = "student 4"  # the same visitor by another page
+    later = asyncio.run(workplace.commands.ask(workplace.observer, "engage", {}, 201.0))
     assert not later.ok
-    assert desktop.kept_acts[-1]["details"]["refused_before"] == 500 - kept
-    assert desktop.ask("estop").ok
+    assert workplace.kept_acts[-1]["details"]["refused_before"] == 500 - kept
+    assert workplace.ask("estop").ok

@@ -29,7 +29,7 @@ def test_a_page_that_says_too_much_is_sent_away_and_another_one_is_served(room: 
     assert socket.closed == TOO_MUCH
     assert socket.said.qsize() >= 40
     assert room.serve(OR_1, ALIVE, ask(1, "estop")).closed is None
-    assert room.desk.asked == ["estop"]
+    assert room.site.asked == ["estop"]
 
 
 def test_requests_are_limited_for_all_pages_of_one_visitor(room: Room) -> None:
@@ -38,14 +38,14 @@ def test_requests_are_limited_for_all_pages_of_one_visitor(room: Room) -> None:
     second = room.serve(STUDENT, *asked)
     assert (first.closed, second.closed) == (None, TOO_MUCH)
     assert room.serve(Visitor("nurse", "observe"), ask(1, "place")).closed is None
-    assert room.desk.asked == []
+    assert room.site.asked == []
 
 
 def test_a_stop_of_who_may_act_counts_at_any_rate(room: Room) -> None:
     said = [ask(number, "disengage") for number in range(REQUESTS_AT_ONCE)]
     socket = room.serve(OR_1, *said, ask(900, "estop"))
     assert socket.closed is None
-    assert "estop" in room.desk.asked
+    assert "estop" in room.site.asked
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_a_stop_of_who_may_act_counts_at_any_rate(room: Room) -> None:
 def test_what_is_no_message_ends_this_page_only(room: Room, text: str | bytes) -> None:
     assert room.serve(STUDENT, text).closed == NOT_UNDERSTOOD
     assert room.serve(OR_1, ask(1, "estop")).sent
-    assert room.desk.asked == ["estop"]
+    assert room.site.asked == ["estop"]
 
 
 @pytest.mark.parametrize("details", ['{"half \\ud83d": 1}', '{"a": {"b": "\\ud83d"}}', "[1, 2]", "null", '"\\ud800"'])
