@@ -16,7 +16,7 @@ class Site:
     def __init__(self, port: int, keys: Keys):
         self.asked: list[str] = []
         self.mute = False
-        self._desk = LocalControlSocket(port, load_keys(keys.operator))
+        self._control = LocalControlSocket(port, load_keys(keys.operator))
         self._on = True
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
@@ -24,7 +24,7 @@ class Site:
     def _serve(self) -> None:
         while self._on:
             if not self.mute:
-                self._desk.serve(time.monotonic_ns(), self._do)
+                self._control.serve(time.monotonic_ns(), self._do)
             time.sleep(0.002)  # a tick
 
     def _do(self, verb: str, details: dict[str, Any]) -> dict[str, Any]:
@@ -36,4 +36,4 @@ class Site:
     def close(self) -> None:
         self._on = False
         self._thread.join()
-        self._desk.close()
+        self._control.close()

@@ -48,7 +48,7 @@ def test_what_is_asked_is_answered_or_refused(site: Site, line: LocalControlClie
         line.ask("annotate", {"text": "x" * 10_000}).result(5.0)
 
 
-def test_a_desk_that_is_not_there_is_said_in_time(line: LocalControlClient) -> None:
+def test_a_missing_site_is_reported_in_time(line: LocalControlClient) -> None:
     began_s = time.monotonic()
     with pytest.raises(LocalControlSilent):
         line.ask("engage").result(5.0)
@@ -81,7 +81,7 @@ def test_a_stop_is_asked_for_again_until_it_is_answered(site: Site, line: LocalC
     assert stop.result(5.0)["verb"] == "estop"
     reached(line)
     asked = site.asked.count("estop")
-    assert asked > 5, "the desk was mute, not deaf"
+    assert asked > 5, "the site was mute, not deaf"
     reached(line)
     assert site.asked.count("estop") == asked
 

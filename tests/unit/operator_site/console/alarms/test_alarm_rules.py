@@ -105,7 +105,7 @@ def stop(console: Console, at_s: float, now_s: float, **after_s: float | None) -
     )
 
 
-def test_an_answer_of_the_desk_that_was_overtaken_is_not_taken(console: Console) -> None:
+def test_an_overtaken_answer_of_the_site_is_not_taken(console: Console) -> None:
     stop(console, 101.0, 101.9, index=0.01)
     happen(console, 102.0, "cleared")
     fault = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "stop_asked_ns": 101 * S}

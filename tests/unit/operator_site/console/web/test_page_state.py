@@ -78,7 +78,7 @@ def test_silence_is_shown_as_soon_as_its_alarm_says_so(gap_s: float, age_s: floa
     assert [one.text for one in console.alarms.listed] == ([alarm] if alarm else [])
 
 
-def test_a_desk_that_answers_is_no_proof_of_what_is_drawn() -> None:
+def test_answers_of_the_site_are_no_proof_of_what_is_drawn() -> None:
     console = engaged()
     for tenth in range(1, 10):
         now_s = AT_S + 0.1 * tenth
@@ -87,7 +87,7 @@ def test_a_desk_that_answers_is_no_proof_of_what_is_drawn() -> None:
     assert console.alarms.listed[0].text == "No data for 0.9 s. Screen is not live."
 
 
-def test_a_stop_is_judged_by_the_desk_where_nothing_else_comes() -> None:
+def test_a_stop_is_judged_by_answers_where_nothing_else_comes() -> None:
     console = engaged()
     now_s = AT_S + 1.0
     said = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "time_ns": round(now_s * S)}
