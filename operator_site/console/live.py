@@ -62,13 +62,13 @@ class LiveConsole:
             journal: records actions and findings; an unfinished examination in it is continued.
             clock_s: this machine's monotonic clock, s.
         """
-        self._feed, self._site, self.journal, self._clock_s = feed, site, journal, clock_s
+        self._feed, self._site, self._journal, self._clock_s = feed, site, journal, clock_s
         self.console = Console()
         self._time = SiteTime()
         reporting = Reporting(config.report_command, config.reports)
         self._commands = Commands(self.console, journal, site, reporting=reporting)
         self.pages = Pages(self._commands, self._site_s, clock_s)
-        self._resume(self.journal.unfinished)
+        self._resume(self._journal.unfinished)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Interval(BATCH_S), Interval(STATE_S), Interval(_ATTEND_S)
@@ -90,11 +90,11 @@ class LiveConsole:
             self._look_around()
             self._keep_samples(now_s)
         if self._keep(here_s):
-            self.journal.step(now_s)
+            self._journal.step(now_s)
             for alarm in self.console.alarms.take_changes():
                 record = {"id": alarm.ident, "priority": alarm.cause.priority.name.lower(), "text": alarm.text}
                 times = {"since_s": alarm.since_s, "ended_s": alarm.ended_s, "cleared_by": alarm.cleared_by}
-                self.journal.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
+                self._journal.write("console/alarm", now_s, {**record, **times, "active": alarm.ended_s is None})
         if self._picture(here_s, 0.5 * BATCH_S if fed else 1.5 * BATCH_S):
             self.console.step(now_s)
             self._commands.step(now_s)
@@ -122,11 +122,11 @@ class LiveConsole:
 
     def _keep_samples(self, now_s: float) -> None:
         """Record the new samples of an examination, so that a later run of the console can show them."""
-        if self.console.examination.pseudonym is None or not self.journal.enabled:
+        if self.console.examination.pseudonym is None or not self._journal.enabled:
             return
         if samples := self.console.tactile_map.after(self._kept_s):
             self._kept_s = samples[-1].t_s
-            self.journal.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
+            self._journal.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
 
     def _site_s(self) -> float:
         """Return the time on the site's clock, s."""
@@ -140,11 +140,11 @@ class LiveConsole:
             "clients": len(self.pages.clients),
             "pictures_skipped": sum(client.skipped for client in self.pages.clients),
             "damaged": self.console.damaged,
-            "unsaved": self.journal.unsaved,
+            "unsaved": self._journal.unsaved,
         }
 
     def _shown(self, now_s: float) -> dict[str, Any]:
-        state = page_state(self.console, now_s, self.journal.is_saved, self._operator)
+        state = page_state(self.console, now_s, self._journal.is_saved, self._operator)
         state["session"]["saved"] = self._commands.saved
         return {**state, "wall_clock": f"{datetime.now():%H:%M:%S}"}
 
@@ -177,7 +177,7 @@ class LiveConsole:
             used = disk.used / max(1, disk.used + disk.free)
         except OSError:
             used = 0.0
-        failed = self.journal.enabled and self.journal.failed
+        failed = self._journal.enabled and self._journal.failed
         examination = self.console.examination
         resumed = examination.pseudonym is not None and examination.began_s == self._resumed_s
         self.console.around = replace(
