@@ -8,7 +8,7 @@ from common.fingers import FINGERS
 from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalReason, ThermalStatus
 from common.wire.packets import LinkState
 from operator_site.console import texts
-from operator_site.console.alarms.alarm_rules import unconfirmed
+from operator_site.console.alarms.alarm_rules import DISK_NEARLY_FULL, unconfirmed
 from operator_site.console.alarms.alarms import Alarm
 from operator_site.console.examination.examination import Finding
 from operator_site.console.map.map_layer import CELL_M
@@ -143,6 +143,7 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
     connected = answers and site.session != 0
     link = site.link.shown(now_s)
     measured = link["delay_ms"] is not None
+    used = texts.DISK_USED.format(percent=around.disk_used * 100)
     return [
         _check("operator site", answers, texts.START_SITE, f"teletaction operator --config {operator}"),
         _check("key", not site.refusal, texts.short(site.refusal), "teletaction keys show --keys KEYS"),
@@ -153,7 +154,7 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
             "teletaction calibrate thermal --traces DIR --out TABLE" if connected else doctor,
         ),
         _check("link", measured or connected, texts.NO_REMOTE_DATA, doctor),
-        _check("disk", around.disk_used < 0.9, texts.DISK_USED.format(percent=around.disk_used * 100), "df -h"),
+        _check("disk", around.disk_used < DISK_NEARLY_FULL, used, "df -h"),
         _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND),
     ]
 
