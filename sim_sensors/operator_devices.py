@@ -22,7 +22,7 @@ from sim_sensors.ports.announce import announce
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S, run_world
-from sim_sensors.serving import Bus, Serving, SocketServing, serve_fingers
+from sim_sensors.serving import Serving, SocketServing, serve_fingers
 from sim_sensors.truth_log import LOG_EVERY, OPERATOR_STREAMS, TruthLog
 
 _MEASURE_S = 0.010
@@ -75,7 +75,7 @@ class OperatorDevices:
             self.servers = serve_fingers(self.modules, serving, config.tacttip, "tacttip")
             for server in self.servers.values():
                 opened.callback(server.close)
-            self.bus: Bus = serving.bus(config.can_host, config.can_port, [self.exoskeleton])
+            self.bus = serving.bus(config.can_host, config.can_port, [self.exoskeleton])
             opened.callback(self.bus.close)
             lines = {f"{finger} tacttip": server for finger, server in self.servers.items()}
             kinds = device_faults(lines, self.bus, self.modules, self.thermistors, self.hang)

@@ -26,7 +26,7 @@ from sim_sensors.ports.announce import announce
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S, run_world
-from sim_sensors.serving import Bus, Serving, SocketServing, serve_fingers
+from sim_sensors.serving import Serving, SocketServing, serve_fingers
 from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
 
 _MEASURE_S = 0.010
@@ -84,7 +84,7 @@ class RemoteDevices:
             self.thermal_servers = serve_fingers(self.thermal, serving, config.thermal_sensors, "thermal_sensors")
             for server in self.thermal_servers.values():
                 opened.callback(server.close)
-            self.bus: Bus = serving.bus(config.can_host, config.can_port, [self.robot])
+            self.bus = serving.bus(config.can_host, config.can_port, [self.robot])
             opened.callback(self.bus.close)
             self.bus.intruder = self._intruder
             self.faults = self._faults()

@@ -3,43 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import Protocol, TypeVar
 
-from sim_sensors.ports.intruder import Intruder
+from sim_sensors.ports.node_bus import Node, NodeBus
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.serial_server import Device, SerialServer, serve_serial
-from sim_sensors.ports.socketcand import Node, SocketcandBus
+from sim_sensors.ports.socketcand import SocketcandBus
 
 Finger = TypeVar("Finger", bound=str)
-
-
-class Bus(Protocol):
-    """A CAN bus with nodes of this process, and its possible faults; see `SocketcandBus`."""
-
-    silent: bool
-    deaf: bool
-    off: bool
-    intruder: Intruder | None
-
-    @property
-    def clients(self) -> int:
-        """Number of connected drivers."""
-
-    def pump(self, now_s: float) -> None:
-        """Put the nodes' present frames on the bus."""
-
-    def unplug(self) -> None:
-        """Disconnect the bus from its drivers."""
-
-    def plug(self) -> None:
-        """Make the bus available again."""
-
-    def turn_off(self) -> None:
-        """Put the drivers' controller into the bus-off state."""
-
-    def turn_on(self) -> None:
-        """Restart the drivers' controller."""
-
-    def close(self) -> None:
-        """Close the bus."""
 
 
 class Serving(Protocol):
@@ -51,7 +20,7 @@ class Serving(Protocol):
     def line(self, device: Device, address: str, what: str) -> SerialServer:
         """Serve a serial module; raises ValueError, which names `what`, where the address cannot be served."""
 
-    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> Bus:
+    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> NodeBus:
         """Serve a CAN bus; raises ValueError where the address is taken."""
 
 
@@ -70,7 +39,7 @@ class SocketServing:
         """As `Serving.line`; `pty` or `tcp:HOST:PORT`."""
         return serve_serial(device, self._loop, address, what)
 
-    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> Bus:
+    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> NodeBus:
         """As `Serving.bus`."""
         return SocketcandBus(self._loop, host, port, nodes)
 

@@ -21,8 +21,9 @@ from common.fingers import FINGERS
 from sim_sensors.devices.breakable_parts import DRIFT_M_S, Babble, Hang, Piezo, Servos, Thermistor
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.physics.finger_plate import FingerPlates
+from sim_sensors.ports.node_bus import NodeBus
 from sim_sensors.ports.serial_server import SerialServer
-from sim_sensors.serving import Bus, Finger
+from sim_sensors.serving import Finger
 
 log = logging.getLogger(__name__)
 
@@ -117,7 +118,7 @@ class Faults:
 
 def device_faults(
     serial: Mapping[str, SerialServer],
-    bus: Bus,
+    bus: NodeBus,
     drives: Mapping[Finger, Drive],
     thermistors: Mapping[Finger, Thermistor],
     hang: Hang,
@@ -131,7 +132,7 @@ def device_faults(
         thermistors: temperature sensors by finger.
         hang: pause of the whole process.
     """
-    lines: dict[str, SerialServer | Bus] = {**serial, "can": bus}
+    lines: dict[str, SerialServer | NodeBus] = {**serial, "can": bus}
     return {
         "unplug": Fault("DEVICE", lines, _unplug),
         "silence": Fault("DEVICE", lines, partial(switch, "silent")),
@@ -172,7 +173,7 @@ def plate_faults(plates: FingerPlates, fingers: Sequence[Finger]) -> dict[str, F
     }
 
 
-def _unplug(line: SerialServer | Bus, text: str) -> End:
+def _unplug(line: SerialServer | NodeBus, text: str) -> End:
     _nothing(text)
     line.unplug()
     return line.plug
@@ -233,7 +234,7 @@ def _mark(broken: NDArray[np.bool_], place: int, text: str) -> End:
     return partial(broken.__setitem__, place, False)
 
 
-def _turn_off(bus: Bus, text: str) -> End:
+def _turn_off(bus: NodeBus, text: str) -> End:
     _nothing(text)
     bus.turn_off()
     return bus.turn_on

@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 
-import can
-
-from common.buses.can_frames import frame_crc, packing
+from common.buses.can_frames import SentFrame, frame_crc, packing
 
 AHEAD = 8
 """Offset of the intruder's frame counter from the site's; with it, no node refuses its frames as repeated."""
@@ -22,7 +20,7 @@ class Intruder:
         self.active = False
         self._own = {packing(name).frame_id: (packing(name), dict(values)) for name, values in frames.items()}
 
-    def answer(self, frame_id: int, data: bytes) -> list[can.Message]:
+    def answer(self, frame_id: int, data: bytes) -> list[SentFrame]:
         """Return the frames that immediately follow a frame of the site."""
         if not self.active or frame_id not in self._own or len(data) != 8:
             return []
@@ -30,4 +28,4 @@ class Intruder:
         _, counter = layout.unpack(data)
         sent = layout.pack(values, (counter + AHEAD) & 0xF)
         sent = sent[:7] + bytes((frame_crc(frame_id, sent),))
-        return [can.Message(arbitration_id=frame_id, data=sent, is_extended_id=False)]
+        return [(frame_id, sent)]

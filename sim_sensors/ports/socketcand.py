@@ -13,15 +13,11 @@ only modelled bus error is bus-off: the gateway's controller leaves the bus (`< 
 
 import socket
 from collections.abc import Iterable, Sequence
-from typing import Protocol
 
-import can
-
-from common.buses.can_controller import BUS_OFF, RESTARTED
 from common.buses.can_frames import SentFrame
 from sim_sensors.ports.backlog import Backlog
-from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.listener import receive_tcp
+from sim_sensors.ports.node_bus import Node, NodeBus
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.tcp_port import TcpPort
 
@@ -35,16 +31,6 @@ QUIET_S = 0.1
 """Pause after the answer to `rawmode`, s; a client expects this answer alone in one read, without frames behind it."""
 
 
-class Node(Protocol):
-    """A CAN node of this process. All its frames have 11-bit identifiers."""
-
-    def feed(self, frame_id: int, data: bytes, now_s: float) -> None:
-        """Take a frame from the bus."""
-
-    def take_turn(self) -> list[SentFrame]:
-        """Return the frames that the node has to send now."""
-
-
 class _Client:
     """One connection: its handshake, its unread input, its unsent output."""
 
@@ -55,16 +41,12 @@ class _Client:
         self.raw_from_s = float("inf")
 
 
-class SocketcandBus:
-    """The bus: nodes of this process and any number of TCP clients.
+class SocketcandBus(NodeBus):
+    """A bus with any number of TCP clients.
 
     Attributes:
         port: TCP port that it is served at.
         not_understood: number of invalid or misplaced commands of clients.
-        silent: the nodes are off the bus and neither send nor receive; their own time-outs act.
-        deaf: the nodes receive nothing.
-        off: the gateway's controller has left the bus, and no frame gets through.
-        intruder: a second sender of the clients' frames, or None.
     """
 
     def __init__(self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = ()) -> None:
@@ -73,36 +55,17 @@ class SocketcandBus:
         Raises:
             ValueError: the address is taken.
         """
+        super().__init__(nodes)
         self._loop = loop
-        self._nodes = list(nodes)
         self._clients: dict[int, _Client] = {}
         self._port = TcpPort(loop, host, port, f"CAN bus {_CHANNEL}", buffer_bytes=_BACKLOG_BYTES, greet=self._greet)
         self.port = self._port.number
         self.not_understood = 0
-        self.silent = False
-        self.deaf = False
-        self.off = False
-        self.intruder: Intruder | None = None
 
     @property
     def clients(self) -> int:
         """Number of connections."""
         return len(self._clients)
-
-    def pump(self, now_s: float) -> None:
-        """Put the nodes' present frames on the bus."""
-        if self.silent or self.off:
-            return
-        for node in self._nodes:
-            frames = node.take_turn()
-            for other in self._nodes:
-                if other is not node and not self.deaf:
-                    for frame_id, data in frames:
-                        other.feed(frame_id, data, now_s)
-            if frames and self._clients:
-                time = f"{now_s:.6f}"
-                text = [f"< frame {frame_id:03X} {time} {data.hex()} >" for frame_id, data in frames]
-                self._send_others(None, "".join(text).encode("ascii"), now_s)
 
     def unplug(self) -> None:
         """Take the gateway off the network: disconnect all clients and refuse new ones."""
@@ -113,16 +76,6 @@ class SocketcandBus:
         """Serve the bus at the same port again."""
         self._port.plug()
 
-    def turn_off(self) -> None:
-        """Let the gateway's controller leave the bus, as after too many errors, and report this to all clients."""
-        self.off = True
-        self._send_error(BUS_OFF)
-
-    def turn_on(self) -> None:
-        """Restart the gateway's controller and report this to all clients."""
-        self.off = False
-        self._send_error(RESTARTED)
-
     def close(self) -> None:
         """Disconnect all clients and release the port."""
         self._hang_up_on_all()
@@ -132,7 +85,7 @@ class SocketcandBus:
         client = _Client(connection)
         self._clients[connection.fileno()] = client
         self._loop.watch(connection.fileno(), lambda now: self._read(client, now))
-        self._send(client, b"< hi >")
+        self._say(client, b"< hi >")
 
     def _read(self, client: _Client, now_s: float) -> None:
         data = receive_tcp(client.connection, _CHUNK)
@@ -155,14 +108,14 @@ class SocketcandBus:
     def _obey(self, client: _Client, words: list[str], now_s: float) -> None:
         match words:
             case ["open", channel] if channel == _CHANNEL:
-                self._send(client, b"< ok >")
+                self._say(client, b"< ok >")
             case ["open", _]:
-                self._send(client, b"< error could not open bus >")
+                self._say(client, b"< error could not open bus >")
             case ["rawmode"]:
-                self._send(client, b"< ok >")
+                self._say(client, b"< ok >")
                 client.raw_from_s = now_s + QUIET_S
             case ["echo"]:
-                self._send(client, b"< echo >")
+                self._say(client, b"< echo >")
             case _:
                 # Clients in raw mode cannot read an error, so it is only counted.
                 self.not_understood += 1
@@ -180,32 +133,27 @@ class SocketcandBus:
         client.raw_from_s = min(client.raw_from_s, now_s)  # a client that sends has read the whole handshake
         if self.off:
             return
-        if not (self.silent or self.deaf):
-            for node in self._nodes:
-                node.feed(frame_id, payload, now_s)
         if len(self._clients) > 1:
-            self._send_others(client, _frame_text(frame_id, extended, payload, now_s), now_s)
-        if self.intruder is not None and self.intruder.active:
-            self._spread(self.intruder.answer(frame_id, payload), now_s)
+            identifier = f"{frame_id:08X}" if extended else f"{frame_id:03X}"
+            self._say_to_others(client, f"< frame {identifier} {now_s:.6f} {payload.hex()} >", now_s)
+        self._received(frame_id, payload, now_s)
 
-    def _spread(self, frames: Sequence[can.Message], now_s: float) -> None:
-        """Put a second sender's frames on the bus."""
-        for frame in frames:
-            data = bytes(frame.data)
-            for node in () if self.silent or self.deaf else self._nodes:
-                node.feed(frame.arbitration_id, data, now_s)
-            self._send_others(None, _frame_text(frame.arbitration_id, frame.is_extended_id, data, now_s), now_s)
+    def _send(self, frames: Sequence[SentFrame], now_s: float) -> None:
+        if frames and self._clients:
+            time = f"{now_s:.6f}"
+            text = "".join([f"< frame {frame_id:03X} {time} {data.hex()} >" for frame_id, data in frames])
+            self._say_to_others(None, text, now_s)
 
     def _send_error(self, error: int) -> None:
         now_s = self._loop.now()
-        self._send_others(None, f"< error {error:03X} {now_s:.6f} >".encode("ascii"), now_s)
+        self._say_to_others(None, f"< error {error:03X} {now_s:.6f} >", now_s)
 
-    def _send_others(self, sender: _Client | None, text: bytes, now_s: float) -> None:
+    def _say_to_others(self, sender: _Client | None, text: str, now_s: float) -> None:
         for client in list(self._clients.values()):
             if client is not sender and now_s >= client.raw_from_s:
-                self._send(client, text)
+                self._say(client, text.encode("ascii"))
 
-    def _send(self, client: _Client, text: bytes) -> None:
+    def _say(self, client: _Client, text: bytes) -> None:
         try:
             client.backlog.pass_on(text, client.connection.send)
         except OSError:
@@ -221,11 +169,6 @@ class SocketcandBus:
         self._loop.forget(client.connection.fileno())
         del self._clients[client.connection.fileno()]
         client.connection.close()
-
-
-def _frame_text(frame_id: int, extended: bool, data: bytes, now_s: float) -> bytes:
-    identifier = f"{frame_id:08X}" if extended else f"{frame_id:03X}"
-    return f"< frame {identifier} {now_s:.6f} {data.hex()} >".encode("ascii")
 
 
 def _payload(data: Iterable[str]) -> bytes:

@@ -6,12 +6,10 @@ from collections.abc import Callable, Sequence
 import can
 import serial
 
-from common.buses.can_controller import BUS_OFF, RESTARTED
 from common.buses.can_frames import SentFrame
 from common.buses.serial_port import CHUNK, DeviceAbsent
-from sim_sensors.ports.intruder import Intruder
+from sim_sensors.ports.node_bus import Node, NodeBus
 from sim_sensors.ports.serial_server import Device, SerialServer
-from sim_sensors.ports.socketcand import Node
 
 _BACKLOG_BYTES = 16 * 1024
 _BACKLOG_FRAMES = 1000
@@ -131,23 +129,18 @@ class MemoryPort:
             raise serial.SerialException("unplugged")
 
 
-class MemoryBus(Cable):
-    """A CAN bus with the simulated nodes of one site, and the faults of a socketcand gateway; see `serving.Bus`.
+class MemoryBus(Cable, NodeBus):
+    """A CAN bus with the simulated nodes of one site.
 
     Attributes:
-        silent, deaf, off, intruder: as of `SocketcandBus`.
         connections: connected drivers.
     """
 
     def __init__(self, now_s: Callable[[], float], nodes: Sequence[Node]) -> None:
         """Serve nodes; `now_s` is virtual time, s."""
-        self.silent = False
-        self.deaf = False
-        self.off = False
+        super().__init__(nodes)
         self.connections: list[MemoryCan] = []
-        self.intruder: Intruder | None = None
         self._now_s = now_s
-        self._nodes = nodes
         self._held: list[SentFrame] | None = None
 
     @property
@@ -160,27 +153,12 @@ class MemoryBus(Cable):
         """Number of connected drivers."""
         return len(self.connections)
 
-    def pump(self, now_s: float) -> None:
-        """Deliver the nodes' present frames to the drivers."""
-        if self.silent or self.off:
-            return
-        for node in self._nodes:
-            self._deliver(node.take_turn(), now_s)
-
     def take(self, frame_id: int, data: bytes) -> None:
         """Deliver a driver's frame to the nodes."""
         if self._held is not None:
             self._held.append((frame_id, data))
-            return
-        if not self.hears:
-            return
-        now_s = self._now_s()
-        self._feed(frame_id, data, now_s)
-        if self.intruder is not None:
-            foreign = [(frame.arbitration_id, bytes(frame.data)) for frame in self.intruder.answer(frame_id, data)]
-            for foreign_id, foreign_data in foreign:
-                self._feed(foreign_id, foreign_data, now_s)
-            self._deliver(foreign, now_s)
+        elif self.plugged and not self.off:
+            self._received(frame_id, data, self._now_s())
 
     def hold(self) -> None:
         """Stop the nodes' process; frames of drivers wait."""
@@ -192,21 +170,7 @@ class MemoryBus(Cable):
         for frame_id, data in held:
             self.take(frame_id, data)
 
-    def turn_off(self) -> None:
-        """Put the drivers' controller into the bus-off state."""
-        self.off = True
-        self._report_error(BUS_OFF)
-
-    def turn_on(self) -> None:
-        """Restart the drivers' controller."""
-        self.off = False
-        self._report_error(RESTARTED)
-
-    def _feed(self, frame_id: int, data: bytes, now_s: float) -> None:
-        for node in self._nodes:
-            node.feed(frame_id, data, now_s)
-
-    def _deliver(self, frames: Sequence[SentFrame], now_s: float) -> None:
+    def _send(self, frames: Sequence[SentFrame], now_s: float) -> None:
         if not self.connections:
             return
         messages = [
@@ -216,7 +180,7 @@ class MemoryBus(Cable):
         for connection in self.connections:
             connection.unread.extend(messages)
 
-    def _report_error(self, error: int) -> None:
+    def _send_error(self, error: int) -> None:
         for connection in self.connections:
             connection.unread.append(can.Message(arbitration_id=error, is_error_frame=True))
 

@@ -11,9 +11,8 @@ import can
 from common.buses.can_port import CanAddress
 from common.buses.serial_port import DeviceAbsent, Port
 from common.buses.wiring import Opener
+from sim_sensors.ports.node_bus import Node, NodeBus
 from sim_sensors.ports.serial_server import Device, SerialServer
-from sim_sensors.ports.socketcand import Node
-from sim_sensors.serving import Bus
 from teletaction.testbed.memory_lines import MemoryBus, MemoryCan, MemoryLine, MemoryPort
 
 T = TypeVar("T")
@@ -82,7 +81,7 @@ class MemoryWiring:
         self.lines[opened_as] = MemoryLine(device, self.now, opened_as)
         return self.lines[opened_as]
 
-    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> Bus:
+    def bus(self, host: str, port: int, nodes: Sequence[Node]) -> NodeBus:
         """As `Serving.bus`."""
         if port in self.buses:
             raise ValueError(f"CAN bus: port {port} is taken")

@@ -123,9 +123,9 @@ def test_a_second_sender_answers_each_frame_of_a_site_and_overrides_it(operator:
     operator.faults.apply("intrude")
     for _ in range(40):
         frame = FrameSender("FingerForces").encode(forces(1.0))
-        (answer,) = bus.intruder.answer(frame.arbitration_id, bytes(frame.data))
-        assert answer.arbitration_id == frame.arbitration_id
-        hear(node, answer, START_S)
+        ((frame_id, data),) = bus.intruder.answer(frame.arbitration_id, bytes(frame.data))
+        assert frame_id == frame.arbitration_id
+        node.feed(frame_id, data, START_S)
     assert node.force_n(START_S).tolist() == [5.0] * len(FINGERS)
     assert bus.intruder.answer(0x100, bytes(8)) == []
     operator.faults.apply("mend intrude")
