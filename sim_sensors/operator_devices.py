@@ -1,7 +1,7 @@
 """Run the operator site's simulated devices in one process: the hand in the exoskeleton, and its TactTips."""
 
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from common.scenes.scene import load_scene
 from sim_sensors.devices.breakable_parts import Encoder, Hang, Thermistor, read_all
 from sim_sensors.devices.exoskeleton import Exoskeleton
 from sim_sensors.devices.tacttip import TactTip, ntc_counts
-from sim_sensors.faults.can_faults import encoder_faults, exoskeleton_faults, intruder_faults, transmitter_faults
 from sim_sensors.faults.fault_port import FaultPort
-from sim_sensors.faults.faults import Faults, device_faults, motor_faults, plate_faults
+from sim_sensors.faults.faults import Faults
+from sim_sensors.faults.kinds import device_faults, operator_faults
 from sim_sensors.operator_hand.hand import ScriptedHand
 from sim_sensors.physics.finger_plate import FingerPlates
 from sim_sensors.physics.motor import VibrationMotors
@@ -72,27 +72,13 @@ class OperatorDevices:
         self._drive = np.zeros(len(FINGERS))
         self._measure()
         with ExitStack() as opened:
-            self.servers = serve_fingers(self.modules, serving, config.tacttip, "tacttip")
-            for server in self.servers.values():
-                opened.callback(server.close)
-            self.bus = serving.bus(config.can_host, config.can_port, [self.exoskeleton])
-            opened.callback(self.bus.close)
-            lines = {f"{finger} tacttip": server for finger, server in self.servers.items()}
-            kinds = device_faults(lines, self.bus, self.modules, self.thermistors, self.hang)
-            self.bus.intruder = intruder = Intruder({"FingerForces": _INTRUDED})
-            on_can = {
-                **encoder_faults(self.encoders),
-                **transmitter_faults(self.exoskeleton),
-                **exoskeleton_faults(self.exoskeleton, config.fingers),
-                **intruder_faults(intruder),
-            }
-            of_plates = plate_faults(self.plates, config.fingers)
-            self.faults = Faults({**kinds, **on_can, **of_plates, **motor_faults(self.modules)})
+            self.servers = serve_fingers(self.modules, serving, config.tacttip, "tacttip", opened)
+            self.bus = opened.enter_context(closing(serving.bus(config.can_host, config.can_port, [self.exoskeleton])))
+            self.faults = self._faults()
             if config.fault_port is not None:
-                port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
-                opened.callback(port.close)
-            self._log = TruthLog(config.record, OPERATOR_STREAMS, {"configuration": to_toml(config)})
-            opened.callback(self._log.close)
+                opened.enter_context(closing(FaultPort(sockets, config.fault_port, self.faults.apply)))
+            log = TruthLog(config.record, OPERATOR_STREAMS, {"configuration": to_toml(config)})
+            self._log = opened.enter_context(closing(log))
             self._opened = opened.pop_all()
 
     def step(self, now_s: float) -> None:
@@ -140,6 +126,24 @@ class OperatorDevices:
     def close(self) -> None:
         """Release all addresses and finish the recording."""
         self._opened.close()
+
+    def _faults(self) -> Faults:
+        self.bus.intruder = Intruder({"FingerForces": _INTRUDED})
+        return Faults(
+            {
+                **device_faults(
+                    {f"{finger} tacttip": server for finger, server in self.servers.items()},
+                    self.bus,
+                    self.exoskeleton,
+                    drives=self.modules,
+                    thermistors=self.thermistors,
+                    encoders=self.encoders,
+                    intruder=self.bus.intruder,
+                    hang=self.hang,
+                ),
+                **operator_faults(self.exoskeleton, self.modules, self.plates),
+            }
+        )
 
     def _work(self, now_s: float) -> None:
         if self._started_s is None:

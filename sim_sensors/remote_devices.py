@@ -1,7 +1,7 @@
 """Run the remote site's simulated devices in one process: robot hand, its sensors, and the world they touch."""
 
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 
 import numpy as np
 
@@ -12,15 +12,9 @@ from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piez
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
-from sim_sensors.faults.can_faults import (
-    encoder_faults,
-    force_faults,
-    intruder_faults,
-    telemanipulator_faults,
-    transmitter_faults,
-)
 from sim_sensors.faults.fault_port import FaultPort
-from sim_sensors.faults.faults import Faults, device_faults, piezo_faults, servo_faults
+from sim_sensors.faults.faults import Faults
+from sim_sensors.faults.kinds import device_faults, remote_faults
 from sim_sensors.physics.remote_world import RemoteWorld
 from sim_sensors.ports.announce import announce
 from sim_sensors.ports.intruder import Intruder
@@ -68,7 +62,6 @@ class RemoteDevices:
         self.encoders = {finger: Encoder() for finger in config.fingers}
         self.force_sensors = {finger: ForceSensor() for finger in config.fingers}
         self.servos = Servos()
-        self._intruder = Intruder({"HandSetpoint": _INTRUDED_HAND, "HeightSetpoint": _INTRUDED_HEIGHTS})
         self.hang = Hang()
         self._permille: list[int] = []
         self._drive = np.zeros(len(FINGERS))
@@ -78,21 +71,16 @@ class RemoteDevices:
         self._measure_robot()
         self._measure_plates()
         with ExitStack() as opened:
-            self.texture_servers = serve_fingers(self.texture, serving, config.texture, "texture")
-            for server in self.texture_servers.values():
-                opened.callback(server.close)
-            self.thermal_servers = serve_fingers(self.thermal, serving, config.thermal_sensors, "thermal_sensors")
-            for server in self.thermal_servers.values():
-                opened.callback(server.close)
-            self.bus = serving.bus(config.can_host, config.can_port, [self.robot])
-            opened.callback(self.bus.close)
-            self.bus.intruder = self._intruder
+            self.texture_servers = serve_fingers(self.texture, serving, config.texture, "texture", opened)
+            self.thermal_servers = serve_fingers(
+                self.thermal, serving, config.thermal_sensors, "thermal_sensors", opened
+            )
+            self.bus = opened.enter_context(closing(serving.bus(config.can_host, config.can_port, [self.robot])))
             self.faults = self._faults()
             if config.fault_port is not None:
-                port = FaultPort(sockets, "127.0.0.1", config.fault_port, self.faults.apply)
-                opened.callback(port.close)
-            self._log = TruthLog(config.record, REMOTE_STREAMS, {"configuration": to_toml(config)})
-            opened.callback(self._log.close)
+                opened.enter_context(closing(FaultPort(sockets, config.fault_port, self.faults.apply)))
+            log = TruthLog(config.record, REMOTE_STREAMS, {"configuration": to_toml(config)})
+            self._log = opened.enter_context(closing(log))
             self._opened = opened.pop_all()
         self._servers = [*self.texture_servers.values(), *self.thermal_servers.values()]
 
@@ -136,10 +124,22 @@ class RemoteDevices:
     def _faults(self) -> Faults:
         texture = {f"{finger} texture": server for finger, server in self.texture_servers.items()}
         thermal = {f"{finger} thermal": server for finger, server in self.thermal_servers.items()}
-        kinds = device_faults({**texture, **thermal}, self.bus, self.thermal, self.thermistors, self.hang)
-        sensors = {**encoder_faults(self.encoders), **force_faults(self.force_sensors), **piezo_faults(self.piezos)}
-        robot = {**transmitter_faults(self.robot), **telemanipulator_faults(self.robot), **servo_faults(self.servos)}
-        return Faults({**kinds, **robot, **intruder_faults(self._intruder), **sensors})
+        self.bus.intruder = Intruder({"HandSetpoint": _INTRUDED_HAND, "HeightSetpoint": _INTRUDED_HEIGHTS})
+        return Faults(
+            {
+                **device_faults(
+                    {**texture, **thermal},
+                    self.bus,
+                    self.robot,
+                    drives=self.thermal,
+                    thermistors=self.thermistors,
+                    encoders=self.encoders,
+                    intruder=self.bus.intruder,
+                    hang=self.hang,
+                ),
+                **remote_faults(self.robot, self.servos, self.force_sensors, self.piezos),
+            }
+        )
 
     def _measure_robot(self) -> None:
         world = self.world

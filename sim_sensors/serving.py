@@ -1,6 +1,7 @@
 """Serve the simulated devices at terminals, TCP ports and a CAN gateway, or on the lines of a test bed."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, closing
 from typing import Protocol, TypeVar
 
 from sim_sensors.ports.node_bus import Node, NodeBus
@@ -45,9 +46,9 @@ class SocketServing:
 
 
 def serve_fingers(
-    devices: Mapping[Finger, Device], serving: Serving, addresses: Mapping[Finger, str], kind: str
+    devices: Mapping[Finger, Device], serving: Serving, addresses: Mapping[Finger, str], kind: str, opened: ExitStack
 ) -> dict[Finger, SerialServer]:
-    """Serve one kind of module for each finger; after an error, none is served.
+    """Serve one kind of module for each finger; `opened` closes the servers.
 
     Raises:
         ValueError: fingers and addresses do not match, or an address cannot be served.
@@ -55,12 +56,7 @@ def serve_fingers(
     if set(devices) != set(addresses):
         given = ", ".join(addresses) or "no finger"
         raise ValueError(f"{kind}: has addresses for {given}, fingers says {', '.join(devices)}")
-    servers: dict[Finger, SerialServer] = {}
-    try:
-        for finger, device in devices.items():
-            servers[finger] = serving.line(device, addresses[finger], f"{kind} {finger}")
-    except ValueError:
-        for server in servers.values():
-            server.close()
-        raise
-    return servers
+    return {
+        finger: opened.enter_context(closing(serving.line(device, addresses[finger], f"{kind} {finger}")))
+        for finger, device in devices.items()
+    }

@@ -1,4 +1,4 @@
 """Faults of simulated devices, and the port that commands them.
 
-Tests and fault studies use the names in `faults`.
+`faults` executes the commands, `kinds` lists the faults of each device.
 """

@@ -6,16 +6,15 @@
 The number is the monotonic time, ns, at which the command was executed.
 """
 
-import ipaddress
 import socket
 from collections.abc import Callable
 
-from sim_sensors.ports.listener import receive_tcp
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.tcp_port import TcpPort
+from sim_sensors.ports.tcp_port import TcpPort, receive_tcp
 
 LONGEST_LINE = 200
 """Longest command line, bytes; a client that sends more without a line end is disconnected."""
+LOOPBACK = "127.0.0.1"
 _BUFFER_BYTES = 16 * 1024
 
 
@@ -26,25 +25,22 @@ class FaultPort:
         number: the TCP port's number.
     """
 
-    def __init__(self, sockets: SelectLoop, host: str, port: int, apply: Callable[[str], str]) -> None:
-        """Listen on `host`:`port` (0: one that is free).
+    def __init__(self, sockets: SelectLoop, port: int, apply: Callable[[str], str]) -> None:
+        """Listen on loopback only, so that faults are accepted from this machine only.
 
         Args:
             sockets: event loop that watches the port; its clock gives the time in each answer.
-            host: `localhost` or a loopback address.
-            port: TCP port.
+            port: TCP port; 0: one that is free.
             apply: executes one command; its result follows the time in the answer. It raises ValueError
                 for an invalid command.
 
         Raises:
-            ValueError: the host is not loopback, or the address is taken.
+            ValueError: the port is taken.
         """
-        if not _is_loopback(host):
-            raise ValueError(f"fault port: {host} is not loopback; faults are accepted from this machine only")
         self._sockets = sockets
         self._apply = apply
         self._unread: dict[socket.socket, bytes] = {}
-        self._port = TcpPort(sockets, host, port, "fault port", buffer_bytes=_BUFFER_BYTES, greet=self._greet)
+        self._port = TcpPort(sockets, LOOPBACK, port, "fault port", buffer_bytes=_BUFFER_BYTES, greet=self._greet)
         self.number = self._port.number
 
     def close(self) -> None:
@@ -93,10 +89,3 @@ class FaultPort:
         if self._unread.pop(client, None) is not None:
             self._sockets.forget(client.fileno())
             client.close()
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -7,8 +7,8 @@ import struct
 
 from sim_sensors.network.fault import WAYS, Fault, Way
 from sim_sensors.network.stream import TcpStream
-from sim_sensors.ports.listener import receive_tcp
 from sim_sensors.ports.select_loop import SelectLoop
+from sim_sensors.ports.tcp_port import receive_tcp
 
 _CHUNK = 64 * 1024
 BUFFER_BYTES = 64 * 1024

@@ -27,7 +27,6 @@ from sim_sensors.ports.tcp_port import TcpPort
 log = logging.getLogger(__name__)
 
 TICK_S = 0.001
-_LOOPBACK = "127.0.0.1"
 
 
 class StreamProxy:
@@ -123,7 +122,7 @@ class NetworkProxy:
                 self._streams[name] = StreamProxy(stream, config, self.live, sockets)
                 opened.callback(self._streams[name].close)
             if config.fault_port is not None:
-                self.fault_port = FaultPort(sockets, _LOOPBACK, config.fault_port, self._obey)
+                self.fault_port = FaultPort(sockets, config.fault_port, self._obey)
                 opened.callback(self.fault_port.close)
             self._opened = opened.pop_all()
 

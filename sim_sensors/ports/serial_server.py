@@ -14,9 +14,8 @@ from typing import Protocol
 from sim_sensors.devices.breakable_parts import Babble
 from sim_sensors.ports.backlog import Backlog
 from sim_sensors.ports.line_client import LineClient
-from sim_sensors.ports.listener import receive_tcp
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.tcp_port import TcpPort
+from sim_sensors.ports.tcp_port import TcpPort, receive_tcp
 
 _CHUNK = 4096
 _BACKLOG_BYTES = 16 * 1024

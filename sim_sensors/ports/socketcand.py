@@ -16,10 +16,9 @@ from collections.abc import Iterable, Sequence
 
 from common.buses.can_frames import SentFrame
 from sim_sensors.ports.backlog import Backlog
-from sim_sensors.ports.listener import receive_tcp
 from sim_sensors.ports.node_bus import Node, NodeBus
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.tcp_port import TcpPort
+from sim_sensors.ports.tcp_port import TcpPort, receive_tcp
 
 _BACKLOG_BYTES = 64 * 1024
 _CHUNK = _BACKLOG_BYTES

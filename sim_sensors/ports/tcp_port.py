@@ -1,12 +1,25 @@
-"""Listen on a TCP port, pass new clients to a callback, and refuse clients while unplugged."""
+"""Serve a TCP port without blocking: pass new clients to a callback, and refuse clients while unplugged."""
 
 import socket
 from collections.abc import Callable
 
-from sim_sensors.ports.listener import accept_tcp, listen_tcp
 from sim_sensors.ports.select_loop import SelectLoop
 
 Greet = Callable[[socket.socket, float], None]
+
+
+def receive_tcp(client: socket.socket, most: int) -> bytes | None:
+    """Return the bytes of a client: empty once it has gone, None if there are none yet.
+
+    The device's next report acknowledges them, within 10 ms. A client with Nagle's algorithm holds its next message
+    back until then.
+    """
+    try:
+        return client.recv(most)
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""
 
 
 class TcpPort:
@@ -24,7 +37,7 @@ class TcpPort:
             host: name or address of one of this machine's interfaces.
             port: TCP port.
             what: name of the service, for the error.
-            buffer_bytes: largest send buffer of a client in the kernel.
+            buffer_bytes: send buffer of a client in the kernel; a small one keeps old messages from a slow reader.
             greet: takes each new client, which does not block, and the time at which it came.
 
         Raises:
@@ -33,7 +46,15 @@ class TcpPort:
         self._loop = loop
         self._buffer_bytes = buffer_bytes
         self._greet = greet
-        self._socket = listen_tcp(host, port, what)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._socket.bind((host, port))
+            self._socket.listen()
+        except (OSError, OverflowError) as error:
+            self._socket.close()
+            raise ValueError(f"{what}: cannot listen on {host}:{port}: {error}; choose another port") from None
+        self._socket.setblocking(False)
         self._plugged = True
         self.number: int = self._socket.getsockname()[1]
         loop.watch(self._socket.fileno(), self._accept)
@@ -75,6 +96,11 @@ class TcpPort:
         self._socket.close()
 
     def _accept(self, now_s: float) -> None:
-        client = accept_tcp(self._socket, self._buffer_bytes)
-        if client is not None:
-            self._greet(client, now_s)
+        try:
+            client, _ = self._socket.accept()
+        except OSError:  # the client has already gone
+            return
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._buffer_bytes)
+        self._greet(client, now_s)

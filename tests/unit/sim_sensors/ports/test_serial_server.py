@@ -2,7 +2,7 @@ import os
 import socket
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
@@ -295,18 +295,14 @@ def test_an_address_of_another_form_is_refused(address: str) -> None:
 
 
 def test_fingers_are_served_all_or_none() -> None:
-    serving = SocketServing(SelectLoop())
-    with pytest.raises(ValueError, match="fingers says thumb, index"):
-        serve_fingers({"thumb": TactTip(0), "index": TactTip(1)}, serving, {"thumb": "pty"}, "tacttip")
+    serving, devices = SocketServing(SelectLoop()), {"thumb": TactTip(0), "index": TactTip(1)}
+    with ExitStack() as opened, pytest.raises(ValueError, match="fingers says thumb, index"):
+        serve_fingers(devices, serving, {"thumb": "pty"}, "tacttip", opened)
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         before = len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").exists() else None
-        with pytest.raises(ValueError, match="tacttip index: cannot listen"):
-            serve_fingers(
-                {"thumb": TactTip(0), "index": TactTip(1)},
-                serving,
-                {"thumb": "pty", "index": f"tcp:127.0.0.1:{port}"},
-                "tacttip",
-            )
+        addresses = {"thumb": "pty", "index": f"tcp:127.0.0.1:{port}"}
+        with ExitStack() as opened, pytest.raises(ValueError, match="tacttip index: cannot listen"):
+            serve_fingers(devices, serving, addresses, "tacttip", opened)
         if before is not None:
             assert len(os.listdir("/proc/self/fd")) == before
