@@ -94,7 +94,7 @@ class OperatorDevices:
         for finger, module in self.modules.items():
             index = module.identity.finger
             volts[index] = module.motor_v(now_s - self.step_s, now_s)
-            permille[index] = module.peltier_permille
+            permille[index] = module.drive_permille
             self.servers[finger].pump(now_s)
             if module.motor_switched:
                 for moment_s, motor_mv in module.take_motor_switches():

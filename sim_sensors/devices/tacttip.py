@@ -4,20 +4,16 @@ import math
 
 from common.buses.serial_framing import Frame
 from common.buses.serial_messages import (
-    DRIVE_FULL,
     BadPayload,
-    DeviceFlag,
     DeviceKind,
-    Identity,
     MessageId,
     TactTipCommand,
     TactTipState,
 )
 from common.buses.thermometry import COUNT_MAX, NTC_B_K, NTC_R25_OHM, NTC_SERIES_OHM, ntc_c
 from common.limits import PLATE_FAULT_C
-from sim_sensors.devices.serial_module import CommandWatchdog, CutOut, ReportClock, SerialModule
+from sim_sensors.devices.plate_module import CutOut, PlateModule
 
-RATE_HZ = 100
 RANGE_C = (8.0, 80.0)
 """Range of temperatures that the device can reach, C (Kron & Schmidt 2003, section 2)."""
 
@@ -28,35 +24,24 @@ def ntc_counts(temperature_c: float) -> int:
     return round(COUNT_MAX * ohm / (ohm + NTC_SERIES_OHM))
 
 
-class TactTip(SerialModule):
+class TactTip(PlateModule):
     """Emulated module of one operator finger.
 
     Attributes:
         motor_mv: voltage at the motor at the module's last update, 0..3000 mV.
-        peltier_permille: drive of the Peltiers, signed thousandths of full drive.
-        stuck_permille: fault of the command path; this drive overrides every command and the time-out. Only the
-            cut-out behind it still acts. In force from the next measurement; None: sound.
         stuck_mv: fault of the motor's driver; this voltage overrides every command; None: sound.
-        flags: `DeviceFlag` bits of the next state.
         motor_switched: motor switches since the last `take_motor_switches`.
     """
 
     def __init__(self, finger: int, powered_s: float = 0.0) -> None:
-        super().__init__(Identity(DeviceKind.TACTTIP, finger, f"TT{finger:04d}", 1, RATE_HZ, *RANGE_C), powered_s)
-        self._watchdog = CommandWatchdog()
-        self._cut_out = CutOut(PLATE_FAULT_C)
-        self._reports = ReportClock(1.0 / RATE_HZ, powered_s)
-        self._asked_permille = 0
-        self._plate_counts = self._hot_side_counts = ntc_counts(25.0)
-        self._cut_out.measure(25.0)
+        super().__init__(DeviceKind.TACTTIP, finger, f"TT{finger:04d}", RANGE_C, CutOut(PLATE_FAULT_C), powered_s)
+        self.measure(ntc_counts(25.0), ntc_counts(25.0))
         self.motor_switched: list[tuple[float, int]] = []
         self._motor_mv = self._pulse_mv = 0
         self._pulse_from_s = self._pulse_until_s = -math.inf
         self._turn_s = math.inf
         self._pulse_number = 0
         self.motor_mv = 0
-        self.peltier_permille = 0
-        self.stuck_permille: int | None = None
         self.stuck_mv: int | None = None
 
     def motor_v(self, from_s: float, to_s: float) -> float:
@@ -72,24 +57,12 @@ class TactTip(SerialModule):
         share = pulse_s / (to_s - from_s)
         return 1e-3 * (share * self._pulse_mv + (1.0 - share) * self._motor_mv)
 
-    @property
-    def peltier_drive(self) -> float:
-        """Drive of the Peltiers, -1..1 of full drive; above 0 heats the plate."""
-        return self.peltier_permille / DRIVE_FULL
-
-    @property
-    def flags(self) -> int:
-        """Present status bits."""
-        timeout = DeviceFlag.COMMAND_TIMEOUT if self._watchdog.expired else 0
-        return timeout | (DeviceFlag.THERMAL_CUT_OUT if self._cut_out.tripped else 0)
-
     def measure(self, plate_counts: int, hot_side_counts: int) -> None:
         """Take the present readings of the two converters, 0..4095."""
         self._plate_counts, self._hot_side_counts = plate_counts, hot_side_counts
         # An open or shorted NTC measures nothing; the module must not drive without a measurement.
         readable = 0 < plate_counts < COUNT_MAX
-        self._cut_out.measure(ntc_c(plate_counts) if readable else math.nan)
-        self._limit()
+        self._measure(ntc_c(plate_counts) if readable else math.nan)
 
     def take_motor_switches(self) -> list[tuple[float, int]]:
         """Return times (s) and voltages (mV) at which the motor was switched on or off since the last call."""
@@ -103,24 +76,22 @@ class TactTip(SerialModule):
         self._watchdog.obeyed(now_s)
         self._drive_motor(command.motor_mv, now_s)
         self._pulse(command, now_s)
-        self._asked_permille = command.peltier_permille
-        self._limit()
+        self._ask(command.peltier_permille)
 
     def _run(self, now_s: float) -> None:
         if self._watchdog.expires(now_s):
             self._drive_motor(0, self._watchdog.limit_s)
             self._pulse_until_s = min(self._pulse_until_s, self._watchdog.limit_s)
-            self._asked_permille = 0
-            self._limit()
+            self._ask(0)
         self._turn(now_s)
         if self._reports.due(now_s):
             measured = (self._plate_counts, self._hot_side_counts)
-            applied = (self.motor_mv, self.peltier_permille)
+            applied = (self.motor_mv, self.drive_permille)
             state = TactTipState(self._time_us(now_s), *measured, self.flags, *applied)
             self._say(MessageId.TACTTIP_STATE, state.encode())
 
     def _next_s(self) -> float:
-        return min(self._reports.due_s, self._watchdog.due_s, self._turn_s)
+        return min(super()._next_s(), self._turn_s)
 
     def _drive_motor(self, motor_mv: int, now_s: float) -> None:
         if bool(motor_mv) != bool(self._motor_mv):
@@ -145,8 +116,3 @@ class TactTip(SerialModule):
             self._turn_s = self._pulse_until_s if pulsed else self._pulse_from_s
         else:
             self._turn_s = math.inf
-
-    def _limit(self) -> None:
-        asked = self._asked_permille if self.stuck_permille is None else self.stuck_permille
-        allowed = self._cut_out.allows(asked)
-        self.peltier_permille = asked if allowed else 0

@@ -102,7 +102,7 @@ class RenderedFingers:
         if self.time_s - self._commanded_s >= COMMAND_S - _ROUNDING_S:
             self._commanded_s = self.time_s
             self._command(output)
-        drive, part_s = np.array([module.peltier_drive for module in self._modules]), self._tick_s / self._parts
+        drive, part_s = np.array([module.drive for module in self._modules]), self._tick_s / self._parts
         for part in range(self._parts):
             now_s = self.time_s + part * part_s
             self.plates.step(part_s, drive)

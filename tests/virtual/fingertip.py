@@ -104,7 +104,7 @@ class Fingertip:
         self.plate_hot_s += tick_s * (self.plate_c > PLATE_FAULT_C)
         self.skin_hot_s += tick_s * (skin_c > PLATE_FAULT_C)
         module = self.simulation.modules[FINGER]
-        if module.motor_mv or module.peltier_permille:
+        if module.motor_mv or module.drive_permille:
             self.driven_s = self.time_s
 
 

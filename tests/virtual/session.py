@@ -116,7 +116,7 @@ class VirtualSession(Testbed):
             float(simulated.exoskeleton.force_n(now_s)[_INDEX]),
             self._tacttip.motor_mv,
             float(simulated.motors.rpm[_INDEX]),
-            self._tacttip.peltier_drive,
+            self._tacttip.drive,
             float(simulated.plates.plate_c[_INDEX]),
             float(world.force_n[_INDEX]),
             world.x_m,

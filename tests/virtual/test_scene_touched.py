@@ -109,5 +109,5 @@ def test_without_the_hand_s_places_nothing_is_felt() -> None:
         session.run(0.2)
         truth = session.run(0.3)
         assert session.simulated.modules[FINGER].motor_mv == 0
-        assert session.simulated.modules[FINGER].peltier_drive == 0.0
+        assert session.simulated.modules[FINGER].drive == 0.0
         assert not truth["force_n"].any()

@@ -46,9 +46,9 @@ def test_the_emulated_thermal_sensor_answers_identify_obeys_and_reports(golden: 
 def test_the_emulated_tacttip_obeys_and_reports(golden: dict[str, bytes]) -> None:
     module, last_s = TactTip(1), 4294.967295
     module.feed(golden["tacttip_command"], 0.0)
-    assert (module.motor_mv, module.peltier_permille) == (3000, -500)
+    assert (module.motor_mv, module.drive_permille) == (3000, -500)
     module.take_output(0.0246)
-    assert (module.motor_mv, module.peltier_permille) == (1410, -500)
+    assert (module.motor_mv, module.drive_permille) == (1410, -500)
     module = TactTip(1)
     module.measure(0, 2275)  # shorted for a moment: its Peltiers stay off while they are asked to heat
     heating = encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(1410, 500).encode())

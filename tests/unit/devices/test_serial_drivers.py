@@ -247,9 +247,9 @@ class TestTactTip(DriverContract):
         module: Any = rig.module
         driver_on.drive(time.monotonic(), 5000.0, -0.5)
         rig.until(lambda: self.turn(driver_on), lambda: module.motor_mv > 0)
-        assert module.peltier_drive == -0.5
+        assert module.drive == -0.5
         rig.until(lambda: self.turn(driver_on), lambda: module.flags)
-        assert (module.motor_mv, module.peltier_permille) == (0, 0)
+        assert (module.motor_mv, module.drive_permille) == (0, 0)
 
     def test_the_rate_budget_is_kept_and_switching_never_waits(self, rig: ModuleRig, driver_on: TactTipDriver) -> None:
         def sent(t_s: float, rpm: float) -> int:

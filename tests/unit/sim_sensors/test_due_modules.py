@@ -47,7 +47,7 @@ def test_it_misses_nothing(kind: type[TactTip | ThermalSensor], seed: int) -> No
         if isinstance(always, TactTip) and isinstance(seldom, TactTip):
             assert seldom.motor_mv == always.motor_mv
             assert seldom.motor_v(now_s - STEP_S, now_s) == always.motor_v(now_s - STEP_S, now_s)
-            assert seldom.peltier_permille == always.peltier_permille
+            assert seldom.drive_permille == always.drive_permille
             assert seldom.take_motor_switches() == always.take_motor_switches()
     assert looks < 0.2 * step
 

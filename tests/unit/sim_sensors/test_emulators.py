@@ -140,9 +140,9 @@ def test_motor_and_peltier_run_out_100_ms_after_the_last_command() -> None:
     module.feed(drive(1000, 300), 2.0)
     module.feed(drive(900, 300), 2.05)
     module.take_output(2.149)
-    assert (module.motor_mv, module.peltier_permille) == (900, 300)
+    assert (module.motor_mv, module.drive_permille) == (900, 300)
     module.take_output(2.152)
-    assert (module.motor_mv, module.peltier_permille, module.flags) == (0, 0, DeviceFlag.COMMAND_TIMEOUT)
+    assert (module.motor_mv, module.drive_permille, module.flags) == (0, 0, DeviceFlag.COMMAND_TIMEOUT)
     assert module.take_motor_switches() == [(2.0, 1000), (pytest.approx(2.15), 0)]
     module.feed(drive(800, 100), 3.0)
     assert (module.motor_mv, module.flags) == (800, 0)
@@ -153,10 +153,10 @@ def test_a_hot_or_broken_ntc_cuts_the_peltier_at_once_but_not_the_motor(counts: 
     module = TactTip(0)
     module.feed(drive(1000, 1000), 0.0)
     module.measure(ntc_counts(PLATE_FAULT_C - 0.2), ntc_counts(20.0))
-    assert (module.motor_mv, module.peltier_permille, module.flags) == (1000, 1000, 0)
+    assert (module.motor_mv, module.drive_permille, module.flags) == (1000, 1000, 0)
     module.measure(counts, ntc_counts(20.0))
     for now_s in (0.0, 0.01):
-        assert (module.motor_mv, module.peltier_permille, module.flags) == (1000, 0, DeviceFlag.THERMAL_CUT_OUT)
+        assert (module.motor_mv, module.drive_permille, module.flags) == (1000, 0, DeviceFlag.THERMAL_CUT_OUT)
         module.feed(drive(1000, 1000), now_s)
 
 
@@ -176,7 +176,7 @@ def test_a_stuck_drive_obeys_nothing_but_the_cut_out_until_it_is_mended(
         report = answers(module, now_s)[-1].payload
         if isinstance(module, ThermalSensor):
             return module.drive_permille, ThermalReading.decode(report).heater_permille
-        return module.peltier_permille, TactTipState.decode(report).peltier_permille
+        return module.drive_permille, TactTipState.decode(report).peltier_permille
 
     module.stuck_permille = stuck
     for now_s, permille in ((0.0, None), (0.01, 0), (0.02, 900), (5.0, None)):

@@ -141,7 +141,7 @@ def test_an_exoskeleton_left_alone_lets_go_within_its_time() -> None:
 
 
 @pytest.mark.parametrize(
-    ("actuator", "drive"), [("vibration motor", "motor_mv"), ("Peltier element", "peltier_permille")]
+    ("actuator", "drive"), [("vibration motor", "motor_mv"), ("Peltier element", "drive_permille")]
 )
 def test_a_module_left_alone_switches_off_within_its_time(actuator: str, drive: str) -> None:
     module = TactTip(0, NOW_S)

@@ -194,7 +194,7 @@ def test_reversed_peltiers_do_the_opposite_while_the_module_reports_what_it_was_
     operator.faults.apply("stuck index 1000")
     advance(operator, range(1, 501))
     assert operator.plates.plate_c[index] < start_c[index] - 2.0
-    assert operator.modules["index"].peltier_permille == 1000
+    assert operator.modules["index"].drive_permille == 1000
     operator.faults.apply("mend reverse index")
     advance(operator, range(501, 1001))
     assert operator.plates.plate_c[index] > start_c[index] + 0.5

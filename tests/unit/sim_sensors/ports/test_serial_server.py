@@ -44,7 +44,7 @@ class LineContract:
     def test_every_byte_value_passes_unchanged(self, server: SerialServer, loop: SelectLoop, module: TactTip) -> None:
         with self.open(server, loop) as port:
             port.write(COMMAND)
-            until(loop, lambda: module.motor_mv == 1234 and module.peltier_permille == -500)
+            until(loop, lambda: module.motor_mv == 1234 and module.drive_permille == -500)
             reader, states = FrameReader(), []
             for counts in (0x1113, 0x0A0D, 0x0304):  # XON, XOFF, line ends, interrupt
                 module.measure(counts & 0xFFF, counts & 0xFFF)

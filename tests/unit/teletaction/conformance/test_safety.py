@@ -230,7 +230,7 @@ def test_a_device_that_goes_when_it_is_driven_has_failed() -> None:
 
     def send(below: Callable[[bytes], None], data: bytes) -> None:
         below(data)
-        if end.module.peltier_drive:  # type: ignore[attr-defined]
+        if end.module.drive:  # type: ignore[attr-defined]
             raise DeviceAbsent("a virtual line: brown-out")
 
     over(end, "send", send)

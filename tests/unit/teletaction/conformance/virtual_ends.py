@@ -104,7 +104,7 @@ class VirtualModule:
             case TextureSensor():
                 self.module.add_samples(np.zeros(4, np.int16))
             case TactTip():
-                self.plate.step(self.polarity * self.module.peltier_drive)
+                self.plate.step(self.polarity * self.module.drive)
                 self.module.measure(ntc_counts(self.plate.plate_c), ntc_counts(self.hot_side_c))
             case ThermalSensor():
                 self.plate.step(self.polarity * self.module.drive)
