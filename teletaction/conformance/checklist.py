@@ -3,7 +3,7 @@
 The text is both here and on that page; a test compares the two.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Generic, Protocol, TypeVar
@@ -112,11 +112,31 @@ class Tried:
 class Driven(Protocol):
     """A device that can be made neutral."""
 
-    def neutral(self) -> None:
-        """Command neutral outputs."""
+    def settle(self, longer_s: float = 0.0) -> None:
+        """Command neutral outputs, then send nothing until the device is at rest, and for `longer_s` more."""
 
-    def settle(self) -> None:
-        """Command neutral outputs, then send nothing until the device is at rest."""
+
+def phases(device: Driven) -> Iterator[None]:
+    """Yield once for each trial, with the device at rest; other phases resolve a time between two reports."""
+    for trial in range(TRIALS):
+        device.settle(0.002 * trial)
+        yield
+
+
+def acting_s(reports: Iterable[tuple[float, bool]]) -> float:
+    """Return the time from the first to the last report of an action, s, 0 without one.
+
+    Args:
+        reports: times, s, and whether the action is reported.
+    """
+    times_s = [at_s for at_s, acts in reports if acts]
+    return times_s[-1] - times_s[0] if times_s else 0.0
+
+
+def require_punctual(away_s: float) -> None:
+    """Raise NotApplicable if this host paused between two commands until one may have timed out."""
+    if away_s > PAUSE_S:
+        raise NotApplicable(f"this host paused for {1e3 * away_s:.0f} ms during the trial: try again")
 
 
 Trial = tuple[Duty[Any], Any]

@@ -5,13 +5,15 @@ from common.buses.thermometry import COUNT_MAX
 from common.limits import MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,
-    PAUSE_S,
     RATE_SHARE,
     TRIALS,
     Came,
     Checklist,
     How,
     NotApplicable,
+    acting_s,
+    phases,
+    require_punctual,
 )
 from teletaction.conformance.disturbed_module import UNKNOWN_ID, foreign_commands
 from teletaction.conformance.drives import OFF, REPEAT_S, Doing, Drives
@@ -91,14 +93,10 @@ def _mean_c(doings: list[Doing]) -> float:
 def _times_out(drives: Drives) -> Came:
     drives.ready()
     longest_s = 0.0
-    for trial in range(TRIALS):
-        drives.settle()
-        drives.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two reports
+    for _ in phases(drives):
         drives.drive(*drives.mild)
         doings = drives.listen(4.0 * MODULE_TIMEOUT_S)
-        acting = [doing.device_s for doing in doings if doing.applied != OFF]
-        if acting:
-            longest_s = max(longest_s, acting[-1] - acting[0])
+        longest_s = max(longest_s, acting_s((doing.device_s, doing.applied != OFF) for doing in doings))
         if doings and (doings[-1].applied != OFF or not doings[-1].timed_out):
             return Came(False, f"0.4 s later: {drives.words(doings[-1].applied)}, flags {doings[-1].flags:#04x}")
     return Came(
@@ -112,8 +110,8 @@ def _holds(drives: Drives) -> Came:
     drives.ready()
     doings = drives.hold(*drives.mild, 0.1) and drives.hold(*drives.mild, 1.0)
     gaps = sum(doing.timed_out for doing in doings)
-    if gaps and drives.away_s > PAUSE_S:
-        raise NotApplicable(f"this host paused for {1e3 * drives.away_s:.0f} ms during the trial: try again")
+    if gaps:
+        require_punctual(drives.away_s)
     return Came(bool(doings) and not gaps, f"{gaps} of {len(doings)} reports say COMMAND_TIMEOUT")
 
 

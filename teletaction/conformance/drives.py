@@ -156,15 +156,11 @@ class Drives:
         found = (_doing(heard.frame, at_s) for heard, at_s in zip(reports, device_times_s(reports), strict=False))
         return [doing for doing in found if doing is not None]
 
-    def neutral(self) -> None:
-        """Command everything off, twice, because one frame may be lost."""
-        for _ in range(2):
+    def settle(self, longer_s: float = 0.0) -> None:
+        """Command everything off, then send nothing until the time-out has acted, and for `longer_s` more."""
+        for _ in range(2):  # one frame may be lost
             self.drive(0)
-
-    def settle(self) -> None:
-        """Command everything off, then send nothing until the time-out has acted."""
-        self.neutral()
-        self.talk.listen(QUIET_S)
+        self.talk.listen(QUIET_S + longer_s)
 
     def ready(self) -> None:
         """Raise NotApplicable if the plate is too hot or too cold for a trial."""

@@ -10,22 +10,17 @@ from common.buses.can_frames import database, frame_crc, packing
 from common.limits import MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,
-    PAUSE_S,
     RATE_SHARE,
-    TRIALS,
     Came,
     Checklist,
     How,
     NotApplicable,
+    acting_s,
+    phases,
+    require_punctual,
 )
 from teletaction.conformance.node_on_trial import NodeOnTrial
-from teletaction.conformance.node_talk import (
-    REPEAT_S,
-    Command,
-    crc_of_another,
-    cut_short,
-    wrong_crc,
-)
+from teletaction.conformance.node_talk import Command, crc_of_another, cut_short, wrong_crc
 
 AT_ONCE = 10
 """Number of state frames in 100 ms."""
@@ -122,14 +117,7 @@ def _repeat(
     node: NodeOnTrial, make: Callable[[], can.Message], command: Command, seconds: float
 ) -> list[tuple[float, bool]]:
     """Send frames for `seconds`; return the state frames' times and whether the command is in force in each."""
-    messages: list[can.Message] = []
-    node.talk.away_s, sent_s = 0.0, node.talk.end.now()
-    until_s = sent_s + seconds
-    while (now_s := node.talk.end.now()) < until_s:
-        node.talk.away_s, sent_s = max(node.talk.away_s, now_s - sent_s), now_s
-        node.talk.end.send(make())
-        messages += node.talk.listen(REPEAT_S)
-    return _in_force(node, messages, command)
+    return _in_force(node, node.talk.repeat(lambda: node.talk.end.send(make()), seconds), command)
 
 
 def _good(node: NodeOnTrial, command: Command) -> can.Message:
@@ -158,8 +146,8 @@ def _obeys(node: NodeOnTrial) -> Came:
         node.settle()
         begun = next((n for n, (_, in_force) in enumerate(said) if in_force), len(said))
         gaps = sum(not in_force for _, in_force in said[begun:])
-        if gaps and node.talk.away_s > PAUSE_S:
-            raise NotApplicable(f"this host paused for {1e3 * node.talk.away_s:.0f} ms during the trial: try again")
+        if gaps:
+            require_punctual(node.talk.away_s)
         if gaps or begun > AT_ONCE or len(said) <= AT_ONCE:
             return Came(
                 False, f"{command.frame}: in force from state frame {begun} on, then not in {gaps} of {len(said)}"
@@ -171,13 +159,10 @@ def _obeys(node: NodeOnTrial) -> Came:
 def _times_out(node: NodeOnTrial) -> Came:
     longest_s = 0.0
     for command in node.talk.kind.commands:
-        for trial in range(TRIALS):
-            node.settle()
-            node.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two frames
+        for _ in phases(node):
             node.talk.say(command.frame, node.acting(command.frame))
             said = _in_force(node, node.talk.listen(4.0 * MODULE_TIMEOUT_S), command)
-            acting = [at_s for at_s, in_force in said if in_force]
-            longest_s = max(longest_s, acting[-1] - acting[0] if acting else 0.0)
+            longest_s = max(longest_s, acting_s(said))
     return Came(
         longest_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S, f"one frame seen in force for {1e3 * longest_s:.0f} ms at most"
     )

@@ -1,12 +1,10 @@
 """Duties of the exoskeleton alone: the forces that it applies, and their release."""
 
-import can
-
 from common.fingers import FINGERS
 from common.limits import FORCE_SAFE_S, MODULE_TIMEOUT_S
-from teletaction.conformance.checklist import HALF_A_REPORT_S, TRIALS, Came, Checklist, How, NotApplicable
+from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable, acting_s, phases
 from teletaction.conformance.node_on_trial import FORCE_N, ExoskeletonOnTrial
-from teletaction.conformance.node_talk import REPEAT_S, Values
+from teletaction.conformance.node_talk import Values
 
 EXOSKELETON: Checklist[ExoskeletonOnTrial] = Checklist("Exoskeleton; nobody wears it")
 
@@ -17,12 +15,7 @@ _STATE = "ExoskeletonState"
 
 
 def _hold(node: ExoskeletonOnTrial, values: Values, seconds: float) -> list[tuple[float, Values]]:
-    messages: list[can.Message] = []
-    until_s = node.talk.end.now() + seconds
-    while node.talk.end.now() < until_s:
-        node.talk.say("FingerForces", values)
-        messages += node.talk.listen(REPEAT_S)
-    states = node.talk.states(messages)
+    states = node.talk.states(node.talk.repeat(lambda: node.talk.say("FingerForces", values), seconds))
     if not states:
         raise NotApplicable(f"no {_STATE}")
     return states
@@ -52,13 +45,11 @@ def _not_enabled(node: ExoskeletonOnTrial) -> Came:
 @EXOSKELETON.duty("E3", "150 ms after the last good frame at the latest every force is exactly 0", How.EXERCISE)
 def _falls(node: ExoskeletonOnTrial) -> Came:
     longest_s = 0.0
-    for trial in range(TRIALS):
-        node.settle()
-        node.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two frames
+    for _ in phases(node):
         node.talk.say("FingerForces", node.acting("FingerForces"))
         states = node.talk.states(node.talk.listen(3.0 * FORCE_SAFE_S))
-        pushing = [at_s for at_s, values in states if any(values[finger] > 0.0 for finger in FINGERS)]
-        longest_s = max(longest_s, pushing[-1] - pushing[0] if pushing else 0.0)
+        pushing = [(at_s, any(values[finger] > 0.0 for finger in FINGERS)) for at_s, values in states]
+        longest_s = max(longest_s, acting_s(pushing))
     return Came(
         longest_s <= FORCE_SAFE_S + HALF_A_REPORT_S, f"one frame seen to push for {1e3 * longest_s:.0f} ms at most"
     )

@@ -1,4 +1,4 @@
-"""Which devices there are on this host, whatever a configuration says."""
+"""Find the devices that are connected to this host, independent of a configuration."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ from common.fingers import FINGERS
 from teletaction.conformance.node_talk import BusEnd, name_of
 
 PORTS = Path("/dev/serial/by-id")
-"""Serial ports under names that stay the same wherever they are plugged in."""
+"""Folder of serial ports under names that are independent of the socket that they are plugged into."""
 NETWORK = Path("/sys/class/net")
 _CAN_INTERFACE = "280"
-"""Linux, if_arp.h."""
+"""Interface type of CAN, ARPHRD_CAN in Linux `if_arp.h`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Something that answered, or why nothing did."""
+    """An address, and the device that answered there or the reason why none did."""
 
     address: str
     good: bool
@@ -29,7 +29,7 @@ class Found:
 
 
 def find_modules(ports: Path = PORTS) -> Iterator[Found]:
-    """Ask whatever is at the ports of a folder who it is: seven bytes to each, and a second of patience."""
+    """Ask the module at each port of a folder for its identity: seven bytes to each, and a second of patience."""
     for port in sorted(ports.iterdir()) if ports.is_dir() else ():
         try:
             opened = open_line(str(port))
@@ -41,7 +41,7 @@ def find_modules(ports: Path = PORTS) -> Iterator[Found]:
 
 
 def find_nodes(network: Path = NETWORK) -> Iterator[Found]:
-    """Listen which node is on each CAN interface of the host."""
+    """Listen on each CAN interface of the host, and yield the node that sends there."""
     for name in can_interfaces(network):
         address = CanAddress(interface="socketcan", channel=name)
         try:
@@ -56,7 +56,7 @@ def find_nodes(network: Path = NETWORK) -> Iterator[Found]:
 
 
 def can_interfaces(network: Path = NETWORK) -> dict[str, bool]:
-    """The host's CAN interfaces, and whether each is up."""
+    """Return the host's CAN interfaces, and whether each is up."""
     if not network.is_dir():
         return {}
     kinds = {each.name: _read(each / "type") for each in sorted(network.iterdir())}
@@ -66,10 +66,10 @@ def can_interfaces(network: Path = NETWORK) -> dict[str, bool]:
 
 
 def require_interface(address: CanAddress, network: Path = NETWORK) -> None:
-    """Say what is wrong with an interface of this host before anybody tries to open it.
+    """Check an interface of this host before it is opened.
 
     Raises:
-        DeviceAbsent: there is none of that name, or it is down.
+        DeviceAbsent: no interface has that name, or it is down.
     """
     if address.interface != "socketcan" or (is_up := can_interfaces(network).get(address.channel)):
         return
@@ -78,7 +78,7 @@ def require_interface(address: CanAddress, network: Path = NETWORK) -> None:
 
 
 def in_words(identity: Identity) -> str:
-    """Whose device of which kind it is."""
+    """Describe a device: finger, kind, serial number and firmware."""
     kind = identity.kind.name.lower().replace("_", " ")
     return f"{FINGERS[identity.finger]} {kind}, serial number {identity.serial}, firmware {identity.firmware}"
 

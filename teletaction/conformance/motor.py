@@ -5,7 +5,7 @@ from statistics import median
 from common.buses.serial_messages import MessageId, TactTipCommand
 from common.buses.thermometry import COUNT_MAX, ntc_c
 from operator_site.devices.hot_side import COLDEST_C, MOVED_K, WARMEST_C
-from teletaction.conformance.checklist import HALF_A_REPORT_S, TRIALS, Came, Checklist, How, NotApplicable
+from teletaction.conformance.checklist import HALF_A_REPORT_S, TRIALS, Came, Checklist, How, NotApplicable, acting_s
 from teletaction.conformance.drives import Doing, Drives
 
 TACTTIP: Checklist[Drives] = Checklist("TactTip")
@@ -17,8 +17,8 @@ LAG_S = 0.03
 
 def _pulsed_s(doings: list[Doing], pulse_mv: int) -> tuple[float, int]:
     """Return the time from the first to the last report of a pulse, s, and the number of these reports."""
-    seen = [doing.device_s for doing in doings if doing.motor_mv == pulse_mv]
-    return (seen[-1] - seen[0] if seen else 0.0), len(seen)
+    seen = [(doing.device_s, doing.motor_mv == pulse_mv) for doing in doings]
+    return acting_s(seen), sum(pulsed for _, pulsed in seen)
 
 
 @TACTTIP.duty("T1", "The hot side is within 10 to 30 C")

@@ -1,6 +1,6 @@
 """Command a node in trials: with values that move nothing, and with neutral values."""
 
-from typing import Protocol
+from abc import ABC, abstractmethod
 
 from common.fingers import FINGERS
 from teletaction.conformance.checklist import Unsafe
@@ -13,48 +13,48 @@ MOST_MM = 5.0
 """Largest distance of a telemanipulator from its first position, mm; a larger one ends the trials."""
 
 
-class NodeOnTrial(Protocol):
+class NodeOnTrial(ABC):
     """A node with its commands for trials."""
-
-    talk: NodeTalk
-
-    def acting(self, frame: str) -> Values:
-        """Return the values of a command that is in force and practically harmless."""
-
-    def neutral(self) -> None:
-        """Command neutral outputs."""
-
-    def settle(self) -> None:
-        """Command neutral outputs, then send nothing until the time-outs have acted."""
-
-
-class ExoskeletonOnTrial:
-    """An exoskeleton that nobody wears."""
 
     def __init__(self, talk: NodeTalk) -> None:
         self.talk = talk
         talk.watch = self._look
 
+    @abstractmethod
+    def acting(self, frame: str) -> Values:
+        """Return the values of a command that is in force and practically harmless."""
+
+    def settle(self, longer_s: float = 0.0) -> None:
+        """Command neutral outputs, then send nothing until the time-outs have acted, and for `longer_s` more."""
+        for _ in range(2):  # one frame may be lost
+            self.talk.say(*self._neutral())
+        self.talk.listen(QUIET_S + longer_s)
+
+    @abstractmethod
+    def _neutral(self) -> tuple[str, Values]:
+        """Return name and values of a command with neutral outputs."""
+
+    @abstractmethod
+    def _look(self, name: str, values: Values) -> None:
+        """Check a frame on arrival; raise Unsafe for a value beyond its limit."""
+
+
+class ExoskeletonOnTrial(NodeOnTrial):
+    """An exoskeleton that nobody wears."""
+
     def acting(self, frame: str) -> Values:
         """Return a small force on every finger."""
         return {"enabled": 1.0, **dict.fromkeys(FINGERS, FORCE_N)}
 
-    def neutral(self) -> None:
-        """Command no force and not enabled, twice, because one frame may be lost."""
-        for _ in range(2):
-            self.talk.say("FingerForces", {"enabled": 0.0, **dict.fromkeys(FINGERS, 0.0)})
-
-    def settle(self) -> None:
-        """Command neutral outputs, then send nothing until the forces have fallen."""
-        self.neutral()
-        self.talk.listen(QUIET_S)
+    def _neutral(self) -> tuple[str, Values]:
+        return "FingerForces", dict(EXOSKELETON.safe)
 
     def _look(self, name: str, values: Values) -> None:
         if name == EXOSKELETON.state and max(values[finger] for finger in FINGERS) > MOST_N:
             raise Unsafe(f"it pushes with {max(values[finger] for finger in FINGERS):.2f} N")
 
 
-class TelemanipulatorOnTrial:
+class TelemanipulatorOnTrial(NodeOnTrial):
     """A telemanipulator with nothing under its fingers.
 
     Attributes:
@@ -62,11 +62,10 @@ class TelemanipulatorOnTrial:
     """
 
     def __init__(self, talk: NodeTalk) -> None:
-        self.talk = talk
+        super().__init__(talk)
         self.lowered = False
         self._stood: dict[str, Values] = {}
         self._holds: dict[str, Values] = {}
-        talk.watch = self._look
 
     def acting(self, frame: str) -> Values:
         """Return the position of the last rest; a hand that sags under its set-point must not be lowered by it."""
@@ -74,17 +73,14 @@ class TelemanipulatorOnTrial:
             return self._hold("HandPoseMeasured")
         return {"released": 0.0, **self._hold("FingerHeightsMeasured")}
 
-    def neutral(self) -> None:
-        """Command a release at the present heights, twice, because one frame may be lost."""
-        heights = self.talk.newest.get("FingerHeightsMeasured", dict.fromkeys(FINGERS, LOWEST_MM))
-        for _ in range(2):
-            self.talk.say("HeightSetpoint", {**heights, "released": 1.0})
-
-    def settle(self) -> None:
-        """Command a release, then send nothing until the time-outs have acted."""
-        self.neutral()
-        self.talk.listen(QUIET_S)
+    def settle(self, longer_s: float = 0.0) -> None:
+        """Settle; a later command holds the position of this rest."""
+        super().settle(longer_s)
         self._holds.clear()
+
+    def _neutral(self) -> tuple[str, Values]:
+        heights = self.talk.newest.get("FingerHeightsMeasured", dict.fromkeys(FINGERS, LOWEST_MM))
+        return "HeightSetpoint", {**heights, "released": 1.0}
 
     def _hold(self, name: str) -> Values:
         return self._holds.setdefault(name, dict(self.talk.now_at(name)))

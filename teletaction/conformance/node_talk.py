@@ -152,7 +152,7 @@ class NodeTalk:
         watch: called with every decoded frame as it arrives; raises Unsafe.
         newest: last values of each frame, even with a wrong CRC.
         commanded: whether a command was sent to it.
-        away_s: longest time between two frames of the last series, s, caused by the host.
+        away_s: longest time between two calls of the last `repeat`, s, caused by the host.
     """
 
     def __init__(self, end: NodeEnd, kind: NodeKind) -> None:
@@ -217,6 +217,17 @@ class NodeTalk:
         """Return the next correct frame of a command."""
         self.commanded = True
         return self._senders[name].encode(values)
+
+    def repeat(self, send: Callable[[], None], seconds: float) -> list[can.Message]:
+        """Call `send` every 10 ms for `seconds`; return all frames of that time."""
+        messages: list[can.Message] = []
+        self.away_s, sent_s = 0.0, self.end.now()
+        until_s = sent_s + seconds
+        while (now_s := self.end.now()) < until_s:
+            self.away_s, sent_s = max(self.away_s, now_s - sent_s), now_s
+            send()
+            messages += self.listen(REPEAT_S)
+        return messages
 
     def now_at(self, name: str) -> Values:
         """Return the newest values of a frame.

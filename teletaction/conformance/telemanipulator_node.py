@@ -6,7 +6,7 @@ import can
 
 from common.fingers import FINGERS
 from common.limits import APPROACH_DOWN_M_S, MODULE_TIMEOUT_S
-from teletaction.conformance.checklist import HALF_A_REPORT_S, TRIALS, Came, Checklist, How, NotApplicable
+from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable, acting_s, phases
 from teletaction.conformance.node_on_trial import TelemanipulatorOnTrial
 from teletaction.conformance.node_talk import REPEAT_S, Values
 
@@ -30,18 +30,18 @@ def _command(
 
     Set-points approach the wanted values no faster than the patient-side gate lets a finger go down.
     """
-    messages: list[can.Message] = []
     place = {**node.talk.now_at(_HEIGHTS), **node.talk.now_at(_POSE)}
     wanted = {**place, **(heights or {}), **(pose or {})}
-    until_s = node.talk.end.now() + seconds
-    while node.talk.end.now() < until_s:
-        place = {each: at + max(-NEXT_MM, min(NEXT_MM, wanted[each] - at)) for each, at in place.items()}
+
+    def send() -> None:
+        for each, at in place.items():
+            place[each] = at + max(-NEXT_MM, min(NEXT_MM, wanted[each] - at))
         if heights is not None:
             node.talk.say("HeightSetpoint", {each: place.get(each, value) for each, value in heights.items()})
         if pose is not None:
             node.talk.say("HandSetpoint", {each: place[each] for each in pose})
-        messages += node.talk.listen(REPEAT_S)
-    return messages
+
+    return node.talk.repeat(send, seconds)
 
 
 def _stands(node: TelemanipulatorOnTrial) -> tuple[Values, Values]:
@@ -132,16 +132,15 @@ def _rises(node: TelemanipulatorOnTrial) -> Came:
 )
 def _released(node: TelemanipulatorOnTrial) -> Came:
     longest_s = 0.0
-    for trial in range(TRIALS):
-        node.settle()
+    for _ in phases(node):
         heights, pose = _stands(node)
-        node.talk.listen(0.002 * trial)  # each trial has another phase, which resolves the end between two frames
         node.talk.say("HeightSetpoint", {"released": 0.0, **heights})
         states = node.talk.states(_command(node, 3.0 * MODULE_TIMEOUT_S, None, pose))
-        following = [at_s for at_s, values in states if values["released"] == 0.0]
-        if not following or states[-1][1]["released"] == 0.0:
-            return Came(False, "released is 0 in " + ("no state frame" if not following else "every state frame"))
-        longest_s = max(longest_s, following[-1] - following[0])
+        following = [(at_s, values["released"] == 0.0) for at_s, values in states]
+        follows = [each for _, each in following]
+        if not any(follows) or follows[-1]:
+            return Came(False, "released is 0 in " + ("every state frame" if any(follows) else "no state frame"))
+        longest_s = max(longest_s, acting_s(following))
     return Came(
         longest_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S,
         f"one frame seen to be followed for {1e3 * longest_s:.0f} ms at most",

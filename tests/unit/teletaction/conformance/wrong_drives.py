@@ -7,7 +7,7 @@ from typing import Any
 
 from common.buses.serial_framing import Frame
 from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
-from sim_sensors.devices.serial_module import CutOut
+from sim_sensors.devices.plate_module import CutOut
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.thermal_sensor import ThermalSensor
 from tests.unit.teletaction.conformance.spoiled_module import (
@@ -44,8 +44,8 @@ def ambient_short(module: Any, payload: bytearray, _: int) -> None:
 @wrong_method("D4", ThermalSensor, "_obey")
 def weaker_cooling(module: Any, below: Callable[..., None], frame: Frame, now_s: float) -> None:
     below(frame, now_s)
-    if module._asked < 0:
-        module._asked = round(0.9 * module._asked)
+    if module._asked_permille < 0:
+        module._asked_permille = round(0.9 * module._asked_permille)
         module._limit()
 
 
@@ -89,7 +89,7 @@ def clips(module: Any, below: Callable[..., None], frame: Frame, now_s: float) -
     if not beyond_full(frame):
         below(frame, now_s)
         return
-    module._asked = max(-1000, min(1000, i16(frame.payload, 0)))
+    module._asked_permille = max(-1000, min(1000, i16(frame.payload, 0)))
     module._watchdog.obeyed(now_s)
     module._limit()
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from common.buses.serial_framing import Frame
 from common.buses.serial_messages import DeviceFlag, MessageId, TextureSamples
-from sim_sensors.devices.serial_module import ReportClock
+from sim_sensors.devices.plate_module import ReportClock
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
 from tests.unit.teletaction.conformance.spoiled_module import FINGER, AnyCrc, over, wrong, wrong_method, wrong_reports
