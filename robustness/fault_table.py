@@ -1,5 +1,6 @@
 """Faults that may occur in a session, and their required outcomes: the table that the fault matrix is judged by."""
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 
@@ -74,13 +75,19 @@ STROKING, FREE = "middle", "index"
 
 _CONTINUES, _RESUMES, _LATCHED = Outcome.CONTINUES, Outcome.RESUMES, Outcome.LATCHED
 _NONE: frozenset[Actuator] = frozenset()
-_ON_MODULE = frozenset({Actuator.MOTOR, Actuator.PELTIER})
-_FELT = frozenset({Actuator.FORCE, Actuator.MOTOR})
-_WITHOUT_PLACE = _FELT | AT_PATIENT
+_MOTOR, _PELTIER, _HEATER = (frozenset({each}) for each in (Actuator.MOTOR, Actuator.PELTIER, Actuator.HEATER))
+_WITHOUT_PLACE = frozenset({Actuator.FORCE, Actuator.MOTOR}) | AT_PATIENT
 """Actuators that need a finger's position. Without the telemanipulator's report of it, a plate still displays a finger
 in the air."""
 _SILENT = GAP_S
 """Time after which a device is known to be silent, s."""
+_VALUE = re.compile(r" (open|short|frozen|cut|saturated|glitch|stuck|biased|drift|counter \S+|crc \S+|\d+)$")
+"""Value at the end of a device fault's command."""
+
+
+def _mend(begin: str) -> str:
+    """Return the command that ends a device fault; it has no value."""
+    return f"mend {_VALUE.sub('', begin)}"
 
 
 def _for_a_while(
@@ -93,15 +100,12 @@ def _for_a_while(
     noticed_s: float = _SILENT,
 ) -> Fault:
     """A device fault that is mended after 2 s."""
-    mend = begin.replace("unplug", "plug") if begin.startswith("unplug") else f"mend {begin}"
-    for text in (" open", " short", " cut", " saturated", " crc 0.01"):
-        mend = mend.removesuffix(text)
-    return Fault(name, where, begin, expected, neutral, finger=finger, mend=mend, noticed_s=noticed_s)
+    return Fault(name, where, begin, expected, neutral, finger=finger, mend=_mend(begin), noticed_s=noticed_s)
 
 
-def _found(name: str, where: str, begin: str, mend: str, later_s: float, neutral: frozenset[Actuator] = ALL) -> Fault:
+def _found(name: str, where: str, begin: str, later_s: float, neutral: frozenset[Actuator] = ALL) -> Fault:
     """A device fault that is detected by its effect, and latched."""
-    return Fault(name, where, begin, _LATCHED, neutral, seconds=0.0, mend=f"mend {mend}", later_s=later_s)
+    return Fault(name, where, begin, _LATCHED, neutral, seconds=0.0, mend=_mend(begin), later_s=later_s)
 
 
 NETWORK_FAULTS = (
@@ -116,28 +120,18 @@ NETWORK_FAULTS = (
     Fault("way to the remote site cut, 2 s", "network", "partition 2 to_remote", _RESUMES, AT_PATIENT),
     Fault("way to the operator's site cut, 2 s", "network", "partition 2 to_operator", _RESUMES),
     Fault("TCP connections reset", "network", "cut", _RESUMES, _NONE, seconds=0.0),
-    Fault(
-        "delay 400 ± 20 ms, age limit 150 ms",
-        "network",
-        "delay 400 20",
-        _RESUMES,
-        seconds=4.0,
-        mend="clear",
-        noticed_s=0.1,
-    ),
+    Fault("delay 400 ± 20 ms, age limit 150 ms", "network", "delay 400 20", _RESUMES, ALL, None, 4.0, "clear", 0.1),
 )
 _REMOTE, _OPERATOR = "sim-remote", "sim-operator"
 DEVICE_FAULTS = (
-    _for_a_while(
-        "texture sensor's cable pulled", _REMOTE, f"unplug {STROKING} texture", _CONTINUES, frozenset({Actuator.MOTOR})
-    ),
+    _for_a_while("texture sensor's cable pulled", _REMOTE, f"unplug {STROKING} texture", _CONTINUES, _MOTOR),
     _for_a_while("thermal sensor's cable pulled", _REMOTE, f"unplug {STROKING} thermal", _CONTINUES),
     _for_a_while(
         "TactTip's cable pulled",
         _OPERATOR,
         f"unplug {STROKING} tacttip",
         _CONTINUES,
-        _ON_MODULE,
+        _MOTOR | _PELTIER,
         finger=STROKING,
         noticed_s=0.0,
     ),
@@ -145,80 +139,46 @@ DEVICE_FAULTS = (
     _for_a_while("exoskeleton's CAN cable pulled", _OPERATOR, "unplug can", _RESUMES, ALL),
     _for_a_while("telemanipulator silent", _REMOTE, "silence can", _RESUMES, _WITHOUT_PLACE),
     _for_a_while("exoskeleton silent", _OPERATOR, "silence can", _RESUMES, ALL),
-    _found("telemanipulator's bus off", _REMOTE, "bus_off", "bus_off", 0.1),
-    _found("exoskeleton's bus off", _OPERATOR, "bus_off", "bus_off", 0.1),
+    _found("telemanipulator's bus off", _REMOTE, "bus_off", 0.1),
+    _found("exoskeleton's bus off", _OPERATOR, "bus_off", 0.1),
     *(
-        _found(f"{device}: {words} damaged", where, f"damage can {damage}", "damage can", 0.2)
+        _found(f"{device}: {words} damaged", where, f"damage can {damage}", 0.2)
         for device, where in (("telemanipulator", _REMOTE), ("exoskeleton", _OPERATOR))
         for words, damage in (("every second counter", "counter 0.5"), ("every CRC", "crc 1"))
     ),
     _for_a_while("exoskeleton: one CRC in a hundred damaged", _OPERATOR, "damage can crc 0.01", _CONTINUES),
-    _found("exoskeleton's encoder jumps", _OPERATOR, f"encoder {STROKING} glitch", f"encoder {STROKING}", 2.0),
-    _found("exoskeleton's encoder or joint stuck", _OPERATOR, f"encoder {STROKING} stuck", f"encoder {STROKING}", 2.0),
-    _found("telemanipulator's encoder jumps", _REMOTE, f"encoder {STROKING} glitch", f"encoder {STROKING}", 2.0),
-    _found("telemanipulator's joint stuck", _REMOTE, f"disobey {FREE}", f"disobey {FREE}", 8.0),
-    _found("telemanipulator's encoder stuck", _REMOTE, f"encoder {FREE} stuck", f"encoder {FREE}", 8.0),
-    _found("telemanipulator's force sensor frozen", _REMOTE, f"force {STROKING} frozen", f"force {STROKING}", 1.0),
-    _found("telemanipulator's force sensor biased", _REMOTE, f"force {STROKING} biased", f"force {STROKING}", 1.0),
+    _found("exoskeleton's encoder jumps", _OPERATOR, f"encoder {STROKING} glitch", 2.0),
+    _found("exoskeleton's encoder or joint stuck", _OPERATOR, f"encoder {STROKING} stuck", 2.0),
+    _found("telemanipulator's encoder jumps", _REMOTE, f"encoder {STROKING} glitch", 2.0),
+    _found("telemanipulator's joint stuck", _REMOTE, f"disobey {FREE}", 8.0),
+    _found("telemanipulator's encoder stuck", _REMOTE, f"encoder {FREE} stuck", 8.0),
+    _found("telemanipulator's force sensor frozen", _REMOTE, f"force {STROKING} frozen", 1.0),
+    _found("telemanipulator's force sensor biased", _REMOTE, f"force {STROKING} biased", 1.0),
     _for_a_while("texture sensor sends rubbish", _REMOTE, f"babble {STROKING} texture", _CONTINUES),
     _for_a_while("TactTip sends rubbish", _OPERATOR, f"babble {STROKING} tacttip", _CONTINUES),
-    _for_a_while(
-        "texture sensor silent", _REMOTE, f"silence {STROKING} texture", _CONTINUES, frozenset({Actuator.MOTOR})
-    ),
+    _for_a_while("texture sensor silent", _REMOTE, f"silence {STROKING} texture", _CONTINUES, _MOTOR),
     *(
-        _for_a_while(
-            f"texture sensor's element {fault}",
-            _REMOTE,
-            f"piezo {STROKING} {fault}",
-            _CONTINUES,
-            frozenset({Actuator.MOTOR}),
-        )
+        _for_a_while(f"texture sensor's element {fault}", _REMOTE, f"piezo {STROKING} {fault}", _CONTINUES, _MOTOR)
         for fault in ("cut", "saturated")
     ),
     _for_a_while(
-        "TactTip silent and deaf", _OPERATOR, f"silence {STROKING} tacttip", _CONTINUES, _ON_MODULE, finger=STROKING
+        "TactTip silent and deaf", _OPERATOR, f"silence {STROKING} tacttip", _CONTINUES, _MOTOR | _PELTIER, STROKING
     ),
     # Before all other faults of this plate: after them it has no drive, and a frozen reading cannot be detected.
-    _found("TactTip's thermistor frozen", _OPERATOR, f"thermistor {STROKING} frozen", f"thermistor {STROKING}", 40.0),
+    _found("TactTip's thermistor frozen", _OPERATOR, f"thermistor {STROKING} frozen", 40.0),
     # Only the module's own temperature limit ends a stuck drive itself.
-    _found("sensor's heater stuck on", _REMOTE, f"stuck {FREE} 1000", f"stuck {FREE}", 2.0, ALL - {Actuator.HEATER}),
-    _found(
-        "TactTip's Peltier stuck on",
-        _OPERATOR,
-        f"stuck {STROKING} 1000",
-        f"stuck {STROKING}",
-        2.0,
-        ALL - {Actuator.PELTIER},
-    ),
-    _found(
-        "TactTip's motor stuck on",
-        _OPERATOR,
-        f"motor {STROKING} 2999",
-        f"motor {STROKING}",
-        1.0,
-        ALL - {Actuator.MOTOR},
-    ),
-    _found("exoskeleton pushes unasked", _OPERATOR, f"push {FREE} 2", f"push {FREE}", 1.0, ALL - {Actuator.FORCE}),
+    _found("sensor's heater stuck on", _REMOTE, f"stuck {FREE} 1000", 2.0, ALL - _HEATER),
+    _found("TactTip's Peltier stuck on", _OPERATOR, f"stuck {STROKING} 1000", 2.0, ALL - _PELTIER),
+    _found("TactTip's motor stuck on", _OPERATOR, f"motor {STROKING} 2999", 1.0, ALL - _MOTOR),
+    _found("exoskeleton pushes unasked", _OPERATOR, f"push {FREE} 2", 1.0, ALL - {Actuator.FORCE}),
     # An actuator that a second sender commands becomes neutral when the sender stops.
-    _found("second sender on the exoskeleton's bus", _OPERATOR, "intrude", "intrude", 0.5, ALL - {Actuator.FORCE}),
-    _found("second sender on the telemanipulator's bus", _REMOTE, "intrude", "intrude", 0.5, ALL - {Actuator.HAND}),
-    _found("telemanipulator does not obey", _REMOTE, "disobey", "disobey", 8.0),
-    _found("telemanipulator drifts", _REMOTE, "disobey drift", "disobey", 3.0, ALL - {Actuator.HAND}),
-    _for_a_while(
-        "sensor's thermistor open",
-        _REMOTE,
-        f"thermistor {FREE} open",
-        _CONTINUES,
-        frozenset({Actuator.HEATER}),
-        finger=FREE,
-    ),
-    _for_a_while(
-        "sensor's thermistor short",
-        _REMOTE,
-        f"thermistor {FREE} short",
-        _CONTINUES,
-        frozenset({Actuator.HEATER}),
-        finger=FREE,
+    _found("second sender on the exoskeleton's bus", _OPERATOR, "intrude", 0.5, ALL - {Actuator.FORCE}),
+    _found("second sender on the telemanipulator's bus", _REMOTE, "intrude", 0.5, ALL - {Actuator.HAND}),
+    _found("telemanipulator does not obey", _REMOTE, "disobey", 8.0),
+    _found("telemanipulator drifts", _REMOTE, "disobey drift", 3.0, ALL - {Actuator.HAND}),
+    *(
+        _for_a_while(f"sensor's thermistor {fault}", _REMOTE, f"thermistor {FREE} {fault}", _CONTINUES, _HEATER, FREE)
+        for fault in ("open", "short")
     ),
     Fault(
         "sensor's thermistor frozen, 6 s",
@@ -229,39 +189,21 @@ DEVICE_FAULTS = (
         seconds=6.0,
         mend=f"mend thermistor {FREE}",
     ),
-    _found("TactTip's thermistor open", _OPERATOR, f"thermistor {STROKING} open", f"thermistor {STROKING}", 0.5),
-    _found("TactTip's thermistor short", _OPERATOR, f"thermistor {STROKING} short", f"thermistor {STROKING}", 0.5),
+    _found("TactTip's thermistor open", _OPERATOR, f"thermistor {STROKING} open", 0.5),
+    _found("TactTip's thermistor short", _OPERATOR, f"thermistor {STROKING} short", 0.5),
     # A stroke cools too little to warm a dry hot side within seconds. That case is tested on a virtual clock.
     _for_a_while("TactTip's cooling water lost", _OPERATOR, f"water {STROKING}", _CONTINUES),
 )
 
 
 def _process_faults(name: str, neutral: frozenset[Actuator], noticed_s: float = 0.0) -> tuple[Fault, ...]:
+    def ended(how: str, begin: str, seconds: float, mend: str) -> Fault:
+        return Fault(f"{name} {how}", name, begin, _RESUMES, neutral, None, seconds, mend, noticed_s)
+
     return (
-        Fault(
-            f"{name} killed (-9), started again",
-            name,
-            "kill",
-            _RESUMES,
-            neutral,
-            seconds=2.0,
-            mend="start",
-            noticed_s=noticed_s,
-        ),
+        ended("killed (-9), started again", "kill", 2.0, "start"),
         # Shorter and longer than the silence that ends a session.
-        *(
-            Fault(
-                f"{name} stopped for {seconds:g} s",
-                name,
-                "stop",
-                _RESUMES,
-                neutral,
-                seconds=seconds,
-                mend="continue",
-                noticed_s=noticed_s,
-            )
-            for seconds in (1.0, 3.0)
-        ),
+        *(ended(f"stopped for {seconds:g} s", "stop", seconds, "continue") for seconds in (1.0, 3.0)),
         Fault(f"{name} slowed: 10 ms of every 40, 3 s", name, "slow", _CONTINUES, _NONE, seconds=3.0),
     )
 
@@ -274,6 +216,6 @@ PROCESS_FAULTS = (
     *_process_faults("sim-operator", AT_PATIENT, _SILENT),
     Fault("processor fully loaded, 4 s", "machine", "burn", _RESUMES, _NONE, seconds=4.0),
 )
-PLATE_FAULTS = (_found("TactTip's Peltiers reversed", _OPERATOR, f"reverse {STROKING}", f"reverse {STROKING}", 10.0),)
+PLATE_FAULTS = (_found("TactTip's Peltiers reversed", _OPERATOR, f"reverse {STROKING}", 10.0),)
 """Faults for a session of their own: after another fault of this plate it has no drive until it has passed a test."""
 DISK_FAULTS = (Fault("disk full at both sites", "disk", "full", _CONTINUES, _NONE, seconds=3.0),)
