@@ -86,7 +86,7 @@ class Done:
     Attributes:
         begin_s, end_s: when it began, and when it was over or mended.
         cleared_s: when a person cleared it and engaged; None where that was not needed.
-        next_s: when the session went on to something else.
+        next_s: end of the time that belongs to this fault.
     """
 
     fault: Fault

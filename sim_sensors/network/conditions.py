@@ -2,9 +2,8 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -35,34 +34,21 @@ class Conditions:
         return max(SHORTEST_RETRANSMISSION_S, 2.0 * (self.delay_s + self.jitter_s) + _MARGIN_S)
 
 
-class ConditionsOverTime(Protocol):
-    """Network conditions that may change with time."""
-
-    def at(self, time_s: float) -> Conditions:
-        """Return the conditions at `time_s` >= 0."""
+ConditionsOverTime = Callable[[float], Conditions]
+"""Network conditions as a function of time >= 0, s."""
 
 
-class PhasedConditions:
-    """Conditions that are constant within each phase; the last phase never ends."""
-
-    def __init__(self, starts_s: Sequence[float], phases: Sequence[Conditions]) -> None:
-        """Take phases in order of time; the first starts at 0."""
-        self._starts_s = list(starts_s)
-        self._phases = list(phases)
-
-    def at(self, time_s: float) -> Conditions:
-        """Return the conditions at `time_s` >= 0."""
-        return self._phases[max(0, bisect_right(self._starts_s, time_s) - 1)]
+def phased(starts_s: Sequence[float], phases: Sequence[Conditions]) -> ConditionsOverTime:
+    """Return conditions that are constant within each phase; the first starts at 0, and the last never ends."""
+    return lambda time_s: phases[max(0, bisect_right(starts_s, time_s) - 1)]
 
 
-class RecordedConditions:
-    """Half of the recorded round trips as delay in each direction, linear in between; the record repeats endlessly."""
+def recorded(send_time_s: Sequence[float], round_trip_s: Sequence[float]) -> ConditionsOverTime:
+    """Return half of the recorded round trips as delay in each direction, linear in between; the record repeats.
 
-    def __init__(self, send_time_s: Sequence[float], round_trip_s: Sequence[float]) -> None:
-        """Take increasing times of sending, s, and the round trip that began at each, s."""
-        self._time_s = np.array(send_time_s) - send_time_s[0]
-        self._delay_s = 0.5 * np.array(round_trip_s)
-
-    def at(self, time_s: float) -> Conditions:
-        """Return the conditions at `time_s` >= 0."""
-        return Conditions(delay_s=float(np.interp(time_s % self._time_s[-1], self._time_s, self._delay_s)))
+    Args:
+        send_time_s: times of sending, increasing, s.
+        round_trip_s: the round trip that began at each, s.
+    """
+    times_s, delays_s = np.array(send_time_s) - send_time_s[0], 0.5 * np.array(round_trip_s)
+    return lambda time_s: Conditions(delay_s=float(np.interp(time_s % times_s[-1], times_s, delays_s)))

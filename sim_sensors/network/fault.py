@@ -12,7 +12,13 @@ FaultKind = Literal["stall", "partition", "cut", "half_open"]
 LONGEST_S = 3600.0
 
 
-class Fault(BaseModel):
+class Strict(BaseModel):
+    """Base of the parts of a network's file: no unknown fields, and only finite numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Fault(Strict):
     """One fault of a network.
 
     - `stall`: nothing arrives for `seconds`, then everything arrives at once; no segment is retransmitted.
@@ -21,8 +27,6 @@ class Fault(BaseModel):
     - `half_open`: bytes sent on the present connections are lost silently for `seconds`, then these connections are
       reset; new connections work throughout.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     at_s: float = Field(ge=0.0)
     kind: FaultKind

@@ -8,13 +8,13 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from common.config import load_config
 from common.files.printable import printable
 from common.files.whole_file import read_whole
-from sim_sensors.network.conditions import Conditions, ConditionsOverTime, PhasedConditions, RecordedConditions
-from sim_sensors.network.fault import Fault
+from sim_sensors.network.conditions import Conditions, ConditionsOverTime, phased, recorded
+from sim_sensors.network.fault import Fault, Strict
 
 NETWORKS = Path(__file__).parents[1] / "networks"
 MOST_MS = 60_000.0
@@ -30,11 +30,7 @@ class Network:
     faults: tuple[Fault, ...] = ()
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class _Phase(_Strict):
+class _Phase(Strict):
     from_s: float = Field(ge=0.0)
     delay_ms: float = Field(default=0.0, ge=0.0, le=MOST_MS)
     jitter_ms: float = Field(default=0.0, ge=0.0)
@@ -52,7 +48,7 @@ class _Phase(_Strict):
         return Conditions(1e-3 * self.delay_ms, 1e-3 * self.jitter_ms, self.loss, rate_bit_s)
 
 
-class _NetworkFile(_Strict):
+class _NetworkFile(Strict):
     phase: tuple[_Phase, ...] = ()
     round_trips: Path | None = None
     fault: tuple[Fault, ...] = ()
@@ -71,7 +67,7 @@ class _NetworkFile(_Strict):
     def conditions(self) -> ConditionsOverTime:
         if self.round_trips is not None:
             return _read_round_trips(self.round_trips)
-        return PhasedConditions([phase.from_s for phase in self.phase], [phase.conditions() for phase in self.phase])
+        return phased([phase.from_s for phase in self.phase], [phase.conditions() for phase in self.phase])
 
 
 def network_names() -> tuple[str, ...]:
@@ -105,7 +101,7 @@ def load_network(name_or_path: str) -> Network:
     return Network(path.stem, file.conditions(), tuple(sorted(file.fault, key=lambda fault: fault.at_s)))
 
 
-def _read_round_trips(path: Path) -> RecordedConditions:
+def _read_round_trips(path: Path) -> ConditionsOverTime:
     """Read recorded round trips; raise ValueError, with file and line, for invalid content."""
     times_s: list[float] = []
     round_trips_s: list[float] = []
@@ -127,7 +123,7 @@ def _read_round_trips(path: Path) -> RecordedConditions:
         raise ValueError(f"{path}: cannot read round trips: {getattr(error, 'strerror', error)}") from None
     if len(times_s) < 2:
         raise ValueError(f"{path}: at least two rows of round trips are needed, there are {len(times_s)}")
-    return RecordedConditions(times_s, round_trips_s)
+    return recorded(times_s, round_trips_s)
 
 
 def _number(row: dict[str, str], column: str, where: str) -> float:

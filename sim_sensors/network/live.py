@@ -38,7 +38,7 @@ class LiveNetwork:
 
     def conditions(self, now_s: float) -> Conditions:
         """Return the present conditions."""
-        return self.network.conditions.at(self.time_s(now_s)) if self._set is None else self._set
+        return self.network.conditions(self.time_s(now_s)) if self._set is None else self._set
 
     def partitioned(self, now_s: float) -> bool:
         """Return whether new connections are impossible."""

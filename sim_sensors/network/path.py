@@ -1,10 +1,9 @@
 """Model one direction of a network, shared by all connections through it."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from sim_sensors.network.conditions import Conditions
+from sim_sensors.network.conditions import ConditionsOverTime
 
 QUEUE_BYTES = 64 * 1024
 """Largest queue in front of a slow line, bytes; a longer queue makes the senders wait."""
@@ -38,7 +37,7 @@ class NetworkPath:
         partitions: outages in which nothing arrives.
     """
 
-    def __init__(self, conditions: Callable[[float], Conditions]) -> None:
+    def __init__(self, conditions: ConditionsOverTime) -> None:
         self.conditions = conditions
         self.stalls = Outages()
         self.partitions = Outages()

@@ -17,7 +17,7 @@ from common.runtime.status_file import StatusFile
 from common.wire.streams import STREAMS, Stream
 from sim_sensors.faults.fault_port import FaultPort
 from sim_sensors.network.connection import BUFFER_BYTES, Connection
-from sim_sensors.network.fault import WAYS, Fault, Way
+from sim_sensors.network.fault import WAYS, Fault
 from sim_sensors.network.file import load_network
 from sim_sensors.network.live import LiveNetwork
 from sim_sensors.network.stream import Carried, TcpStream
@@ -93,11 +93,9 @@ class StreamProxy:
     def _greet(self, client: socket.socket, now_s: float) -> None:
         client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         self._made += 1
-        streams = {way: TcpStream(self._live.paths[way], self._random(way), self._carried[way]) for way in WAYS}
+        chances = {way: Random(f"{self._seed} {self._name} {way.name} {self._made}") for way in WAYS}
+        streams = {way: TcpStream(self._live.paths[way], chances[way], self._carried[way]) for way in WAYS}
         self.connections.append(Connection(client, streams, self._sockets))
-
-    def _random(self, way: Way) -> Random:
-        return Random(f"{self._seed} {self._name} {way.name} {self._made}")
 
     def _forget_closed(self) -> None:
         self.connections = [connection for connection in self.connections if not connection.closed]

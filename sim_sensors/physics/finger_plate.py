@@ -109,7 +109,7 @@ class FingerPlates:
 
     Attributes:
         plate_c, hot_side_c, surface_c, felt_c: temperatures of the plate, of the water-cooled side, of the
-            skin's surface and of its epidermis (mean over depth, felt by the person), C, one per finger.
+            skin's surface and of its epidermis (mean over depth, which the person senses), C, one per finger.
         ntc_c: temperature of the plate's NTC element, C, with lag and noise.
         dry: fingers whose hot side has lost its cooling water, bool; False at first.
         reversed: fingers whose Peltiers are wired in reverse, so that a drive above 0 cools, bool; False at first.

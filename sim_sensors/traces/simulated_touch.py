@@ -1,6 +1,6 @@
 """Simulate many single thermal touches at once with the physics of the simulated world.
 
-Each touch is a separate session: sensor, specimen, object temperature, contact and force are drawn anew.
+Each touch is a separate session: sensor, specimen, object temperature, contact and force are drawn for it.
 """
 
 from collections.abc import Sequence

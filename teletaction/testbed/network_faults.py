@@ -1,7 +1,7 @@
 """Apply the commands of `sim_sensors.network.live` to a test bed's network."""
 
 from common.wire.streams import Direction
-from sim_sensors.network.conditions import Conditions, PhasedConditions
+from sim_sensors.network.conditions import Conditions
 from sim_sensors.network.fault import WAYS
 from sim_sensors.network.file import Network as Timetable
 from sim_sensors.network.live import LiveNetwork
@@ -22,7 +22,7 @@ class NetworkFaults:
     def __init__(self, network: Network) -> None:
         """Start with a good network."""
         self._network = network
-        self._live = LiveNetwork(Timetable("test bed", PhasedConditions([0.0], [Conditions()])))
+        self._live = LiveNetwork(Timetable("test bed", lambda _: Conditions()))
 
     def obey(self, command: str) -> str:
         """Execute a command of `LiveNetwork.obey`; return a description of its effect.

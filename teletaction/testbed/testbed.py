@@ -190,7 +190,7 @@ class Testbed:
             self.sim_remote.step(now_s)
         if turns["sim-operator"].due(now_s):
             self.sim_operator.step(now_s)
-        # Time passes while a site is stopped in its tick, so later calls read their clocks anew.
+        # Time passes while a site is stopped in its tick, so later calls read their clocks again.
         if turns["remote"].due(now_s):
             self.remote.tick(self.remote_host.now_ns())
         if turns["operator"].due(now_s):

@@ -36,7 +36,7 @@ def test_a_file_is_found_wherever_the_process_starts(tmp_path: Path, monkeypatch
     configs = prepare(DemoOptions(fingers=1, network="drive.csv"), tmp_path / "out")
     monkeypatch.chdir("/")
     network = load_network(load_config(configs[NETWORK], SimNetworkConfig).network)
-    assert network.conditions.at(0.0).delay_s == 0.010
+    assert network.conditions(0.0).delay_s == 0.010
 
 
 @pytest.mark.parametrize(

@@ -23,14 +23,14 @@ def write(folder: Path, text: str, name: str = "line.toml") -> str:
 def test_steady_networks_are_shipped_by_name(name: str, delay_ms: float, jitter_ms: float, loss: float) -> None:
     network = load_network(name)
     for time_s in (0.0, 1000.0):
-        now = network.conditions.at(time_s)
+        now = network.conditions(time_s)
         assert (now.delay_s, now.jitter_s, now.loss) == pytest.approx((delay_ms / 1e3, jitter_ms / 1e3, loss))
     assert network.faults == ()
 
 
 def test_a_bad_evening_has_everything() -> None:
     network = load_network("bad_evening")
-    assert len({network.conditions.at(time_s).delay_s for time_s in range(20)}) >= 4
+    assert len({network.conditions(time_s).delay_s for time_s in range(20)}) >= 4
     kinds = [fault.kind for fault in network.faults]
     assert {"stall", "cut", "partition"} <= set(kinds)
     assert [fault.seconds for fault in network.faults if fault.kind == "partition"] == [2.0]
@@ -40,7 +40,7 @@ def test_a_bad_evening_has_everything() -> None:
 
 def test_phases_follow_each_other_and_the_last_stays(tmp_path: Path) -> None:
     later = "[[phase]]\nfrom_s = 5\ndelay_ms = 20\nloss = 0.5\nrate_kbit_s = 100\n"
-    at = load_network(write(tmp_path, PHASE + later)).conditions.at
+    at = load_network(write(tmp_path, PHASE + later)).conditions
     assert [at(t).delay_s for t in (0.0, 4.999, 5.0, 1e9)] == [0.010, 0.010, 0.020, 0.020]
     assert at(5.0).loss == 0.5
     assert at(5.0).rate_bit_s == 1e5
@@ -51,7 +51,7 @@ def test_recorded_round_trips_are_halved_joined_and_repeated(tmp_path: Path) -> 
     by_toml = write(tmp_path, 'round_trips = "drive.csv"\n[[fault]]\nat_s = 1\nkind = "cut"\n')
     for path, faults in ((recording, 0), (by_toml, 1)):
         network = load_network(path)
-        delays_s = [network.conditions.at(t).delay_s for t in (0.0, 0.25, 0.5, 2.0, 2.5, 200.5)]
+        delays_s = [network.conditions(t).delay_s for t in (0.0, 0.25, 0.5, 2.0, 2.5, 200.5)]
         assert delays_s == pytest.approx([0.010, 0.015, 0.020, 0.010, 0.020, 0.020])
         assert len(network.faults) == faults
 
@@ -120,5 +120,5 @@ def test_round_trips_recorded_on_the_road_are_read() -> None:
     assert recordings, f"no recordings in {data}/network_rtt"
     for recording in recordings:
         conditions = load_network(str(recording)).conditions
-        delays_s = [conditions.at(0.05 * n).delay_s for n in range(1200)]
+        delays_s = [conditions(0.05 * n).delay_s for n in range(1200)]
         assert 0.005 < min(delays_s) < max(delays_s) < 5.0

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_sensors.network.conditions import SHORTEST_RETRANSMISSION_S, Conditions, PhasedConditions
+from sim_sensors.network.conditions import SHORTEST_RETRANSMISSION_S, Conditions, phased
 from sim_sensors.network.path import QUEUE_BYTES, NetworkPath
 from sim_sensors.network.stream import SEGMENT_BYTES, WINDOW_BYTES, TcpStream
 
@@ -50,7 +50,7 @@ STEPS_S = [0.001 * n for n in range(1, 12_000, 7)]
 def networks(draw: st.DrawFn) -> tuple[NetworkPath, float]:
     """A path that changes once and fails at times, and the shortest time that it ever takes."""
     phases = [draw(conditions()), draw(conditions())]
-    path = NetworkPath(PhasedConditions([0.0, draw(st.floats(0.1, 2.0))], phases).at)
+    path = NetworkPath(phased([0.0, draw(st.floats(0.1, 2.0))], phases))
     for start_s, seconds in draw(spans):
         path.stalls.add(start_s, seconds)
     for start_s, seconds in draw(spans):
