@@ -62,18 +62,14 @@ class VirtualFaultSession(FaultedSession):
         Raises:
             NotWorking: the simulation does not know the command.
         """
-        bed = self.bed
         try:
-            match process:
-                case "network":
-                    self._network.obey(line)
-                case "sim-remote":
-                    bed.sim_remote.faults.apply(line)
-                case _:
-                    bed.sim_operator.faults.apply(line)
+            if process == "network":
+                self._network.obey(line)
+            else:
+                self.bed.break_device(f"{process.removeprefix('sim-')}: {line}")
         except ValueError as error:
             raise NotWorking(f"{process}: {line}: {error}") from None
-        return bed.time_s
+        return self.bed.time_s
 
     def mend(self) -> None:
         """End every fault."""

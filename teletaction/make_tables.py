@@ -7,7 +7,8 @@ from common.scenes.scene import load_scene
 from common.scenes.surfaces import surface_kind
 from remote_site.texture.calibration.texture_calibration import calibrate_texture
 from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
-from sim_sensors.traces.simulate import simulate_stroke_set, simulate_thermal, simulate_thermal_set, write_thermal_csv
+from sim_sensors.traces.simulate import simulate_stroke_set, simulate_thermal_set, write_thermal_csv
+from sim_sensors.traces.simulated_touch import simulate_thermal
 
 TOUCHES = 40
 """Number of calibration touches of each material at each force."""

@@ -9,17 +9,6 @@ from numpy.typing import NDArray
 from sim_sensors.traces.simulated_stroke import LENGTH_M, StrokeTrace, simulate_stroke
 from sim_sensors.traces.simulated_touch import ThermalTrace, check_range, known_material, simulate_thermal
 
-__all__ = [
-    "StrokeTrace",
-    "ThermalTrace",
-    "simulate_stroke",
-    "simulate_stroke_set",
-    "simulate_thermal",
-    "simulate_thermal_set",
-    "write_stroke_csv",
-    "write_thermal_csv",
-]
-
 LABELS = "labels.csv"
 
 

@@ -5,6 +5,7 @@ Each touch is a separate session: sensor, specimen, object temperature, contact 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypedDict, Unpack
 from zlib import crc32
 
 import numpy as np
@@ -123,54 +124,47 @@ class _Touched:
         ]
 
 
-def simulate_thermal(
-    material_name: str,
-    seed: int,
-    *,
-    touches: int = 1,
-    seconds: float = 8.1,
-    force_n: float = 1.2,
-    ambient_c: float = 23.0,
-    preheat_k: float = 10.0,
-    offset_c: tuple[float, float] = (-3.0, 3.0),
-    thickness_m: float | None = BLOCK_M,
-    contact_spread: float = TOUCH_SPREAD,
-    block: bool = False,
-    later: tuple[float, float] | None = None,
-) -> list[ThermalTrace]:
-    """Touch a block `touches` times with a sensor pre-heated to ambient + `preheat_k` (never above its limit).
+class TouchOptions(TypedDict, total=False):
+    """Options of simulated touches; `simulate_hand` has their defaults.
 
-    Args:
-        material_name: a material or alias, or `air`.
-        seed: source of all randomness, combined with the material; two materials never share their draws.
+    Attributes:
         touches: number of independent touches.
         seconds: time in contact, s.
         force_n: nominal resting force, N; each touch draws 0.9..1.1 of it.
         ambient_c: room temperature, C.
-        preheat_k: sensor's start above ambient, K.
         offset_c: range of the object's temperature relative to ambient, K.
         thickness_m: thickness of the block; None: half space.
         contact_spread: one standard deviation of ln(contact conductance) from touch to touch.
         block: whether all touches meet the known block of the material instead of a new piece each.
         later: time after contact, s, and factor by which the force then changes; a factor of 0 lifts the finger.
+    """
+
+    touches: int
+    seconds: float
+    force_n: float
+    ambient_c: float
+    offset_c: tuple[float, float]
+    thickness_m: float | None
+    contact_spread: float
+    block: bool
+    later: tuple[float, float] | None
+
+
+def simulate_thermal(
+    material_name: str, seed: int, *, preheat_k: float = 10.0, **options: Unpack[TouchOptions]
+) -> list[ThermalTrace]:
+    """Touch a block with a sensor pre-heated to ambient + `preheat_k` (never above its limit).
+
+    Args:
+        material_name: a material or alias, or `air`.
+        seed: source of all randomness, combined with the material; two materials never share their draws.
+        preheat_k: sensor's start above ambient, K.
+        options: see `TouchOptions`.
 
     Raises:
         ValueError: unknown material, or a number out of range.
     """
-    hands = simulate_hand(
-        material_name,
-        seed,
-        (preheat_k,),
-        touches=touches,
-        seconds=seconds,
-        force_n=force_n,
-        ambient_c=ambient_c,
-        offset_c=offset_c,
-        thickness_m=thickness_m,
-        contact_spread=contact_spread,
-        block=block,
-        later=later,
-    )
+    hands = simulate_hand(material_name, seed, (preheat_k,), **options)
     return [trace for hand in hands for trace in hand]
 
 
@@ -194,9 +188,9 @@ def simulate_hand(
     Fingers of one hand share the piece and its temperature; each has its own sensor, contact and force.
 
     Args:
-        material_name, seed, touches, seconds, force_n, ambient_c, offset_c, thickness_m, contact_spread, block, later:
-            see `simulate_thermal`.
+        material_name, seed: see `simulate_thermal`.
         preheats_k: each finger's start above ambient, K.
+        touches, seconds, force_n, ambient_c, offset_c, thickness_m, contact_spread, block, later: see `TouchOptions`.
 
     Raises:
         ValueError: as `simulate_thermal`.

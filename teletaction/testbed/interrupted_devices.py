@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
 
 from common.config import OperatorConfig, RemoteConfig
 from common.timing.standstill import HostClock
@@ -12,6 +14,8 @@ from remote_site.devices.hand_path import HandPlace
 from remote_site.devices.sensor_frame import SensorFrame
 from teletaction.testbed.memory_wiring import MemoryWiring
 
+T = TypeVar("T")
+
 
 @dataclass(slots=True)
 class Interruption:
@@ -20,17 +24,16 @@ class Interruption:
     before: Callable[[], None] | None = None
     after: Callable[[], None] | None = None
 
-    def take_before(self) -> None:
-        """Run the callback due before a reading, once."""
-        happens, self.before = self.before, None
-        if happens is not None:
-            happens()
-
-    def take_after(self) -> None:
-        """Run the callback due after a reading, once."""
-        happens, self.after = self.after, None
-        if happens is not None:
-            happens()
+    def around(self, read: Callable[[], T]) -> T:
+        """Return a reading; run the callbacks around it."""
+        before, self.before = self.before, None
+        if before is not None:
+            before()
+        reading = read()
+        after, self.after = self.after, None
+        if after is not None:
+            after()
+        return reading
 
 
 class InterruptedRemoteDevices(RemoteDevices):
@@ -42,10 +45,7 @@ class InterruptedRemoteDevices(RemoteDevices):
 
     def read(self, t_s: float, hand: HandPlace | None = None) -> SensorFrame:
         """As `RemoteDevices.read`."""
-        self.interruption.take_before()
-        sensed = super().read(t_s, hand)
-        self.interruption.take_after()
-        return sensed
+        return self.interruption.around(partial(super().read, t_s, hand))
 
 
 class InterruptedOperatorDevices(OperatorDevices):
@@ -57,7 +57,4 @@ class InterruptedOperatorDevices(OperatorDevices):
 
     def read(self, t_s: float) -> Hand:
         """As `OperatorDevices.read`."""
-        self.interruption.take_before()
-        hand = super().read(t_s)
-        self.interruption.take_after()
-        return hand
+        return self.interruption.around(partial(super().read, t_s))

@@ -3,13 +3,9 @@ import csv
 import numpy as np
 import pytest
 
-from sim_sensors.traces.simulate import (
-    simulate_stroke,
-    simulate_stroke_set,
-    simulate_thermal,
-    simulate_thermal_set,
-    write_stroke_csv,
-)
+from sim_sensors.traces.simulate import simulate_stroke_set, simulate_thermal_set, write_stroke_csv
+from sim_sensors.traces.simulated_stroke import simulate_stroke
+from sim_sensors.traces.simulated_touch import simulate_thermal
 
 
 def rows(path):

@@ -6,7 +6,8 @@ import pytest
 from remote_site.texture.calibration.texture_calibration import calibrate_texture
 from remote_site.texture.recorded.identify_texture import identify_texture
 from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
-from sim_sensors.traces.simulate import simulate_stroke, simulate_stroke_set, write_stroke_csv
+from sim_sensors.traces.simulate import simulate_stroke_set, write_stroke_csv
+from sim_sensors.traces.simulated_stroke import simulate_stroke
 from teletaction.report.texture_report import write_texture_report
 
 pytestmark = pytest.mark.long
