@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -212,12 +213,16 @@ class Babble:
         return self._random.bytes(room) + b"\0" + output
 
 
+@dataclass(slots=True)
 class Hang:
-    """Hang of the whole process for a given time."""
+    """Hang of the whole process for a given time.
 
-    def __init__(self, sleep: Callable[[float], None] = time.sleep) -> None:
-        self._sleep = sleep
-        self._due_s = 0.0
+    Attributes:
+        sleep: blocks the process for a number of seconds.
+    """
+
+    sleep: Callable[[float], None] = time.sleep
+    _due_s: float = 0.0
 
     def begin(self, seconds: float) -> None:
         """Hang for `seconds` at the next `pause`, so that the command is answered first."""
@@ -227,4 +232,4 @@ class Hang:
         """Block if a hang is due; called once a step."""
         if self._due_s > 0.0:
             seconds, self._due_s = self._due_s, 0.0
-            self._sleep(seconds)
+            self.sleep(seconds)

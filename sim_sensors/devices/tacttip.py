@@ -29,6 +29,7 @@ class TactTip(PlateModule):
 
     Attributes:
         motor_mv: voltage at the motor at the module's last update, 0..3000 mV.
+        plate_counts: present reading of the plate's converter, 0..4095.
         stuck_mv: fault of the motor's driver; this voltage overrides every command; None: sound.
         motor_switched: motor switches since the last `take_motor_switches`.
     """
@@ -59,7 +60,7 @@ class TactTip(PlateModule):
 
     def measure(self, plate_counts: int, hot_side_counts: int) -> None:
         """Take the present readings of the two converters, 0..4095."""
-        self._plate_counts, self._hot_side_counts = plate_counts, hot_side_counts
+        self.plate_counts, self._hot_side_counts = plate_counts, hot_side_counts
         # An open or shorted NTC measures nothing; the module must not drive without a measurement.
         readable = 0 < plate_counts < COUNT_MAX
         self._measure(ntc_c(plate_counts) if readable else math.nan)
@@ -85,7 +86,7 @@ class TactTip(PlateModule):
             self._ask(0)
         self._turn(now_s)
         if self._reports.due(now_s):
-            measured = (self._plate_counts, self._hot_side_counts)
+            measured = (self.plate_counts, self._hot_side_counts)
             applied = (self.motor_mv, self.drive_permille)
             state = TactTipState(self._time_us(now_s), *measured, self.flags, *applied)
             self._say(MessageId.TACTTIP_STATE, state.encode())

@@ -18,7 +18,11 @@ RANGE_C = (0.0, 60.0)
 
 
 class ThermalSensor(PlateModule):
-    """Emulated module of one remote finger's thermal sensor."""
+    """Emulated module of one remote finger's thermal sensor.
+
+    Attributes:
+        plate_counts: present reading of the plate's converter, 0..4095.
+    """
 
     def __init__(self, finger: int, powered_s: float = 0.0) -> None:
         cut_out = CutOut(SENSOR_PLATE_C, LOOK_AHEAD_S)
@@ -27,7 +31,7 @@ class ThermalSensor(PlateModule):
 
     def measure(self, plate_counts: int, ambient_counts: int) -> None:
         """Take the present readings of the two converters, 0..4095."""
-        self._plate_counts, self._ambient_counts = plate_counts, ambient_counts
+        self.plate_counts, self._ambient_counts = plate_counts, ambient_counts
         self._measure(ssr_c(plate_counts))
 
     def _obey(self, frame: Frame, now_s: float) -> None:
@@ -41,6 +45,6 @@ class ThermalSensor(PlateModule):
         if self._watchdog.expires(now_s):
             self._ask(0)
         if self._reports.due(now_s):
-            measured = (self._plate_counts, self._ambient_counts)
+            measured = (self.plate_counts, self._ambient_counts)
             reading = (self._time_us(now_s) & 0xFFFFFFFF, *measured, self.flags, self.drive_permille)
             self._say(MessageId.THERMAL_READING, ThermalReading.LAYOUT.pack(*reading))

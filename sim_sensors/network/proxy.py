@@ -120,7 +120,7 @@ class NetworkProxy:
                 self._streams[name] = StreamProxy(stream, config, self.live, sockets)
                 opened.callback(self._streams[name].close)
             if config.fault_port is not None:
-                self.fault_port = FaultPort(sockets, config.fault_port, self._obey)
+                self.fault_port = FaultPort(sockets, config.fault_port, self.obey)
                 opened.callback(self.fault_port.close)
             self._opened = opened.pop_all()
 
@@ -150,17 +150,18 @@ class NetworkProxy:
             ],
         }
 
-    def close(self) -> None:
-        """Reset all connections and release all ports."""
-        self._opened.close()
-
-    def _obey(self, command: str) -> str:
+    def obey(self, command: str) -> str:
+        """Execute a command of `LiveNetwork.obey` now, and return a description of its effect."""
         now_s = self._sockets.now()
         self.step(now_s)  # the command takes effect only from now on
         effect = self.live.obey(command, now_s)
         self.step(now_s)
         log.info("command: %s", command)
         return effect
+
+    def close(self) -> None:
+        """Reset all connections and release all ports."""
+        self._opened.close()
 
 
 def run_sim_network(config: SimNetworkConfig, stop: Callable[[], bool]) -> None:

@@ -65,7 +65,7 @@ class SerialServer(ABC):
         if self.babble is not None:
             output = self.babble.mix(now_s, output)
         if output and not self.silent:
-            self._send(output)
+            self.send(output)
 
     @abstractmethod
     def unplug(self) -> None:
@@ -80,8 +80,8 @@ class SerialServer(ABC):
         """Disconnect and release the address."""
 
     @abstractmethod
-    def _send(self, output: bytes) -> None:
-        """Send without blocking."""
+    def send(self, output: bytes) -> None:
+        """Send bytes to the driver without blocking."""
 
     def _received(self, data: bytes, now_s: float) -> None:
         if not (self.silent or self.deaf):
@@ -131,7 +131,8 @@ class PtyServer(SerialServer):
         self.unplug()
         self._folder.cleanup()
 
-    def _send(self, output: bytes) -> None:
+    def send(self, output: bytes) -> None:
+        """As `SerialServer.send`."""
         if self._ends is None:
             return
         master, _ = self._ends
@@ -208,7 +209,8 @@ class TcpServer(SerialServer):
         self._loop.watch(connection.fileno(), self._read)
         self._received(data, now_s)  # its zero byte ends a frame that the last client left incomplete
 
-    def _send(self, output: bytes) -> None:
+    def send(self, output: bytes) -> None:
+        """As `SerialServer.send`."""
         if self._client is None:
             return
         try:

@@ -75,7 +75,8 @@ class MemoryLine(Cable, SerialServer):
         if held:
             self.take(bytes(held))
 
-    def _send(self, output: bytes) -> None:
+    def send(self, output: bytes) -> None:
+        """Keep bytes until the driver reads them; the oldest are dropped."""
         self.unread += output
         if len(self.unread) > _BACKLOG_BYTES:
             del self.unread[:-_BACKLOG_BYTES]

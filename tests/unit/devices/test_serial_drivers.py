@@ -92,11 +92,11 @@ class DriverContract:
         self.until_it_reads(rig, driver_on)
         before = driver_on.line.reader.damaged
         for noise in (b"\xff\xff\xff\0", b"\x01\0", b"\x05abc\0", encode_frame(self.report, 0)[:-2] + b"\x7f\0"):
-            rig.server._send(noise)
+            rig.server.send(noise)
         rig.until(lambda: self.turn(driver_on), lambda: driver_on.line.reader.damaged >= before + 4)
         self.until_it_reads(rig, driver_on)
-        rig.server._send(encode_frame(self.report, 0, b"\x01\x02\x03"))
-        rig.server._send(encode_frame(0x7F, 1, b"unknown"))
+        rig.server.send(encode_frame(self.report, 0, b"\x01\x02\x03"))
+        rig.server.send(encode_frame(0x7F, 1, b"unknown"))
         rig.until(lambda: self.turn(driver_on), lambda: driver_on.damaged == 1)
         self.until_it_reads(rig, driver_on)
         assert driver_on.line.connected

@@ -1,4 +1,4 @@
-"""Which devices have not yet reported that their outputs are off: both sites' devices against all their emulators."""
+"""Both sites name the devices that have not yet reported outputs that are off; against all emulators."""
 
 import re
 import time

@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import can
 
-from common.buses.can_frames import FrameSender
+from common.buses.can_frames import FrameReceiver, FrameSender
 from common.fingers import FINGERS
-from sim_sensors.devices.can_node import CanNode
+from sim_sensors.devices.can_node import STATE_EVERY, CanNode
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S
@@ -34,6 +34,13 @@ def advance(devices: RemoteDevices | OperatorDevices, steps: range) -> None:
 
 def hear(node: CanNode, frame: can.Message, now_s: float) -> None:
     node.feed(frame.arbitration_id, bytes(frame.data), now_s)
+
+
+def reported(node: CanNode, name: str, turns: int = STATE_EVERY) -> list[dict[str, float]]:
+    """The values of each frame of that name that a node sends in its next turns."""
+    receiver = FrameReceiver(name)
+    frames = [frame for _ in range(turns) for frame in node.take_turn()]
+    return [receiver.decode(data) for frame_id, data in frames if frame_id == receiver.frame_id]
 
 
 def forces(newton: float) -> dict[str, float]:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.can_frames import FrameSender
 from common.buses.serial_framing import Frame, FrameReader, encode_frame
 from common.buses.serial_messages import (
     DeviceFlag,
@@ -19,7 +19,7 @@ from common.buses.serial_messages import (
     TextureSamples,
     ThermalReading,
 )
-from common.buses.thermometry import ntc_c, ssr_c
+from common.buses.thermometry import ntc_c
 from common.fingers import FINGERS
 from common.limits import PLATE_FAULT_C, SENSOR_PLATE_C
 from sim_sensors.devices.exoskeleton import DRIVEN_S, Exoskeleton
@@ -28,11 +28,8 @@ from sim_sensors.devices.tacttip import TactTip, ntc_counts
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
-from tests.unit.sim_sensors.stepped import forces, hear, heights
-
-
-def ssr_counts(temperature_c: float) -> int:
-    return min(range(4096), key=lambda counts: abs(ssr_c(counts) - temperature_c))
+from tests.unit.sim_sensors.stepped import forces, hear, heights, reported
+from tests.unit.teletaction.conformance.virtual_ends import ssr_counts
 
 
 def answers(module: SerialModule, now_s: float, data: bytes = b"") -> list[Frame]:
@@ -69,22 +66,12 @@ def test_samples_come_in_chunks_of_ten_with_the_time_of_their_first() -> None:
     assert np.array_equal(np.frombuffer(b"".join(c.counts for c in chunks), "<i2"), counts[:20])
 
 
-def test_samples_that_nobody_fetches_are_lost_oldest_first_and_time_goes_on() -> None:
+def test_samples_that_nobody_fetches_are_lost_oldest_first_and_time_continues() -> None:
     sensor = TextureSensor(0)
     sensor.add_samples(np.arange(3000, dtype=np.int16))
     first = TextureSamples.decode(answers(sensor, 1.5)[0].payload)
     assert first.device_time_us == 2000 * 500
     assert np.frombuffer(first.counts, "<i2")[0] == 2000
-
-
-def test_the_heater_runs_out_100_ms_after_the_last_command() -> None:
-    sensor = ThermalSensor(0)
-    assert sensor.flags == DeviceFlag.COMMAND_TIMEOUT
-    sensor.feed(heat(700), 1.0)
-    sensor.take_output(1.0999)
-    assert (sensor.drive, sensor.flags) == (0.7, 0)
-    sensor.take_output(1.1001)
-    assert (sensor.drive, sensor.flags) == (0.0, DeviceFlag.COMMAND_TIMEOUT)
 
 
 def test_a_sensor_does_not_heat_beyond_what_a_patient_may_touch() -> None:
@@ -104,7 +91,7 @@ def test_a_pulse_goes_before_the_voltage_and_is_timed_by_the_module() -> None:
     module = TactTip(0)
     module.feed(drive(700, 0, 3000, 15_000, 1), 1.0)
     assert module.motor_mv == 3000
-    module.feed(drive(600, 0, 3000, 15_000, 1), 1.01)  # the same pulse: it is neither prolonged nor begun anew
+    module.feed(drive(600, 0, 3000, 15_000, 1), 1.01)  # the same pulse: it is neither prolonged nor begun again
     assert [round(module.motor_v(t_s, t_s + 0.002), 6) for t_s in (1.01, 1.014, 1.016)] == [3.0, 1.8, 0.6]
     module.take_output(1.016)
     assert module.motor_mv == 600
@@ -197,19 +184,12 @@ def test_ntc_counts_and_the_drivers_conversion_agree(temperature_c: float) -> No
     assert ntc_c(ntc_counts(temperature_c)) == pytest.approx(temperature_c, abs=0.12)
 
 
-def states(node: Exoskeleton | Telemanipulator, name: str, turns: int) -> list[dict[str, float]]:
-    """What the node says that it does, over a number of its turns."""
-    receiver = FrameReceiver(name)
-    frames = [frame for _ in range(turns) for frame in node.take_frames() if frame.arbitration_id == receiver.frame_id]
-    return [receiver.decode(bytes(frame.data)) for frame in frames]
-
-
 def test_a_force_is_held_100_ms_and_gone_50_ms_later_and_every_fifth_turn_says_so() -> None:
     exoskeleton = Exoskeleton()
     hear(exoskeleton, FrameSender("FingerForces").encode(forces(2.0)), 1.0)
     for now_s, newton, enabled in ((1.0, 2.0, 1.0), (1.0999, 2.0, 1.0), (1.125, 1.0, 0.0), (1.1501, 0.0, 0.0)):
         assert exoskeleton.force_n(now_s) == pytest.approx(newton)
-        said = states(exoskeleton, "ExoskeletonState", 50)
+        said = reported(exoskeleton, "ExoskeletonState", 50)
         assert len(said) == 10
         for state in said:
             assert state == pytest.approx({"enabled": enabled, **dict.fromkeys(FINGERS, newton)})
@@ -252,7 +232,7 @@ def test_a_telemanipulator_is_released_from_power_up_and_when_heights_end_and_sa
 
     def said(now_s: float) -> tuple[float, float, float]:
         robot.setpoint_m(now_s)
-        (state,) = states(robot, "TelemanipulatorState", 5)
+        (state,) = reported(robot, "TelemanipulatorState")
         return state["released"], state["hand_alive"], state["heights_alive"]
 
     assert said(0.0) == (1, 0, 0)

@@ -1,4 +1,4 @@
-"""What the simulated devices on the CAN buses do when they are told to lie."""
+"""Faults of the simulated devices on the CAN buses: wrong readings, damaged frames and foreign frames."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Transmitte
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.ports.simulation_loop import STEP_S
 from sim_sensors.remote_devices import RemoteDevices
-from tests.unit.sim_sensors.stepped import START_S, advance, forces, hear, heights, send_hand
+from tests.unit.sim_sensors.stepped import START_S, advance, forces, hear, heights, reported, send_hand
 
 INDEX = FINGERS.index("index")
 
@@ -65,30 +65,36 @@ def test_as_many_frames_are_refused_as_were_damaged(damage: str, name: str, foun
     assert refused == (pytest.approx(400 * share, abs=40) if found else 0)
 
 
-def test_at_both_sites_the_hand_goes_on_and_only_what_is_told_of_it_is_wrong(
+def test_at_both_sites_the_hand_continues_and_only_its_reported_height_is_wrong(
     remote: RemoteDevices, operator: OperatorDevices
 ) -> None:
     send_hand(remote, range(1, 100), x_m=0.0)
     advance(operator, range(1, 100))
     for devices in (remote, operator):
         devices.faults.apply("encoder index stuck")
-    told_m = remote.robot._z_m[INDEX], operator.exoskeleton._z_m[INDEX]
+
+    def reported_mm() -> list[float]:
+        frames = reported(remote.robot, "FingerHeightsMeasured") + reported(operator.exoskeleton, "FingerHeights")
+        return [values["index"] for values in frames]
+
+    stuck_mm = reported_mm()
     before_m = operator.hand.z_m[INDEX]
     advance(operator, range(100, 200))
     send_hand(remote, range(100, 200), x_m=0.0)
-    assert (remote.robot._z_m[INDEX], operator.exoskeleton._z_m[INDEX]) == told_m
+    assert reported_mm() == stuck_mm
     assert operator.hand.z_m[INDEX] != before_m
     operator.faults.apply("mend encoder index")
     advance(operator, range(200, 202))
-    assert operator.exoskeleton._z_m[INDEX] == operator.hand.z_m[INDEX]
+    assert reported_mm()[-1] == pytest.approx(1e3 * operator.hand.z_m[INDEX], abs=0.01)
 
 
 def test_a_force_sensor_lies_to_the_robot_and_not_to_the_world(remote: RemoteDevices) -> None:
     remote.faults.apply("force index biased")
     advance(remote, range(1, 3))
-    assert remote.robot._measured_force_n[INDEX] == pytest.approx(1.5, abs=0.1)
+    (force_n,) = reported(remote.robot, "ContactForces", 1)
+    assert force_n["index"] == pytest.approx(1.5, abs=0.1)
     assert remote.world.force_n[INDEX] == 0.0
-    assert remote.robot._measured_force_n[INDEX + 1] == pytest.approx(0.0, abs=0.1)
+    assert force_n["middle"] == pytest.approx(0.0, abs=0.1)
 
 
 def test_one_joint_of_the_robot_is_stuck_and_the_others_go_where_they_are_sent(remote: RemoteDevices) -> None:
@@ -107,7 +113,7 @@ def test_one_drive_of_the_exoskeleton_pushes_whatever_is_commanded_and_reports_i
     hear(operator.exoskeleton, FrameSender("FingerForces").encode(forces(1.0)), START_S)
     assert operator.exoskeleton.force_n(START_S).tolist() == [1.0, 2.5, 1.0, 1.0, 1.0]
     assert operator.exoskeleton.force_n(START_S + 1.0).tolist() == [0.0, 2.5, 0.0, 0.0, 0.0]
-    assert operator.exoskeleton._applied()["index"] == 2.5
+    assert reported(operator.exoskeleton, "ExoskeletonState")[0]["index"] == 2.5
     operator.faults.apply("mend push index")
     assert not operator.exoskeleton.force_n(START_S + 1.0).any()
     for words in ("push index", "push index much", "push index 10.5", "push index -1", "push index nan"):

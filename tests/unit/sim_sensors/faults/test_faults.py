@@ -20,7 +20,7 @@ from sim_sensors.physics.finger_plate import WATER_C
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S
 from sim_sensors.remote_devices import RemoteDevices
-from tests.unit.sim_sensors.stepped import START_S, advance, free_port, send_hand
+from tests.unit.sim_sensors.stepped import START_S, advance, free_port, reported, send_hand
 from tests.waiting import wait_until
 
 WRONG_WORDS = {
@@ -61,7 +61,7 @@ def test_an_error_says_what_there_is_to_say(remote: RemoteDevices) -> None:
         remote.faults.apply("mend disobey")
 
 
-def test_faults_are_told_ended_by_name_or_all_at_once(remote: RemoteDevices) -> None:
+def test_faults_are_listed_and_ended_by_name_or_all_at_once(remote: RemoteDevices) -> None:
     assert remote.faults.apply("disobey  drift") == "disobey"
     assert remote.faults.apply("thermistor index open") == "disobey, thermistor index"
     assert remote.faults.apply("thermistor index short") == "disobey, thermistor index"
@@ -90,7 +90,7 @@ COMMANDS = st.sampled_from(
 
 
 @given(st.lists(COMMANDS, max_size=30))
-def test_what_is_told_to_be_in_force_is_what_is_broken(lines: list[str]) -> None:
+def test_what_is_listed_as_in_force_is_what_is_broken(lines: list[str]) -> None:
     lamps = {"a": Lamp(), "b": Lamp()}
 
     def break_it(kind: str) -> Fault[Lamp]:
@@ -117,31 +117,31 @@ def test_a_broken_thermistor_changes_what_its_converter_reads_and_nothing_else(
     fault: str, counts: int, remote: RemoteDevices, operator: OperatorDevices
 ) -> None:
     for devices, module in ((remote, remote.thermal["index"]), (operator, operator.modules["index"])):
-        sound = module._plate_counts
+        sound = module.plate_counts
         plates_c = np.array(remote.world.plate_c), operator.plates.plate_c.copy()
         devices.faults.apply(f"thermistor index {fault}")
         advance(devices, range(1, 11))
-        assert module._plate_counts == counts
+        assert module.plate_counts == counts
         assert remote.world.plate_c == pytest.approx(plates_c[0], abs=0.1)
         assert operator.plates.plate_c == pytest.approx(plates_c[1], abs=0.1)
         devices.faults.apply("mend thermistor index")
         advance(devices, range(11, 21))
-        assert module._plate_counts == pytest.approx(sound, abs=20)
+        assert module.plate_counts == pytest.approx(sound, abs=20)
 
 
 def test_a_frozen_thermistor_misses_what_the_plate_does(remote: RemoteDevices) -> None:
     module = remote.thermal["index"]
     advance(remote, range(1, 11))
-    frozen = module._plate_counts
+    frozen = module.plate_counts
     remote.faults.apply("thermistor index frozen")
     remote.faults.apply("stuck index 1000")
     for step in range(11, 600):
         remote.step(START_S + step * STEP_S)
-        assert module._plate_counts == frozen
+        assert module.plate_counts == frozen
     assert remote.world.plate_c[1] > remote.world.plate_c[0] + 1.0
     remote.faults.apply("mend")
     advance(remote, range(600, 611))
-    assert module._plate_counts > frozen + 30
+    assert module.plate_counts > frozen + 30
 
 
 def test_a_robot_that_disobeys_stays_where_it_is_and_says_so(remote: RemoteDevices) -> None:
@@ -150,7 +150,7 @@ def test_a_robot_that_disobeys_stays_where_it_is_and_says_so(remote: RemoteDevic
     remote.faults.apply("disobey")
     send_hand(remote, range(300, 600), x_m=-0.2)
     assert remote.world.x_m == pytest.approx(-0.1, abs=1e-4)
-    assert remote.robot._pose[0] == remote.world.x_m
+    assert reported(remote.robot, "HandPoseMeasured")[0]["x"] == pytest.approx(1e3 * remote.world.x_m, abs=0.02)
     remote.faults.apply("mend disobey")
     send_hand(remote, range(600, 900), x_m=-0.2)
     assert remote.world.x_m == pytest.approx(-0.2, abs=1e-4)
@@ -200,9 +200,9 @@ def test_reversed_peltiers_do_the_opposite_while_the_module_reports_what_it_was_
     assert operator.plates.plate_c[index] > start_c[index] + 0.5
 
 
-def test_the_process_hangs_at_its_next_step_so_that_whoever_asked_is_answered(operator: OperatorDevices) -> None:
+def test_the_process_hangs_at_its_next_step_so_that_its_client_is_answered(operator: OperatorDevices) -> None:
     slept: list[float] = []
-    operator.hang._sleep = slept.append
+    operator.hang.sleep = slept.append
     assert operator.faults.apply("hang 2.5") == ""
     assert slept == []
     advance(operator, range(1, 4))

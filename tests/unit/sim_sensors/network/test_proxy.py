@@ -200,36 +200,36 @@ def test_a_client_of_nobody_is_reset(bench: Bench) -> None:
 def test_a_cut_resets_both_ends_and_new_connections_work(bench: Bench) -> None:
     client, server = bench.connection()
     bench.send(client, b"lost")
-    bench.proxy._obey("cut")
+    bench.proxy.obey("cut")
     bench.until(lambda: was_reset(client))
     bench.until(lambda: was_reset(server))
-    again, anew = bench.connection()
+    again, second = bench.connection()
     bench.send(again, b"back")
-    bench.until(lambda: heard(anew) == b"back", 0.3)
+    bench.until(lambda: heard(second) == b"back", 0.3)
 
 
 def test_a_half_open_connection_swallows_everything_and_new_ones_work(bench: Bench) -> None:
     client, server = bench.connection()
     bench.send(client, b"on its way")
-    bench.proxy._obey("half_open 5")
+    bench.proxy.obey("half_open 5")
     for _ in range(4):
         client.sendall(b"hello?")
         server.sendall(b"hello?")
         bench.step(1.0)
         assert heard(client) is heard(server) is None
-    again, anew = bench.connection()
+    again, second = bench.connection()
     bench.send(again, b"back")
-    bench.until(lambda: heard(anew) == b"back", 0.3)
+    bench.until(lambda: heard(second) == b"back", 0.3)
     bench.step(1.0)
     bench.until(lambda: was_reset(client))
     bench.until(lambda: was_reset(server))
     bench.send(again, b"still here")
-    bench.until(lambda: heard(anew) == b"still here", 0.3)
+    bench.until(lambda: heard(second) == b"still here", 0.3)
 
 
-def test_half_of_a_connection_may_go_on_working(bench: Bench) -> None:
+def test_one_direction_of_a_connection_may_work(bench: Bench) -> None:
     client, server = bench.connection()
-    bench.proxy._obey("half_open 5 to_operator")
+    bench.proxy.obey("half_open 5 to_operator")
     bench.send(client, b"heard")
     server.sendall(b"not heard")
     bench.until(lambda: heard(server) == b"heard", 0.3)
@@ -239,7 +239,7 @@ def test_half_of_a_connection_may_go_on_working(bench: Bench) -> None:
 
 def test_a_partition_keeps_connections_and_lets_no_new_one_through(bench: Bench) -> None:
     client, server = bench.connection()
-    bench.proxy._obey("partition 10")
+    bench.proxy.obey("partition 10")
     bench.send(client, b"late")
     late = bench.knock()
     late.sendall(b"me too")
@@ -248,10 +248,10 @@ def test_a_partition_keeps_connections_and_lets_no_new_one_through(bench: Bench)
     with pytest.raises(BlockingIOError):
         bench.server.accept()
     bench.until(lambda: heard(server) == b"late", 30.0)
-    anew, _ = bench.server.accept()
-    anew.setblocking(False)
-    bench.opened.append(anew)
-    bench.until(lambda: heard(anew) == b"me too", 30.0)
+    second, _ = bench.server.accept()
+    second.setblocking(False)
+    bench.opened.append(second)
+    bench.until(lambda: heard(second) == b"me too", 30.0)
 
 
 @pytest.mark.parametrize("network", ["slow", "lan"])
@@ -279,7 +279,7 @@ def ask(bench: Bench, client: socket.socket, line: str) -> str:
     return answers[0].decode().strip()
 
 
-def test_it_is_told_what_to_do_at_a_port(benches: Callable[..., Bench]) -> None:
+def test_it_takes_commands_at_a_port(benches: Callable[..., Bench]) -> None:
     fault_port = free_port()
     bench = benches("bad_evening", fault_port=fault_port, wait_for_start=True)
     ends = bench.connection()

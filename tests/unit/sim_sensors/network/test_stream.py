@@ -61,7 +61,7 @@ def networks(draw: st.DrawFn) -> tuple[NetworkPath, float]:
 def run(path: NetworkPath, sent: list[tuple[float, bytes]], steps_s: list[float]) -> list[tuple[float, int, int]]:
     """Send and take alternately; at each step the time, and how much was sent and has arrived by then."""
     tcp = TcpStream(path, Random(7))
-    waiting, told, arrived, count = list(sent), [], b"", 0
+    waiting, seen, arrived, count = list(sent), [], b"", 0
     everything = b"".join(data for _, data in sent)
     for now_s in [*steps_s, FAR_S]:
         while waiting and waiting[0][0] <= now_s:
@@ -72,8 +72,8 @@ def run(path: NetworkPath, sent: list[tuple[float, bytes]], steps_s: list[float]
         arrived += tcp.take(now_s)
         assert everything.startswith(arrived)
         assert tcp.in_flight == count - len(arrived)
-        told.append((now_s, count, len(arrived)))
-    return told
+        seen.append((now_s, count, len(arrived)))
+    return seen
 
 
 def at_times(gaps: list[tuple[float, bytes]]) -> list[tuple[float, bytes]]:
@@ -90,9 +90,9 @@ def test_no_byte_is_lost_or_overtaken_or_early(
 ) -> None:
     path, shortest_s = network
     sent = at_times(gaps)
-    told = run(path, sent, STEPS_S)
-    assert told[-1][2] == sum(len(data) for _, data in sent)
-    for now_s, _, arrived in told:
+    seen = run(path, sent, STEPS_S)
+    assert seen[-1][2] == sum(len(data) for _, data in sent)
+    for now_s, _, arrived in seen:
         assert arrived <= sum(len(data) for at_s, data in sent if at_s + shortest_s <= now_s + SOON_S)
 
 

@@ -70,7 +70,7 @@ class LineContract:
         with self.open(server, loop):
             start = time.monotonic()
             for n in range(30_000):
-                server._send(b"x" * 100)
+                server.send(b"x" * 100)
                 if n % 1000 == 0:
                     loop.serve(0.0)
             assert time.monotonic() - start < 2.0
@@ -255,7 +255,7 @@ class TestTcp(LineContract):
             full_s = 0.0
             while full_s < 0.2:
                 if len(server.backlog._waiting) < 10:
-                    server._send(b"x" * 1000)
+                    server.send(b"x" * 1000)
                     full_s = 0.0
                 loop.serve(0.005)
                 server.pump(loop.now())

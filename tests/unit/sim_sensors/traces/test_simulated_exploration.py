@@ -1,4 +1,4 @@
-"""A simulated finger that does what it is told: motion, force, truth, and what noisy sensors say of it."""
+"""A simulated finger that follows commands: motion, force, truth, and the readings of noisy sensors."""
 
 import numpy as np
 import pytest
@@ -10,16 +10,16 @@ from sim_sensors.traces.simulated_exploration import FORCE_STEP_N, Explored, exp
 STIFFNESS_N_M = 3000.0
 
 
-def lived(told: CommandedHand, seed: int = 0) -> Explored:
-    return explore(told, STIFFNESS_N_M, np.random.default_rng(seed))
+def lived(hand: CommandedHand, seed: int = 0) -> Explored:
+    return explore(hand, STIFFNESS_N_M, np.random.default_rng(seed))
 
 
 def landed() -> CommandedHand:
-    told = CommandedHand()
-    told.stay(0.1)
-    told.height(-0.0015, 0.3)
-    told.stay(0.3)
-    return told
+    hand = CommandedHand()
+    hand.stay(0.1)
+    hand.height(-0.0015, 0.3)
+    hand.stay(0.3)
+    return hand
 
 
 def order(explored: Explored) -> list[int]:
@@ -28,12 +28,12 @@ def order(explored: Explored) -> list[int]:
 
 
 def test_touch_rest_stroke_rest_lift() -> None:
-    told = landed()
-    told.stroke(0.03, 0.05)
-    told.stay(0.3)
-    told.height(0.006, 0.2)
-    told.stay(0.1)
-    explored = lived(told)
+    hand = landed()
+    hand.stroke(0.03, 0.05)
+    hand.stay(0.3)
+    hand.height(0.006, 0.2)
+    hand.stay(0.1)
+    explored = lived(hand)
     assert order(explored) == [FREE, TAPPING, QUIESCENT, STROKING, QUIESCENT, FREE]
     assert np.hypot(explored.x_m[-1] - explored.x_m[0], explored.y_m[-1] - explored.y_m[0]) == pytest.approx(
         0.03, abs=0.5e-3
@@ -54,18 +54,18 @@ def test_a_shaking_arm_is_no_stroke_but_a_slip_is_one() -> None:
 
 
 def test_a_finger_goes_up_while_the_hand_goes_on() -> None:
-    told = landed()
-    told.change_speed(0.0, 0.05)
-    told.height(0.0015, 0.06, along_speed_m_s=0.05)
-    told.height(-0.0015, 0.06, along_speed_m_s=0.05)
-    told.sway(0.0002, 2.0, 1.0, along_speed_m_s=0.05)
-    assert order(lived(told)) == [FREE, TAPPING, QUIESCENT, STROKING, FREE, TAPPING, STROKING]
+    hand = landed()
+    hand.change_speed(0.0, 0.05)
+    hand.height(0.0015, 0.06, along_speed_m_s=0.05)
+    hand.height(-0.0015, 0.06, along_speed_m_s=0.05)
+    hand.sway(0.0002, 2.0, 1.0, along_speed_m_s=0.05)
+    assert order(lived(hand)) == [FREE, TAPPING, QUIESCENT, STROKING, FREE, TAPPING, STROKING]
 
 
 def test_noise_is_what_it_is_said_to_be() -> None:
-    told = CommandedHand()
-    told.stay(60.0)
-    explored = lived(told)
+    hand = CommandedHand()
+    hand.stay(60.0)
+    explored = lived(hand)
     for noise in (1.0, 3.0):
         sensed = sense(explored, noise, np.random.default_rng(1))
         error_m = sensed.x_m - explored.x_m[sensed.tick]

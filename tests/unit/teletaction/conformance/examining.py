@@ -9,18 +9,18 @@ from tests.unit.teletaction.conformance.virtual_ends import VirtualModule, Virtu
 ALL = frozenset(How)
 
 
-def on_trial(end: VirtualModule | VirtualNode, told_finger: int | None = None) -> OnTrial:
+def on_trial(end: VirtualModule | VirtualNode, expected_finger: int | None = None) -> OnTrial:
     """A device that was found; for a module it may be said whose it should be."""
     if isinstance(end, VirtualModule):
-        return module_on_trial(ModuleTalk(end, expected_finger=told_finger))
+        return module_on_trial(ModuleTalk(end, expected_finger=expected_finger))
     return node_on_trial(NodeTalk(end, KINDS[NodeName(type(end.node).__name__.lower())]))
 
 
 def examined(
-    end: VirtualModule | VirtualNode, allowed: frozenset[How] = ALL, told_finger: int | None = None
+    end: VirtualModule | VirtualNode, allowed: frozenset[How] = ALL, expected_finger: int | None = None
 ) -> list[Tried]:
     """All its duties, tried as far as it is allowed."""
-    return on_trial(end, told_finger).tried(allowed, lambda _: None)
+    return on_trial(end, expected_finger).tried(allowed, lambda _: None)
 
 
 def came(results: list[Tried], *verdicts: Verdict) -> dict[str, str]:

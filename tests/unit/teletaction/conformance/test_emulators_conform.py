@@ -17,7 +17,7 @@ NOT_PASSED = [verdict for verdict in Verdict if verdict is not Verdict.PASS]
 
 @pytest.mark.parametrize("module", [TextureSensor(1, 90.0), ThermalSensor(2, 90.0), TactTip(3, 90.0)])
 def test_every_emulated_module_keeps_every_duty(module: SerialModule) -> None:
-    results = examined(VirtualModule(module), told_finger=module.identity.finger)
+    results = examined(VirtualModule(module), expected_finger=module.identity.finger)
     assert results
     assert came(results, *NOT_PASSED) == {}
 

@@ -51,7 +51,7 @@ def test_a_port_is_not_shared() -> None:
         PortEnd(server.address).close()
 
 
-def test_a_silent_module_is_absent_unless_its_kind_is_told() -> None:
+def test_a_silent_module_is_absent_unless_its_kind_is_given() -> None:
     with thermal_sensor(silent=True) as server, closing(PortEnd(server.address)) as end:
         with pytest.raises(DeviceAbsent, match=r"thermal: no answer.*0 other frames, 0 damaged .is it powered"):
             ModuleTalk(end)
@@ -69,14 +69,14 @@ def test_a_silent_module_is_absent_unless_its_kind_is_told() -> None:
         (encode_frame(0x02, 1, bytes(22)), "identity: .*; --device KIND tries"),
     ],
 )
-def test_what_does_not_say_who_it_is_is_told_apart(says: bytes, problem: str) -> None:
+def test_the_reason_why_a_device_is_not_identified_is_named(says: bytes, problem: str) -> None:
     end = VirtualModule(ThermalSensor(1))
     end.module.take_output = lambda now_s: says  # type: ignore[method-assign]
     with pytest.raises(DeviceAbsent, match=f"a virtual line: {problem}"):
         ModuleTalk(end)
 
 
-def test_a_line_that_goes_is_told() -> None:
+def test_a_lost_line_is_reported() -> None:
     with thermal_sensor("tcp:127.0.0.1:0") as server:
         end = PortEnd(server.address)
     with closing(end), pytest.raises(DeviceAbsent, match="socket://"):

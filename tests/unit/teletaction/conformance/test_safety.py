@@ -145,7 +145,7 @@ def test_a_plate_that_can_no_longer_be_read_stops_everything() -> None:
     assert commands(end)[-1] == TactTipCommand(0, 0)
 
 
-def test_a_plate_that_nothing_is_told_of_is_not_heated() -> None:
+def test_a_plate_without_reports_is_not_heated() -> None:
     end = VirtualModule(TactTip(1, BORN_S))
     over(end.module, "_say", lambda below, *said: None if end.plate.plate_c > 30.0 else below(*said))
     stopped(examined(end), "no reports while it is heated")
@@ -220,7 +220,7 @@ def test_no_finger_is_asked_for_more_than_was_announced() -> None:
 
 def test_a_device_that_was_not_meant_is_left_alone() -> None:
     end = VirtualModule(TactTip(1, BORN_S))
-    results = examined(end, told_finger=3)
+    results = examined(end, expected_finger=3)
     stopped(results, "the index tacttip: not the expected device, so it is not tried")
     assert commands(end) == []
 
