@@ -15,8 +15,7 @@ from common.runtime.reference_step import reference_step
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.remote_devices import RemoteDevices
 from teletaction.session.demo_files import DemoOptions, prepare
-from teletaction.testbed.devices import SimulatedDevices
-from teletaction.testbed.lockstep import STEP_S, LockStep, sites
+from teletaction.testbed.lockstep import STEP_S, LockStep, SimulatedDevices, sites
 
 SCENE = Path(__file__).with_name("activities.toml")
 SCRIPT_S = 14.0

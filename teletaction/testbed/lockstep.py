@@ -6,12 +6,11 @@ every step or in every second one.
 """
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Protocol
 
-from common.config import OperatorConfig, RemoteConfig, load_config, to_toml
+from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config, to_toml
 from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.link.local_control import LocalControlSocket
@@ -25,6 +24,9 @@ from operator_site.site_recording import SCHEMAS
 from remote_site.devices.devices import RemoteDevices
 from remote_site.site import RemoteSite
 from remote_site.site_recording import open_recorder
+from sim_sensors import operator_devices as sim_operator
+from sim_sensors import remote_devices as sim_remote
+from sim_sensors.ports.select_loop import SelectLoop
 
 STEP_S = 0.002
 _PATIENCE_S = 20.0
@@ -33,11 +35,49 @@ _FIRST_S = 1000.0
 """Virtual time of the first step, s."""
 
 
-class Devices(Protocol):
-    """The devices that both sites read and command."""
+class SimulatedDevices:
+    """The devices of both sites, served over TCP as the simulators serve them.
+
+    Attributes:
+        remote, operator: devices of each site.
+    """
+
+    def __init__(self, configs: Mapping[str, Path], now: Callable[[], float]) -> None:
+        """Open everything.
+
+        Args:
+            configs: configuration files by the names of `teletaction.session.demo_files.prepare`.
+            now: virtual time, s.
+
+        Raises:
+            ValueError: the scene, an address or the recording of a configuration is unusable.
+        """
+        remote = load_config(configs["sim-remote"], SimRemoteConfig)
+        operator = load_config(configs["sim-operator"], SimOperatorConfig)
+        self._sockets = {name: SelectLoop(now) for name in ("sim-operator", "sim-remote")}
+        self.remote = sim_remote.RemoteDevices(remote, self._sockets["sim-remote"])
+        try:
+            self.operator = sim_operator.OperatorDevices(operator, self._sockets["sim-operator"])
+        except ValueError:
+            self.remote.close()
+            raise
 
     def step(self, now_s: float) -> None:
-        """Read the commands to the devices, advance by STEP_S to `now_s`, and send the due reports."""
+        """Read the commands to the devices, advance by a step to `now_s`, and send the due reports."""
+        self.advance("sim-operator", self.operator, now_s)
+        self.advance("sim-remote", self.remote, now_s)
+
+    def advance(
+        self, name: str, devices: sim_operator.OperatorDevices | sim_remote.RemoteDevices, now_s: float
+    ) -> None:
+        """Advance the devices of one site by one step."""
+        self._sockets[name].serve(0.0)
+        devices.step(now_s)
+
+    def close(self) -> None:
+        """Release all addresses and finish the recordings."""
+        self.remote.close()
+        self.operator.close()
 
 
 class NotEngaged(RuntimeError):
@@ -69,7 +109,7 @@ class LockStep:
         """Return the virtual time, ns."""
         return round(self.time_s * 1e9)
 
-    def step(self, devices: Devices) -> None:
+    def step(self, devices: SimulatedDevices) -> None:
         """Advance to the next step; the sites' ticks follow."""
         self._steps += 1
         self.time_s = _FIRST_S + self._steps * STEP_S
@@ -81,7 +121,7 @@ class LockStep:
             if self._steps % self._every[name] == 0:
                 yield name, site
 
-    def tick(self, devices: Devices) -> None:
+    def tick(self, devices: SimulatedDevices) -> None:
         """Advance to the next step and run the ticks of the sites that are due."""
         self.step(devices)
         for _, site in self.due():
@@ -92,7 +132,7 @@ class LockStep:
         self.remote, self.operator = remote, operator
         self._every = {"remote": round(1.0 / remote_hz / STEP_S), "operator": round(1.0 / operator_hz / STEP_S)}
 
-    def engage(self, devices: Devices) -> None:
+    def engage(self, devices: SimulatedDevices) -> None:
         """Step until both sites are engaged; raises NotEngaged when that takes too long."""
         deadline_s = time.monotonic() + _PATIENCE_S
         while not (self.operator.client.both_engaged and self.remote.server.both_engaged):

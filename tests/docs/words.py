@@ -16,6 +16,8 @@ SEARCHED = (
     "docs/decisions/*.md",
     "docs/how-it-works/*.md",
     "docs/howto/*.md",
+    "robustness/**/*.py",
+    "sim_sensors/**/*.py",
 )
 """Patterns of the files to search. Add a clean part of the code with a line such as `common/**/*.py`."""
 _TEXTS = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}

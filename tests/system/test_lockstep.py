@@ -6,8 +6,7 @@ import pytest
 
 from common.config import OperatorConfig, RemoteConfig
 from teletaction.session.demo_files import DemoOptions, prepare
-from teletaction.testbed.devices import SimulatedDevices
-from teletaction.testbed.lockstep import LockStep, sites
+from teletaction.testbed.lockstep import LockStep, SimulatedDevices, sites
 
 pytestmark = pytest.mark.session
 

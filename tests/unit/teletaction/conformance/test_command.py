@@ -34,27 +34,27 @@ def at(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], Any]:
 
 def test_a_sound_module_passes(at: Callable[[Any], Any]) -> None:
     at(VirtualModule(TactTip(1, 90.0)))
-    told = command("conformance", ADDRESS, "--device", "tacttip", "--finger", "index", "--heat", "--yes")
-    assert told.code == 0, told
-    lines = told.out.splitlines()
+    result = command("conformance", ADDRESS, "--device", "tacttip", "--finger", "index", "--heat", "--yes")
+    assert result.code == 0, result
+    lines = result.out.splitlines()
     assert lines[0].split(maxsplit=3) == ["S1", "pass", "expected:", lines[0].split(maxsplit=3)[3]]
     assert lines[1].strip().startswith("came:")
-    assert told.err == f"tacttip TT0001 at {ADDRESS}: 38 pass\n"
+    assert result.err == f"tacttip TT0001 at {ADDRESS}: 38 pass\n"
 
 
 def test_a_wrong_one_fails_and_the_first_duty_is_named(at: Callable[[Any], Any]) -> None:
     at(strange_flag())
-    told = command("conformance", ADDRESS)
-    assert told.code == 1
-    assert "D2   FAIL      expected: Flags that the page does not name are 0\n" in told.out
-    assert told.err.splitlines()[-1] == "teletaction: D2: Flags that the page does not name are 0: 0x81"
+    result = command("conformance", ADDRESS)
+    assert result.code == 1
+    assert "D2   FAIL      expected: Flags that the page does not name are 0\n" in result.out
+    assert result.err.splitlines()[-1] == "teletaction: D2: Flags that the page does not name are 0: 0x81"
 
 
 def test_the_results_for_a_program(at: Callable[[Any], Any]) -> None:
     at(strange_flag())
-    told = command("conformance", ADDRESS, "--json")
-    found = json.loads(told.out)
-    assert (told.code, found["address"]) == (1, ADDRESS)
+    result = command("conformance", ADDRESS, "--json")
+    found = json.loads(result.out)
+    assert (result.code, found["address"]) == (1, ADDRESS)
     assert (found["counts"]["FAIL"], found["counts"]["not tried"]) == (1, 13)
     duties = {row["duty"]: row for row in found["duties"]}
     assert duties["D2"] == {
@@ -69,9 +69,9 @@ def test_the_results_for_a_program(at: Callable[[Any], Any]) -> None:
 @pytest.mark.parametrize(("node", "frames"), [(Exoskeleton, 2), (Telemanipulator, 2)])
 def test_a_node_says_by_its_frames_what_it_is(at: Callable[[Any], Any], node: Callable[[], Any], frames: int) -> None:
     end = at(VirtualNode(node()))
-    told = command("conformance", BUS, "--exercise", "--yes")
-    assert told.code == 0, told
-    assert told.err.startswith(f"{node.__name__.lower()} at {BUS}: ")
+    result = command("conformance", BUS, "--exercise", "--yes")
+    assert result.code == 0, result
+    assert result.err.startswith(f"{node.__name__.lower()} at {BUS}: ")
     assert len(end.said) > frames
 
 
@@ -81,9 +81,9 @@ def test_nothing_is_driven_unless_it_is_confirmed(
 ) -> None:
     end = at(VirtualNode(Exoskeleton()))
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
-    told = command("conformance", BUS, "--exercise")
-    assert (told.code, bool(told.out.strip()), bool(end.said)) == (code, code == 0, code == 0)
-    assert "pushes with 0.3 N on each finger" in told.err
+    result = command("conformance", BUS, "--exercise")
+    assert (result.code, bool(result.out.strip()), bool(end.said)) == (code, code == 0, code == 0)
+    assert "pushes with 0.3 N on each finger" in result.err
 
 
 @pytest.mark.parametrize(
