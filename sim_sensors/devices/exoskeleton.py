@@ -63,10 +63,8 @@ class Exoskeleton(CanNode):
     def _measured(self) -> list[SentFrame]:
         x_m, y_m = self._pose
         return [
-            self._pose_sender.named_frame({"x": x_m * 1e3, "y": y_m * 1e3}),
-            self._height_sender.named_frame(
-                {finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}
-            ),
+            self._pose_sender.next_frame((x_m * 1e3, y_m * 1e3)),
+            self._height_sender.next_frame([z_m * 1e3 for z_m in self._z_m]),
         ]
 
     def _applied(self) -> dict[str, float]:

@@ -75,9 +75,9 @@ class Telemanipulator(CanNode):
         pose, heights, forces = self._senders
         x_m, y_m = self._pose
         return [
-            pose.named_frame({"x": x_m * 1e3, "y": y_m * 1e3}),
-            heights.named_frame({finger: z_m * 1e3 for finger, z_m in zip(FINGERS, self._z_m, strict=True)}),
-            forces.named_frame(dict(zip(FINGERS, self._measured_force_n, strict=True))),
+            pose.next_frame((x_m * 1e3, y_m * 1e3)),
+            heights.next_frame([z_m * 1e3 for z_m in self._z_m]),
+            forces.next_frame(self._measured_force_n),
         ]
 
     def _applied(self) -> dict[str, float]:

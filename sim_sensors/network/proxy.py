@@ -177,10 +177,7 @@ def run_sim_network(config: SimNetworkConfig, stop: Callable[[], bool]) -> None:
         become_timely()
         loop = PeriodicLoop(TICK_S, now=sockets.now, sleep=sockets.serve)
         status = StatusFile(config.status, "network", loop)
-        while not stop():
-            if loop.wait() > TICK_S / 4.0:
-                sockets.serve(0.0)  # the loop did not wait, so nothing was handled since the last tick
-            now_s = sockets.now()
+        for now_s in sockets.ticks(loop, stop):
             proxy.step(now_s)
             if status.due(now_s):
                 status.write(now_s, proxy.figures())

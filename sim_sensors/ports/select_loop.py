@@ -5,7 +5,9 @@
 
 import select
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+
+from common.runtime.periodic_loop import PeriodicLoop
 
 Handler = Callable[[float], None]
 
@@ -27,6 +29,13 @@ class SelectLoop:
         """Stop watching a descriptor; call this before closing it."""
         self._handlers.pop(descriptor, None)
         self._descriptors = list(self._handlers)
+
+    def ticks(self, periodic: PeriodicLoop, stop: Callable[[], bool]) -> Iterator[float]:
+        """Yield the time of each tick of a loop that waits with `serve`, until `stop()`."""
+        while not stop():
+            if periodic.wait() > periodic.period_s / 4.0:
+                self.serve(0.0)  # the loop did not wait, so nothing was handled since the last tick
+            yield self.now()
 
     def serve(self, seconds: float) -> None:
         """Handle readable descriptors for `seconds`; with 0, only those readable already."""

@@ -61,10 +61,7 @@ def run_world(world: World, sockets: SelectLoop, stop: Callable[[], bool], name:
     periodic = PeriodicLoop(STEP_S, now=sockets.now, sleep=sockets.serve)
     held = RateMonitor(1.0 / STEP_S)
     status_file = StatusFile(status, name, periodic)
-    while not stop():
-        if periodic.wait() > STEP_S / 4.0:
-            sockets.serve(0.0)  # the loop did not wait, so nothing was handled since the last tick
-        now_s = sockets.now()
+    for now_s in sockets.ticks(periodic, stop):
         for step_s in clock.due(now_s):
             world.step(step_s)
         if status_file.due(now_s):
