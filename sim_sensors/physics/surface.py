@@ -85,14 +85,14 @@ def make_profile(
     """Draw one realisation of a surface of `length_m` metres for all five fingers."""
     samples = math.ceil(length_m / GRID_M) + 1
     grooves = [] if relief.grooves is None else relief.grooves.draw(length_m, rng)
-    height = _roughness(relief, samples, rng) + _grooves(grooves, samples, groove_depth_m)
-    path = _roll_tip(height)
+    height = draw_roughness(relief, samples, rng) + groove_heights(grooves, samples, groove_depth_m)
+    path = roll_tip(height)
     path -= np.median(path, axis=1, keepdims=True)  # rolling over a rough surface lifts the tip; only changes matter
     slope = np.gradient(path, GRID_M, axis=1)
     return SurfaceProfile(path.astype(np.float32), slope.astype(np.float32), tuple(grooves))
 
 
-def _roughness(relief: Relief, samples: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def draw_roughness(relief: Relief, samples: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Draw Gaussian heights with autocorrelation exp(-(dx/l)^2): white noise through a Gaussian of width l/2."""
     sigma = relief.correlation_m / (2.0 * GRID_M)
     white = rng.standard_normal((len(FINGERS), samples))
@@ -101,7 +101,7 @@ def _roughness(relief: Relief, samples: int, rng: np.random.Generator) -> NDArra
     return smooth * (gain * relief.rms_m)
 
 
-def _grooves(centres: list[float], samples: int, depth_m: float) -> NDArray[np.float64]:
+def groove_heights(centres: list[float], samples: int, depth_m: float) -> NDArray[np.float64]:
     """Return V notches, with height 0 outside and -`depth_m` at their centres."""
     x = np.arange(samples) * GRID_M
     notch = np.zeros(samples)
@@ -111,7 +111,7 @@ def _grooves(centres: list[float], samples: int, depth_m: float) -> NDArray[np.f
     return notch
 
 
-def _roll_tip(height: NDArray[np.float64]) -> NDArray[np.float64]:
+def roll_tip(height: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the path of the lowest point of a ball of TIP_RADIUS_M that rests on the profile."""
     half = round(TIP_RADIUS_M / GRID_M)
     u = np.arange(-half, half + 1) * GRID_M

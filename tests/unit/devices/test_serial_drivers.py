@@ -102,7 +102,7 @@ class DriverContract:
         assert driver_on.line.connected
 
     def test_damaged_commands_are_counted_by_the_module(self, rig: ModuleRig, driver_on: Any) -> None:
-        driver_on.line._port.write(b"\x09broken\0")
+        rig.module.feed(b"\x09broken\0", rig.loop.now())
         rig.until(lambda: self.turn(driver_on), lambda: rig.module.reader.damaged)
         self.until_it_reads(rig, driver_on)
 
@@ -251,11 +251,16 @@ class TestTactTip(DriverContract):
         rig.until(lambda: self.turn(driver_on), lambda: module.flags)
         assert (module.motor_mv, module.drive_permille) == (0, 0)
 
-    def test_the_rate_budget_is_kept_and_switching_never_waits(self, rig: ModuleRig, driver_on: TactTipDriver) -> None:
+    def test_the_rate_budget_is_kept_and_switching_never_waits(
+        self, driver_on: TactTipDriver, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        commands: list[bytes] = []
+        monkeypatch.setattr(type(driver_on.line), "send", lambda _line, _id, payload: commands.append(payload))
+
         def sent(t_s: float, rpm: float) -> int:
-            before = driver_on.line._sequence
+            commands.clear()
             driver_on.drive(t_s, rpm, 0.0)
-            return (driver_on.line._sequence - before) & 0xFF
+            return len(commands)
 
         assert 200 <= sum(sent(n * 1e-3, 3000.0 + n % 100 * 40) for n in range(1000)) <= 251  # another speed every ms
         assert sum(sent(2.0 + n * 1e-3, 3000.0 * (n % 2)) for n in range(10)) == 10  # off and on and off

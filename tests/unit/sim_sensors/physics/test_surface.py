@@ -29,7 +29,7 @@ def test_every_finger_has_a_track_of_its_own_but_grooves_are_common():
 @pytest.mark.parametrize("name", ["foam", "skin", "pine"])
 def test_height_and_correlation_length_of_the_drawn_process(name):
     kind = relief_of(name)
-    height = surface._roughness(kind, 40_000, np.random.default_rng(2))
+    height = surface.draw_roughness(kind, 40_000, np.random.default_rng(2))
     assert height.std() == pytest.approx(kind.rms_m, rel=0.06)
     lag = round(kind.correlation_m / GRID_M)
     correlation = np.mean(height[:, lag:] * height[:, :-lag]) / np.mean(height**2)
@@ -37,16 +37,16 @@ def test_height_and_correlation_length_of_the_drawn_process(name):
 
 
 def test_the_tip_rests_on_the_surface_and_touches_it_somewhere():
-    rough = surface._roughness(relief_of("sandpaper"), 3000, np.random.default_rng(3))
-    path = surface._roll_tip(rough)
+    rough = surface.draw_roughness(relief_of("sandpaper"), 3000, np.random.default_rng(3))
+    path = surface.roll_tip(rough)
     assert np.all(path >= rough - 1e-12)
     assert np.isclose(path, rough, atol=1e-9).any()
 
 
 def test_a_groove_takes_the_ball_in_only_as_far_as_it_fits():
     samples = 401
-    notch = surface._grooves([0.002], samples, surface.GROOVE_DEPTH_M)[None, :]
-    path = surface._roll_tip(notch)
+    notch = surface.groove_heights([0.002], samples, surface.GROOVE_DEPTH_M)[None, :]
+    path = surface.roll_tip(notch)
     half = 0.5 * surface.GROOVE_WIDTH_M
     fits = surface.TIP_RADIUS_M - np.sqrt(surface.TIP_RADIUS_M**2 - half**2)
     assert notch.min() == pytest.approx(-surface.GROOVE_DEPTH_M)
