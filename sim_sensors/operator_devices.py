@@ -196,9 +196,6 @@ def run_sim_operator(config: SimOperatorConfig, stop: Callable[[], bool]) -> Non
         ValueError: the scene, an address or the recording of the configuration is unusable.
     """
     sockets = SelectLoop()
-    devices = OperatorDevices(config, sockets)
-    try:
+    with closing(OperatorDevices(config, sockets)) as devices:
         announce({f"tacttip {finger}": server.address for finger, server in devices.servers.items()})
         run_world(devices, sockets, stop, "sim-operator", config.status)
-    finally:
-        devices.close()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack, closing
+from dataclasses import asdict
 
 import numpy as np
 
@@ -157,19 +158,8 @@ class RemoteDevices:
     def _write_truth(self, now_s: float) -> None:
         world = self.world
         for event in world.take_events():
-            self._log.write(
-                "truth_event",
-                now_s + event.time_s - world.time_s,
-                {
-                    "finger": event.finger,
-                    "kind": event.kind,
-                    "object": event.object_name,
-                    "object_c": event.object_c,
-                    "material": event.material,
-                    "approach_m_s": event.approach_m_s,
-                    "mode": event.mode,
-                },
-            )
+            entry = asdict(event)
+            self._log.write("truth_event", now_s + entry.pop("time_s") - world.time_s, entry)
         if self._steps % LOG_EVERY or not self._log.open:
             return
         self._log.write(
@@ -195,10 +185,7 @@ def run_sim_remote(config: SimRemoteConfig, stop: Callable[[], bool]) -> None:
         ValueError: the scene, an address or the recording of the configuration is unusable.
     """
     sockets = SelectLoop()
-    devices = RemoteDevices(config, sockets)
-    try:
+    with closing(RemoteDevices(config, sockets)) as devices:
         announce({f"texture {finger}": server.address for finger, server in devices.texture_servers.items()})
         announce({f"thermal_sensors {finger}": server.address for finger, server in devices.thermal_servers.items()})
         run_world(devices, sockets, stop, "sim-remote", config.status)
-    finally:
-        devices.close()

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, Literal, Protocol, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from common.fingers import FINGERS
 from sim_sensors.devices.breakable_parts import DRIFT_M_S, Babble, Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor
 from sim_sensors.devices.can_node import CanNode
 from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.plate_module import PlateModule
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.faults.faults import End, Fault
@@ -32,17 +33,11 @@ T = TypeVar("T")
 Kinds = dict[str, Fault[Any]]
 
 
-class Drive(Protocol):
-    """Module whose drive can be stuck: `stuck_permille`, -1000..1000, overrides the command; None while it is sound."""
-
-    stuck_permille: int | None
-
-
 def device_faults(
     serial: Mapping[str, SerialServer],
     bus: NodeBus,
     node: CanNode,
-    drives: Mapping[Finger, Drive],
+    drives: Mapping[Finger, PlateModule],
     thermistors: Mapping[Finger, Thermistor],
     encoders: Mapping[Finger, Encoder],
     intruder: Intruder,

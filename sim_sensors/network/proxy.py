@@ -7,7 +7,7 @@ client to the far side, so a new connection receives no first byte.
 import logging
 import socket
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from random import Random
 
 from common.config import SimNetworkConfig
@@ -171,9 +171,9 @@ def run_sim_network(config: SimNetworkConfig, stop: Callable[[], bool]) -> None:
         ValueError: the network is unknown or its file is bad, or a port is taken.
     """
     sockets = SelectLoop()
-    proxy = NetworkProxy(config, sockets)
-    log.info("%s: %s:%d to %s:%d", config.network, config.bind, config.base_port, config.to_host, config.to_base_port)
-    try:
+    with closing(NetworkProxy(config, sockets)) as proxy:
+        to = config.to_host, config.to_base_port
+        log.info("%s: %s:%d to %s:%d", config.network, config.bind, config.base_port, *to)
         become_timely()
         loop = PeriodicLoop(TICK_S, now=sockets.now, sleep=sockets.serve)
         status = StatusFile(config.status, "network", loop)
@@ -182,5 +182,3 @@ def run_sim_network(config: SimNetworkConfig, stop: Callable[[], bool]) -> None:
             if status.due(now_s):
                 status.write(now_s, proxy.figures())
         status.write(sockets.now(), proxy.figures())
-    finally:
-        proxy.close()

@@ -41,7 +41,7 @@ class TruthEvent:
     time_s: float
     finger: int
     kind: Literal["contact", "release", "groove"]
-    object_name: str
+    object: str
     object_c: float
     material: str
     approach_m_s: float

@@ -115,7 +115,7 @@ def test_contact_and_release_are_told_once_for_each_finger():
         assert sorted(event.finger for event in events if event.kind == kind) == [0, 1, 2, 3, 4]
     contact = events[0]
     wood = hand.world.bench.objects[index_of(hand.world, "wood")]
-    assert (contact.object_name, contact.material, contact.object_c) == ("wood", "pine", wood.object_c)
+    assert (contact.object, contact.material, contact.object_c) == ("wood", "pine", wood.object_c)
     assert contact.approach_m_s == pytest.approx(0.0075 / 0.2, rel=0.3)
     assert hand.world.take_events() == []
 
@@ -130,10 +130,10 @@ def test_stroke_crosses_every_groove_once_each_way_and_is_stroking():
     there = [event for event in hand.world.take_events() if event.finger == 1]
     hand.go(0.3)
     hand.go(1.2, x_m=zone.x_at(-0.2)).go(0.3)
-    back = [event for event in hand.world.take_events() if event.finger == 1 and event.object_name == "pvc_closely"]
-    assert len([event for event in there if event.object_name == "pvc_closely"]) == len(grooves) == 24
+    back = [event for event in hand.world.take_events() if event.finger == 1 and event.object == "pvc_closely"]
+    assert len([event for event in there if event.object == "pvc_closely"]) == len(grooves) == 24
     assert len(back) == 24
-    times = [event.time_s for event in there if event.object_name == "pvc_closely"]
+    times = [event.time_s for event in there if event.object == "pvc_closely"]
     assert times == sorted(times)
     speed = (zone.x_at(1.1) - zone.x_at(0.0) + 0.2 * 0.048) / 1.2
     assert np.median(np.diff(times)) == pytest.approx(2e-3 / speed, rel=0.1)
