@@ -38,7 +38,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Came:
+class Outcome:
     """Outcome of a check: whether the device met the demand, and what it did."""
 
     good: bool
@@ -60,15 +60,15 @@ class Duty(Generic[T]):
     number: str
     demand: str
     how: How
-    check: Callable[[T], Came]
+    check: Callable[[T], Outcome]
 
     def tried_on(self, device: T) -> "Tried":
         """Test the device and return the result; raise Unsafe if a check does."""
         try:
-            came = self.check(device)
+            outcome = self.check(device)
         except NotApplicable as reason:
             return Tried(self, Verdict.NOT_APPLICABLE, str(reason))
-        return Tried(self, Verdict.PASS if came.good else Verdict.FAIL, came.words)
+        return Tried(self, Verdict.PASS if outcome.good else Verdict.FAIL, outcome.words)
 
 
 class Checklist(Generic[T]):
@@ -85,10 +85,10 @@ class Checklist(Generic[T]):
 
     def duty(
         self, number: str, demand: str, how: How = How.LISTEN
-    ) -> Callable[[Callable[[T], Came]], Callable[[T], Came]]:
+    ) -> Callable[[Callable[[T], Outcome]], Callable[[T], Outcome]]:
         """Return a decorator that adds a check with its number and demand."""
 
-        def enter(check: Callable[[T], Came]) -> Callable[[T], Came]:
+        def enter(check: Callable[[T], Outcome]) -> Callable[[T], Outcome]:
             self.duties.append(Duty(number, demand, how, check))
             return check
 

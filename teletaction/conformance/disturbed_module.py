@@ -2,7 +2,7 @@
 
 from common.buses.serial_framing import MAX_FRAME, encode_frame
 from common.buses.serial_messages import DeviceFlag, DeviceKind, HeaterCommand, MessageId, TactTipCommand
-from teletaction.conformance.checklist import Came, Checklist, NotApplicable
+from teletaction.conformance.checklist import Checklist, NotApplicable, Outcome
 from teletaction.conformance.every_module import device_times_s, pace_of
 from teletaction.conformance.module_talk import ANSWER_S, ModuleTalk, Span, damaged
 
@@ -19,38 +19,38 @@ FLAGS_AT = 8
 AWAY_S = 2.0
 
 
-def _ignores(talk: ModuleTalk, wrong: bytes, what: str) -> Came:
+def _ignores(talk: ModuleTalk, wrong: bytes, what: str) -> Outcome:
     """Check that `wrong` gets no answer and that the next IDENTIFY gets one."""
     talk.end.send(wrong)
     answers = talk.listen(ANSWER_S).of(MessageId.IDENTITY)
     if answers:
-        return Came(False, f"{what} was answered")
+        return Outcome(False, f"{what} was answered")
     if not talk.ask(2.0 * ANSWER_S):
-        return Came(False, f"no answer to a good IDENTIFY after {what}")
-    return Came(True, f"{what}: ignored")
+        return Outcome(False, f"no answer to a good IDENTIFY after {what}")
+    return Outcome(True, f"{what}: ignored")
 
 
-def _all(talk: ModuleTalk, wrong: dict[str, bytes]) -> Came:
+def _all(talk: ModuleTalk, wrong: dict[str, bytes]) -> Outcome:
     for what, data in wrong.items():
-        came = _ignores(talk, data, what)
-        if not came.good:
-            return came
-    return Came(True, f"ignored: {', '.join(wrong)}")
+        outcome = _ignores(talk, data, what)
+        if not outcome.good:
+            return outcome
+    return Outcome(True, f"ignored: {', '.join(wrong)}")
 
 
 @DISTURBED.duty("S11", "A good frame with an unknown id, or a command of another kind of device, changes nothing")
-def _unknown(talk: ModuleTalk) -> Came:
+def _unknown(talk: ModuleTalk) -> Outcome:
     said_at_rest = {heard.frame.message_id for heard in talk.at_rest.frames}
     for message_id, payload in [(UNKNOWN_ID, b"\1\2\3"), *foreign_commands(talk.kind)]:
         talk.say(message_id, payload)
         span = talk.listen(0.2)
         if {heard.frame.message_id for heard in span.frames} - said_at_rest:
-            return Came(False, f"message {message_id:#04x}: answered")
+            return Outcome(False, f"message {message_id:#04x}: answered")
         if not span.frames:
-            return Came(False, f"message {message_id:#04x}: no more reports")
+            return Outcome(False, f"message {message_id:#04x}: no more reports")
         if _timed_out(talk, talk.at_rest) and not _timed_out(talk, span):
-            return Came(False, f"message {message_id:#04x}: taken for a command, COMMAND_TIMEOUT is 0")
-    return Came(True, "they changed nothing")
+            return Outcome(False, f"message {message_id:#04x}: taken for a command, COMMAND_TIMEOUT is 0")
+    return Outcome(True, "they changed nothing")
 
 
 def _timed_out(talk: ModuleTalk, span: Span) -> bool:
@@ -70,12 +70,12 @@ def foreign_commands(kind: DeviceKind) -> list[tuple[int, bytes]]:
 
 
 @DISTURBED.duty("S12", "An IDENTIFY of a wrong length is refused")
-def _long_identify(talk: ModuleTalk) -> Came:
+def _long_identify(talk: ModuleTalk) -> Outcome:
     return _ignores(talk, talk.frame(MessageId.IDENTIFY, b"\1"), "IDENTIFY with an extra byte")
 
 
 @DISTURBED.duty("S13", "Damaged frames are ignored, and the next good one is not: wrong CRC, COBS, length")
-def _damaged(talk: ModuleTalk) -> Came:
+def _damaged(talk: ModuleTalk) -> Outcome:
     good = talk.frame(MessageId.IDENTIFY)
     wrong = {
         "wrong CRC": damaged(good),
@@ -95,24 +95,24 @@ def _too_long(talk: ModuleTalk) -> bytes:
 @DISTURBED.duty(
     "S14", "Zero bytes between frames are no error, and a zero byte ends a frame that was left in the middle"
 )
-def _delimiters(talk: ModuleTalk) -> Came:
+def _delimiters(talk: ModuleTalk) -> Outcome:
     good = talk.frame(MessageId.IDENTIFY)
     talk.end.send(good[:3] + b"\0\0\0" + good)
     answers = len(talk.listen(2.0 * ANSWER_S).of(MessageId.IDENTITY))
-    return Came(answers > 0, f"{answers} answers to one IDENTIFY behind half a frame and three zero bytes")
+    return Outcome(answers > 0, f"{answers} answers to one IDENTIFY behind half a frame and three zero bytes")
 
 
 @DISTURBED.duty(
     "S15", "Any number of bytes without a zero byte is tolerated, and the frame after the next zero byte is read"
 )
-def _endless(talk: ModuleTalk) -> Came:
+def _endless(talk: ModuleTalk) -> Outcome:
     return _ignores(talk, b"\xa5" * 5000 + b"\0", "5000 bytes without a zero byte")
 
 
 @DISTURBED.duty(
     "S16", "A host that does not read for 2 s finds the newest report current: the oldest were dropped, whole"
 )
-def _unread(talk: ModuleTalk) -> Came:
+def _unread(talk: ModuleTalk) -> Outcome:
     pace, _ = pace_of(talk)
     before = talk.reports(talk.listen(0.2))
     if not before or pace <= 0.0:
@@ -121,7 +121,7 @@ def _unread(talk: ModuleTalk) -> Came:
     talk.begin_anew()
     after = talk.reports(talk.listen(0.5))
     if not after:
-        return Came(False, "no more reports")
+        return Outcome(False, "no more reports")
     newest = [before[-1], after[-1]]
     late_s = newest[1].at_s - newest[0].at_s - device_times_s(newest)[-1] / pace
-    return Came(abs(late_s) <= ANSWER_S, f"the newest report is {round(1e3 * late_s)} ms older than before")
+    return Outcome(abs(late_s) <= ANSWER_S, f"the newest report is {round(1e3 * late_s)} ms older than before")

@@ -7,18 +7,18 @@ from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,
     RATE_SHARE,
     TRIALS,
-    Came,
     Checklist,
     How,
     NotApplicable,
+    Outcome,
     acting_s,
     phases,
     require_punctual,
 )
 from teletaction.conformance.disturbed_module import UNKNOWN_ID, foreign_commands
-from teletaction.conformance.drives import OFF, REPEAT_S, Doing, Drives
+from teletaction.conformance.drives import OFF, REPEAT_S, Drives, DriveState
 from teletaction.conformance.every_module import reports_hz
-from teletaction.conformance.module_talk import Heard, Span, damaged
+from teletaction.conformance.module_talk import ReceivedFrame, Span, damaged
 
 DRIVEN: Checklist[Drives] = Checklist("Every module with drives: thermal sensor, TactTip")
 
@@ -27,45 +27,47 @@ REPORTS, PLATE_MOVES_K = 10, 0.1
 _KNOWN_FLAGS = sum(DeviceFlag)
 
 
-def _at_rest(drives: Drives) -> list[Doing]:
-    doings = drives.doings(drives.talk.at_rest)
-    if not doings:
+def _at_rest(drives: Drives) -> list[DriveState]:
+    states = drives.states(drives.talk.at_rest)
+    if not states:
         raise NotApplicable("no sound reports")
-    return doings
+    return states
 
 
 @DRIVEN.duty("D1", "Without a command everything is off, exactly 0, and COMMAND_TIMEOUT is set")
-def _off(drives: Drives) -> Came:
-    doings = _at_rest(drives)
-    strange = next((doing for doing in doings if doing.applied != OFF or not doing.timed_out), None)
+def _off(drives: Drives) -> Outcome:
+    states = _at_rest(drives)
+    strange = next((state for state in states if state.applied != OFF or not state.timed_out), None)
     if strange is None:
-        return Came(True, f"in all of {len(doings)} reports")
-    return Came(False, f"{drives.words(strange.applied)}, flags {strange.flags:#04x}")
+        return Outcome(True, f"in all of {len(states)} reports")
+    return Outcome(False, f"{drives.words(strange.applied)}, flags {strange.flags:#04x}")
 
 
 @DRIVEN.duty("D2", "Flags that the page does not name are 0")
-def _flags(drives: Drives) -> Came:
-    seen = {doing.flags for doing in _at_rest(drives)}
-    return Came(not any(flags & ~_KNOWN_FLAGS for flags in seen), ", ".join(f"{flags:#04x}" for flags in sorted(seen)))
+def _flags(drives: Drives) -> Outcome:
+    seen = {state.flags for state in _at_rest(drives)}
+    return Outcome(
+        not any(flags & ~_KNOWN_FLAGS for flags in seen), ", ".join(f"{flags:#04x}" for flags in sorted(seen))
+    )
 
 
 @DRIVEN.duty("D3", "Both thermometers read between the ends of their scale: nothing is open, nothing short")
-def _thermometers(drives: Drives) -> Came:
-    ends = [doing.counts for doing in _at_rest(drives)]
+def _thermometers(drives: Drives) -> Outcome:
+    ends = [state.counts for state in _at_rest(drives)]
     low, high = min(min(pair) for pair in ends), max(max(pair) for pair in ends)
-    return Came(low > 0 and high < COUNT_MAX, f"{low} to {high} counts")
+    return Outcome(low > 0 and high < COUNT_MAX, f"{low} to {high} counts")
 
 
 @DRIVEN.duty("D4", "A command is applied and reported as it was sent; COMMAND_TIMEOUT is 0 meanwhile", How.EXERCISE)
-def _obeys(drives: Drives) -> Came:
+def _obeys(drives: Drives) -> Outcome:
     drives.ready()
     permille, motor_mv = drives.mild
     for wanted in ((permille, motor_mv), (-permille, motor_mv)):
         last = drives.hold(*wanted, 0.2)[-1:]
         if not last or last[0].applied != wanted or last[0].timed_out:
             came = f"{drives.words(last[0].applied)}, flags {last[0].flags:#04x}" if last else "no report"
-            return Came(False, f"commanded {drives.words(wanted)}: {came}")
-    return Came(True, f"{drives.words(drives.mild)}, and the same cooling")
+            return Outcome(False, f"commanded {drives.words(wanted)}: {came}")
+    return Outcome(True, f"{drives.words(drives.mild)}, and the same cooling")
 
 
 @DRIVEN.duty(
@@ -73,71 +75,71 @@ def _obeys(drives: Drives) -> Came:
     "A positive drive heats the plate, a negative one cools it: 0.1 K at least in 1 s of 300 thousandths",
     How.EXERCISE,
 )
-def _heats(drives: Drives) -> Came:
-    at_rest_c, heated_c, cooled_c = (_mean_c(doings[-REPORTS:]) for doings in drives.each_way)
+def _heats(drives: Drives) -> Outcome:
+    at_rest_c, heated_c, cooled_c = (_mean_c(states[-REPORTS:]) for states in drives.each_way)
     heated_k, cooled_k = heated_c - at_rest_c, cooled_c - heated_c
-    return Came(
+    return Outcome(
         heated_k >= PLATE_MOVES_K and cooled_k <= -PLATE_MOVES_K, f"{heated_k:+.2f} K heated, {cooled_k:+.2f} K cooled"
     )
 
 
-def _mean_c(doings: list[Doing]) -> float:
-    if not doings:
+def _mean_c(states: list[DriveState]) -> float:
+    if not states:
         raise NotApplicable("no reports while it is driven")
-    return sum(doing.plate_c for doing in doings) / len(doings)
+    return sum(state.plate_c for state in states) / len(states)
 
 
 @DRIVEN.duty(
     "D6", "100 ms after the last command at the latest everything is off, and COMMAND_TIMEOUT is set", How.EXERCISE
 )
-def _times_out(drives: Drives) -> Came:
+def _times_out(drives: Drives) -> Outcome:
     drives.ready()
     longest_s = 0.0
     for _ in phases(drives):
         drives.drive(*drives.mild)
-        doings = drives.listen(4.0 * MODULE_TIMEOUT_S)
-        longest_s = max(longest_s, acting_s((doing.device_s, doing.applied != OFF) for doing in doings))
-        if doings and (doings[-1].applied != OFF or not doings[-1].timed_out):
-            return Came(False, f"0.4 s later: {drives.words(doings[-1].applied)}, flags {doings[-1].flags:#04x}")
-    return Came(
+        states = drives.listen(4.0 * MODULE_TIMEOUT_S)
+        longest_s = max(longest_s, acting_s((state.device_s, state.applied != OFF) for state in states))
+        if states and (states[-1].applied != OFF or not states[-1].timed_out):
+            return Outcome(False, f"0.4 s later: {drives.words(states[-1].applied)}, flags {states[-1].flags:#04x}")
+    return Outcome(
         longest_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S,
         f"one command seen to act for {1e3 * longest_s:.0f} ms at most, of {TRIALS}",
     )
 
 
 @DRIVEN.duty("D7", "A command that is repeated every 20 ms stays in force without a gap", How.EXERCISE)
-def _holds(drives: Drives) -> Came:
+def _holds(drives: Drives) -> Outcome:
     drives.ready()
-    doings = drives.hold(*drives.mild, 0.1) and drives.hold(*drives.mild, 1.0)
-    gaps = sum(doing.timed_out for doing in doings)
+    states = drives.hold(*drives.mild, 0.1) and drives.hold(*drives.mild, 1.0)
+    gaps = sum(state.timed_out for state in states)
     if gaps:
         require_punctual(drives.away_s)
-    return Came(bool(doings) and not gaps, f"{gaps} of {len(doings)} reports say COMMAND_TIMEOUT")
+    return Outcome(bool(states) and not gaps, f"{gaps} of {len(states)} reports say COMMAND_TIMEOUT")
 
 
-def _feeds(drives: Drives, wrong: bytes, what: str) -> Came:
+def _feeds(drives: Drives, wrong: bytes, what: str) -> Outcome:
     """Send one good command, then only `wrong` for 0.25 s; check that nothing else is applied and the time-out acts."""
     drives.settle()
     drives.drive(*drives.mild)
-    doings: list[Doing] = []
+    states: list[DriveState] = []
     until_s = drives.talk.end.now() + 2.5 * MODULE_TIMEOUT_S
     while drives.talk.end.now() < until_s:
         drives.talk.end.send(wrong)
-        doings = drives.listen(REPEAT_S) or doings
-        strange = next((doing.applied for doing in doings if doing.applied not in (OFF, drives.mild)), None)
+        states = drives.listen(REPEAT_S) or states
+        strange = next((state.applied for state in states if state.applied not in (OFF, drives.mild)), None)
         if strange is not None:
-            return Came(False, f"{what}: applied {drives.words(strange)}")
-    fed = bool(doings) and not doings[-1].timed_out
-    return Came(not fed, f"{what}: " + ("holds off the time-out" if fed else "refused"))
+            return Outcome(False, f"{what}: applied {drives.words(strange)}")
+    fed = bool(states) and not states[-1].timed_out
+    return Outcome(not fed, f"{what}: " + ("holds off the time-out" if fed else "refused"))
 
 
-def _all_refused(drives: Drives, wrong: dict[str, bytes]) -> Came:
+def _all_refused(drives: Drives, wrong: dict[str, bytes]) -> Outcome:
     drives.ready()
     for what, data in wrong.items():
-        came = _feeds(drives, data, what)
-        if not came.good:
-            return came
-    return Came(True, f"refused: {', '.join(wrong)}")
+        outcome = _feeds(drives, data, what)
+        if not outcome.good:
+            return outcome
+    return Outcome(True, f"refused: {', '.join(wrong)}")
 
 
 @DRIVEN.duty(
@@ -145,14 +147,14 @@ def _all_refused(drives: Drives, wrong: dict[str, bytes]) -> Came:
     "A command with a value out of range is refused as a whole: it is not clipped and does not restart the time-out",
     How.EXERCISE,
 )
-def _range(drives: Drives) -> Came:
+def _range(drives: Drives) -> Outcome:
     return _all_refused(
         drives, {what: drives.talk.frame(drives.command_id, payload) for what, payload in drives.refused.items()}
     )
 
 
 @DRIVEN.duty("D9", "A command of a wrong length is refused as a whole", How.EXERCISE)
-def _length(drives: Drives) -> Came:
+def _length(drives: Drives) -> Outcome:
     sound = drives.command(drives.mild[0] // 2)
     wrong = {"a byte too few": sound[:-1], "a byte too many": sound + b"\0", "no bytes": b""}
     return _all_refused(
@@ -161,7 +163,7 @@ def _length(drives: Drives) -> Came:
 
 
 @DRIVEN.duty("D10", "A damaged command changes nothing and does not restart the time-out", How.EXERCISE)
-def _damaged(drives: Drives) -> Came:
+def _damaged(drives: Drives) -> Outcome:
     frame = drives.talk.frame(drives.command_id, drives.command(drives.mild[0] // 2))
     return _all_refused(drives, {"wrong CRC": damaged(frame)})
 
@@ -171,7 +173,7 @@ def _damaged(drives: Drives) -> Came:
     "IDENTIFY, an unknown id and another device's command are no commands: they do not restart the time-out",
     How.EXERCISE,
 )
-def _no_commands(drives: Drives) -> Came:
+def _no_commands(drives: Drives) -> Outcome:
     none = {"IDENTIFY": (MessageId.IDENTIFY, b""), "an unknown id": (UNKNOWN_ID, b"\1\2\3")}
     none["another device's command"] = foreign_commands(drives.talk.kind)[0]
     return _all_refused(drives, {what: drives.talk.frame(*frame) for what, frame in none.items()})
@@ -180,23 +182,23 @@ def _no_commands(drives: Drives) -> Came:
 @DRIVEN.duty(
     "D12", "250 commands a second (thermal sensor: 100) leave the reports at their rate within 5 %", How.EXERCISE
 )
-def _keeps_rate(drives: Drives) -> Came:
+def _keeps_rate(drives: Drives) -> Outcome:
     drives.ready()
     at_rest_hz = reports_hz(drives.talk, drives.talk.reports(drives.talk.at_rest))
-    heard: list[Heard] = []
+    heard: list[ReceivedFrame] = []
     until_s = drives.talk.end.now() + 1.0
     while drives.talk.end.now() < until_s:
         drives.drive(*drives.mild)
         heard += drives.talk.listen(0.004 if drives.tacttip else 0.01).frames
     reports = drives.talk.reports(Span(heard, 0))
     if len(reports) < 2:
-        return Came(False, "no reports while commands come")
+        return Outcome(False, "no reports while commands come")
     rate_hz = (len(reports) - 1) / (reports[-1].at_s - reports[0].at_s)
-    return Came(abs(rate_hz / at_rest_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second, {at_rest_hz:.1f} at rest")
+    return Outcome(abs(rate_hz / at_rest_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second, {at_rest_hz:.1f} at rest")
 
 
 @DRIVEN.duty("D13", "IDENTIFY is answered within 100 ms while commands come", How.EXERCISE)
-def _answers(drives: Drives) -> Came:
+def _answers(drives: Drives) -> Outcome:
     drives.ready()
     answered, slowest_s = 0, 0.0
     for _ in range(TRIALS):
@@ -204,4 +206,4 @@ def _answers(drives: Drives) -> Came:
         answers = drives.talk.ask()
         answered += bool(answers)
         slowest_s = max([slowest_s, *answers[:1]])
-    return Came(answered == TRIALS, f"{answered} of {TRIALS}, the slowest after {1e3 * slowest_s:.1f} ms")
+    return Outcome(answered == TRIALS, f"{answered} of {TRIALS}, the slowest after {1e3 * slowest_s:.1f} ms")

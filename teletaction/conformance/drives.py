@@ -32,7 +32,7 @@ MOST_UNREAD = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Doing:
+class DriveState:
     """Content of a report: device time, temperatures, flags, and applied outputs."""
 
     device_s: float
@@ -120,11 +120,11 @@ class Drives:
         self._driving = True
         self.talk.say(self.command_id, command.encode())
 
-    def listen(self, seconds: float) -> list[Doing]:
+    def listen(self, seconds: float) -> list[DriveState]:
         """Return the reports of the next `seconds`."""
-        return self.doings(self.talk.listen(seconds))
+        return self.states(self.talk.listen(seconds))
 
-    def hold(self, permille: int, motor_mv: int, seconds: float, each_s: float = REPEAT_S) -> list[Doing]:
+    def hold(self, permille: int, motor_mv: int, seconds: float, each_s: float = REPEAT_S) -> list[DriveState]:
         """Repeat a command for `seconds`; return the reports of that time."""
         spans = []
         self.away_s, sent_s = 0.0, self.talk.end.now()
@@ -133,10 +133,10 @@ class Drives:
             self.away_s, sent_s = max(self.away_s, now_s - sent_s), now_s
             self.drive(permille, motor_mv)
             spans.append(self.talk.listen(each_s))
-        return self.doings_of(spans)
+        return self.states_of(spans)
 
     @cached_property
-    def each_way(self) -> tuple[list[Doing], list[Doing], list[Doing]]:
+    def each_way(self) -> tuple[list[DriveState], list[DriveState], list[DriveState]]:
         """Reports at rest, with the plate heated for 1 s, and cooled for 1 s; driven only once, for all duties.
 
         Raises:
@@ -146,15 +146,15 @@ class Drives:
         at_rest = self.listen(0.2)
         return at_rest, self.hold(PLATE_PERMILLE, 0, PLATE_S), self.hold(-PLATE_PERMILLE, 0, PLATE_S)
 
-    def doings_of(self, spans: Sequence[Span]) -> list[Doing]:
+    def states_of(self, spans: Sequence[Span]) -> list[DriveState]:
         """Return the readable reports of several spans, with one device time over all of them."""
-        return self.doings(Span([heard for span in spans for heard in span.frames], 0))
+        return self.states(Span([heard for span in spans for heard in span.frames], 0))
 
-    def doings(self, span: Span) -> list[Doing]:
+    def states(self, span: Span) -> list[DriveState]:
         """Return the readable reports of a span."""
         reports = self.talk.reports(span)
-        found = (_doing(heard.frame, at_s) for heard, at_s in zip(reports, device_times_s(reports), strict=False))
-        return [doing for doing in found if doing is not None]
+        found = (_drive_state(heard.frame, at_s) for heard, at_s in zip(reports, device_times_s(reports), strict=False))
+        return [state for state in found if state is not None]
 
     def settle(self, longer_s: float = 0.0) -> None:
         """Command everything off, then send nothing until the time-out has acted, and for `longer_s` more."""
@@ -177,25 +177,25 @@ class Drives:
     def _look(self, frame: Frame) -> None:
         if frame.message_id != REPORTS[self.talk.kind] or not self._driving:
             return
-        doing = _doing(frame)
-        self._unread = 0 if doing is not None else self._unread + 1
+        state = _drive_state(frame)
+        self._unread = 0 if state is not None else self._unread + 1
         if self._unread > MOST_UNREAD:
             raise Unsafe("unreadable reports while it is driven")
-        if doing is not None and not COLDEST_C <= doing.plate_c <= self.warmest_c:
-            raise Unsafe(f"the plate is at {doing.plate_c:.1f} C")
+        if state is not None and not COLDEST_C <= state.plate_c <= self.warmest_c:
+            raise Unsafe(f"the plate is at {state.plate_c:.1f} C")
 
 
-def _doing(frame: Frame, device_s: float = 0.0) -> Doing | None:
+def _drive_state(frame: Frame, device_s: float = 0.0) -> DriveState | None:
     """Return the content of one report; None if it is unreadable."""
     try:
         if frame.message_id == MessageId.THERMAL_READING:
             reading = ThermalReading.decode(frame.payload)
             counts = (reading.plate_counts, reading.ambient_counts)
-            return Doing(device_s, ssr_c(counts[0]), counts, reading.flags, reading.heater_permille, 0)
-        state = TactTipState.decode(frame.payload)
+            return DriveState(device_s, ssr_c(counts[0]), counts, reading.flags, reading.heater_permille, 0)
+        report = TactTipState.decode(frame.payload)
     except BadPayload:
         return None
-    counts = (state.plate_counts, state.hot_side_counts)
+    counts = (report.plate_counts, report.hot_side_counts)
     # A broken sensor measures nothing, so its plate counts as too hot.
     plate_c = ntc_c(counts[0]) if 0 < counts[0] < COUNT_MAX else PLATE_PEAK_C + 1.0
-    return Doing(device_s, plate_c, counts, state.flags, state.peltier_permille, state.motor_mv)
+    return DriveState(device_s, plate_c, counts, report.flags, report.peltier_permille, report.motor_mv)

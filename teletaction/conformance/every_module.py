@@ -13,8 +13,8 @@ from common.buses.serial_messages import (
     ThermalReading,
 )
 from common.fingers import FINGERS
-from teletaction.conformance.checklist import RATE_SHARE, Came, Checklist, NotApplicable, Unsafe
-from teletaction.conformance.module_talk import ANSWER_S, REPORTS, Heard, ModuleTalk
+from teletaction.conformance.checklist import RATE_SHARE, Checklist, NotApplicable, Outcome, Unsafe
+from teletaction.conformance.module_talk import ANSWER_S, REPORTS, ModuleTalk, ReceivedFrame
 
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
@@ -28,7 +28,7 @@ _DECODE: dict[MessageId, Callable[[bytes], object]] = {
 }
 
 
-def device_times_s(reports: list[Heard]) -> list[float]:
+def device_times_s(reports: list[ReceivedFrame]) -> list[float]:
     """Return the device times of reports, s, unwrapped from 32 bits; the first is 0."""
     times = [0]
     stamps = [int.from_bytes(heard.frame.payload[:4], "little") for heard in reports]
@@ -39,19 +39,19 @@ def device_times_s(reports: list[Heard]) -> list[float]:
 
 
 @MODULE.duty("S1", "Answers each IDENTIFY with one IDENTITY within 100 ms, while its reports continue")
-def _answers(talk: ModuleTalk) -> Came:
+def _answers(talk: ModuleTalk) -> Outcome:
     answers = [talk.ask(2.0 * ANSWER_S) for _ in range(ASKED)]
     in_time = sum(len(times) == 1 and times[0] <= ANSWER_S for times in answers)
     latest_s = max((times[0] for times in answers if times), default=0.0)
     most = max(len(times) for times in answers)
-    return Came(
+    return Outcome(
         in_time == ASKED,
         f"{in_time} of {ASKED} correct; latest after {1e3 * latest_s:.1f} ms, at most {most} to one question",
     )
 
 
 @MODULE.duty("S2", "IDENTITY is 22 bytes: a known kind, a finger 0 to 4, an ASCII serial number, a finite range")
-def _identity(talk: ModuleTalk) -> Came:
+def _identity(talk: ModuleTalk) -> Outcome:
     talk.say(MessageId.IDENTIFY)
     answers = talk.listen(2.0 * ANSWER_S).of(MessageId.IDENTITY)
     if not answers:
@@ -59,13 +59,13 @@ def _identity(talk: ModuleTalk) -> Came:
     try:
         found = Identity.decode(answers[0].frame.payload)
     except BadPayload as error:
-        return Came(False, str(error))
+        return Outcome(False, str(error))
     words = f"{found.serial!r}, firmware {found.firmware}, {found.range_low:g} to {found.range_high:g}"
-    return Came(bool(found.serial) and found.serial.isprintable() and found.range_low < found.range_high, words)
+    return Outcome(bool(found.serial) and found.serial.isprintable() and found.range_low < found.range_high, words)
 
 
 @MODULE.duty("S3", "Its kind and its finger are those that the host expects")
-def _as_expected(talk: ModuleTalk) -> Came:
+def _as_expected(talk: ModuleTalk) -> Outcome:
     found = talk.identity
     if found is None:
         raise NotApplicable("no sound answer")
@@ -74,63 +74,65 @@ def _as_expected(talk: ModuleTalk) -> Came:
     words = f"the {FINGERS[found.finger]} {found.kind.name.lower().replace('_', ' ')}"
     if talk.expected_kind not in (None, found.kind) or talk.expected_finger not in (None, found.finger):
         raise Unsafe(f"{words}: not the expected device, so it is not tried")
-    return Came(True, words)
+    return Outcome(True, words)
 
 
 @MODULE.duty(
     "S4", "IDENTITY contains the rate of its kind (2000 samples, 100 readings, 100 states) and the sensor's range"
 )
-def _promises(talk: ModuleTalk) -> Came:
+def _promises(talk: ModuleTalk) -> Outcome:
     if talk.identity is None:
         raise NotApplicable("no sound answer")
     rate_hz = 2000 if talk.kind is DeviceKind.TEXTURE_SENSOR else 100
     found = talk.identity
     span = (found.range_low, found.range_high)
     good = found.rate_hz == rate_hz and span == RANGES.get(talk.kind, span)
-    return Came(good, f"{found.rate_hz} Hz, {span[0]:g} to {span[1]:g}")
+    return Outcome(good, f"{found.rate_hz} Hz, {span[0]:g} to {span[1]:g}")
 
 
 @MODULE.duty("S5", "Every frame is sound: COBS, 4 to 250 bytes, CRC")
-def _sound(talk: ModuleTalk) -> Came:
+def _sound(talk: ModuleTalk) -> Outcome:
     span = talk.at_rest
-    return Came(span.damaged == 0, f"{len(span.frames)} good, {span.damaged} damaged")
+    return Outcome(span.damaged == 0, f"{len(span.frames)} good, {span.damaged} damaged")
 
 
 @MODULE.duty("S6", "The sequence number counts all its frames, one by one, modulo 256")
-def _counts(talk: ModuleTalk) -> Came:
+def _counts(talk: ModuleTalk) -> Outcome:
     span = talk.at_rest
     numbers = [heard.frame.sequence for heard in span.frames]
     steps = [(after - before) & 0xFF for before, after in pairwise(numbers)]
     # A damaged frame had a number too.
     missing = sum(step - 1 if step else 256 for step in steps)
-    return Came(missing <= span.damaged, f"{missing} numbers missing in {len(numbers)} frames, {span.damaged} damaged")
+    return Outcome(
+        missing <= span.damaged, f"{missing} numbers missing in {len(numbers)} frames, {span.damaged} damaged"
+    )
 
 
 @MODULE.duty("S7", "Sends its reports without being asked, and unasked nothing else")
-def _unasked(talk: ModuleTalk) -> Came:
+def _unasked(talk: ModuleTalk) -> Outcome:
     known = REPORTS[talk.kind]
     strange = sorted({heard.frame.message_id for heard in talk.at_rest.frames} - {known})
     reports = len(talk.reports(talk.at_rest))
-    return Came(
+    return Outcome(
         reports > 0 and not strange,
         f"{reports} reports" + (f"; and message {', '.join(f'{each:#04x}' for each in strange)}" if strange else ""),
     )
 
 
 @MODULE.duty("S8", "Every report has the length of its layout, and every value is within its range")
-def _layout(talk: ModuleTalk) -> Came:
+def _layout(talk: ModuleTalk) -> Outcome:
     reports = talk.reports(talk.at_rest)
     for heard in reports:
         try:
             _DECODE[REPORTS[talk.kind]](heard.frame.payload)
         except BadPayload as error:
-            return Came(False, str(error))
+            return Outcome(False, str(error))
     if not reports:
         raise NotApplicable("no reports")
-    return Came(True, f"{len(reports)} correct reports")
+    return Outcome(True, f"{len(reports)} correct reports")
 
 
-def reports_hz(talk: ModuleTalk, reports: list[Heard]) -> float:
+def reports_hz(talk: ModuleTalk, reports: list[ReceivedFrame]) -> float:
     """Return the reports a second by the host's clock, including those damaged in transmission."""
     if len(reports) < 2:
         raise NotApplicable("no reports")
@@ -141,9 +143,9 @@ def reports_hz(talk: ModuleTalk, reports: list[Heard]) -> float:
 
 
 @MODULE.duty("S9", "Reports come at the rate of their kind within 5 %: 200, 100 and 100 messages a second")
-def _rate(talk: ModuleTalk) -> Came:
+def _rate(talk: ModuleTalk) -> Outcome:
     rate_hz = reports_hz(talk, talk.reports(talk.at_rest))
-    return Came(abs(rate_hz / talk.rate_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second")
+    return Outcome(abs(rate_hz / talk.rate_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second")
 
 
 def pace_of(talk: ModuleTalk) -> tuple[float, list[float]]:
@@ -156,10 +158,10 @@ def pace_of(talk: ModuleTalk) -> tuple[float, list[float]]:
 
 
 @MODULE.duty("S10", "Device time is in microseconds, rises from report to report, and keeps the host's pace within 5 %")
-def _time(talk: ModuleTalk) -> Came:
+def _time(talk: ModuleTalk) -> Outcome:
     pace, times_s = pace_of(talk)
     least_s = min(b - a for a, b in pairwise(times_s))
-    return Came(
+    return Outcome(
         least_s > 0.0 and abs(pace - 1.0) <= RATE_SHARE,
         f"{pace:.3f} s of the device in one of the host, smallest step {1e3 * least_s:.3f} ms",
     )

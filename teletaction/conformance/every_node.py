@@ -11,10 +11,10 @@ from common.limits import MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,
     RATE_SHARE,
-    Came,
     Checklist,
     How,
     NotApplicable,
+    Outcome,
     acting_s,
     phases,
     require_punctual,
@@ -39,7 +39,7 @@ def _counters(frames: list[can.Message], name: str) -> list[int]:
 
 
 @NODE.duty("N1", "Sends each of its frames, unasked, and no others; its controller reports no errors")
-def _frames(node: NodeOnTrial) -> Came:
+def _frames(node: NodeOnTrial) -> Outcome:
     messages = node.talk.at_rest
     own = {packing(name).frame_id for name in node.talk.kind.sends_hz}
     missing = [name for name, frames in _named(node).items() if not frames]
@@ -48,64 +48,64 @@ def _frames(node: NodeOnTrial) -> Came:
     words = [f"no {', '.join(missing)}"] if missing else []
     words += [f"unknown {', '.join(f'{each:#05x}' for each in strange)}"] if strange else []
     words += [f"{errors} error frames"] if errors else []
-    return Came(not words, "; ".join(words) or f"{', '.join(node.talk.kind.sends_hz)} and nothing else")
+    return Outcome(not words, "; ".join(words) or f"{', '.join(node.talk.kind.sends_hz)} and nothing else")
 
 
 @NODE.duty("N2", "Every frame has an 11 bit identifier and 8 bytes; bits that the page does not name are 0")
-def _whole(node: NodeOnTrial) -> Came:
+def _whole(node: NodeOnTrial) -> Outcome:
     for name, frames in _named(node).items():
         named = sum(
             ((1 << signal.length) - 1) << signal.start for signal in database().get_message_by_name(name).signals
         )
         for frame in frames:
             if frame.is_extended_id or len(frame.data) != 8:
-                return Came(False, f"{name}: {len(frame.data)} bytes, {'29' if frame.is_extended_id else '11'} bit")
+                return Outcome(False, f"{name}: {len(frame.data)} bytes, {'29' if frame.is_extended_id else '11'} bit")
             if int.from_bytes(frame.data, "little") & ~named:
-                return Came(False, f"{name}: {bytes(frame.data).hex(' ')}")
-    return Came(True, f"{sum(map(len, _named(node).values()))} frames")
+                return Outcome(False, f"{name}: {bytes(frame.data).hex(' ')}")
+    return Outcome(True, f"{sum(map(len, _named(node).values()))} frames")
 
 
 @NODE.duty("N3", "The counter of each identifier is one more with each frame, 15 is followed by 0")
-def _counter(node: NodeOnTrial) -> Came:
+def _counter(node: NodeOnTrial) -> Outcome:
     for name, frames in _named(node).items():
         numbers = _counters(frames, name)
         wrong = [(a, b) for a, b in pairwise(numbers) if b != (a + 1) & 0xF]
         if wrong:
-            return Came(False, f"{name}: {wrong[0][0]} is followed by {wrong[0][1]}, {len(wrong)} such")
-    return Came(True, "without a gap and without a repetition")
+            return Outcome(False, f"{name}: {wrong[0][0]} is followed by {wrong[0][1]}, {len(wrong)} such")
+    return Outcome(True, "without a gap and without a repetition")
 
 
 @NODE.duty("N4", "The CRC is right in every frame that has one")
-def _crc(node: NodeOnTrial) -> Came:
+def _crc(node: NodeOnTrial) -> Outcome:
     checked = 0
     for name, frames in _named(node).items():
         with_crc = [each for each in frames if packing(name).has_crc and len(each.data) == 8]
         wrong = [each for each in with_crc if each.data[7] != frame_crc(each.arbitration_id, bytes(each.data))]
         if wrong:
-            return Came(False, f"{name}: wrong in {len(wrong)} of {len(with_crc)}")
+            return Outcome(False, f"{name}: wrong in {len(wrong)} of {len(with_crc)}")
         checked += len(with_crc)
-    return Came(True, f"{checked} frames")
+    return Outcome(True, f"{checked} frames")
 
 
 @NODE.duty("N5", "What it measures comes 500 times a second, its state 100 times, within 5 %")
-def _rates(node: NodeOnTrial) -> Came:
+def _rates(node: NodeOnTrial) -> Outcome:
     found: dict[str, float] = {}
     for name, frames in _named(node).items():
         if len(frames) < 2:
             raise NotApplicable(f"no {name}")
         found[name] = (len(frames) - 1) / (frames[-1].timestamp - frames[0].timestamp)
     off = max(abs(found[name] / hz - 1.0) for name, hz in node.talk.kind.sends_hz.items())
-    return Came(off <= RATE_SHARE, ", ".join(f"{name} {hz:.0f}" for name, hz in found.items()))
+    return Outcome(off <= RATE_SHARE, ", ".join(f"{name} {hz:.0f}" for name, hz in found.items()))
 
 
 @NODE.duty("N6", "Without set-points it is in its safe state and reports it: forces exactly 0, not enabled; released")
-def _safe(node: NodeOnTrial) -> Came:
+def _safe(node: NodeOnTrial) -> Outcome:
     states = [values for _, values in node.talk.states(node.talk.at_rest)]
     if not states:
         raise NotApplicable(f"no {node.talk.kind.state}")
     safe = node.talk.kind.safe
     wrong = next(((name, values[name]) for values in states for name in safe if values[name] != safe[name]), None)
-    return Came(wrong is None, f"{wrong[0]} {wrong[1]:g}" if wrong else f"in all of {len(states)} state frames")
+    return Outcome(wrong is None, f"{wrong[0]} {wrong[1]:g}" if wrong else f"in all of {len(states)} state frames")
 
 
 def _in_force(node: NodeOnTrial, messages: list[can.Message], command: Command) -> list[tuple[float, bool]]:
@@ -125,7 +125,7 @@ def _good(node: NodeOnTrial, command: Command) -> can.Message:
     return node.talk.frame(command.frame, node.acting(command.frame))
 
 
-def _refuses(node: NodeOnTrial, make: Callable[[Command], can.Message]) -> Came:
+def _refuses(node: NodeOnTrial, make: Callable[[Command], can.Message]) -> Outcome:
     """Send only wrong frames; check that no set-point is in force at the end."""
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(make, command), command, 4.0 * MODULE_TIMEOUT_S)
@@ -133,14 +133,14 @@ def _refuses(node: NodeOnTrial, make: Callable[[Command], can.Message]) -> Came:
         if not said:
             raise NotApplicable(f"no {node.talk.kind.state}")
         if said[-1][1]:
-            return Came(False, f"{command.frame}: in force")
-    return Came(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: not in force")
+            return Outcome(False, f"{command.frame}: in force")
+    return Outcome(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: not in force")
 
 
 @NODE.duty(
     "N7", "A good set-point is in force within 100 ms, and stays so while it is repeated every 10 ms", How.EXERCISE
 )
-def _obeys(node: NodeOnTrial) -> Came:
+def _obeys(node: NodeOnTrial) -> Outcome:
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(_good, node, command), command, 5.0 * MODULE_TIMEOUT_S)
         node.settle()
@@ -149,45 +149,45 @@ def _obeys(node: NodeOnTrial) -> Came:
         if gaps:
             require_punctual(node.talk.away_s)
         if gaps or begun > AT_ONCE or len(said) <= AT_ONCE:
-            return Came(
+            return Outcome(
                 False, f"{command.frame}: in force from state frame {begun} on, then not in {gaps} of {len(said)}"
             )
-    return Came(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: in force throughout")
+    return Outcome(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: in force throughout")
 
 
 @NODE.duty("N8", "Set-points end 100 ms after the last good frame at the latest, by the node itself", How.EXERCISE)
-def _times_out(node: NodeOnTrial) -> Came:
+def _times_out(node: NodeOnTrial) -> Outcome:
     longest_s = 0.0
     for command in node.talk.kind.commands:
         for _ in phases(node):
             node.talk.say(command.frame, node.acting(command.frame))
             said = _in_force(node, node.talk.listen(4.0 * MODULE_TIMEOUT_S), command)
             longest_s = max(longest_s, acting_s(said))
-    return Came(
+    return Outcome(
         longest_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S, f"one frame seen in force for {1e3 * longest_s:.0f} ms at most"
     )
 
 
 @NODE.duty("N9", "A frame with a wrong CRC is refused", How.EXERCISE)
-def _wrong_crc(node: NodeOnTrial) -> Came:
+def _wrong_crc(node: NodeOnTrial) -> Outcome:
     return _refuses(node, lambda command: wrong_crc(_good(node, command)))
 
 
 @NODE.duty("N10", "A frame with the CRC of another identifier is refused", How.EXERCISE)
-def _crc_of_another(node: NodeOnTrial) -> Came:
+def _crc_of_another(node: NodeOnTrial) -> Outcome:
     return _refuses(node, lambda command: crc_of_another(_good(node, command)))
 
 
 @NODE.duty(
     "N11", "A frame whose counter is that of the one before is refused: repeating it holds nothing", How.EXERCISE
 )
-def _repeated(node: NodeOnTrial) -> Came:
+def _repeated(node: NodeOnTrial) -> Outcome:
     kept: dict[str, can.Message] = {}
     return _refuses(node, lambda command: kept.setdefault(command.frame, _good(node, command)))
 
 
 @NODE.duty("N12", "A counter that skips is no error", How.EXERCISE)
-def _skipping(node: NodeOnTrial) -> Came:
+def _skipping(node: NodeOnTrial) -> Outcome:
     def every_third(command: Command) -> can.Message:
         return [_good(node, command) for _ in range(3)][-1]
 
@@ -195,10 +195,10 @@ def _skipping(node: NodeOnTrial) -> Came:
         said = _repeat(node, partial(every_third, command), command, 4.0 * MODULE_TIMEOUT_S)
         node.settle()
         if not said or not said[-1][1]:
-            return Came(False, f"{command.frame}: not in force with every third counter")
-    return Came(True, "every third counter: in force")
+            return Outcome(False, f"{command.frame}: not in force with every third counter")
+    return Outcome(True, "every third counter: in force")
 
 
 @NODE.duty("N13", "A frame of fewer than 8 bytes is refused", How.EXERCISE)
-def _short(node: NodeOnTrial) -> Came:
+def _short(node: NodeOnTrial) -> Outcome:
     return _refuses(node, lambda command: cut_short(_good(node, command)))

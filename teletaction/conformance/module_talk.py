@@ -99,7 +99,7 @@ class PortEnd:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class ReceivedFrame:
     """An intact frame and its time of arrival, s."""
 
     at_s: float
@@ -110,11 +110,11 @@ class Heard:
 class Span:
     """Everything received in one interval."""
 
-    frames: Sequence[Heard]
+    frames: Sequence[ReceivedFrame]
     damaged: int
     """Number of pieces between two zero bytes that were no frame."""
 
-    def of(self, message_id: MessageId) -> list[Heard]:
+    def of(self, message_id: MessageId) -> list[ReceivedFrame]:
         """Return the frames of one message."""
         return [heard for heard in self.frames if heard.frame.message_id == message_id]
 
@@ -161,7 +161,7 @@ class ModuleTalk:
         """Required number of reports a second."""
         return 200.0 if self.kind is DeviceKind.TEXTURE_SENSOR else 100.0
 
-    def reports(self, span: Span) -> list[Heard]:
+    def reports(self, span: Span) -> list[ReceivedFrame]:
         """Return the reports of the module's kind."""
         return span.of(REPORTS[self.kind])
 
@@ -176,7 +176,7 @@ class ModuleTalk:
         for at_s, piece in self.end.receive(seconds):
             for frame in self._reader.feed(piece):
                 self.watch(frame)
-                frames.append(Heard(at_s, frame))
+                frames.append(ReceivedFrame(at_s, frame))
         return Span(frames, self._reader.damaged - before)
 
     def say(self, message_id: int, payload: bytes = b"") -> None:

@@ -6,7 +6,7 @@ import can
 
 from common.fingers import FINGERS
 from common.limits import APPROACH_DOWN_M_S, MODULE_TIMEOUT_S
-from teletaction.conformance.checklist import HALF_A_REPORT_S, Came, Checklist, How, NotApplicable, acting_s, phases
+from teletaction.conformance.checklist import HALF_A_REPORT_S, Checklist, How, NotApplicable, Outcome, acting_s, phases
 from teletaction.conformance.node_on_trial import TelemanipulatorOnTrial
 from teletaction.conformance.node_talk import REPEAT_S, Values
 
@@ -73,14 +73,14 @@ def _moved(before: Values, after: Values) -> float:
 
 
 @TELEMANIPULATOR.duty("M1", "Without set-points hand and fingers stay where they are, within 0.15 mm")
-def _still(node: TelemanipulatorOnTrial) -> Came:
+def _still(node: TelemanipulatorOnTrial) -> Outcome:
     furthest_mm = 0.0
     for name in (_HEIGHTS, _POSE):
         places = [values for _, values in node.talk.values(node.talk.at_rest, name)]
         if not places:
             raise NotApplicable(f"no {name}")
         furthest_mm = max([furthest_mm, *(_moved(places[0], place) for place in places)])
-    return Came(furthest_mm <= STILL_MM, f"moved by {furthest_mm:.3f} mm at most")
+    return Outcome(furthest_mm <= STILL_MM, f"moved by {furthest_mm:.3f} mm at most")
 
 
 @TELEMANIPULATOR.duty(
@@ -88,7 +88,7 @@ def _still(node: TelemanipulatorOnTrial) -> Came:
     "Follows set-points of hand and fingers within 0.3 mm in 1 s: 1 mm along x and 1 mm up, and back",
     How.EXERCISE,
 )
-def _follows(node: TelemanipulatorOnTrial) -> Came:
+def _follows(node: TelemanipulatorOnTrial) -> Outcome:
     heights, pose = _stands(node)
     for by_mm in (STEP_MM, 0.0):
         wanted = {**pose, "x": pose["x"] + by_mm}
@@ -96,33 +96,33 @@ def _follows(node: TelemanipulatorOnTrial) -> Came:
         up = _raised(heights, by_mm)
         off_mm = max(_moved(up, node.talk.now_at(_HEIGHTS)), _moved(wanted, node.talk.now_at(_POSE)))
         if off_mm > NEAR_MM:
-            return Came(False, f"{off_mm:.2f} mm off, {by_mm:g} mm from where it stood")
-    return Came(True, "there and back")
+            return Outcome(False, f"{off_mm:.2f} mm off, {by_mm:g} mm from where it stood")
+    return Outcome(True, "there and back")
 
 
 @TELEMANIPULATOR.duty("M3", "Released, the hand stays, independent of HandSetpoint", How.EXERCISE)
-def _hand_stays(node: TelemanipulatorOnTrial) -> Came:
+def _hand_stays(node: TelemanipulatorOnTrial) -> Outcome:
     heights, pose = _stands(node)
     _command(node, 0.4, {"released": 1.0, **heights}, {**pose, "x": pose["x"] + STEP_MM})
     moved_mm = _moved(pose, node.talk.now_at(_POSE))
-    return Came(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm")
+    return Outcome(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm")
 
 
 @TELEMANIPULATOR.duty("M4", "Released, no finger goes down to a set-point below it", How.EXERCISE)
-def _no_lower(node: TelemanipulatorOnTrial) -> Came:
+def _no_lower(node: TelemanipulatorOnTrial) -> Outcome:
     heights, _ = _stands(node)
     _command(node, 0.4, {"released": 1.0, **_raised(heights, -STEP_MM)}, None)
     sunk_mm = -min(node.talk.now_at(_HEIGHTS)[finger] - heights[finger] for finger in FINGERS)
-    return Came(sunk_mm <= STILL_MM, f"down by {max(0.0, sunk_mm):.3f} mm")
+    return Outcome(sunk_mm <= STILL_MM, f"down by {max(0.0, sunk_mm):.3f} mm")
 
 
 @TELEMANIPULATOR.duty("M5", "Released, every finger rises to a set-point above it", How.EXERCISE)
-def _rises(node: TelemanipulatorOnTrial) -> Came:
+def _rises(node: TelemanipulatorOnTrial) -> Outcome:
     heights, _ = _stands(node)
     _command(node, FOLLOWS_S, {"released": 1.0, **_raised(heights, STEP_MM)}, None)
     risen_mm = min(node.talk.now_at(_HEIGHTS)[finger] - heights[finger] for finger in _free(heights))
     _command(node, FOLLOWS_S, {"released": 0.0, **heights}, None)
-    return Came(risen_mm >= STEP_MM - NEAR_MM, f"risen by {risen_mm:.2f} of {STEP_MM:g} mm")
+    return Outcome(risen_mm >= STEP_MM - NEAR_MM, f"risen by {risen_mm:.2f} of {STEP_MM:g} mm")
 
 
 @TELEMANIPULATOR.duty(
@@ -130,7 +130,7 @@ def _rises(node: TelemanipulatorOnTrial) -> Came:
     "Released is 0 when it follows, and 1 within 100 ms of the last HeightSetpoint, although HandSetpoint continues",
     How.EXERCISE,
 )
-def _released(node: TelemanipulatorOnTrial) -> Came:
+def _released(node: TelemanipulatorOnTrial) -> Outcome:
     longest_s = 0.0
     for _ in phases(node):
         heights, pose = _stands(node)
@@ -139,9 +139,9 @@ def _released(node: TelemanipulatorOnTrial) -> Came:
         following = [(at_s, values["released"] == 0.0) for at_s, values in states]
         follows = [each for _, each in following]
         if not any(follows) or follows[-1]:
-            return Came(False, "released is 0 in " + ("every state frame" if any(follows) else "no state frame"))
+            return Outcome(False, "released is 0 in " + ("every state frame" if any(follows) else "no state frame"))
         longest_s = max(longest_s, acting_s(following))
-    return Came(
+    return Outcome(
         longest_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S,
         f"one frame seen to be followed for {1e3 * longest_s:.0f} ms at most",
     )
@@ -150,20 +150,20 @@ def _released(node: TelemanipulatorOnTrial) -> Came:
 @TELEMANIPULATOR.duty(
     "M7", "When the HandSetpoint frames end the hand stops and stays, although HeightSetpoint continues", How.EXERCISE
 )
-def _hand_stops(node: TelemanipulatorOnTrial) -> Came:
+def _hand_stops(node: TelemanipulatorOnTrial) -> Outcome:
     heights, pose = _stands(node)
     _command(node, 0.2, {"released": 0.0, **heights}, pose)
     _command(node, 0.15, {"released": 0.0, **heights}, None)
     stopped = dict(node.talk.now_at(_POSE))
     _command(node, 0.4, {"released": 0.0, **heights}, None)
     moved_mm = _moved(stopped, node.talk.now_at(_POSE))
-    return Came(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm in 0.4 s after its time-out")
+    return Outcome(moved_mm <= STILL_MM, f"moved by {moved_mm:.3f} mm in 0.4 s after its time-out")
 
 
 @TELEMANIPULATOR.duty(
     "M8", "Its heights are read 500 times a second: while it moves each frame has new ones", How.EXERCISE
 )
-def _new_heights(node: TelemanipulatorOnTrial) -> Came:
+def _new_heights(node: TelemanipulatorOnTrial) -> Outcome:
     heights, _ = _stands(node)
     finger = _free(heights)[0]
     rising = _command(node, FOLLOWS_S, {"released": 0.0, **_raised(heights, STEP_MM)}, None)
@@ -173,13 +173,15 @@ def _new_heights(node: TelemanipulatorOnTrial) -> Came:
     twice = sum(after == before for before, after in pairwise(moving))
     if len(moving) < MOVING:
         raise NotApplicable(f"only {len(moving)} frames while it moves")
-    return Came(twice <= TWICE_AT_MOST * len(moving), f"{twice} of {len(moving)} heights are those of the frame before")
+    return Outcome(
+        twice <= TWICE_AT_MOST * len(moving), f"{twice} of {len(moving)} heights are those of the frame before"
+    )
 
 
 @TELEMANIPULATOR.duty(
     "M9", "Reports released as it was commanded last, 100 ms after a change at the latest", How.EXERCISE
 )
-def _reports_release(node: TelemanipulatorOnTrial) -> Came:
+def _reports_release(node: TelemanipulatorOnTrial) -> Outcome:
     heights, pose = _stands(node)
     for released in (0.0, 1.0, 0.0):
         states = node.talk.states(_command(node, 3.0 * MODULE_TIMEOUT_S, {"released": released, **heights}, pose))
@@ -187,5 +189,5 @@ def _reports_release(node: TelemanipulatorOnTrial) -> Came:
         if not judged:
             raise NotApplicable("no TelemanipulatorState")
         if judged[0]["released"] != released:
-            return Came(False, f"commanded {released:g}, reported {1.0 - released:g}")
-    return Came(True, "released and not")
+            return Outcome(False, f"commanded {released:g}, reported {1.0 - released:g}")
+    return Outcome(True, "released and not")

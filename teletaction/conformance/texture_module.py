@@ -1,7 +1,7 @@
 """Duties of the texture sensor's module."""
 
 from common.buses.serial_messages import BadPayload, TextureSamples
-from teletaction.conformance.checklist import Came, Checklist, NotApplicable
+from teletaction.conformance.checklist import Checklist, NotApplicable, Outcome
 from teletaction.conformance.every_module import device_times_s
 from teletaction.conformance.module_talk import ModuleTalk
 
@@ -25,15 +25,15 @@ def _counts(talk: ModuleTalk) -> list[int]:
 
 
 @TEXTURE.duty("X1", "Ten samples in a message")
-def _samples(talk: ModuleTalk) -> Came:
+def _samples(talk: ModuleTalk) -> Outcome:
     counts = _counts(talk)
-    return Came(set(counts) == {SAMPLES}, f"{min(counts)} to {max(counts)} samples in {len(counts)} messages")
+    return Outcome(set(counts) == {SAMPLES}, f"{min(counts)} to {max(counts)} samples in {len(counts)} messages")
 
 
 @TEXTURE.duty(
     "X2", "The time of a message is that of its first sample: 0.5 ms for each sample until the next, within 20 us"
 )
-def _times(talk: ModuleTalk) -> Came:
+def _times(talk: ModuleTalk) -> Outcome:
     counts, reports = _counts(talk), talk.reports(talk.at_rest)
     times_s, numbers = device_times_s(reports), [heard.frame.sequence for heard in reports]
     off_s = [
@@ -42,4 +42,4 @@ def _times(talk: ModuleTalk) -> Came:
         if numbers[n + 1] == (numbers[n] + 1) & 0xFF
     ]
     worst_s = max(off_s, default=0.0)
-    return Came(worst_s <= _OFF_S, f"off by {1e6 * worst_s:.0f} us at most")
+    return Outcome(worst_s <= _OFF_S, f"off by {1e6 * worst_s:.0f} us at most")

@@ -17,7 +17,7 @@ from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
-from teletaction.conformance.checklist import Came, Duty, How, NotApplicable, Tried, Verdict
+from teletaction.conformance.checklist import Duty, How, NotApplicable, Outcome, Tried, Verdict
 from teletaction.conformance.drives import Drives
 from teletaction.conformance.examination import OnTrial
 from teletaction.conformance.module_talk import ModuleTalk
@@ -243,12 +243,12 @@ def test_what_could_not_be_judged_is_made_neutral_too() -> None:
     end = VirtualModule(ThermalSensor(1, BORN_S))
     drives = Drives(ModuleTalk(end))
 
-    def check(device: Drives) -> Came:
+    def check(device: Drives) -> Outcome:
         device.drive(100)
         raise NotApplicable("no")
 
-    def spy(_: object) -> Came:
-        return Came(commands(end)[-1] == HeaterCommand(0), "")
+    def spy(_: object) -> Outcome:
+        return Outcome(commands(end)[-1] == HeaterCommand(0), "")
 
     trials = [(Duty("D0", "", How.EXERCISE, check), drives), (Duty("D1", "", How.LISTEN, spy), None)]
     results = OnTrial("a module", trials, drives, {}).tried(ALL, lambda _: None)
