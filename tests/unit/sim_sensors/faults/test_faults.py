@@ -55,6 +55,8 @@ def test_an_error_says_what_there_is_to_say(remote: RemoteDevices) -> None:
         remote.faults.apply("unplug index nose")
     with pytest.raises(ValueError, match="'wet' is neither saturated, clipped, cut nor loose"):
         remote.faults.apply("piezo index wet")
+    with pytest.raises(ValueError, match=r"disobey \[FINGER\|drift\]: 'away' is not drift"):
+        remote.faults.apply("disobey away")
     with pytest.raises(ValueError, match="no fault 'water'"):
         remote.faults.apply("water index")
     with pytest.raises(ValueError, match="in force: nothing"):
