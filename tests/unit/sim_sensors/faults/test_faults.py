@@ -165,14 +165,6 @@ def test_a_robot_that_drifts_goes_its_own_way_even_without_set_points(remote: Re
     assert remote.world.x_m == pytest.approx(-0.1 + 0.02 * 500 * STEP_S, abs=2e-3)
 
 
-def test_a_stuck_drive_is_begun_and_ended_at_the_module(operator: OperatorDevices, remote: RemoteDevices) -> None:
-    for devices, module in ((operator, operator.modules["index"]), (remote, remote.thermal["index"])):
-        devices.faults.apply("stuck index -250")
-        assert module.stuck_permille == -250
-        devices.faults.apply("mend stuck index")
-        assert module.stuck_permille is None
-
-
 def test_a_module_without_water_warms_its_hot_side_by_cooling_its_plate_and_water_ends_that(
     operator: OperatorDevices,
 ) -> None:

@@ -17,13 +17,6 @@ def test_fingers_of_a_hand_share_the_object_and_nothing_else() -> None:
     assert hands[0][0].object_c != hands[1][0].object_c
 
 
-def test_a_hand_of_one_finger_is_a_touch() -> None:
-    (hand,) = simulate_hand("pvc", 5, (10.0,), seconds=1.0)
-    (touch,) = simulate_thermal("pvc", 5, seconds=1.0)
-    assert np.array_equal(hand[0].sensor_c, touch.sensor_c)
-    assert hand[0].object_c == touch.object_c
-
-
 def test_a_finger_that_is_lifted_stops_conducting_and_one_that_presses_conducts_more() -> None:
     def fallen_k(later: tuple[float, float] | None) -> float:
         (trace,) = simulate_thermal("aluminium", 7, seconds=2.0, later=later)
