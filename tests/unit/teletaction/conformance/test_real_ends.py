@@ -120,10 +120,3 @@ def test_a_command_that_is_ended_leaves_the_device_neutral(name: str, number: in
             process.send_signal(number)
             assert process.wait(10.0) == 130
     assert heard[-1] == {"enabled": 0.0, **dict.fromkeys(FINGERS, 0.0)}
-
-
-def test_a_bus_without_a_node_is_said() -> None:
-    end = BusEnd(CanAddress(interface="virtual", channel="nobody"))
-    with pytest.raises(DeviceAbsent, match="CAN virtual:nobody: open, but no state frame of a node heard"):
-        name_of(end)
-    end.close()

@@ -8,6 +8,7 @@ import can
 import pytest
 
 from common.buses.can_frames import packing
+from common.buses.can_port import CanAddress
 from common.buses.serial_framing import FrameReader
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
 from common.buses.serial_port import DeviceAbsent
@@ -21,7 +22,7 @@ from teletaction.conformance.checklist import Duty, How, NotApplicable, Outcome,
 from teletaction.conformance.drives import Drives
 from teletaction.conformance.examination import OnTrial
 from teletaction.conformance.module_talk import ModuleTalk
-from teletaction.conformance.node_talk import KINDS, NodeName, NodeTalk
+from teletaction.conformance.node_talk import KINDS, BusEnd, NodeName, NodeTalk, name_of
 from tests.unit.teletaction.conformance.examining import ALL, examined, on_trial
 from tests.unit.teletaction.conformance.spoiled_module import BORN_S, changed_reports, over
 from tests.unit.teletaction.conformance.spoiled_node import changed_states, going
@@ -291,3 +292,10 @@ def test_a_bus_that_a_site_commands_is_left_alone() -> None:
     with pytest.raises(ValueError, match="FingerForces is on the bus: end the site"):
         NodeTalk(end, KINDS[NodeName.EXOSKELETON])
     assert end.said == []
+
+
+def test_a_bus_without_a_node_is_said() -> None:
+    end = BusEnd(CanAddress(interface="virtual", channel="nobody"))
+    with pytest.raises(DeviceAbsent, match="CAN virtual:nobody: open, but no state frame of a node heard"):
+        name_of(end)
+    end.close()
