@@ -33,8 +33,7 @@ from common.wire.messages import Motion, MotionRow, Touch
 from common.wire.packets import LinkState
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.devices import RemoteDevices
-from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import SensorFrame
+from remote_site.devices.sensor_frame import HandPlace, SensorFrame
 from remote_site.heating import Heating
 from remote_site.identification.perception import Perception, nothing_touched
 from remote_site.safety.gated_command import GatedCommand

@@ -7,11 +7,11 @@ import msgpack
 from common.config import RemoteConfig
 from common.link.session_state import Happening
 from common.recording.recorder import PACKET_SCHEMA, Recorder
-from common.wire.messages import STIFFNESS_KNOWN_LN_SD, Event, Motion
+from common.wire.messages import Event, Motion
 from common.wire.streams import STREAMS
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.sensor_frame import SensorFrame
-from remote_site.identification.finger_touch import FingerTouch
+from remote_site.identification.finger_identification import FingerIdentification
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from remote_site.safety.gated_command import GatedCommand
 
@@ -75,7 +75,7 @@ class SiteRecording:
         packet: bytes | None,
         happened: Iterable[Event],
         command: GatedCommand,
-        touches: Mapping[int, FingerTouch],
+        touches: Mapping[int, FingerIdentification],
     ) -> None:
         """Write one tick that has just been done.
 
@@ -106,8 +106,8 @@ class SiteRecording:
         self._ticks += 1
 
 
-def _thermal(finger: int, touch: FingerTouch) -> Thermal:
-    answer = touch.thermal
+def _thermal(finger: int, touch: FingerIdentification) -> Thermal:
+    answer = touch.thermal.answer
     return Thermal(
         finger,
         answer.status,
@@ -120,5 +120,5 @@ def _thermal(finger: int, touch: FingerTouch) -> Thermal:
         answer.exponential_material,
         answer.reason.code or None,
         touch.roughness_v,
-        touch.stiffness_n_m if touch.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD else None,
+        touch.surface.stiffness_n_m if touch.surface.known else None,
     )

@@ -11,11 +11,10 @@ from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock
 from common.timing.tick_age import TickAge
-from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import SensorFrame
+from remote_site.devices.sensor_frame import HandPlace, PlateReading, SensorFrame
 from remote_site.devices.telemanipulator import Telemanipulator
 from remote_site.devices.texture_sensor import TextureSensor
-from remote_site.devices.thermal_sensor import PlateReading, ThermalSensor
+from remote_site.devices.thermal_sensor import ThermalSensor
 from remote_site.safety.gated_command import GatedCommand
 
 _NEVER = -math.inf

@@ -1,15 +1,44 @@
-"""What the remote site's devices said in one tick: the exact input of identification, recorded and replayed."""
+"""Readings of all devices of the remote site in one tick: the exact input of identification, recorded and replayed."""
 
-from typing import Self
+from typing import NamedTuple, Self
 
-from common.recording.recorded_row import Finite, FixedFive, Row
-from common.wire.messages import THERMAL_REASONS
-from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.thermal_sensor import PlateReading
+from common.recording.recorded_row import Finite, FixedFive, Row, Whole
+from common.wire.messages import THERMAL_REASONS, ThermalReason
+
+
+class HandPlace(NamedTuple):
+    """The operator's hand in a motion packet: source time on the operator's clock, ns, and place, m."""
+
+    time_ns: Whole
+    x_m: float
+    y_m: float
+
+
+class PlateReading(Row):
+    """One reading of a thermal sensor.
+
+    Attributes:
+        sensor_c: plate, C.
+        ambient_c: ambient, C.
+        fault: code of the `ThermalReason` that makes the reading implausible; empty without one.
+        device_us: time of the reading by the sensor's own clock, us modulo 2^32.
+        heater_permille: drive of the heater at this time, thousandths of full drive.
+    """
+
+    sensor_c: float
+    ambient_c: float
+    fault: str
+    device_us: Whole
+    heater_permille: Whole
+
+    @property
+    def reason(self) -> ThermalReason:
+        """Why the reading is implausible; NONE if it is plausible."""
+        return THERMAL_REASONS[self.fault]
 
 
 class SensorFrame(Row):
-    """One tick's readings, five fingers each; None where nothing new came."""
+    """One tick's readings, five fingers each; None without a new one."""
 
     time_s: Finite
     x_m: float
@@ -27,7 +56,7 @@ class SensorFrame(Row):
         """Read what `pack` wrote.
 
         Raises:
-            ValueError: it is something else.
+            ValueError: the payload is something else.
         """
         try:
             sensed = super().unpack(payload)

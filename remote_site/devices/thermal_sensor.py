@@ -14,63 +14,54 @@ from common.buses.serial_messages import (
     MessageId,
     ThermalReading,
 )
-from common.buses.thermometry import ssr_c
+from common.buses.thermometry import COUNT_MAX, ssr_c
 from common.buses.wiring import SYSTEM, Wiring
 from common.faults.fault import Fault, FaultCode
-from common.recording.recorded_row import Row, Whole
 from common.timing.standstill import HostClock
-from remote_site.devices.thermometer_check import ThermometerCheck
+from common.wire.messages import ThermalReason
+from remote_site.devices.sensor_frame import PlateReading
 
 _READING = int(MessageId.THERMAL_READING)
 _CUT_OUT = int(DeviceFlag.THERMAL_CUT_OUT)
 _BYTES_PER_S = 100 * 17
-"""Of a sensor's readings on its line."""
-
-
-class PlateReading(Row):
-    """One reading of a thermal sensor.
-
-    Attributes:
-        sensor_c: plate, C.
-        ambient_c: ambient, C.
-        fault: code of the `ThermalReason` that makes it implausible; empty when nothing does.
-        device_us: when it was taken, by the sensor's own clock, us modulo 2^32.
-        heater_permille: what the heater got then, thousandths of full drive.
-    """
-
-    sensor_c: float
-    ambient_c: float
-    fault: str
-    device_us: Whole
-    heater_permille: Whole
+"""Data rate of a sensor's readings on its serial line, bytes/s."""
+MAX_RATE_K_S = 40.0
+"""Maximum rate of a plate, K/s; no contact changes it faster."""
+LEAST_JUMP_K = 0.3
+"""Minimum change between two readings that counts as a jump, K: ten times the noise of a reading."""
+FROZEN_S = 1.0
+"""Maximum time for which a driven plate can repeat one count, s."""
+DRIVEN = 0.3
+"""Minimum heater drive of a driven plate, 0..1."""
 
 
 class ThermalSensor:
     """Reads at the sensor's own 100 Hz; the heater's command expires in the sensor after 100 ms."""
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
-        """Open the sensor at `address` in the background; `clock` is the one that `read` is given times of."""
+        """Open the sensor at `address` in the background; `clock` gives the times passed to `read`."""
         self.line = SerialDevice(address, DeviceKind.THERMAL_SENSOR, finger, wiring)
         self.damaged = 0
         self.measured_s = -math.inf
-        """When the last reading came, s; -inf before the first."""
+        """Time of arrival of the last reading, s; -inf before the first."""
         self.stood_still_s = 0.0
-        """For how long the host's clock stood still before the last `read`, as the sensor's own clock shows, s."""
+        """Standstill of the host's clock before the last `read`, s, measured by the sensor's own clock."""
         self.applied_permille = 0
-        """What the sensor reported last that its heater gets."""
+        """Drive of the heater in the last reading, thousandths of full drive."""
         self.cut_out = False
         """Whether the sensor's own temperature limit holds its heater off."""
         self.disobeys: Fault | None = None
-        """An output of the heater that was not asked for; None when there is none."""
+        """Fault of a heater whose drive was not commanded; None without one."""
         self._obeys = DriveMonitor(FaultCode.HEATER_UNASKED)
-        self._plausible = ThermometerCheck()
+        self._check = ThermometerCheck()
         self._permille = 0
         self._witness = DeviceClock(self.line, clock)
 
     def read(self, t_s: float) -> PlateReading | None:
-        """The newest reading since the last call, judged for plausibility at time `t_s`; None without one.
+        """Return the newest reading since the last call, checked for plausibility; None without one.
 
-        It is judged by a time that counts what the host's clock did not.
+        Args:
+            t_s: time now, s; the check adds the standstill of the host's clock.
         """
         if self.line.silent:
             self.stood_still_s = 0.0
@@ -92,19 +83,19 @@ class ThermalSensor:
         t_s += self.stood_still_s
         self.measured_s, self.applied_permille = t_s, newest.heater_permille
         self.disobeys = self._obeys.reported(t_s, newest.heater_permille)
-        fault = self._plausible.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
-        # A plate that cannot be measured is cut off as well; that finger goes without heat, and the others go on.
+        fault = self._check.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
+        # A sensor without a plausible reading cuts out, too; then only this finger goes without heat.
         self.cut_out = bool(newest.flags & _CUT_OUT) and not fault
         plate_c, ambient_c = ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts)
         return PlateReading(plate_c, ambient_c, fault.code, newest.device_time_us, newest.heater_permille)
 
     @property
     def unread_s(self) -> float:
-        """How long the sensor has taken for the readings that wait to be read, s."""
+        """Duration of the readings that wait to be read, s."""
         return self.line.unread_bytes() / _BYTES_PER_S
 
     def unconfirmed(self, since_s: float) -> str:
-        """Why it is not certain that the heater is off; empty when the last reading, after `since_s`, says so."""
+        """Return why the heater may be on; empty if the last reading came after `since_s`, s, and shows no drive."""
         if not self.line.connected:
             return "not connected"
         if not self.measured_s > since_s:
@@ -116,3 +107,38 @@ class ThermalSensor:
         self._permille = round(drive * DRIVE_FULL)
         self._obeys.commanded(t_s, self._permille)
         self.line.send(MessageId.HEATER_COMMAND, HeaterCommand(self._permille).encode())
+
+
+class ThermometerCheck:
+    """Detects faults of the spreading-resistance thermometer: open, short, jumping, or frozen while driven."""
+
+    __slots__ = ("_counts", "_since_s", "_t_s")
+
+    def __init__(self) -> None:
+        self._counts: int | None = None
+        self._t_s = 0.0
+        self._since_s = 0.0
+
+    def step(self, t_s: float, counts: int, drive: float = 0.0) -> ThermalReason:
+        """Return the fault of a reading; NONE if it is plausible.
+
+        Args:
+            t_s: time of the reading, s.
+            counts: counts of the reading, 0..4095.
+            drive: present heater drive, -1..1.
+        """
+        before, before_s = self._counts, self._t_s
+        self._counts, self._t_s = counts, t_s
+        if before is None or counts != before or abs(drive) < DRIVEN:
+            self._since_s = t_s
+        if not counts > 0:
+            return ThermalReason.SENSOR_SHORTED
+        if not counts < COUNT_MAX:
+            return ThermalReason.SENSOR_OPEN
+        if before is not None and t_s > before_s:
+            change_k = abs(ssr_c(counts) - ssr_c(before))
+            if change_k > max(MAX_RATE_K_S * (t_s - before_s), LEAST_JUMP_K):
+                return ThermalReason.SENSOR_JUMPS
+        if t_s - self._since_s > FROZEN_S:
+            return ThermalReason.SENSOR_FROZEN
+        return ThermalReason.NONE

@@ -1,4 +1,4 @@
 """Identification by five fingers, and the touch packet with its result.
 
-The site uses `perception`. `finger_touch` holds the result for one finger.
+The site uses `perception` and, for the result of one finger, `finger_identification`.
 """

@@ -1,33 +1,49 @@
 """Identification by one remote finger: exploration mode, texture, surface and, by its thermal sensor, material.
 
-This module joins the estimators. Its input is a time with measurements, its output is numbers. Texture samples come
-at their own rate, with None in between.
+This module joins the estimators. Its input is a tick's readings, its output the finger's row of the touch packet.
 """
 
 from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.limits import GAP_S
-from common.wire.messages import ExplorationMode
-from remote_site.finger_sample import FingerSample
-from remote_site.identification.finger_touch import FingerTouch, TouchEvent
-from remote_site.stiffness.surface_estimate import SurfaceEstimate
-from remote_site.texture.groove_detector import Impulse
+from common.wire.messages import NO_TOUCH, TOUCH_RANGES, EventKind, ExplorationMode, ThermalReason, TouchRow, explains
+from remote_site.devices.sensor_frame import SensorFrame
+from remote_site.devices.texture_sensor import texture_v
+from remote_site.identification.touch_events import TouchEvents
+from remote_site.stiffness.surface_estimate import UNKNOWN_LN_SD, SurfaceEstimate
 from remote_site.texture.groove_period import GroovePeriod
-from remote_site.texture.surface_table import SMOOTH, StrokeLaw, SurfaceTable
+from remote_site.texture.surface_table import (
+    GROOVE_DECAY_PER_S,
+    GROOVE_RAD_S,
+    SMOOTH,
+    TAP_DECAY_PER_S,
+    TAP_SPEED_PER_M_S,
+    StrokeConstants,
+    StrokeLaw,
+    SurfaceTable,
+)
 from remote_site.texture.texture_identification import TextureIdentification
 from remote_site.texture.texture_law import ln_roughness
 from remote_site.thermal.finger_thermal import FingerThermal
-from remote_site.thermal.rendered_material import rendered_constants
-from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalResult
+from remote_site.thermal.thermal_identification import ThermalKnowledge
+
+_EFFUSIVITY_UNKNOWN_LN_SD = TOUCH_RANGES["effusivity_ln_sd"][1]
+"""Standard deviation of ln effusivity that stands for an unknown effusivity."""
+_OBJECT_UNKNOWN_SD_K = 50.0
+"""Standard deviation that stands for an unknown temperature of the object, K."""
 
 
 class FingerIdentification:
     """Identification by one finger; step it in every tick.
 
     Attributes:
-        finger: number of the finger, 0..4.
+        row: the finger's row of the touch packet.
         contact: whether the finger touches an object.
+        thermal: identification of material and temperature.
+        surface: identification of stiffness and height.
+        period: distances of the grooves crossed in this contact.
+        roughness_v: last measured roughness, V.
+        texture_fault: fault of the texture sensor; None without a fault.
     """
 
     def __init__(
@@ -36,6 +52,7 @@ class FingerIdentification:
         knowledge: ThermalKnowledge,
         surfaces: SurfaceTable,
         hand: HandMotion,
+        events: TouchEvents,
     ) -> None:
         """Identify with the calibrated tables of sensors, materials and surfaces.
 
@@ -44,116 +61,107 @@ class FingerIdentification:
             knowledge: calibrated materials.
             surfaces: calibrated textures.
             hand: motion of the hand that has this finger; step it before the finger.
+            events: takes the finger's events; step it before the finger.
         """
-        self.finger = finger
+        self._finger = finger
+        self.row = NO_TOUCH
         self.contact = False
+        self.thermal = FingerThermal(finger, knowledge)
+        self.surface = SurfaceEstimate()
+        self.period = GroovePeriod()
+        self.roughness_v = 0.0
+        self.texture_fault: str | None = None
         self._surfaces = surfaces
         self._hand = hand
+        self._events = events
         self._exploration = ModeDetector(hand)
         self._texture = TextureIdentification(surfaces)
-        self._period = GroovePeriod()
-        self._surface = SurfaceEstimate()
-        self._heat = FingerThermal(knowledge)
         self._texture_s = -1.0
-        self._roughness_v = 0.0
         self._rough = False
         """Whether the roughness is that of the surface being touched."""
-        self._texture_fault: str | None = None
         self._strokes = StrokeLaw(surfaces)
         self._stroke = self._strokes.at(surfaces.surfaces[0].ln_roughness)
-        self._shown: ThermalResult | None = None
-        self._constants = (0.0, 0.0, 0.0)
-        """Conductivity, W/mK, density, kg/m3, and specific heat, J/kgK, to render: those of the last answer."""
 
     @property
-    def thermal(self) -> ThermalIdentification:
-        """Identification by this finger's thermal sensor alone. The caller runs its slow work with `work()`."""
-        return self._heat.thermal
+    def mode(self) -> ExplorationMode:
+        """The finger's exploration mode."""
+        return self._exploration.mode
 
     @property
-    def answer(self) -> ThermalResult:
-        """Estimate of the object's material and temperature."""
-        return self._heat.answer
-
-    def share(self, answer: ThermalResult | None) -> None:
-        """Take the joint answer of all fingers on its object, for the next step; None if it answers for itself."""
-        self._heat.share(answer)
-
-    @property
-    def period(self) -> GroovePeriod:
-        """Distances of the grooves crossed in this contact."""
-        return self._period
-
-    @property
-    def roughness_v(self) -> tuple[float, float] | None:
+    def roughness(self) -> tuple[float, float] | None:
         """Roughness of the touched surface and its standard deviation, V; None before a sufficiently long stroke."""
-        return (self._roughness_v, self._texture.roughness_sd_v) if self._rough else None
+        return (self.roughness_v, self._texture.roughness_sd_v) if self._rough else None
 
-    def step(self, sample: FingerSample) -> FingerTouch:
-        """Advance to `sample.t_s`."""
-        t_s, force_n = sample.t_s, sample.force_n
-        exploration, surface, speed_m_s = self._exploration, self._surface, self._hand.speed_m_s
+    def step(self, sensed: SensorFrame) -> None:
+        """Advance to `sensed.time_s`."""
+        finger, exploration = self._finger, self._exploration
+        t_s, force_n, z_m = sensed.time_s, sensed.force_n[finger], sensed.z_m[finger]
         stroked = exploration.mode is ExplorationMode.STROKING
-        mode = exploration.step(t_s, force_n, sample.z_m)
-        contact = self.contact = exploration.contact
-        surface.step(t_s, force_n, sample.x_m, sample.y_m, sample.z_m)
-        events: list[TouchEvent] = []
+        mode = exploration.step(t_s, force_n, z_m)
+        self.contact = exploration.contact
+        self.surface.step(t_s, force_n, sensed.x_m, sensed.y_m, z_m)
         if exploration.began:
-            events.append(TouchEvent("tap", exploration.approach_m_s))
-            self._period = GroovePeriod()
+            self._events.add(EventKind.TAP, finger, exploration.approach_m_s)
+            self.period = GroovePeriod()
             self._rough = False
         if stroked and mode is not ExplorationMode.STROKING:
-            self._period.interrupt()
-        if sample.texture_v:
-            self._texture_s = t_s
-            impulses = self._texture.take(t_s, sample.texture_v, force_n, speed_m_s, mode)
-            self._texture_fault = self._texture.fault
-            if mode is ExplorationMode.STROKING or self._texture_fault is not None:
-                events += self._take_texture(impulses, mode)
-        # Without fresh texture samples the surface is rendered as smooth.
-        measured = t_s - self._texture_s <= GAP_S and self._texture_fault is None
-        stroke = self._stroke if measured else SMOOTH
-        named = self._heat.step(sample, exploration)
-        answer = self._heat.answer
+            self.period.interrupt()
+        if counts := sensed.texture_counts[finger]:
+            self._take_texture(t_s, counts, force_n, mode)
+        named = self.thermal.step(sensed, exploration)
         if named is not None:
-            events.append(TouchEvent("material", answer.probability, named))
-        if answer is not self._shown:
-            self._shown, self._constants = answer, rendered_constants(answer)
-        conductivity, density, specific_heat = self._constants
-        return FingerTouch(
-            mode,
-            contact,
-            force_n,
-            surface.surface_z_m,
-            surface.stiffness_n_m,
-            surface.stiffness_ln_sd,
-            surface.damping_n_s_m,
-            surface.slope_x,
-            surface.slope_y,
-            stroke.k_stroke_v,
-            stroke.k_stroke_f,
-            conductivity,
-            density,
-            specific_heat,
-            answer,
-            self._heat.measuring,
-            self._heat.no_differences,
-            speed_m_s,
-            self._roughness_v,
-            tuple(events),
-            self._texture_fault,
-        )
+            self._events.add(EventKind.MATERIAL, finger, self.thermal.answer.probability, named)
+        # Without fresh texture samples the surface is rendered as smooth.
+        measured = t_s - self._texture_s <= GAP_S and self.texture_fault is None
+        self.row = self._touch(sensed, self._stroke if measured else SMOOTH)
 
-    def _take_texture(self, impulses: list[Impulse], mode: ExplorationMode) -> list[TouchEvent]:
-        """Take the result of one chunk of the texture signal; return its grooves."""
-        texture = self._texture
+    def _take_texture(self, t_s: float, counts: bytes, force_n: float, mode: ExplorationMode) -> None:
+        """Take one chunk of the texture signal."""
+        texture, stroking = self._texture, mode is ExplorationMode.STROKING
+        self._texture_s = t_s
+        impulses = texture.take(t_s, texture_v(counts), force_n, self._hand.speed_m_s, mode)
+        self.texture_fault = texture.fault
+        if not stroking and self.texture_fault is None:
+            return
         self._rough = texture.valid
-        if self._rough and mode is ExplorationMode.STROKING:
-            self._roughness_v = texture.roughness_v
-            self._stroke = self._strokes.at(ln_roughness(self._roughness_v))
+        if self._rough and stroking:
+            self.roughness_v = texture.roughness_v
+            self._stroke = self._strokes.at(ln_roughness(self.roughness_v))
         for impulse in impulses:
-            self._period.groove(impulse.place_m)
-        return [
-            TouchEvent("groove", self._surfaces.groove_rad_s(impulse.strength_v), time_s=impulse.time_s)
-            for impulse in impulses
-        ]
+            self.period.groove(impulse.place_m)
+            amplitude_rad_s = self._surfaces.groove_rad_s(impulse.strength_v)
+            self._events.add(EventKind.GROOVE, self._finger, amplitude_rad_s, time_s=impulse.time_s)
+
+    def _touch(self, sensed: SensorFrame, stroke: StrokeConstants) -> TouchRow:
+        """Return the finger's row; a free finger has no surface, so that none is rendered."""
+        contact, surface, answer = self.contact, self.surface, self.thermal.answer
+        conductivity, density, specific_heat = answer.constants
+        ln_sd = answer.effusivity_ln_sd if conductivity > 0.0 else None
+        return TouchRow(
+            mode=self._exploration.mode,
+            contact=contact,
+            contact_force_n=sensed.force_n[self._finger],
+            x_m=sensed.x_m,
+            y_m=sensed.y_m,
+            surface_z_m=surface.surface_z_m,
+            stiffness_n_m=surface.stiffness_n_m if contact else 0.0,
+            stiffness_ln_sd=surface.stiffness_ln_sd if contact else UNKNOWN_LN_SD,
+            damping_n_s_m=surface.damping_n_s_m if contact else 0.0,
+            slope_x=surface.slope_x if contact else 0.0,
+            slope_y=surface.slope_y if contact else 0.0,
+            k_tap=TAP_SPEED_PER_M_S,
+            b_tap_per_s=TAP_DECAY_PER_S,
+            k_stroke_v=stroke.k_stroke_v,
+            k_stroke_f=stroke.k_stroke_f,
+            groove_rad_s=GROOVE_RAD_S,
+            b_groove_per_s=GROOVE_DECAY_PER_S,
+            conductivity_w_mk=conductivity,
+            density_kg_m3=density,
+            specific_heat_j_kgk=specific_heat,
+            effusivity_ln_sd=_EFFUSIVITY_UNKNOWN_LN_SD if ln_sd is None else ln_sd,
+            object_c=0.0 if answer.object_c is None else answer.object_c,
+            object_c_sd=_OBJECT_UNKNOWN_SD_K if answer.object_c is None else answer.object_c_sd or 0.0,
+            probability=answer.probability,
+            thermal_status=answer.status,
+            thermal_reason=answer.reason if explains(answer.reason, answer.status) else ThermalReason.NONE,
+        )

@@ -47,10 +47,10 @@ def _summary(finger: FingerIdentification) -> TouchSummary:
     """Summarise one finger; values saturate at the limits of the packet."""
     if not finger.contact:
         return NOTHING
-    ranked = sorted(finger.answer.candidates.items(), key=lambda named: -named[1])
+    ranked = sorted(finger.thermal.answer.candidates.items(), key=lambda named: -named[1])
     summary = TouchSummary(tuple([(name, min(1.0, p)) for name, p in ranked[:MAX_CANDIDATES] if p >= UNLIKELY]))
-    if (roughness_v := finger.roughness_v) is not None:
-        value_v, sd_v = roughness_v
+    if (roughness := finger.roughness) is not None:
+        value_v, sd_v = roughness
         summary = summary._replace(roughness_v=min(value_v, ROUGHNESS_MAX_V), roughness_sd_v=min(sd_v, ROUGHNESS_MAX_V))
     if (period := finger.period.estimate()) is not None:
         groove_m, sd_m = period.period_m, period.period_sd_m

@@ -16,7 +16,7 @@ from remote_site.thermal.exponential_response import ExponentialFit, Exponential
 from remote_site.thermal.material_posterior import MaterialPosterior
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.solving_turns import NOTHING_DUE
-from remote_site.thermal.thermal_result import NO_CONTACT, ThermalConclusion, ThermalResult, undecided
+from remote_site.thermal.thermal_result import NO_CONTACT, NOT_RENDERED, ThermalConclusion, ThermalResult, undecided
 from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence
 from remote_site.thermal.touch_hypotheses import FOREIGN, Substances, TouchHypotheses, guesses, substances
 
@@ -259,7 +259,14 @@ class ThermalIdentification:
         status = self.answer.status if decided else ThermalStatus.UNIDENTIFIABLE
         self.answer = replace(self.answer, status=status, reason=self.answer.reason or reason)
         if not decided:  # half a course says little about the object's temperature
-            self.answer = replace(self.answer, object_c=None, object_c_sd=None, effusivity=None, effusivity_ln_sd=None)
+            self.answer = replace(
+                self.answer,
+                object_c=None,
+                object_c_sd=None,
+                effusivity=None,
+                effusivity_ln_sd=None,
+                constants=NOT_RENDERED,
+            )
 
     def again(self, found: ThermalResult) -> None:
         """Touch where the last touch was, which has warmed the spot: what was found holds, nothing new can be found."""

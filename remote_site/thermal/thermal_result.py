@@ -1,55 +1,67 @@
-"""What is said about a touch's material, posterior after posterior: statuses with a meaning, names that stick."""
+"""Concludes from posteriors the status of a touch, its named material, and the constants to render."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from common.scenes.materials import ALIASES, materials
 from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.material_posterior import Posterior
 
 CAUTION = 25.0
-"""To name a stranger does so many times the harm of leaving a material unnamed. What is stated stays the posterior;
-what is named, and kept, follows from a posterior in which strangers weigh so much more."""
+"""Harm of naming a foreign material, relative to that of leaving a material unnamed.
+
+The reported probabilities are those of the posterior. The named material follows from a cautious posterior, in which
+foreign materials weigh CAUTION times as much.
+"""
 SURE = 0.98
-"""Cautious posterior from which a material is named, held for HELD_S."""
+"""Minimum cautious posterior of a material to be named, during HELD_S."""
 KEEP = 0.50
-"""A named material stays named down to this cautious posterior."""
+"""Minimum cautious posterior of a named material to stay named."""
 FOREIGN = 0.50
-"""Posterior from which an object is of no calibrated material."""
+"""Posterior of foreign materials above which the object is of no calibrated material."""
 HELD_S = 0.20
-"""A conclusion has to stand for so long, s: one that is reached while the contact still settles passes."""
+"""Minimum duration of a conclusion before it is reported, s; a settling contact causes shorter ones."""
 EARLIEST_S = 0.20
-"""Nothing is named before this, s after contact."""
+"""Earliest time after contact at which a material is named, s."""
 LATEST_S = 7.0
-"""From here an undecided touch is ambiguous, s."""
+"""Time after contact from which an undecided touch is ambiguous, s."""
 GIVEN_UP_S = 1.0
-"""That there is no difference, or that nothing fits, is not said before this, s."""
+"""Earliest time after contact at which a missing difference or a misfit is reported, s."""
 MISFIT = 2.0
-"""Mean square of the prediction errors over their variance beyond which not even the best guess fits."""
+"""Mean square of the prediction errors over their variance above which not even the best hypothesis fits."""
 SET = 0.95
-"""Candidates are the smallest set of materials that holds this much of the probability."""
+"""Probability of the smallest set of materials that is reported as candidates."""
+VAGUE_LN_SD = 0.7
+"""Largest standard deviation of ln effusivity that is rendered (a factor of two)."""
+Constants = tuple[float, float, float]
+"""Conductivity, W/mK, density, kg/m3, and specific heat, J/kgK."""
+NOT_RENDERED: Constants = (0.0, 0.0, 0.0)
+"""Constants of an object that is not rendered."""
+_RENDERED = (ThermalStatus.DECIDING, ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 
 
 @dataclass(frozen=True, slots=True)
 class ThermalResult:
-    """What is known about a touch at one time.
+    """Estimates of a touch at one time.
 
     Attributes:
         status: see `ThermalStatus`.
-        material: name, set where the status is `identified`.
+        material: name of the material; None unless the status is `identified`.
         best: likeliest calibrated material; None before any contact.
-        probability: its probability, 0..1.
-        candidates: smallest set of materials that holds 95 % of the calibrated ones' probability, likeliest first.
-        object_c: object temperature, C; None where nothing is known.
-        object_c_sd: its standard deviation, K.
-        effusivity: of the object, J/(m2 K s^0.5); None where nothing is known.
-        effusivity_ln_sd: standard deviation of its logarithm.
+        probability: probability of `best`, 0..1.
+        candidates: smallest set of materials with 95 % of the calibrated materials' probability, likeliest first.
+        object_c: temperature of the object, C; None if unknown.
+        object_c_sd: standard deviation of the temperature, K.
+        effusivity: effusivity of the object, J/(m2 K s^0.5); None if unknown.
+        effusivity_ln_sd: standard deviation of ln effusivity.
+        constants: constants to render.
         rate_per_s: rate 1/tau of Eq. 11, 1/s.
-        exponential_object_c: Eq. 11's steady-state temperature, C.
-        exponential_material: material whose calibrated rate explains it best: the paper's method.
-        reason: why a touch is unidentifiable, unknown or ambiguous with one candidate, how it ended, or that
-            the answer is older than the touch.
+        exponential_object_c: steady-state temperature of Eq. 11, C.
+        exponential_material: material whose calibrated rate explains `rate_per_s` best, the paper's method.
+        reason: reason of an unidentifiable or unknown touch, or of an ambiguous one with one candidate; or how the
+            touch ended, or that the answer is older than the touch.
     """
 
     status: ThermalStatus
@@ -61,6 +73,7 @@ class ThermalResult:
     object_c_sd: float | None = None
     effusivity: float | None = None
     effusivity_ln_sd: float | None = None
+    constants: Constants = NOT_RENDERED
     rate_per_s: float | None = None
     exponential_object_c: float | None = None
     exponential_material: str | None = None
@@ -71,7 +84,7 @@ NO_CONTACT = ThermalResult(ThermalStatus.NO_CONTACT)
 
 
 def undecided(prior: Mapping[str, float]) -> ThermalResult:
-    """The answer before the first reading, from each material's prior probability."""
+    """Return the answer before the first reading, from each material's prior probability."""
     best = max(prior, key=prior.__getitem__)
     return ThermalResult(ThermalStatus.DECIDING, best=best, probability=prior[best], candidates=dict(prior))
 
@@ -90,7 +103,12 @@ class ThermalConclusion:
         self._held_since_s = 0.0
 
     def step(self, posterior: Posterior, since_s: float) -> ThermalResult:
-        """The answer `since_s` seconds after contact."""
+        """Return the answer `since_s` seconds after contact."""
+        answer = self._held(posterior, since_s)
+        return replace(answer, constants=rendered_constants(answer))
+
+    def _held(self, posterior: Posterior, since_s: float) -> ThermalResult:
+        """Return a conclusion that has lasted for HELD_S; until then, the touch is undecided or keeps its name."""
         seen = self._conclude(posterior, since_s)
         if (seen.status, seen.best) != self._seen:
             self._seen, self._held_since_s = (seen.status, seen.best), since_s
@@ -105,7 +123,7 @@ class ThermalConclusion:
         return seen
 
     def _conclude(self, posterior: Posterior, since_s: float) -> ThermalResult:
-        """What one posterior says by itself."""
+        """Return the conclusion from one posterior alone."""
         calibrated = max(1.0 - posterior.foreign, 1e-12)
         order = np.argsort(-posterior.probability)
         candidates: dict[str, float] = {}
@@ -141,9 +159,37 @@ class ThermalConclusion:
 
 
 def _doubt(posterior: Posterior) -> float:
-    """What probabilities have to be divided by where strangers weigh CAUTION times as much."""
+    """Return the divisor of a cautious posterior, in which foreign materials weigh CAUTION times as much."""
     return 1.0 + (CAUTION - 1.0) * posterior.foreign
 
 
 def _waiting(since_s: float) -> ThermalStatus:
     return ThermalStatus.AMBIGUOUS if since_s >= LATEST_S - 1e-9 else ThermalStatus.DECIDING
+
+
+def rendered_constants(answer: ThermalResult) -> Constants:
+    """Return the constants to render.
+
+    An identified material has its own constants. Before that, the constants are the mean (in logarithms) over the
+    likely materials, scaled to the effusivity of the running estimate. The finger therefore feels something from the
+    first moment, and no jump when the material is identified.
+    """
+    if answer.status not in _RENDERED or answer.effusivity is None or answer.effusivity_ln_sd is None:
+        return NOT_RENDERED
+    if answer.material is not None:
+        return _constants_of(answer.material) or NOT_RENDERED
+    if answer.effusivity_ln_sd > VAGUE_LN_SD:
+        return NOT_RENDERED
+    known = {name: found for name in answer.candidates if (found := _constants_of(name)) is not None}
+    if not known:
+        return NOT_RENDERED
+    weights = [max(answer.candidates[name], 1e-6) for name in known]
+    conductivity, density, heat = np.exp(np.average(np.log(list(known.values())), axis=0, weights=weights))
+    wanted = answer.effusivity / float(np.sqrt(conductivity * density * heat))
+    return float(conductivity) * wanted, float(density), float(heat) * wanted
+
+
+def _constants_of(name: str) -> Constants | None:
+    """Return the constants of a calibrated material by its name; None if no scene knows it."""
+    entry = materials().get(ALIASES.get(name, name))
+    return None if entry is None else (entry.conductivity_w_mk, entry.density_kg_m3, entry.specific_heat_j_kgk)

@@ -42,7 +42,7 @@ def identification_rows(seed: int) -> list[dict[str, Any]]:
 
 
 def _row(hand: RemoteFingers) -> dict[str, Any]:
-    answer = hand.touch.thermal
+    answer = hand.touch.thermal.answer
     rate_per_s = answer.rate_per_s
     return {
         "sensor_c": hand.plate_c,

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from common.wire.messages import Event, EventKind
 from operator_site.vibration.groove_timing import GrooveTiming
 from operator_site.vibration.vibration import PlayedEvents
-from remote_site.devices.hand_path import HandPath, HandPlace
+from remote_site.devices.sensor_frame import HandPlace
+from remote_site.identification.touch_events import HandPath
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress

@@ -64,10 +64,11 @@ class RemoteReplay:
             for event in happened
         ]
         for finger, touch in self._perception.touches.items():
-            said = touch.thermal.status, touch.thermal.best
+            answer = touch.thermal.answer
+            said = answer.status, answer.best
             if said != self._answered.get(finger):
                 self._answered[finger] = said
-                lines.append({"time_s": time_s, "finger": FINGERS[finger], **_answer(touch.thermal)})
+                lines.append({"time_s": time_s, "finger": FINGERS[finger], **_answer(answer)})
         return lines
 
     def touch(self, time_s: float, recorded: bytes) -> bytes:

@@ -10,8 +10,7 @@ from common.timing.standstill import HostClock
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from remote_site.devices.devices import RemoteDevices
-from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import SensorFrame
+from remote_site.devices.sensor_frame import HandPlace, SensorFrame
 from teletaction.testbed.memory_wiring import MemoryWiring
 
 T = TypeVar("T")

@@ -13,10 +13,9 @@ from common.fingers import FINGERS
 from common.scenes.scene import Scene
 from common.wire.messages import Touch
 from common.wire.packets import LinkState
-from remote_site.devices.sensor_frame import SensorFrame
-from remote_site.devices.thermal_sensor import PlateReading
+from remote_site.devices.sensor_frame import PlateReading, SensorFrame
 from remote_site.heating import Heating
-from remote_site.identification.finger_touch import FingerTouch
+from remote_site.identification.finger_identification import FingerIdentification
 from remote_site.identification.perception import Perception
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
@@ -51,13 +50,13 @@ class RemoteFingers:
         self._ticks = 0
 
     @property
-    def touches(self) -> Mapping[int, FingerTouch]:
-        """Touch of each finger now, as identified by the remote site."""
+    def touches(self) -> Mapping[int, FingerIdentification]:
+        """Identification of each finger by the remote site."""
         return self._perception.touches
 
     @property
-    def touch(self) -> FingerTouch:
-        """Touch of the index finger now, as identified by the remote site."""
+    def touch(self) -> FingerIdentification:
+        """Identification of the index finger by the remote site."""
         return self._perception.touches[INDEX]
 
     def step(self, x_m: float, z_m: float) -> bytes:

@@ -11,7 +11,7 @@ from common.fingers import FINGERS
 from common.limits import SENSOR_PLATE_C
 from common.safety.repeated_fault import TEST_EVERY_S
 from common.wire.packets import N
-from remote_site.devices.thermometer_check import ThermometerCheck
+from remote_site.devices.thermal_sensor import ThermometerCheck
 from remote_site.safety.heater_limits import TEST_DRIVE
 from remote_site.safety.limit_flags import Limit
 from remote_site.safety.patient_gate import PatientGate

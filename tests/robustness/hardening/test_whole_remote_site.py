@@ -25,10 +25,8 @@ from common.wire.messages import MOTION_BLOCK, Motion, Touch
 from common.wire.packets import BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
 from remote_site.devices.devices import RemoteDevices
-from remote_site.devices.hand_path import HandPlace
-from remote_site.devices.sensor_frame import SensorFrame
+from remote_site.devices.sensor_frame import HandPlace, PlateReading, SensorFrame
 from remote_site.devices.telemanipulator import Measured
-from remote_site.devices.thermal_sensor import PlateReading
 from remote_site.safety.gated_command import GatedCommand
 from remote_site.safety.patient_gate import PLANE_RANGE_M
 from remote_site.session.local_control import answer_desk

@@ -7,7 +7,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
-from remote_site.identification.finger_touch import FingerTouch
+from remote_site.thermal.thermal_result import ThermalResult
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S
 
@@ -28,12 +28,20 @@ class Landing:
 
 
 @dataclass(frozen=True)
+class Touched:
+    """Whether one finger is in contact, and the answer for its object."""
+
+    contact: bool
+    thermal: ThermalResult
+
+
+@dataclass(frozen=True)
 class Felt:
     """All fingers at one moment; `landing` counts from 0, and `drive` is of the heaters (5,), -1..1."""
 
     time_s: float
     landing: int
-    touches: dict[int, FingerTouch]
+    touches: dict[int, Touched]
     drive: tuple[float, ...]
 
 
@@ -48,7 +56,8 @@ def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[s
             moved = min((tick + 1) * TICK_S / LOWER_S, 1.0)
             eased = moved**3 * (10.0 - 15.0 * moved + 6.0 * moved * moved)
             hand.move(x_m, 0.0, np.full(len(FINGERS), from_m + eased * (to_m - from_m)))
-            felt.append(Felt(hand.world.time_s, landing, dict(hand.touches), tuple(hand.drive.tolist())))
+            touches = {number: Touched(touch.contact, touch.thermal.answer) for number, touch in hand.touches.items()}
+            felt.append(Felt(hand.world.time_s, landing, touches, tuple(hand.drive.tolist())))
 
     pass_time(WARM_UP_S, low_x_m + IN_M, UP_M, UP_M, -1)
     for number, landing in enumerate(landings):

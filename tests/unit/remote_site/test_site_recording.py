@@ -1,7 +1,5 @@
 """Recordings of the remote site: of what it sensed, and of a finger's identification."""
 
-from dataclasses import replace
-
 import msgpack
 import pytest
 
@@ -33,10 +31,11 @@ def test_a_stiffness_that_is_not_yet_known_is_recorded_as_none(ln_sd: float, rec
     identified = perception(["index"])
     identified.step(SENSED)
     identified.work()
-    touch = replace(identified.touches[1], stiffness_n_m=850.0, stiffness_ln_sd=ln_sd)
+    surface = identified.touches[1].surface
+    surface.stiffness_n_m, surface.stiffness_ln_sd = 850.0, ln_sd
     kept = Kept()
     recording = SiteRecording(kept)  # type: ignore[arg-type]
-    recording.tick(1, None, SENSED, None, (), COMMAND, {1: touch})
+    recording.tick(1, None, SENSED, None, (), COMMAND, identified.touches)
     assert msgpack.unpackb(kept.written["remote/thermal"])[-1] == recorded
     assert "stiffness_n_m or null" in str(SCHEMAS["remote/thermal"]["description"])
 

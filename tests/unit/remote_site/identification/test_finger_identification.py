@@ -1,18 +1,22 @@
 """One finger from approach to lift: modes, events and thermal answer."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from common.exploration.hand_motion import HandMotion
-from common.wire.messages import ExplorationMode, ThermalReason, ThermalStatus
-from remote_site.finger_sample import FingerSample
+from common.fingers import FINGERS
+from common.wire.messages import Event, EventKind, ExplorationMode, ThermalReason, ThermalStatus, TouchRow
+from remote_site.devices.sensor_frame import PlateReading, SensorFrame
+from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
 from remote_site.identification.finger_identification import FingerIdentification
-from remote_site.identification.finger_touch import FingerTouch
 from remote_site.identification.perception import FOREIGN_SHARE
+from remote_site.identification.touch_events import TouchEvents
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.thermal.thermal_identification import ThermalKnowledge
+from remote_site.thermal.thermal_result import ThermalResult
 from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
 from tests.unit.remote_site.made_touches import SENSOR as MADE_SENSOR
 from tests.unit.remote_site.shipped_tables import SURFACES
@@ -20,6 +24,19 @@ from tests.unit.remote_site.shipped_tables import SURFACES
 NAMES = {"aluminium": "metal", "ceramic_tile": "stone", "pvc": "plastic"}
 """Materials whose constants can be rendered, and the made-up ones that they are here."""
 CONTACT_S, PRESS_N = 0.5, pressed()
+FINGER, COUNT = 1, len(FINGERS)
+
+
+@dataclass(frozen=True)
+class Touched:
+    """Result of one tick."""
+
+    row: TouchRow
+    contact: bool
+    thermal: ThermalResult
+    measuring: bool
+    no_differences: int
+    events: list[Event]
 
 
 @pytest.fixture(scope="module")
@@ -36,32 +53,35 @@ def explore(
     seconds: float = 4.5,
     fault: ThermalReason = ThermalReason.NONE,
     lift_s: float = 4.2,
-) -> list[FingerTouch]:
-    hand = HandMotion()
-    finger = FingerIdentification(1, knowledge, SURFACES, hand)
+) -> list[Touched]:
+    hand, events = HandMotion(), TouchEvents()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
     rng = np.random.default_rng(0)
     touches = []
     for k in range(round(500 * seconds)):
         t = 0.002 * k
         touching = CONTACT_S <= t < lift_s
         x = 0.05 * max(0.0, t - stroke_from)
-        hand.step(t, x, 0.0)
-        touches.append(
-            finger.step(
-                FingerSample(
-                    t,
-                    float(PRESS_N(np.array(t - CONTACT_S))) if touching else 0.0,
-                    x,
-                    0.0,
-                    -3e-4 if touching else 0.02 * max(0.5 - t, 0.0),
-                    (0.012 * rng.normal(size=10)).tolist() if k % 5 < 2 else None,
-                    sensor(t) if k % 5 == 0 else None,
-                    AMBIENT_C if k % 5 == 0 else None,
-                    fault if t > 2.0 else ThermalReason.NONE,
-                )
-            )
+        noise = (0.012 * rng.normal(size=10) / VOLTS_PER_COUNT).round().astype("<i2")
+        reading = PlateReading(sensor(t), AMBIENT_C, (fault if t > 2.0 else ThermalReason.NONE).code, 2000 * k, 0)
+        sensed = SensorFrame(
+            t,
+            x,
+            0.0,
+            (-3e-4 if touching else 0.02 * max(0.5 - t, 0.0),) * COUNT,
+            (float(PRESS_N(np.array(t - CONTACT_S))) if touching else 0.0,) * COUNT,
+            (noise.tobytes() if k % 5 < 2 else None,) * COUNT,
+            (reading if k % 5 == 0 else None,) * COUNT,
+            None,
         )
-        finger.thermal.work()
+        hand.step(t, x, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+        thermal = finger.thermal
+        touches.append(
+            Touched(finger.row, finger.contact, thermal.answer, thermal.measuring, thermal.no_differences, events.new)
+        )
+        thermal.own.work()
     return touches
 
 
@@ -77,9 +97,9 @@ def warm(preheat_k: float = OFFSETS_K[0]) -> Callable[[float], float]:
     return lambda t: float(measured(np.array([AMBIENT_C + preheat_k]), MADE_SENSOR, rng)[0])
 
 
-def test_a_tap_is_told_once_with_its_speed(knowledge: ThermalKnowledge) -> None:
+def test_a_tap_is_an_event_with_its_speed(knowledge: ThermalKnowledge) -> None:
     touches = explore(knowledge, warm(), seconds=1.5)
-    taps = [event for touch in touches for event in touch.events if event.kind == "tap"]
+    taps = [event for touch in touches for event in touch.events if event.kind is EventKind.TAP]
     assert [event.value for event in taps] == pytest.approx([0.02], abs=0.005)
 
 
@@ -97,7 +117,7 @@ def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: Ther
     touches = explore(knowledge, warm(preheat_k))
     answer = touches[2000].thermal
     assert (answer.status, answer.reason) == (ThermalStatus.UNIDENTIFIABLE, ThermalReason.NO_DIFFERENCE)
-    assert touches[2000].conductivity_w_mk == 0.0
+    assert touches[2000].row.conductivity_w_mk == 0.0
     assert touches[-1].no_differences == 1
     assert touches[-1].thermal.status is ThermalStatus.NO_CONTACT
 
@@ -110,7 +130,7 @@ def test_a_plate_that_reads_always_the_same_is_a_fault_and_asks_for_nothing(know
 
 def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
     touches = explore(knowledge, on("plastic"), stroke_from=0.65)
-    assert touches[2000].mode is ExplorationMode.STROKING
+    assert touches[2000].row.mode is ExplorationMode.STROKING
     assert touches[2000].thermal.reason is ThermalReason.STROKED
 
 
@@ -126,16 +146,18 @@ def test_something_is_felt_before_the_material_is_named_and_its_own_constants_af
     touches = explore(rendered_knowledge, on(NAMES[name]), seconds=6.5, lift_s=6.2)
     named = [touch for touch in touches if touch.thermal.material is not None]
     assert {touch.thermal.material for touch in named} == {name}
-    materials = [event for touch in touches for event in touch.events if event.kind == "material"]
+    materials = [event for touch in touches for event in touch.events if event.kind is EventKind.MATERIAL]
     assert [event.name for event in materials] == [name]
 
-    def effusivity(touch: FingerTouch) -> float:
-        return float(np.sqrt(touch.conductivity_w_mk * touch.density_kg_m3 * touch.specific_heat_j_kgk))
+    def constants(touch: Touched) -> tuple[float, float, float]:
+        return touch.row.conductivity_w_mk, touch.row.density_kg_m3, touch.row.specific_heat_j_kgk
+
+    def effusivity(touch: Touched) -> float:
+        return float(np.sqrt(np.prod(constants(touch))))
 
     before = touches[round(500 * (CONTACT_S + 0.5))]
     assert before.thermal.effusivity is not None
     assert effusivity(before) > 0.0
     if before.thermal.material is None:
         assert effusivity(before) == pytest.approx(before.thermal.effusivity, rel=1e-6)
-    constants = {(touch.conductivity_w_mk, touch.density_kg_m3, touch.specific_heat_j_kgk) for touch in named}
-    assert len(constants) == 1
+    assert len({constants(touch) for touch in named}) == 1

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from common.wire.messages import ThermalReason
-from remote_site.devices.thermometer_check import ThermometerCheck
 from remote_site.thermal.exponential_response import ExponentialResponse
 
 
@@ -36,16 +34,3 @@ def test_nothing_is_said_without_readings_or_change():
     for k in range(200):
         still.add(0.01 * k, 30.0)
     assert still.fit() is None
-
-
-def test_implausible_sensors_are_named():
-    def last(counts, drive=0.0):
-        check = ThermometerCheck()
-        return [check.step(0.01 * k, n, drive) for k, n in enumerate(counts)][-1]
-
-    assert last([2000, 2001]) is ThermalReason.NONE
-    assert last([0]) is ThermalReason.SENSOR_SHORTED
-    assert last([4095]) is ThermalReason.SENSOR_OPEN
-    assert last([2000, 2200]) is ThermalReason.SENSOR_JUMPS
-    assert last([2000] * 150, drive=1.0) is ThermalReason.SENSOR_FROZEN
-    assert last([2000] * 150) is ThermalReason.NONE

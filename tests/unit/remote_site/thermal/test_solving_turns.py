@@ -6,8 +6,7 @@ from itertools import pairwise
 import pytest
 
 from common.fingers import FINGERS
-from remote_site.devices.sensor_frame import SensorFrame
-from remote_site.devices.thermal_sensor import PlateReading
+from remote_site.devices.sensor_frame import PlateReading, SensorFrame
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.thermal.shared_object import SharedObject
 from remote_site.thermal.solving_turns import LATE, NOTHING_DUE, POSTPONED_S, SolvingTurns

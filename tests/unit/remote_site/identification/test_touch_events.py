@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remote_site.devices.hand_path import KEPT_S, MOST, NEAR_M, HandPath, HandPlace
+from remote_site.devices.sensor_frame import HandPlace
+from remote_site.identification.touch_events import KEPT_S, MOST, NEAR_M, HandPath
 
 MS = 1_000_000
 START_NS = 5_000_000_000

@@ -1,15 +1,17 @@
-"""Recent path of the operator's hand with source times, to find when the hand was at a place.
+"""Numbers and dates the events of all fingers: taps, grooves and materials.
 
 A groove belongs to the moment at which the operator's hand was over it. The telemanipulator arrives later, by the
 delay and jitter of the network and by its own lag. The place alone gives that moment, whatever these delays are.
 """
 
-from typing import NamedTuple
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.recording.recorded_row import Whole
+from common.exploration.sample_window import SampleWindow
+from common.wire.messages import EVENT_MAX, MAX_EVENTS, Event, EventKind
+from remote_site.devices.sensor_frame import HandPlace, SensorFrame
 
 Floats = NDArray[np.float64]
 
@@ -19,18 +21,76 @@ MOST = 1024
 """Maximum number of places kept; the fastest loop takes fewer in KEPT_S. It holds for any times that a peer states."""
 NEAR_M = 0.5e-3
 """Maximum distance at which the path counts as passing a place, m; the telemanipulator cuts corners."""
+HISTORY_S = 0.25
+"""Time for which every packet repeats an event, s; any later packet repairs a loss."""
+FOUND_S = 0.1
+"""Maximum delay between a groove and its detection, s; a stroke of 7 mm/s detects it 0.6 mm behind it."""
 
 
-class HandPlace(NamedTuple):
-    """The hand in a motion packet: source time on the operator's clock, ns, and place, m."""
+class TouchEvents:
+    """Events of all fingers; step it before them in each tick.
 
-    time_ns: Whole
-    x_m: float
-    y_m: float
+    Attributes:
+        new: events since the last step.
+        recent: events of the last HISTORY_S, at most MAX_EVENTS, oldest first.
+    """
+
+    def __init__(self) -> None:
+        """Begin with the number 1."""
+        self._count = 0
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget all places and events; numbers continue, so that no event repeats an earlier number."""
+        self.new: list[Event] = []
+        self.recent: deque[Event] = deque(maxlen=MAX_EVENTS)
+        self._hand = HandPath()
+        self._places = SampleWindow(FOUND_S)
+        self._now = (0.0, 0.0, 0.0)
+
+    def step(self, sensed: SensorFrame) -> None:
+        """Take the places of the telemanipulator and of the operator's hand in this tick."""
+        self.new = []
+        self._now = sensed.time_s, sensed.x_m, sensed.y_m
+        self._hand.step(sensed.hand)
+        self._places.take(*self._now)
+        while self.recent and sensed.time_s - self.recent[0].time_ns * 1e-9 > HISTORY_S:
+            self.recent.popleft()
+
+    def add(self, kind: EventKind, finger: int, value: float, name: str = "", time_s: float | None = None) -> None:
+        """Add an event of a finger.
+
+        Args:
+            kind: kind of the event.
+            finger: number of the finger, 0..4.
+            value: approach speed, m/s, amplitude, rad/s, or probability, as in `Event`; limited to 0..EVENT_MAX.
+            name: name of a material.
+            time_s: time of the event, s; None for this tick.
+        """
+        self._count += 1
+        event = Event(
+            self._count,
+            kind,
+            finger,
+            round((self._now[0] if time_s is None else time_s) * 1e9),
+            0 if kind is EventKind.MATERIAL else self._hand_ns(time_s),
+            min(max(float(value), 0.0), EVENT_MAX),
+            name,
+        )
+        self.new.append(event)
+        self.recent.append(event)
+
+    def _hand_ns(self, time_s: float | None) -> int:
+        """Return when the operator's hand was at the fingers' place at a time, None for this tick, ns."""
+        _, x_m, y_m = self._now
+        if time_s is not None:
+            times_s, xs_m, ys_m = self._places.tracks
+            x_m, y_m = float(np.interp(time_s, times_s, xs_m)), float(np.interp(time_s, times_s, ys_m))
+        return self._hand.when_ns(x_m, y_m)
 
 
 class HandPath:
-    """Path of the last KEPT_S, with at most MOST places."""
+    """Path of the operator's hand in the last KEPT_S, with at most MOST places."""
 
     def __init__(self) -> None:
         self._rows: Floats = np.empty((2 * MOST, 3))
