@@ -6,7 +6,6 @@ the devices.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from operator import attrgetter
 
 from common.config import VibrationScale
@@ -15,17 +14,16 @@ from common.limits import COMFORT, GAP_S, PlateRange
 from common.scenes.materials import materials
 from common.wire.messages import NO_TOUCH, Event, EventKind, TouchRow
 from operator_site.force.passive_contact import PassiveContact
-from operator_site.safety.gated_output import SKIN_NEUTRAL_C
+from operator_site.safety.gated_output import Outputs
 from operator_site.safety.limit_flags import Limit
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.contact_prediction import LEAD_S, ContactPrediction, contact_c, contact_in_s
 from operator_site.thermal.model_selection import RUNGS
-from operator_site.thermal.plate_controller import PlateController
-from operator_site.thermal.plate_setpoint import PlateSetpoint
+from operator_site.thermal.plates import PlateController, PlateSetpoint
 from operator_site.thermal.scene_skin import SceneSkin, SkinState, prepare, touched_object
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
 from operator_site.thermal.tissue import Body
-from operator_site.vibration.groove_timing import GrooveTiming
+from operator_site.vibration.grooves import GrooveTiming
 from operator_site.vibration.vibration import FingerVibration, PlayedEvents, Surface
 
 NEAR_SURFACE_M = 0.3e-3
@@ -45,24 +43,6 @@ _vibration = attrgetter("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_g
 _thermal = attrgetter("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")
 
 _STIFFNESS_LIMIT = Limit.STIFFNESS.value
-
-
-@dataclass(slots=True)
-class Requested:
-    """Requests of the renderer to the devices for five fingers; input of the gate."""
-
-    force_n: list[float]
-    motor_rpm: list[float]
-    plate_set_c: list[float]
-    peltier_drive: list[float]
-    limited: list[int]
-    """`Limit` bits of each finger whose plate or exoskeleton cannot display the model's output."""
-
-    @classmethod
-    def neutral(cls) -> "Requested":
-        """Return requests of no force, no vibration and no drive for all fingers."""
-        n = len(FINGERS)
-        return cls([0.0] * n, [0.0] * n, [SKIN_NEUTRAL_C] * n, [0.0] * n, [0] * n)
 
 
 class Fingertips:
@@ -140,8 +120,8 @@ class Fingertips:
         pushed_n: Sequence[float],
         plate_c: Sequence[float],
         plate_age_s: Sequence[float],
-    ) -> Requested:
-        """Return the requests of this tick.
+    ) -> Outputs:
+        """Return the requests of this tick; `limited` marks what plates and exoskeleton cannot display.
 
         Args:
             t_s: time on a steady clock, s.
@@ -207,7 +187,7 @@ class Fingertips:
         for finger, contact in enumerate(self._contacts):
             if contact.capped:
                 limited[finger] |= _STIFFNESS_LIMIT
-        return Requested(force, rpm, set_c, list(self._drive), limited)
+        return Outputs(force, rpm, set_c, list(self._drive), limited)
 
     def _plates(
         self,

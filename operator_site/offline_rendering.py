@@ -9,7 +9,7 @@ from pathlib import Path
 from common.limits import COMFORT, PlateRange
 from common.wire.messages import Event
 from operator_site.thermal.model_selection import choose
-from operator_site.thermal.plate_setpoint import PlateSetpoint
+from operator_site.thermal.plates import PlateSetpoint
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
 from operator_site.thermal.tissue import BLOOD_DENSITY_KG_M3, BLOOD_SPECIFIC_HEAT_J_KGK, LAYERS, Body, rest

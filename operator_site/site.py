@@ -34,7 +34,7 @@ from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from operator_site.gated_rendering import GatedRendering
 from operator_site.rendering_input import RenderingInput
-from operator_site.safety.gated_output import GatedOutput
+from operator_site.safety.gated_output import GatedOutput, released
 from operator_site.safety.limit_flags import limit_names
 from operator_site.session.admission import Admission
 from operator_site.session.console_feed import ConsoleFeed, ConsoleFeedSocket
@@ -155,7 +155,7 @@ class OperatorSite:
                 return given, self.rendering.step(given)
             self._gate_raised_s = now_s
             fault = contained(self.contain.latest["gate"])
-        return None, GatedOutput.neutral(fault)
+        return None, released(fault)
 
     def figures(self) -> dict[str, object]:
         """What the status file tells."""

@@ -20,7 +20,7 @@ from common.timing.standstill import HostClock
 from common.timing.timeouts import COMMAND_REFRESH_S
 from operator_site.devices.hot_side import HotSide
 from operator_site.devices.ntc import PlateSensor
-from operator_site.vibration.motor_drive import OFF, MotorDrive
+from operator_site.vibration.motor_drive import MotorDrive
 
 _LEAST_INTERVAL_S = 0.004
 """Rate budget of a module: 250 commands a second; switching the motor on or off never waits."""
@@ -59,7 +59,7 @@ class TactTip:
         self._motor_drive = MotorDrive()
         self._turning = False
         self._witness = DeviceClock(self.line, clock)
-        self._sent = (OFF, 0)
+        self._sent = TactTipCommand(0, 0)
         self._sent_s = _NEVER
 
     def read(self, t_s: float) -> None:
@@ -128,13 +128,11 @@ class TactTip:
         if not self.may_send(t_s, motor_rpm):
             return
         since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) is not self._turning
-        motor = self._motor_drive.step(t_s, motor_rpm)
-        wanted = motor, round(peltier_drive * DRIVE_FULL)
-        if wanted == self._sent and not switches and 0.0 <= since_s < COMMAND_REFRESH_S:
+        command = self._motor_drive.step(t_s, motor_rpm, round(peltier_drive * DRIVE_FULL))
+        if command == self._sent and not switches and 0.0 <= since_s < COMMAND_REFRESH_S:
             return
-        command = TactTipCommand(motor.hold_mv, wanted[1], *motor[1:])
         self.line.send(MessageId.TACTTIP_COMMAND, command.encode())
-        self._sent, self._sent_s, self._turning = wanted, t_s, motor_rpm > 0.0
+        self._sent, self._sent_s, self._turning = command, t_s, motor_rpm > 0.0
         self._motor.commanded(t_s, command.motor_mv)
         if command.pulse_us:
             self._motor.commanded(t_s, command.pulse_mv)

@@ -24,7 +24,7 @@ from common.safety.repeated_fault import RepeatedFault
 from common.safety.thermal_dose import ThermalDose
 from common.timing.timeouts import TICK_AGE_S
 from operator_site.safety.force_limits import ForceLimits
-from operator_site.safety.gated_output import SKIN_NEUTRAL_C, GatedOutput
+from operator_site.safety.gated_output import SKIN_NEUTRAL_C, GatedOutput, Outputs
 from operator_site.safety.limit_flags import RATE_ROUNDING_K, Limit
 from operator_site.safety.plate_following import CHECK_S, PlateFollowing
 from operator_site.safety.sampled_wall import SampledWall
@@ -133,11 +133,8 @@ class OperatorGate:
         t_s: float,
         engaged: bool,
         last_input_age_s: float,
+        wanted: Outputs,
         *,
-        force_n: Sequence[float],
-        motor_rpm: Sequence[float],
-        plate_set_c: Sequence[float],
-        peltier_drive: Sequence[float],
         plate_measured_c: Sequence[float],
         measurement_age_s: Sequence[float],
         z_m: Sequence[float],
@@ -148,18 +145,15 @@ class OperatorGate:
         Args:
             t_s: time on a steady clock, s.
             engaged: whether both sites agree that outputs may act.
-            last_input_age_s: since the last accepted input from which the requests follow, s.
-            force_n: wanted force on each finger, N.
-            motor_rpm: wanted motor speed, rpm.
-            plate_set_c: wanted plate set-point, C.
-            peltier_drive: wanted Peltier drive, -1..1, positive heats.
-            plate_measured_c: last reading of each plate, C; NaN where the sensor is not to be believed.
-            measurement_age_s: age of each reading, s; infinite where there never was one.
+            last_input_age_s: age of the last accepted input from which the requests follow, s.
+            wanted: requests of the renderer.
+            plate_measured_c: last reading of each plate, C; NaN from a faulty sensor.
+            measurement_age_s: age of each reading, s; infinite before the first.
             z_m: last measured height of each finger, m.
             height_age_s: age of the heights, s.
         """
         dt_s = self._elapsed(t_s)
-        self._inspect(force_n, motor_rpm, plate_set_c, peltier_drive, last_input_age_s)
+        self._inspect(wanted, last_input_age_s)
         known = [0.0 <= age <= TEMPERATURE_AGE_S for age in measurement_age_s]
         if dt_s < math.inf:
             self._watch_plates(t_s, known, plate_measured_c)
@@ -169,14 +163,14 @@ class OperatorGate:
             dt_s = 0.0  # nothing has risen meanwhile
         fresh = 0.0 <= last_input_age_s <= GAP_S
         live = engaged and fresh and self._fault is None
-        limited = [0 if live else _RELEASED] * len(FINGERS)
-        pushed_n = self._forces(t_s, dt_s, live, last_input_age_s, force_n, limited)
-        turning_rpm = _motors(live, motor_rpm, limited)
+        limited = list(wanted.limited) if live else [bits | _RELEASED for bits in wanted.limited]
+        pushed_n = self._forces(t_s, dt_s, live, last_input_age_s, wanted.force_n, limited)
+        turning_rpm = _motors(live, wanted.motor_rpm, limited)
         for finger in range(len(FINGERS)):
             measured_c = plate_measured_c[finger] if known[finger] else math.nan
-            self._set_c[finger] = self._plate_set(finger, dt_s, live, plate_set_c[finger], measured_c, limited)
-            self._drive[finger] = self._plate_drive(finger, live, peltier_drive[finger], measured_c, limited)
-        return GatedOutput(pushed_n, turning_rpm, list(self._set_c), list(self._drive), limited, self._fault)
+            self._set_c[finger] = self._plate_set(finger, dt_s, live, wanted.plate_set_c[finger], measured_c, limited)
+            self._drive[finger] = self._plate_drive(finger, live, wanted.peltier_drive[finger], measured_c, limited)
+        return GatedOutput(Outputs(pushed_n, turning_rpm, list(self._set_c), list(self._drive), limited, self._fault))
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
@@ -195,17 +189,10 @@ class OperatorGate:
             repeated.interrupt()
         self._driven = [False] * len(FINGERS)
 
-    def _inspect(
-        self,
-        force_n: Sequence[float],
-        motor_rpm: Sequence[float],
-        plate_set_c: Sequence[float],
-        peltier_drive: Sequence[float],
-        age_s: float,
-    ) -> None:
-        """A request that is no number means that the renderer is broken: nothing of it is believed."""
-        # One sum is not finite as soon as one part is not; requests are far too small to overflow it.
-        total = sum(force_n) + sum(motor_rpm) + sum(plate_set_c) + sum(peltier_drive)
+    def _inspect(self, wanted: Outputs, age_s: float) -> None:
+        """Latch a fault if a request is no number, because the renderer is broken then."""
+        # A sum is not finite if one part is not; requests are far too small to overflow it.
+        total = sum(wanted.force_n) + sum(wanted.motor_rpm) + sum(wanted.plate_set_c) + sum(wanted.peltier_drive)
         if not math.isfinite(total):
             self.trip(Fault(FaultCode.REQUEST_NOT_FINITE))
         if math.isnan(age_s):

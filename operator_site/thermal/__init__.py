@@ -1,4 +1,4 @@
-"""Computes the temperature of a fingertip: skin models, plate set-points and the plate's controller.
+"""Computes the temperature of a fingertip: skin models, and set-points and drives of the plates.
 
-Rendering uses `scene_skin`, `plate_setpoint` and `plate_controller`.
+Rendering uses `scene_skin` and `plates`.
 """

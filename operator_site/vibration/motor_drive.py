@@ -8,9 +8,8 @@ estimate its present speed, and so the pulse of higher or lower voltage that bri
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
-from common.buses.serial_messages import MOTOR_MAX_MV, MOTOR_PULSE_MAX_US
+from common.buses.serial_messages import MOTOR_MAX_MV, MOTOR_PULSE_MAX_US, TactTipCommand
 from common.limits import MODULE_TIMEOUT_S, MOTOR_MAX_RPM
 
 RPM_TO_RAD_S = math.pi / 30.0
@@ -22,26 +21,11 @@ JUMP_RAD_S = 30.0
 """Absolute rise of the wanted speed at once above which it counts as an impulse, rad/s; JUMP must be exceeded, too."""
 PEAK_S = 0.05
 """Longest time to reach an impulse's peak while the wanted speed falls, s; longer than from rest to full speed."""
-
-
 FULL_V = 1e-3 * MOTOR_MAX_MV
 """Full voltage, V, twice the voltage that holds the largest speed.
 
 The driver is a single transistor. It cannot reverse the voltage, and brakes by shorting the motor.
 """
-
-
-class MotorVoltage(NamedTuple):
-    """Motor command to a module: `pulse_mv` for `pulse_us`, once for each new `pulse_number`, then `hold_mv`."""
-
-    hold_mv: int
-    pulse_mv: int = 0
-    pulse_us: int = 0
-    pulse_number: int = 0
-
-
-OFF = MotorVoltage(0)
-"""Command of no voltage."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +95,7 @@ class MotorDrive:
     def __init__(self, motor: Motor = MOTOR) -> None:
         self._motor = motor
         self._t_s = -math.inf
-        self._sent = OFF
+        self._sent = TactTipCommand(0, 0)
         self._pulse_until_s = -math.inf
         self._pulse_to = 0.0
         self._pulse_number = 0
@@ -120,11 +104,17 @@ class MotorDrive:
         self._peak_until_s = -math.inf
         self.speed_rad_s = 0.0
 
-    def step(self, t_s: float, rpm: float) -> MotorVoltage:
-        """Return the command to the module at `t_s` for a wanted speed; zero and non-finite speeds give 0 V."""
-        if rpm == 0.0 == self.speed_rad_s and self._sent == OFF:  # at rest, and stays there
+    def step(self, t_s: float, rpm: float, peltier_permille: int = 0) -> TactTipCommand:
+        """Return the command to the module at `t_s`, s.
+
+        Args:
+            t_s: time, s.
+            rpm: wanted motor speed, rpm; zero and non-finite speeds give 0 V.
+            peltier_permille: drive of the Peltier element, which the command carries, -1000..1000 thousandths.
+        """
+        if rpm == 0.0 == self.speed_rad_s and not self._sent.motor_mv:  # at rest, and stays there
             self._t_s = self._pulse_until_s = t_s
-            return OFF
+            return TactTipCommand(0, peltier_permille)
         self._advance(t_s)
         wanted = _omega(rpm)
         if wanted - self._wanted > max(JUMP_RAD_S, JUMP * self._wanted):
@@ -132,7 +122,9 @@ class MotorDrive:
         self._wanted = wanted
         if wanted == 0.0 or self.speed_rad_s >= (1.0 - 1.5 * CLOSE) * self._peak or not t_s <= self._peak_until_s:
             self._peak = 0.0
-        self._sent = self._drive(t_s, max(wanted, self._peak))
+        goal = max(wanted, self._peak)
+        hold_mv = _millivolts(self._motor.voltage_v(goal))
+        self._sent = TactTipCommand(hold_mv, peltier_permille, *self._pulse(t_s, goal))
         return self._sent
 
     def _advance(self, t_s: float) -> None:
@@ -143,22 +135,21 @@ class MotorDrive:
             return
         pulse_s = min(since_s, max(0.0, self._pulse_until_s - before_s))
         speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self._sent.pulse_mv, pulse_s)
-        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self._sent.hold_mv, since_s - pulse_s)
+        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self._sent.motor_mv, since_s - pulse_s)
 
-    def _drive(self, t_s: float, goal: float) -> MotorVoltage:
-        """Return the voltages that bring the motor to a speed as fast as possible and hold it there."""
+    def _pulse(self, t_s: float, goal: float) -> tuple[int, int, int]:
+        """Return voltage, mV, duration, us, and number of the pulse that brings the motor to a speed, rad/s."""
         low, high = (1.0 - CLOSE) * goal, (1.0 + CLOSE) * goal
-        hold_mv = _millivolts(self._motor.voltage_v(goal))
         if t_s < self._pulse_until_s and 0.0 < low <= self._pulse_to <= high:
-            return self._sent._replace(hold_mv=hold_mv)
+            return self._sent.pulse_mv, self._sent.pulse_us, self._sent.pulse_number
         self._pulse_until_s = t_s
         if goal == 0.0 or low <= self.speed_rad_s <= high:
-            return MotorVoltage(hold_mv)
+            return 0, 0, 0
         pulse_mv, self._pulse_to = (MOTOR_MAX_MV, low) if self.speed_rad_s < low else (0, high)
         pulse_s = self._motor.takes_s(self.speed_rad_s, self._pulse_to, 1e-3 * pulse_mv)
         pulse_us = min(MOTOR_PULSE_MAX_US, round(1e6 * pulse_s))
         self._pulse_until_s, self._pulse_number = t_s + 1e-6 * pulse_us, (self._pulse_number + 1) & 0xFF
-        return MotorVoltage(hold_mv, pulse_mv, pulse_us, self._pulse_number)
+        return pulse_mv, pulse_us, self._pulse_number
 
 
 def _omega(rpm: float) -> float:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from common.wire.messages import Event, EventKind
-from operator_site.vibration.groove_timing import GrooveTiming
+from operator_site.vibration.grooves import GrooveTiming
 from operator_site.vibration.vibration import PlayedEvents
 from remote_site.devices.sensor_frame import HandPlace
 from remote_site.identification.touch_events import HandPath

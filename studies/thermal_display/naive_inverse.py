@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W
+from operator_site.thermal.plates import PLATE_CONTACT_M2K_W
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, SkinStep, Touched, skin_step
 from operator_site.thermal.tissue import Body, Floats

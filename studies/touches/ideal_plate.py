@@ -10,7 +10,7 @@ import numpy as np
 
 from common.limits import COMFORT, PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from operator_site.thermal.contact_prediction import contact_c
-from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W
+from operator_site.thermal.plates import PLATE_CONTACT_M2K_W
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, Touched
 from operator_site.thermal.tissue import Body

@@ -18,9 +18,8 @@ from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import MessageId, TactTipCommand
 from common.limits import MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode
-from operator_site.vibration.intensity_scale import SHOWN, IntensityScale
-from operator_site.vibration.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, MotorVoltage, motor_mv
-from operator_site.vibration.vibration import FingerVibration, Surface
+from operator_site.vibration.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, motor_mv
+from operator_site.vibration.vibration import SHOWN, FingerVibration, IntensityScale, Surface
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.physics.motor import VibrationMotors
 from studies.compared import Compared
@@ -102,7 +101,7 @@ def _tapped(attack_rpm: float, known: bool = False) -> Floats:
     return np.array(asked)
 
 
-def _commanded(asked_rpm: Floats, command: Callable[[float, float], MotorVoltage]) -> Floats:
+def _commanded(asked_rpm: Floats, command: Callable[[float, float], TactTipCommand]) -> Floats:
     """Return the mean voltage at the motor in each tick, V.
 
     At most one command goes out in COMMAND_TICKS; switching on or off goes out at once.
@@ -112,18 +111,17 @@ def _commanded(asked_rpm: Floats, command: Callable[[float, float], MotorVoltage
     for tick, rpm in enumerate(asked_rpm.tolist()):
         frame, now_s = b"", tick * TICK_S
         if tick - sent >= COMMAND_TICKS or (rpm > 0.0) != on:
-            voltage, sent, on = command(now_s, rpm), tick, rpm > 0.0
-            payload = TactTipCommand(voltage.hold_mv, 0, *voltage[1:]).encode()
-            frame = encode_frame(MessageId.TACTTIP_COMMAND, tick & 0xFF, payload)
+            sent, on = tick, rpm > 0.0
+            frame = encode_frame(MessageId.TACTTIP_COMMAND, tick & 0xFF, command(now_s, rpm).encode())
         line.append(frame)
         module.feed(line.popleft(), now_s)
         volts.append(module.motor_v(now_s, now_s + TICK_S))
     return np.array(volts)
 
 
-def _held(_: float, rpm: float) -> MotorVoltage:
-    """Return only the voltage that holds a speed."""
-    return MotorVoltage(motor_mv(rpm))
+def _held(_: float, rpm: float) -> TactTipCommand:
+    """Return a command of only the voltage that holds a speed."""
+    return TactTipCommand(motor_mv(rpm), 0)
 
 
 def _turning(volts: Floats) -> Floats:

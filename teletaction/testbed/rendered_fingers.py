@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 
 from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import DRIVE_FULL, MessageId, TactTipCommand
+from common.buses.serial_messages import DRIVE_FULL, MessageId
 from common.config import RenderingConfig
 from common.faults.texts import fault_text
 from common.fingers import FINGERS
@@ -120,8 +120,7 @@ class RenderedFingers:
         """Command the modules."""
         wanted = zip(self._modules, self._drives, output.motor_rpm, output.peltier_drive, strict=True)
         for module, drive, rpm, heat in wanted:
-            motor = drive.step(self.time_s, rpm)
-            command = TactTipCommand(motor.hold_mv, round(heat * DRIVE_FULL), *motor[1:])
+            command = drive.step(self.time_s, rpm, round(heat * DRIVE_FULL))
             module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, command.encode()), self.time_s)
 
     def _read(self) -> None:

@@ -8,9 +8,10 @@ from common.fingers import FINGERS
 from common.limits import AGE_DEFAULT_S, PLATE_FAULT_C, WIDE, PlateRange
 from common.timing.standstill import HostClock
 from operator_site.devices.devices import OperatorDevices
+from operator_site.safety.gated_output import Outputs
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.plate_controller import PlateController
+from operator_site.thermal.plates import PlateController
 from sim_sensors import operator_devices
 from sim_sensors.ports.select_loop import SelectLoop
 from teletaction.testbed.memory_wiring import MemoryWiring
@@ -82,10 +83,7 @@ class Fingertip:
             now_s,
             True,
             0.0,
-            force_n=[0.0] * five,
-            motor_rpm=[5000.0] * five,
-            plate_set_c=[goal_c] * five,
-            peltier_drive=[self._drive] * five,
+            Outputs([0.0] * five, [5000.0] * five, [goal_c] * five, [self._drive] * five, [0] * five),
             plate_measured_c=plate_c,
             measurement_age_s=age_s,
             z_m=[0.0] * five,

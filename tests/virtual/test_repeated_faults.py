@@ -12,10 +12,11 @@ from common.limits import PLATE_PEAK_C, WIDE
 from common.safety.repeated_fault import REPEATED_S, TEST_EVERY_S
 from common.wire.packets import N
 from operator_site.devices.ntc import PlateSensor
+from operator_site.safety.gated_output import Outputs
 from operator_site.safety.limit_flags import Limit
 from operator_site.safety.operator_gate import TEST_DRIVE, OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.plate_controller import PlateController
+from operator_site.thermal.plates import PlateController
 from sim_sensors.devices.breakable_parts import Thermistor
 from sim_sensors.devices.tacttip import ntc_counts
 from sim_sensors.physics.finger_plate import FingerPlates
@@ -88,10 +89,7 @@ class Hand:
             now_s,
             True,
             0.0,
-            force_n=[0.0] * N,
-            motor_rpm=[0.0] * N,
-            plate_set_c=[goal_c] * N,
-            peltier_drive=wanted,
+            Outputs([0.0] * N, [0.0] * N, [goal_c] * N, wanted, [0] * N),
             plate_measured_c=[each.plate_c for each in read],
             measurement_age_s=[0.0] * N,
             z_m=[0.0] * N,

@@ -12,7 +12,7 @@ import pytest
 from common.config import CalibrationConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig, RemoteLinkConfig
 from common.fingers import FINGERS
 from operator_site.devices.devices import OperatorDevices
-from operator_site.safety.gated_output import GatedOutput
+from operator_site.safety.gated_output import GatedOutput, Outputs
 from remote_site.devices.devices import RemoteDevices
 from remote_site.safety.gated_command import GatedCommand
 from sim_sensors.devices.exoskeleton import Exoskeleton
@@ -81,7 +81,7 @@ class OperatorRig(SiteRig):
         now_s = time.monotonic()
         self.devices.read(now_s)
         share = float(driven)
-        output = GatedOutput([share] * 5, [5000.0 * share] * 5, [33.0] * 5, [0.2 * share] * 5, [0] * 5, None)
+        output = GatedOutput(Outputs([share] * 5, [5000.0 * share] * 5, [33.0] * 5, [0.2 * share] * 5, [0] * 5))
         self.devices.write(now_s, output, driven)
 
 

@@ -1,6 +1,7 @@
 """Five fingertips together: from touch parameters to requests, and through the gate."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ import pytest
 from common.limits import COMFORT
 from common.scenes.materials import material
 from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
-from operator_site.fingertips import Fingertips, Requested
+from operator_site.fingertips import Fingertips
+from operator_site.safety.gated_output import Outputs
 from operator_site.safety.limit_flags import Limit
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
@@ -34,7 +36,7 @@ class Rig:
         self.tips = Fingertips(WALL)
         self.t_s = 3.0
         self.plate_c = [33.0] * 5
-        self.out: Requested | None = None
+        self.out: Outputs | None = None
 
     def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005, x_m=0.0, y_m=0.0, dt=DT):
         self.t_s += dt
@@ -168,10 +170,7 @@ def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
             rig.t_s,
             True,
             0.0,
-            force_n=wanted.force_n,
-            motor_rpm=wanted.motor_rpm,
-            plate_set_c=wanted.plate_set_c,
-            peltier_drive=wanted.peltier_drive,
+            replace(wanted, limited=[0] * 5),
             plate_measured_c=rig.plate_c,
             measurement_age_s=[0.005] * 5,
             z_m=z_m,

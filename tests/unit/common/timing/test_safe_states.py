@@ -14,6 +14,7 @@ from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import COMFORT
 from common.timing.safe_states import SAFE_STATES, TICK_S, SafeState
+from operator_site.safety.gated_output import Outputs
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
 from remote_site.safety.patient_gate import PatientGate
@@ -44,10 +45,7 @@ def operator_outputs(tick_s: float, age: Callable[[float], float], fault_s: floa
             NOW_S + t_s,
             True,
             age(t_s),
-            force_n=[10.0] * FIVE,
-            motor_rpm=[9000.0] * FIVE,
-            plate_set_c=[34.0] * FIVE,
-            peltier_drive=[0.1] * FIVE,
+            Outputs([10.0] * FIVE, [9000.0] * FIVE, [34.0] * FIVE, [0.1] * FIVE, [0] * FIVE),
             plate_measured_c=[33.0 + 0.05 * math.sin(10.0 * t_s)] * FIVE,
             measurement_age_s=[0.0] * FIVE,
             z_m=[0.0] * FIVE,

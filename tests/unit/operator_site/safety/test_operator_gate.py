@@ -34,14 +34,16 @@ from common.limits import (
 from common.safety.repeated_fault import REPEATED_S, ROUND_S, TEST_EVERY_S
 from common.timing.timeouts import TICK_AGE_S
 from operator_site.safety.force_limits import FORCE_FALL_N_S, FORCE_MARGIN_S, ForceLimits
+from operator_site.safety.gated_output import Outputs
 from operator_site.safety.limit_flags import Limit, limit_names
 from operator_site.safety.operator_gate import TEST_DRIVE, OperatorGate
 from operator_site.safety.plate_following import CHECK_S
 from operator_site.safety.sampled_wall import SampledWall
-from operator_site.thermal.plate_controller import PlateController
+from operator_site.thermal.plates import PlateController
 
 DT = 0.002
 FAILED, FAILED_OTHERWISE = Fault(FaultCode.COOLING_LOST, "index"), Fault(FaultCode.MODULE_CUT_OUT, "index")
+REQUESTS = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive")
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 
 
@@ -59,22 +61,29 @@ class Rig:
     def __init__(self, profile: PlateRange = COMFORT, wall: SampledWall = ANY_WALL) -> None:
         self.gate = OperatorGate(profile, wall)
         self.t_s = 10.0
+        self.always: dict[str, list[float]] = {}
+        """Requests that replace those of each step."""
 
     def step(self, engaged=True, age=0.0, dt=DT, **changes):
         self.t_s += dt
-        request = {
-            "force_n": 0.0,
-            "motor_rpm": 0.0,
-            "plate_set_c": 33.0,
-            "peltier_drive": 0.0,
-            "plate_measured_c": 33.0,
-            "measurement_age_s": 0.01,
-            "z_m": 0.0,
-        } | changes
+        request = (
+            {
+                "force_n": 0.0,
+                "motor_rpm": 0.0,
+                "plate_set_c": 33.0,
+                "peltier_drive": 0.0,
+                "plate_measured_c": 33.0,
+                "measurement_age_s": 0.01,
+                "z_m": 0.0,
+            }
+            | changes
+            | self.always
+        )
         height_age_s = request.pop("height_age_s", 0.0)
         # One number stands for all five fingers.
         request = {name: [v] * 5 if isinstance(v, float) else v for name, v in request.items()}
-        return self.gate.step(self.t_s, engaged, age, height_age_s=height_age_s, **request)
+        wanted = Outputs(*(request.pop(name) for name in REQUESTS), limited=[0] * 5)
+        return self.gate.step(self.t_s, engaged, age, wanted, height_age_s=height_age_s, **request)
 
     def warm_up(self, **changes):
         """Engaged for long enough that no ramp is left."""
@@ -674,7 +683,7 @@ def test_the_second_fault_says_that_its_plate_stays_off():
 def test_a_plate_that_does_not_pass_its_test_gets_no_more_than_a_pulse_in_half_a_minute(works):
     rig = Rig(WIDE)
     named_twice(rig)
-    rig.gate.step = lambda *a, step=rig.gate.step, **k: step(*a, **k | {"peltier_drive": one(0.4, 0.0)})
+    rig.always["peltier_drive"] = one(0.4, 0.0)
     out, work_s = drive_plates(rig, works, 65.0)
     assert out.fault is None
     assert out.limited[1] == Limit.PLATE_TEST

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from common.limits import COMFORT
 from common.scenes.materials import materials
-from operator_site.thermal.plate_setpoint import PlateSetpoint
+from operator_site.thermal.plates import PlateSetpoint
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched, skin_rates, skin_step
 from operator_site.thermal.tissue import Body, rest

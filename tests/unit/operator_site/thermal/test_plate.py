@@ -10,8 +10,7 @@ from common.faults.fault import FaultCode
 from common.limits import COMFORT, WIDE
 from operator_site.devices.ntc import PlateSensor
 from operator_site.safety.limit_flags import Limit
-from operator_site.thermal.plate_controller import PlateController
-from operator_site.thermal.plate_setpoint import PLATE_CONTACT_M2K_W, PlateSetpoint
+from operator_site.thermal.plates import PLATE_CONTACT_M2K_W, PlateController, PlateSetpoint
 from operator_site.thermal.scene_skin import SkinState
 from operator_site.thermal.skin_model import SkinModel
 from operator_site.thermal.tissue import LAYERS

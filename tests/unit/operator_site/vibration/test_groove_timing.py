@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.wire.messages import Event, EventKind
-from operator_site.vibration.groove_timing import LONGEST_WAIT_S, MEMORY_S, GrooveTiming
+from operator_site.vibration.grooves import LONGEST_WAIT_S, MEMORY_S, GrooveTiming
 from operator_site.vibration.vibration import PlayedEvents
 
 TICK_S = 0.002

@@ -13,7 +13,7 @@ from scipy.signal import find_peaks
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
-from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, MotorVoltage, motor_mv
+from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, motor_mv
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.physics.motor import VibrationMotors
 
@@ -24,8 +24,8 @@ WITHIN = 0.2
 """Of the felt intensity, which grows with the square of the speed."""
 
 
-def frame_of(sent: MotorVoltage) -> bytes:
-    return encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(sent.hold_mv, 0, *sent[1:]).encode())
+def frame_of(sent: TactTipCommand) -> bytes:
+    return encode_frame(MessageId.TACTTIP_COMMAND, 0, sent.encode())
 
 
 def driven(wanted_rpm: Callable[[float], float], seconds: float = 0.4, compensated: bool = True) -> np.ndarray:
@@ -36,7 +36,7 @@ def driven(wanted_rpm: Callable[[float], float], seconds: float = 0.4, compensat
         t_s, frame = tick * TICK_S, b""
         if tick % 2 == 0:
             rpm = wanted_rpm(t_s)
-            frame = frame_of(drive.step(t_s, rpm) if compensated else MotorVoltage(motor_mv(rpm)))
+            frame = frame_of(drive.step(t_s, rpm) if compensated else TactTipCommand(motor_mv(rpm), 0))
         line.append(frame)
         module.feed(line.popleft(), t_s)
         motor.step(TICK_S, np.array([module.motor_v(t_s, t_s + TICK_S)]))
@@ -97,8 +97,8 @@ def test_an_even_speed_is_held_with_an_even_voltage() -> None:
     drive = MotorDrive()
     sent = [drive.step(0.004 * n, 5000.0) for n in range(100)]
     assert sent[0].pulse_mv == MOTOR_MAX_MV
-    assert {told.pulse_number for told in sent[:3]} == {sent[0].pulse_number}
-    assert set(sent[20:]) == {MotorVoltage(motor_mv(5000.0))}
+    assert {command.pulse_number for command in sent[:3]} == {sent[0].pulse_number}
+    assert sent[20:] == [TactTipCommand(motor_mv(5000.0), 0)] * 80
 
 
 @pytest.mark.parametrize("late_s", [0.004, 0.02, 0.05, 0.09])
@@ -134,7 +134,7 @@ def test_a_hand_that_trembles_makes_no_impulses() -> None:
         Motor(friction_n_m=3.0e-5),
     ],
 )
-def test_another_motor_than_told_is_neither_late_nor_wild(real: Motor) -> None:
+def test_a_motor_with_other_constants_is_neither_late_nor_wild(real: Motor) -> None:
     """A fifth more or less: within three fifths of the intensity on the way, and no worse than alone in the end."""
     drive, module, speed, course = MotorDrive(), TactTip(0), 0.0, []
     for n in range(400):
@@ -164,9 +164,10 @@ def test_whatever_is_asked_for_the_voltage_can_be_sent_and_no_speed_is_no_voltag
     drive, t_s = MotorDrive(), 0.0
     for since_s, rpm in steps:
         t_s += since_s
-        told = drive.step(t_s, rpm)
-        TactTipCommand(told.hold_mv, 0, *told[1:]).encode()  # raises where it cannot be
-        assert rpm > 0.0 or (told.hold_mv, told.pulse_us) == (0, 0)
+        command = drive.step(t_s, rpm, 100)
+        command.encode()  # raises if a value is out of range
+        assert command.peltier_permille == 100
+        assert rpm > 0.0 or (command.motor_mv, command.pulse_us) == (0, 0)
         assert drive.speed_rad_s <= 1.05 * MOTOR_MAX_RPM * RPM_TO_RAD_S
 
 
