@@ -128,7 +128,8 @@ class TactTip:
         if not self.may_send(t_s, motor_rpm):
             return
         since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) is not self._turning
-        command = self._motor_drive.step(t_s, motor_rpm, round(peltier_drive * DRIVE_FULL))
+        command = self._motor_drive.step(t_s, motor_rpm)
+        command.peltier_permille = round(peltier_drive * DRIVE_FULL)
         if command == self._sent and not switches and 0.0 <= since_s < COMMAND_REFRESH_S:
             return
         self.line.send(MessageId.TACTTIP_COMMAND, command.encode())

@@ -104,17 +104,16 @@ class MotorDrive:
         self._peak_until_s = -math.inf
         self.speed_rad_s = 0.0
 
-    def step(self, t_s: float, rpm: float, peltier_permille: int = 0) -> TactTipCommand:
-        """Return the command to the module at `t_s`, s.
+    def step(self, t_s: float, rpm: float) -> TactTipCommand:
+        """Return a new command to the module, without a Peltier drive.
 
         Args:
             t_s: time, s.
             rpm: wanted motor speed, rpm; zero and non-finite speeds give 0 V.
-            peltier_permille: drive of the Peltier element, which the command carries, -1000..1000 thousandths.
         """
         if rpm == 0.0 == self.speed_rad_s and not self._sent.motor_mv:  # at rest, and stays there
             self._t_s = self._pulse_until_s = t_s
-            return TactTipCommand(0, peltier_permille)
+            return TactTipCommand(0, 0)
         self._advance(t_s)
         wanted = _omega(rpm)
         if wanted - self._wanted > max(JUMP_RAD_S, JUMP * self._wanted):
@@ -124,7 +123,7 @@ class MotorDrive:
             self._peak = 0.0
         goal = max(wanted, self._peak)
         hold_mv = _millivolts(self._motor.voltage_v(goal))
-        self._sent = TactTipCommand(hold_mv, peltier_permille, *self._pulse(t_s, goal))
+        self._sent = TactTipCommand(hold_mv, 0, *self._pulse(t_s, goal))
         return self._sent
 
     def _advance(self, t_s: float) -> None:

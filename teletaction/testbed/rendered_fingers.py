@@ -120,7 +120,8 @@ class RenderedFingers:
         """Command the modules."""
         wanted = zip(self._modules, self._drives, output.motor_rpm, output.peltier_drive, strict=True)
         for module, drive, rpm, heat in wanted:
-            command = drive.step(self.time_s, rpm, round(heat * DRIVE_FULL))
+            command = drive.step(self.time_s, rpm)
+            command.peltier_permille = round(heat * DRIVE_FULL)
             module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, command.encode()), self.time_s)
 
     def _read(self) -> None:

@@ -164,9 +164,8 @@ def test_whatever_is_asked_for_the_voltage_can_be_sent_and_no_speed_is_no_voltag
     drive, t_s = MotorDrive(), 0.0
     for since_s, rpm in steps:
         t_s += since_s
-        command = drive.step(t_s, rpm, 100)
+        command = drive.step(t_s, rpm)
         command.encode()  # raises if a value is out of range
-        assert command.peltier_permille == 100
         assert rpm > 0.0 or (command.motor_mv, command.pulse_us) == (0, 0)
         assert drive.speed_rad_s <= 1.05 * MOTOR_MAX_RPM * RPM_TO_RAD_S
 

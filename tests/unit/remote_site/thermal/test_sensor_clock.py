@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from remote_site.devices.sensor_clock import LOST_S, STEP_S, SensorClock
+from remote_site.thermal.finger_thermal import LOST_S, STEP_S, SensorClock
 
 PERIOD_S = 0.01
 WRAPS = 1 << 32
