@@ -6,7 +6,6 @@ the devices.
 
 import math
 from collections.abc import Sequence
-from operator import attrgetter
 
 from common.config import VibrationScale
 from common.fingers import FINGERS
@@ -24,23 +23,19 @@ from operator_site.thermal.scene_skin import SceneSkin, SkinState, prepare, touc
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
 from operator_site.thermal.tissue import Body
 from operator_site.vibration.grooves import GrooveTiming
-from operator_site.vibration.vibration import FingerVibration, PlayedEvents, Surface
+from operator_site.vibration.vibration import FingerVibration, PlayedEvents
 
 NEAR_SURFACE_M = 0.3e-3
 """Height above the remote surface below which a finger counts as touching for heat, m; allows for height errors."""
 
 PLANE_REACHES_M = 1e-3
-"""Largest extrapolated rise or fall of a sloping surface from the place where it was felt, m; surfaces bend."""
+"""Largest extrapolated rise or fall of a sloping surface from the place where it was measured, m; surfaces bend."""
 
 MOST_STEPS = 10
 """Maximum number of skin steps in one tick, 0.1 s.
 
 After a longer standstill the outputs are neutral, and the skin continues from its state without catching up.
 """
-
-_plane = attrgetter("surface_z_m", "x_m", "y_m", "slope_x", "slope_y")
-_vibration = attrgetter("k_tap", "b_tap_per_s", "k_stroke_v", "k_stroke_f", "b_groove_per_s")
-_thermal = attrgetter("conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk")
 
 _STIFFNESS_LIMIT = Limit.STIFFNESS.value
 
@@ -70,7 +65,6 @@ class Fingertips:
         self._contacts = [PassiveContact(wall) for _ in range(n)]
         self._approaches = [ContactPrediction() for _ in range(n)]
         self._vibrations = [FingerVibration(vibration) for _ in range(n)]
-        self._surfaces = [Surface()] * n
         self._played = PlayedEvents()
         self._groove_timing = GrooveTiming()
         self._skin = SceneSkin(model, body)
@@ -87,8 +81,6 @@ class Fingertips:
         self._heat_t_s = math.nan
         self._surface_m = [0.0] * n
         self._rows: Sequence[TouchRow] = (NO_TOUCH,) * n
-        self._modes = [0] * n
-        self._planes: list[tuple[float, ...]] = [(0.0,) * 5] * n
         self._objects: list[Touched | None] = [None] * n
         self._events: Sequence[Event] = ()
         self.impulses_played: list[Event] = []
@@ -140,7 +132,10 @@ class Fingertips:
         dt_s = dt_s if 0.0 < dt_s <= 0.1 else 0.0
         self._t_s = t_s
         if rows is not self._rows:
-            self._take(rows)
+            self._rows = rows
+            self._objects = [
+                touched_object(row.conductivity_w_mk, row.density_kg_m3, row.specific_heat_j_kgk) for row in rows
+            ]
         fresh: Sequence[Event] = ()
         if events is not self._events:
             self._events, fresh = events, self._played.new(events)
@@ -160,7 +155,7 @@ class Fingertips:
                 contact.let_through(pushed_n[finger])
             if not engaged:
                 contact.rest()
-            surface_m = self._surface_m[finger] = _surface_below(self._planes[finger], x_m, y_m)
+            surface_m = self._surface_m[finger] = _surface_below(row, x_m, y_m)
             newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row.damping_n_s_m, approach_m_s)
             force.append(newton)
             # The displayed force sets the stroke's force; before a surface is known, the remote finger's force does.
@@ -171,10 +166,10 @@ class Fingertips:
             mine = [event for event in fresh if event.finger == finger] if fresh else ()
             speed = self._vibrations[finger].step(
                 t_s,
-                self._modes[finger],
+                row.mode,
                 speed_m_s,
                 pressed,
-                surface=self._surfaces[finger],
+                surface=row,
                 events=mine,
                 contact_in_s=ahead_s,
                 approach_m_s=approach_m_s,
@@ -218,17 +213,6 @@ class Fingertips:
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, load_w_m2[finger])
         return set_c
 
-    def _take(self, rows: Sequence[TouchRow]) -> None:
-        for finger, row in enumerate(rows):
-            before = self._rows[finger]
-            if (vibration := _vibration(row)) != _vibration(before):
-                self._surfaces[finger] = Surface(*vibration)
-            if (thermal := _thermal(row)) != _thermal(before):
-                self._objects[finger] = touched_object(*thermal)
-            self._modes[finger] = int(row.mode)
-            self._planes[finger] = _plane(row)
-        self._rows = rows
-
     def _heat_steps(self, t_s: float) -> int:
         """Return the number of due skin steps; after a standstill longer than MOST_STEPS only one is due."""
         since_s = t_s - self._heat_t_s
@@ -266,10 +250,9 @@ class Fingertips:
         return found
 
 
-def _surface_below(plane: tuple[float, ...], x_m: float, y_m: float) -> float:
+def _surface_below(row: TouchRow, x_m: float, y_m: float) -> float:
     """Return the surface height, m, below the operator's hand, from the plane at the remote hand, which lags behind."""
-    surface_m, felt_x_m, felt_y_m, slope_x, slope_y = plane
-    if slope_x == slope_y == 0.0:
-        return surface_m
-    rise_m = slope_x * (x_m - felt_x_m) + slope_y * (y_m - felt_y_m)
-    return surface_m + min(PLANE_REACHES_M, max(-PLANE_REACHES_M, rise_m))
+    if row.slope_x == row.slope_y == 0.0:
+        return row.surface_z_m
+    rise_m = row.slope_x * (x_m - row.x_m) + row.slope_y * (y_m - row.y_m)
+    return row.surface_z_m + min(PLANE_REACHES_M, max(-PLANE_REACHES_M, rise_m))

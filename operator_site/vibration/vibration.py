@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from common.config import VibrationScale
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
-from common.wire.messages import Event, EventKind, ExplorationMode
+from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
 from operator_site.vibration.grooves import Grooves
 from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S
 
@@ -93,11 +93,11 @@ class FingerVibration:
     def step(
         self,
         t_s: float,
-        mode: int,
+        mode: float,
         speed_m_s: float,
         force_n: float,
         *,
-        surface: Surface,
+        surface: Surface | TouchRow,
         events: Sequence[Event] = (),
         contact_in_s: float = math.inf,
         approach_m_s: float = 0.0,
@@ -137,7 +137,7 @@ class FingerVibration:
             self._at_rest = t_s - self._tap_t_s > TAP_S
         return max(self._scale.rpm(wanted / RPM_TO_RAD_S), least_rpm)
 
-    def _begin(self, event: Event, surface: Surface) -> None:
+    def _begin(self, event: Event, surface: Surface | TouchRow) -> None:
         if event.kind is EventKind.TAP:
             self._tap_t_s = self._t_s
             self._tap_rad_s = surface.k_tap * max(0.0, event.value)
@@ -154,7 +154,7 @@ class FingerVibration:
         certain = self._tap_certain and since_s <= TAP_HOLD_S
         return self._tap_rad_s * math.exp(-self._tap_decay * since_s), TAP_FELT_RPM if certain else 0.0
 
-    def _ahead(self, contact_in_s: float, approach_m_s: float, surface: Surface) -> float:
+    def _ahead(self, contact_in_s: float, approach_m_s: float, surface: Surface | TouchRow) -> float:
         """Return the speed for an expected tap, rpm, so early that the motor has its speed on contact."""
         if surface.k_tap <= 0.0 or contact_in_s == math.inf:
             self._ahead_since_s = None
