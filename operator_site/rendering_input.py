@@ -1,4 +1,4 @@
-"""All that rendering depends on in one tick: the exact input of `Rendering`, recorded and replayed."""
+"""Input of rendering in one tick, recorded and replayed exactly."""
 
 from collections.abc import Callable
 from typing import Generic, TypeVar
@@ -17,27 +17,27 @@ _T = TypeVar("_T")
 class _Input(Struct, Generic[_T], array_like=True, forbid_unknown_fields=True):
     time_s: Finite
     session: Whole
-    """Number of the session, 0 while there is none: events are numbered anew in each."""
+    """Number of the session, 0 without one; each session numbers its own events."""
     fault_cleared: bool
-    """A person has cleared the fault since the last tick."""
+    """Whether a person has cleared the fault since the last tick."""
     engaged: bool
-    """Whether both sites say that outputs may act."""
+    """Whether both sites permit outputs to act."""
     gap_ns: Whole | None
-    """Since the last accepted touch packet; None before the first of the session."""
+    """Time since the last accepted touch packet, ns; None before the first of the session."""
     touch: _T | None
     """The newest accepted touch packet of the session, fresh or not."""
     x_m: float
     y_m: float
     z_m: FixedFive[float]
-    """Place of the hand and height of each fingertip."""
+    """Place of the hand and height of each fingertip, m."""
     pose_s: float
     heights_s: float
-    """When place and heights were measured; -inf before the first measurement."""
+    """Times at which place and heights were measured, s; -inf before the first measurement."""
     plate_c: FixedFive[float]
     plate_age_s: FixedFive[float]
-    """Last reading of each plate, NaN where it is not to be believed, and its age, infinite where there was none."""
+    """Last reading of each plate, C, NaN from a faulty sensor, and its age, s, infinite before the first reading."""
     device_faults: tuple[Fault, ...]
-    """What modules do that they must not, and what of them is broken."""
+    """Faults of the modules."""
 
 
 class RecordedInput(_Input[Whole], Row):
@@ -53,7 +53,7 @@ class RenderingInput(_Input[Touch]):
         return self.time_s - min(self.pose_s, self.heights_s) <= GAP_S
 
     def pack(self) -> bytes:
-        """Bytes for the recording; nothing is rounded, and the touch packet is named by its sequence number."""
+        """Return the bytes for the recording; nothing is rounded, and the touch is its packet's sequence number."""
         touch = None if self.touch is None else self.touch.sequence
         return RecordedInput(**asdict(self) | {"touch": touch}).pack()
 
@@ -63,7 +63,7 @@ class RenderingInput(_Input[Touch]):
 
         Args:
             packed: bytes of the recording.
-            touch_of: the touch packet of a sequence number; None when it is lost, and nothing is touched then.
+            touch_of: returns the touch packet of a sequence number; None for a lost packet, which touches nothing.
 
         Raises:
             ValueError: it is something else.

@@ -1,4 +1,4 @@
-"""Pre-heating of the thermal sensors in use: each plate waits warm while its finger is free."""
+"""Heats the plates of the thermal sensors in use while their fingers are free."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -78,7 +78,7 @@ class FingerHeating:
                 control.offset_k = next_offset_k(control.offset_k, self._ambient_c)
         if reading is not None:
             self._reading_s = t_s
-            self._drive = control.step(t_s, reading.sensor_c, reading.ambient_c, measuring, fault=reading.reason)
+            self._drive = control.step(t_s, reading.sensor_c, reading.ambient_c, measuring, reading.reason)
         elif measuring or t_s - self._reading_s > STALE_S:
             self._drive = 0.0
         return self._drive

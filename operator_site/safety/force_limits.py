@@ -1,4 +1,4 @@
-"""What limits one finger's force: range, the energy that may come out, ramps. And does it swing?"""
+"""Limits one finger's force in range, energy and ramps, and detects oscillation."""
 
 import math
 
@@ -9,70 +9,71 @@ from operator_site.safety.passivity_controller import PassivityController
 from operator_site.safety.sampled_wall import SampledWall
 
 FORCE_MARGIN_S = 0.010
-"""Forces reach zero this much before the deadline: time for the tick that sends it and the bus."""
+"""Time from zero force to the deadline, s, for the tick that sends it and the bus."""
 FORCE_FALL_N_S = max(FORCE_RAMP_DOWN_N_S, FINGER_FORCE_N / (FORCE_SAFE_S - GAP_S - FORCE_MARGIN_S))
+"""Rate of a force that falls to zero while forces may not act, N/s."""
 
 
 class ForceLimits:
-    """One finger's; each tick `observe` what the force has done, then `step` to the next.
+    """Limits of one finger; in each tick `observe` the effect of the force, then `step` to the next force.
 
     Attributes:
-        energy: of the port.
-        force_n: let through last, N.
+        energy: energy of the port.
+        force_n: last permitted force, N.
         out_of_range, overdrawn, ramped: whether range, energy or ramp acted in the last step.
     """
 
     def __init__(self, wall: SampledWall) -> None:
-        """No force so far, on an exoskeleton that can show this wall."""
+        """Begin without force, on an exoskeleton that can display this wall."""
         self.energy = PassivityController(
             wall.stiffest_n_m, ACCOUNT_J, damping_n_s_m=wall.damping_n_s_m, delay_s=wall.delay_s
         )
         self._oscillation = OscillationDetector()
         self._watched_n = math.nan
-        """Force that the oscillation was given last, N; NaN where it has begun anew."""
+        """Last force that the detector of oscillation has taken, N; NaN after a restart."""
         self._ceiling_n = 0.0
         self.force_n = 0.0
         self.out_of_range = self.overdrawn = self.ramped = False
 
     def show(self, wall: SampledWall) -> None:
-        """From now on a debt, too, is shown as no stiffer wall than this."""
+        """Set the bound of the walls; a debt of energy is displayed as no stiffer wall."""
         self.energy.show(wall.stiffest_n_m)
 
     def begin_from_neutral(self) -> None:
-        """After a standstill: the device has let go by itself, or was about to."""
+        """Begin from zero force after a standstill, because the device has released by itself."""
         self._ceiling_n = 0.0
         self.believe_again()
 
     def believe_again(self) -> None:
-        """A person has cleared the fault: what swung before counts no more."""
+        """Forget earlier oscillations, because a person has cleared the fault."""
         self._oscillation.begin_anew()
         self._watched_n = math.nan
 
     def observe(self, t_s: float, height_s: float, z_m: float) -> Fault | None:
-        """Return what the force does that it must not, or None.
+        """Return the fault of a force that oscillates; None without one.
 
         Args:
             t_s: time, s.
-            height_s: when the finger's height was measured, s.
-            z_m: height of the finger, m; NaN where it is not known.
+            height_s: time at which the finger's height was measured, s.
+            z_m: height of the finger, m; NaN if unknown.
         """
         self.energy.observe(height_s, z_m)
         if self.force_n == self._watched_n and not self.overdrawn:
-            return None  # a force that stays does not swing
+            return None  # a constant force does not oscillate
         self._watched_n = self.force_n
         return self._oscillation.step(t_s, self.force_n, self.overdrawn)
 
     def step(self, t_s: float, dt_s: float, live: bool, age_s: float, wanted_n: float) -> float:
-        """The force to let through, N.
+        """Return the permitted force, N.
 
         A ceiling rises from zero while live and falls otherwise; below it the contact law is untouched.
 
         Args:
             t_s: time, s.
-            dt_s: since the last step, s.
+            dt_s: time since the last step, s.
             live: whether forces may act.
-            age_s: of the input that they follow from, s.
-            wanted_n: what is asked for, N.
+            age_s: age of the input from which the force follows, s.
+            wanted_n: requested force, N.
         """
         if live:
             self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)

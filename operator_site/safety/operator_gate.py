@@ -1,8 +1,8 @@
-"""The operator-side gate: the last thing before motor, Peltier element and finger force.
+"""Limits all outputs before motor, Peltier element and finger force: the operator-side gate.
 
-Whatever is asked for, what leaves here is inside `common.limits`. Pure: numbers and a time in, numbers out.
-A fault latches and takes all outputs of all fingers to neutral; only `clear_fault` ends it, and outputs
-then start from zero. Missing input means neutral, never the last value.
+All outputs are within `common.limits`, for any request. Pure: numbers and a time in, numbers out. A fault latches and
+takes all outputs of all fingers to neutral; only `clear_fault` ends it, and outputs then start from zero. Missing input
+gives neutral outputs instead of the last values.
 """
 
 import math
@@ -30,18 +30,18 @@ from operator_site.safety.plate_following import CHECK_S, PlateFollowing
 from operator_site.safety.sampled_wall import SampledWall
 
 PLATE_MARGIN_K = PLATE_FAULT_C - WIDE.high_c
-"""A plate this far outside its profile is driven back only, never further out."""
+"""Distance outside of its profile from which a plate is only driven back, K."""
 LOOK_AHEAD_S = 0.25
-"""Sensor and drive are this far behind the plate: it is judged by where it will be."""
+"""Time by which a plate's temperature is extrapolated, s; sensor and drive lag by this time."""
 TEMPERATURE_AGE_S = GAP_S
-"""An older reading is no reading."""
+"""Maximum age of a plate's reading, s."""
 LONGEST_CHECK_S = 0.05
-"""After a pause of the loop: as long as the follow check may count at once."""
+"""Longest time that one check of a plate counts for, s, after a pause of the loop."""
 TEST_DRIVE = 0.2
+"""Drive of the test pulse after repeated faults."""
 TEST_LEAST_K = 0.3
-"""Test pulse after repeated faults: its drive, and half of what a sound plate shows of it, K. It moves it by 0.3 K."""
+"""Minimum change of a sound plate by the test pulse, K: half of the usual change."""
 _EPSILON = 1e-9
-
 
 _RELEASED, _FORCE_RANGE, _FORCE_RAMP, _PASSIVITY = (
     limit.value for limit in (Limit.RELEASED, Limit.FORCE_RANGE, Limit.FORCE_RAMP, Limit.PASSIVITY)
@@ -49,14 +49,14 @@ _RELEASED, _FORCE_RANGE, _FORCE_RAMP, _PASSIVITY = (
 
 
 class OperatorGate:
-    """Keeps the state that the limits need: ramps, doses, and how each plate follows."""
+    """State of the limits: ramps, doses, and the following of each plate."""
 
     def __init__(self, profile: PlateRange, wall: SampledWall) -> None:
-        """A gate for plates and an exoskeleton.
+        """Begin with neutral outputs.
 
         Args:
-            profile: of the plates, within the wide one.
-            wall: what the exoskeleton can show.
+            profile: temperature range of the plates, within the wide one.
+            wall: bound of the walls that the exoskeleton can display passively.
 
         Raises:
             ValueError: the profile reaches outside the wide one.
@@ -86,7 +86,7 @@ class OperatorGate:
 
     @property
     def in_test(self) -> list[bool]:
-        """Whether each plate gets no drive but a test pulse, after repeated faults."""
+        """Whether each plate gets only a test pulse, after repeated faults."""
         return [repeated.needs_test for repeated in self._repeated]
 
     @property
@@ -96,12 +96,12 @@ class OperatorGate:
         return [{"now": 1e3 * energy.produced_j, "most": 1e3 * energy.most_produced_j} for energy in energies]
 
     def begin_session(self) -> None:
-        """What was produced before is forgotten; neither faults nor doses are."""
+        """Forget the largest generated energy; faults and doses are kept."""
         for force in self._force:
             force.energy.most_produced_j = 0.0
 
     def show(self, wall: SampledWall) -> None:
-        """From now on this is what the exoskeleton can show: less while its loop holds forces for longer."""
+        """Set the bound of the walls, which falls while the loop holds forces for longer."""
         if wall is not self._wall:
             self._wall = wall
             for force in self._force:
@@ -110,8 +110,8 @@ class OperatorGate:
     def trip(self, fault: Fault) -> None:
         """Latch a fault; the first one is kept.
 
-        A second fault of the same plate or module within ten minutes makes a test necessary. Until a person clears,
-        further faults of it count as the same one.
+        A second fault of the same plate or module within ten minutes requires a test. Until a person clears the fault,
+        further faults of this plate count as the same one.
         """
         plate = fault.plate
         if plate is not None and plate not in self._named:
@@ -121,7 +121,7 @@ class OperatorGate:
         self._fault = self._fault or fault
 
     def clear_fault(self) -> None:
-        """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
+        """End a latched fault, by a deliberate act of a person; doses are kept."""
         self._fault = None
         self._named.clear()
         self._follow = [PlateFollowing() for _ in FINGERS]
@@ -160,7 +160,7 @@ class OperatorGate:
         self._watch_forces(t_s, z_m, height_age_s)
         if dt_s > TICK_AGE_S:
             self._begin_from_neutral()
-            dt_s = 0.0  # nothing has risen meanwhile
+            dt_s = 0.0  # no ramp has risen during the standstill
         fresh = 0.0 <= last_input_age_s <= GAP_S
         live = engaged and fresh and self._fault is None
         limited = list(wanted.limited) if live else [bits | _RELEASED for bits in wanted.limited]
@@ -175,14 +175,14 @@ class OperatorGate:
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
             self.trip(Fault(FaultCode.TIME_NOT_FINITE))
-            return math.inf  # whatever falls with time has fallen
-        dt_s = max(0.0, t_s - self._t_s)  # 0 the first time: a comparison with NaN is false
-        self._checked_s = min(self._checked_s, t_s)  # a clock that was set back must not put the checks off
+            return math.inf  # all falling ramps have ended
+        dt_s = max(0.0, t_s - self._t_s)  # 0 in the first step, because a comparison with NaN is false
+        self._checked_s = min(self._checked_s, t_s)  # a clock that was set back must not delay the checks
         self._t_s = t_s
         return dt_s
 
     def _begin_from_neutral(self) -> None:
-        """After a standstill: the devices have gone to safe by themselves, or were about to."""
+        """Begin from neutral after a standstill, because the devices have become safe by themselves."""
         for force in self._force:
             force.begin_from_neutral()
         for repeated in self._repeated:
@@ -243,7 +243,7 @@ class OperatorGate:
     def _plate_set(
         self, finger: int, dt_s: float, live: bool, wanted_c: float, measured_c: float, limited: list[int]
     ) -> float:
-        """Set-point inside the profile; it starts from the plate's own temperature and moves at the plate's rates."""
+        """Return the set-point, C, within profile and rates; it starts from the plate's own temperature."""
         low, high = self._profile.low_c, self._profile.high_c
         may_drive = live and not math.isnan(measured_c) and not self._repeated[finger].needs_test
         driven, self._driven[finger] = self._driven[finger], may_drive
@@ -288,7 +288,7 @@ class OperatorGate:
         return drive
 
     def _test(self, finger: int, measured_c: float, live: bool) -> float:
-        """Drive of the test of a plate; after it was passed, the plate is watched anew."""
+        """Return the drive of a plate's test; after a passed test, the plate is watched again."""
         repeated = self._repeated[finger]
         drive = repeated.step(self._t_s, measured_c, live and not self._spent[finger])
         if not repeated.needs_test:
@@ -297,7 +297,7 @@ class OperatorGate:
 
 
 def _motors(live: bool, motor_rpm: Sequence[float], limited: list[int]) -> list[float]:
-    """Motor speeds: zero, or what can be felt and the motor can do."""
+    """Return the motor speeds, rpm: zero, or within the motor's range."""
     if not live:
         return [0.0] * len(motor_rpm)
     out = []

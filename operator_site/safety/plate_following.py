@@ -1,42 +1,57 @@
-"""Does a plate follow its drive? Finds a dead, stuck or detached sensor, a dead heater, reversed polarity.
+"""Detects a plate that does not follow its drive: a dead, stuck or detached sensor, a dead heater, reversed polarity.
 
-Drive and reading pass the same band-pass (both sides of the plate's heat balance), which removes what
-holds a temperature against a steady loss. What is left of the drive must be found again in the reading.
+Drive and reading pass the same band-pass filter, on both sides of the plate's heat balance. The filter removes the
+drive that only holds a temperature against a steady loss. The rest of the drive must appear in the reading.
 
-A plate that runs away from a steady hold does so under a drive that hardly changes, and that no band-pass shows. So
-what a plate did lately must also not be the opposite of what it was driven to lately.
+A plate that runs away from a steady hold does so under a nearly constant drive, which no band-pass filter shows.
+Therefore a second test compares the recent change of the plate with its recent drive: they must not be opposite.
 """
 
 from common.faults.fault import FaultCode
 from common.limits import DOSE_ABOVE_C, PLATE_COOLING_K_S, PLATE_HEATING_K_S
 
 CHECK_S = 0.01
+"""Interval between two checks of a plate, s."""
 LAG_S = 0.2
+"""Time constant of the lag from drive to reading, s."""
 SLOW_S = 1.0
+"""Time constant of the band-pass filter, s."""
 EXPECTED_HEATING_K = 1.0
+"""Minimum expected change by heating that is tested, K; full drive passes 1.3 K."""
 EXPECTED_COOLING_K = 0.8
-"""A change this large that the drive should have made, and ... (full drive passes 1.3 K and 0.9 K)"""
+"""Minimum expected change by cooling that is tested, K; full drive passes 0.9 K."""
 LEAST_SHARE = 0.2
-"""... of which less than this share is seen, for ..."""
+"""Minimum share of the expected change that a sound reading shows."""
 PERSIST_S = 0.05
+"""Time for which the share may be smaller, s."""
 AGAINST_S = 0.5
+"""Time constant of the memory of recent drive and recent change, s."""
 AGAINST_K = 1.0
-"""Within about so long the plate was driven by so much one way, and went as far the other. Normal use, with a reading
-0.1 s late and 0.1 K of noise, makes 0.63 K of both at once: a plate that turns, or that its finger warms."""
+"""Recent drive of a plate, and recent change in the opposite direction, that are a fault together, K.
+
+Normal use makes up to 0.63 K of both, when a plate changes its direction or its finger warms it, with a reading that is
+0.1 s late and has 0.1 K of noise.
+"""
 STILL_K = 0.01
-"""Less than half a count: a reading that does not move by more is the same reading."""
+"""Largest change of a reading that counts as none, K; less than half a count."""
 STILL_S = 0.5
+"""Duration of an unchanged reading before an expected change is missed, s."""
 STILL_EXPECTED_K = 0.3
-"""A reading that is still for so long may miss so much of the expected change, no more."""
+"""Expected change that an unchanged reading may miss, K."""
 STILL_DRIVEN_K = 0.5
+"""Change by a changing drive that an unchanged reading may miss, K.
+
+A constant drive holds a constant temperature. So only the drive beyond its range at the last change counts.
+"""
 STILL_MEMORY_S = 3.0
-"""A drive that goes on changing under a reading that does not move: the plate would have moved by so much. An even
-drive holds an even temperature: only what differs from the drive before counts, and is forgotten in time."""
+"""Time constant with which that change is forgotten, s."""
 STILL_HEATED_S = 3.0
-"""Under a drive that heats, a reading is not believed that never moves for so long: as its finger warms, a plate gets
-hotter under a drive that does not change at all, and a sound converter's reading has noise of half a count."""
+"""Longest unchanged reading under a heating drive, s.
+
+As its finger warms, a plate becomes hotter under a constant drive, and a sound converter has noise of half a count.
+"""
 STILL_HOT_S = 1.0
-"""Where skin takes dose, a reading that never moves is not believed for longer, whatever the drive."""
+"""Longest unchanged reading at a temperature at which skin takes dose, s."""
 
 
 class _Band:
@@ -54,7 +69,7 @@ class _Band:
 
 
 class _Recent:
-    """What a rate has made of late, K/s in, K out."""
+    """Recent change by a rate, K/s in, K out."""
 
     __slots__ = ("change_k",)
 
@@ -90,12 +105,12 @@ class PlateFollowing:
         return self._plate_c is not None
 
     def step(self, dt_s: float, drive: float, plate_c: float) -> FaultCode | None:
-        """Return what is wrong, or None.
+        """Return the fault of the plate; None without one.
 
         Args:
             dt_s: time since the last call, s.
-            drive: Peltier drive that was applied during it, -1..1.
-            plate_c: the reading now, C, finite.
+            drive: Peltier drive in this time, -1..1.
+            plate_c: present reading, C, finite.
         """
         if self._plate_c is None:
             self._plate_c = self._still_c = plate_c
@@ -114,7 +129,7 @@ class PlateFollowing:
 
         if abs(plate_c - self._still_c) > STILL_K:
             self._still_c, self._still_s = plate_c, 0.0
-            # A count that flips kicks the drive, and after a change the mean is behind it: the range of both is normal.
+            # A change of the count moves the drive, and the mean follows later; the range between both is normal.
             mean, now = self._expected.mean_k_s, self._drive_k_s
             self._holding_k_s, self._held_k = (min(mean, now), max(mean, now)), 0.0
         else:

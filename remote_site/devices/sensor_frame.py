@@ -38,7 +38,7 @@ class PlateReading(Row):
 
 
 class SensorFrame(Row):
-    """One tick's readings, five fingers each; None without a new one."""
+    """One tick's readings, five fingers each; None where nothing new came."""
 
     time_s: Finite
     x_m: float

@@ -1,36 +1,43 @@
-"""Closed loop that keeps the thermal sensor's plate at an offset above ambient while it is free.
+"""Controls a free thermal sensor's plate to an offset above ambient temperature.
 
-Kron & Schmidt 2003, section 4.2: heated before, switched off at contact. The patient-side gate has the
-last word; this loop never asks for what the gate would refuse.
+Kron & Schmidt 2003, section 4.2: the plate is heated before a contact and not during it. The patient-side gate limits
+the drive; this controller requests nothing that the gate would refuse.
 """
 
 from common.limits import SENSOR_PLATE_C
 from common.wire.messages import ThermalReason
 
 OFFSETS_K = (10.0, 17.0, 3.0)
-"""Pre-heat above ambient, K, in the order in which they are tried on an object that offers no difference."""
+"""Offsets above ambient temperature, K, in the order in which they are tried on an object without a difference."""
 STAGGER_K = (0.0, -4.0, -7.0, -4.0, -7.0)
-"""What is added to the first of them for the first, second, ... finger in use, K: plates of different warmth on one
-object tell its temperature at once; one plate alone cannot tell it from its effusivity. Cooler ones, since plates are
-warmed between two touches, and one that is still being heated when it touches tells little. Two kinds of cooler ones,
-since after a cold object these alone have come to rest, and must differ among themselves."""
+"""Changes of the first offset for the first, second, ... finger in use, K.
+
+Plates of different temperatures on one object separate its temperature from its effusivity at once; one plate cannot.
+All others are cooler than the first, because plates warm up between two touches, and a plate that is still heated at
+contact shows little. There are two cooler offsets, because after a cold object only these plates have come to rest.
+"""
 MARGIN_K = 0.5
-"""Set-points stay this far below the plate's limit, K."""
+"""Minimum distance of set-points below the plate's limit, K."""
 STALE_S = 0.10
+"""Age from which a reading drives no heater, s."""
 GAIN_PER_K = 0.8
+"""Proportional gain, 1/K."""
 INTEGRAL_PER_K_S = 0.3
+"""Integral gain, 1/(K s)."""
 INTEGRATE_WITHIN_K = 0.5
-"""The integral only removes what the proportional part leaves; it does not wind up on the way, K."""
+"""Largest error that is integrated, K; the integral does not wind up during heating."""
+INTEGRAL_MOST = 0.3
+"""Largest share of the integral in the drive, 0..1."""
 LEAD_S = 0.3
-"""The read-out lags by about this, s; the slope of the reading makes up for it."""
+"""Time by which the slope of the reading extrapolates it, s; the read-out lags by about this time."""
 SLOPE_S = 0.10
-"""Smoothing of that slope, s."""
+"""Time constant of the low-pass filter of that slope, s."""
 
 
 def next_offset_k(offset_k: float, ambient_c: float) -> float:
-    """The pre-heat to use after `offset_k` gave no difference, K; skips what would pass the plate's limit.
+    """Return the offset to try after `offset_k` gave no difference, K; an offset beyond the plate's limit is skipped.
 
-    Where even the smallest offset passes the limit the answer is the smallest: the loop then holds the limit.
+    If even the smallest offset is beyond the limit, the answer is the smallest, and the controller holds the limit.
     """
     start = OFFSETS_K.index(offset_k) if offset_k in OFFSETS_K else 0
     for k in range(1, len(OFFSETS_K) + 1):
@@ -41,12 +48,12 @@ def next_offset_k(offset_k: float, ambient_c: float) -> float:
 
 
 class HeaterControl:
-    """Heater loop of one finger; step it at 100 Hz or faster."""
+    """Controller of one finger's heater; step it at 100 Hz or faster."""
 
     __slots__ = ("_before_c", "_before_s", "_integral", "_slope_k_s", "offset_k")
 
     def __init__(self, offset_k: float = OFFSETS_K[0]) -> None:
-        """Begin with the given pre-heat above ambient, K; `offset_k` may be changed at any time."""
+        """Begin with an offset above ambient temperature, K; `offset_k` may be changed at any time."""
         self.offset_k = offset_k
         self._before_s: float | None = None
         self._before_c = 0.0
@@ -56,32 +63,22 @@ class HeaterControl:
     def step(
         self,
         t_s: float,
-        sensor_c: float | None,
-        ambient_c: float | None,
+        sensor_c: float,
+        ambient_c: float,
         in_contact: bool,
-        *,
-        age_s: float = 0.0,
         fault: ThermalReason = ThermalReason.NONE,
     ) -> float:
-        """Return the heater drive, -1..1 (negative cools); 0 in contact and whenever in doubt.
+        """Return the heater drive, -1..1, negative cools; 0 in contact and for an implausible reading.
 
         Args:
             t_s: time of the reading, s.
-            sensor_c: plate, C; None where there is no reading.
-            ambient_c: ambient sensor, C; None where there is no reading.
-            in_contact: whether the finger touches anything.
-            age_s: age of the reading, s.
-            fault: what makes the reading implausible, if anything.
+            sensor_c: temperature of the plate, C.
+            ambient_c: ambient temperature, C.
+            in_contact: whether the finger touches an object.
+            fault: why the reading is implausible.
         """
-        believable = (
-            not fault
-            and sensor_c is not None
-            and ambient_c is not None
-            and age_s <= STALE_S
-            and 0.0 < sensor_c < SENSOR_PLATE_C
-            and 0.0 < ambient_c < SENSOR_PLATE_C
-        )
-        if in_contact or not believable or sensor_c is None or ambient_c is None:
+        plausible = not fault and 0.0 < sensor_c < SENSOR_PLATE_C and 0.0 < ambient_c < SENSOR_PLATE_C
+        if in_contact or not plausible:
             self._before_s = None
             self._integral = 0.0
             self._slope_k_s = 0.0
@@ -96,5 +93,6 @@ class HeaterControl:
         target_c = min(ambient_c + self.offset_k, SENSOR_PLATE_C - MARGIN_K)
         error_k = target_c - (sensor_c + LEAD_S * self._slope_k_s)
         if abs(error_k) < INTEGRATE_WITHIN_K:
-            self._integral = min(max(self._integral + INTEGRAL_PER_K_S * error_k * dt_s, -0.3), 0.3)
+            integral = self._integral + INTEGRAL_PER_K_S * error_k * dt_s
+            self._integral = min(max(integral, -INTEGRAL_MOST), INTEGRAL_MOST)
         return min(max(GAIN_PER_K * error_k + self._integral, -1.0), 1.0)

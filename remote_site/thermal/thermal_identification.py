@@ -22,27 +22,30 @@ from remote_site.thermal.touch_hypotheses import FOREIGN, Substances, TouchHypot
 
 ANSWERED = (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 LEAST_RATE_SD = 0.02
-"""Scatter of ln(rate) between touches of one material, at least."""
+"""Minimum scatter of ln(rate) between touches of one material."""
 LOST_S = 0.05
-"""Force has to be away for this long before a contact counts as lost, s."""
-LANDING_S, BOUNCE_S = 1.0, 0.5
-"""A finger that lands may bounce: light contact that begins in the first LANDING_S ends a touch after BOUNCE_S, s."""
+"""Minimum time without force that ends a contact, s."""
+LANDING_S = 1.0
+"""Time after contact in which a finger may bounce, s."""
+BOUNCE_S = 0.5
+"""Minimum time without force that ends a contact if it begins within LANDING_S, s."""
 GAP_S = 0.15
-"""A longer hole in the readings ends a touch, s."""
+"""Maximum time between two readings of a touch, s."""
 FLAT_S = 0.75
-"""Readings of a plate in contact that do not change at all for this long are no readings, s."""
+"""Maximum time for which a plate in contact can repeat the same reading, s."""
 AT_REST_K_S = 2.0
-"""A plate that warms faster than this at contact is not in the state that the model starts from, K/s."""
+"""Maximum slope of a plate at rest, K/s; the model starts from a plate at rest."""
 LASTS_S = 10.0
-"""Later readings say nothing more: the touch is done, s."""
+"""Time after contact at which a touch ends, s; later readings add no information."""
 HALF_READING_S = 0.005
+"""Half of the interval between two readings, s."""
 FIT_EVERY_S = 0.05
-"""Between two fits of Eq. 11, s."""
+"""Interval between two fits of Eq. 11, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class ThermalKnowledge:
-    """A table made ready for identification; all fingers share one, it holds no touch."""
+    """A table prepared for identification; all fingers share it, and it holds no state of a touch."""
 
     table: MaterialTable
     substances: Substances
@@ -53,7 +56,7 @@ class ThermalKnowledge:
     solve_every_s: Intervals = SOLVE_EVERY_S
     """See `TouchEstimate`."""
     reference: "ThermalKnowledge | None" = None
-    """Of the unheated sensor beside this one."""
+    """Knowledge of the unheated sensor beside this one."""
 
     @classmethod
     def of(
@@ -63,13 +66,13 @@ class ThermalKnowledge:
         at_once: int | None = None,
         foreign_share: float = FOREIGN,
     ) -> Self:
-        """Make `table` ready; `foreign_share` is the prior probability of an object of no calibrated material."""
+        """Prepare `table`; `foreign_share` is the prior probability of an object of no calibrated material."""
         known = substances(table, foreign_share)
         reference = None if table.reference is None else cls.of(table.reference, trust_s, at_once, foreign_share)
         return cls(table, known, guesses(table), MaterialPosterior(table, known), trust_s, at_once, reference=reference)
 
     def conclusion(self) -> ThermalConclusion:
-        """For a touch that begins."""
+        """Return the conclusion of a touch that begins."""
         return ThermalConclusion(self.table.names(), self.table.plate_j_m2k)
 
 
@@ -77,17 +80,17 @@ class ThermalIdentification:
     """Identification of one finger, one touch after another.
 
     Attributes:
-        answer: what is known now.
-        rested: whether the plate was at rest at contact, or near it.
-        warmed: whether the spot still has traces of an earlier touch: then its temperature is not that of others.
-        alone: whether this finger judges by itself; not while a judgement of several fingers speaks for it.
+        answer: present estimates of the touch.
+        rested: whether the plate was nearly at rest at contact.
+        warmed: whether an earlier touch has left warmth at the spot, so that its temperature is not the object's.
+        alone: whether this finger is judged alone instead of by a joint judgement of several fingers.
         since_s: time since contact, s; 0 before the first reading.
-        waited_s: for how long a solution has been due, or a look at earlier readings, s; below 0 while none is.
+        waited_s: time since a solution, or a new sum of earlier readings, became due, s; negative if none is due.
         fresh: whether the touch was solved since this was last set to False.
     """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
-        """Judge with `knowledge`."""
+        """Identify with `knowledge`."""
         self._knowledge = knowledge
         table = knowledge.table
         self._names = table.names()
@@ -107,7 +110,7 @@ class ThermalIdentification:
 
     @property
     def touching(self) -> bool:
-        """Whether there is a touch, be it one that takes no readings."""
+        """Whether there is a touch; it may take no readings."""
         return self.answer is not NO_CONTACT
 
     @property
@@ -116,7 +119,7 @@ class ThermalIdentification:
         return self._running
 
     def evidence(self) -> TouchEvidence | None:
-        """What the readings of this touch say, for a judgement; None while it is too early, or nothing presses."""
+        """Return the evidence of this touch; None if it is too early, or without force."""
         touching = self._estimate is not None and self._light_since_s is None and self._estimate.settled
         return self._estimate.evidence() if touching and self._estimate is not None else None
 
@@ -132,18 +135,18 @@ class ThermalIdentification:
 
         Args:
             t_s: time of contact, s.
-            start_c: reading at contact, C (best: mean of the last readings before it).
-            slope_k_s: its slope then, K/s: the plate is ahead of its reading.
-            ambient_c: ambient temperature, C; None where unknown: the calibration's stands in.
-            back_k: how much warmer the sensor's back is than in calibration, and its standard deviation, K.
+            start_c: reading at contact, C; ideally the mean of the last readings before it.
+            slope_k_s: slope of the reading at contact, K/s; the plate is ahead of its reading.
+            ambient_c: ambient temperature, C; None for that of the calibration.
+            back_k: temperature of the sensor's back above that in calibration, and its standard deviation, K.
         """
         knowledge = self._knowledge
         ambient_c = knowledge.table.ambient_c if ambient_c is None else ambient_c
         self.warmed = False
         self.rested = abs(slope_k_s) <= AT_REST_K_S
-        self._estimate = None  # made by `work`: the ticks of a contact have enough to do
+        self._estimate = None  # `work` creates it, because the tick of a contact is long already
         self._unread: list[tuple[float, float, float]] = []
-        """Readings that came before it was made."""
+        """Readings before the estimate was created."""
         self._begin = partial(
             TouchEstimate,
             knowledge.table,
@@ -170,13 +173,13 @@ class ThermalIdentification:
         self.answer = undecided(self._prior)
 
     def step(self, t_s: float, sensor_c: float, force_n: float) -> ThermalResult:
-        """Take one reading during a touch, do what is due, and return what is known; see `take`."""
+        """Take one reading during a touch, do the due work, and return the answer; see `take`."""
         self.take(t_s, sensor_c, force_n)
         self.work()
         return self.answer
 
     def take(self, t_s: float, sensor_c: float, force_n: float) -> None:
-        """Take one reading during a touch; `work` finds what it says.
+        """Take one reading during a touch, for `work`.
 
         Args:
             t_s: time, s.
@@ -207,17 +210,17 @@ class ThermalIdentification:
                 self.waited_s = self.since_s
             else:
                 estimate.take(dt_s, sensor_c, force_n)
-                self._see_what_is_due(estimate)
+                self._update_due(estimate)
 
     def work(self) -> None:
-        """Do what takes its time and is due, if anything: a part of a solution, or of a look at earlier readings."""
+        """Do the due slow work, if any: a part of a solution, or of a new sum of earlier readings."""
         if self.waited_s < 0.0:
             return
         if self._estimate is None:
             self._estimate = self._begin()
             for reading in self._unread:
                 self._estimate.take(*reading)
-            self._see_what_is_due(self._estimate)
+            self._update_due(self._estimate)
             if self.waited_s < 0.0:
                 return
         self._estimate.work()
@@ -226,20 +229,20 @@ class ThermalIdentification:
             if self.alone and (evidence := self.evidence()) is not None:
                 posterior = self._knowledge.posterior.judge([evidence])
                 self.answer = self.with_exponential(self._conclusion.step(posterior, self.since_s))
-        self._see_what_is_due(self._estimate)
+        self._update_due(self._estimate)
 
-    def _see_what_is_due(self, estimate: TouchEstimate) -> None:
+    def _update_due(self, estimate: TouchEstimate) -> None:
         self.waited_s = estimate.waited_s
         if self.since_s >= LASTS_S and self.waited_s < 0.0:
             self._end()
 
     def _end(self) -> None:
-        """The touch takes no more readings."""
+        """Take no more readings of this touch."""
         self._running = False
         self.waited_s = NOTHING_DUE
 
     def _fault(self, t_s: float, dt_s: float, sensor_c: float) -> ThermalReason:
-        """What makes a reading one that nothing can be learned from; NONE when it is fine."""
+        """Return the fault of a reading; NONE without one."""
         if not 0.0 <= dt_s <= GAP_S:
             return ThermalReason.READINGS_MISSING
         if not np.isfinite(sensor_c):
@@ -251,14 +254,14 @@ class ThermalIdentification:
         return ThermalReason.NONE
 
     def stop(self, reason: ThermalReason) -> None:
-        """End the touch; an answer that was reached is kept, otherwise it becomes `unidentifiable`."""
+        """End the touch; a decided answer is kept, any other becomes `unidentifiable`."""
         if not self._running:
             return
         self._end()
         decided = self.answer.status is not ThermalStatus.DECIDING
         status = self.answer.status if decided else ThermalStatus.UNIDENTIFIABLE
         self.answer = replace(self.answer, status=status, reason=self.answer.reason or reason)
-        if not decided:  # half a course says little about the object's temperature
+        if not decided:  # a part of a touch says little about the object's temperature
             self.answer = replace(
                 self.answer,
                 object_c=None,
@@ -269,7 +272,7 @@ class ThermalIdentification:
             )
 
     def again(self, found: ThermalResult) -> None:
-        """Touch where the last touch was, which has warmed the spot: what was found holds, nothing new can be found."""
+        """Touch a spot that the last touch has warmed; its answer holds, because nothing new can be identified."""
         self.release()
         self.warmed, self.since_s = True, 0.0
         holds = found.status in ANSWERED
@@ -280,13 +283,13 @@ class ThermalIdentification:
         )
 
     def release(self) -> None:
-        """Forget the touch: the finger is free."""
+        """Forget the touch, because the finger is free."""
         self._end()
         self._estimate = None
         self.answer = NO_CONTACT
 
     def with_exponential(self, answer: ThermalResult) -> ThermalResult:
-        """An answer with what the paper's method says of this finger's readings beside it."""
+        """Return an answer with the result of the paper's method for this finger's readings."""
         if self.since_s >= self._fitted_s + FIT_EVERY_S - HALF_READING_S:
             self._fitted_s, self._fit = self.since_s, self._exponential.fit()
         fit = self._fit
@@ -298,7 +301,7 @@ class ThermalIdentification:
         )
 
     def _likeliest_rate(self, fit: ExponentialFit | None) -> str | None:
-        """The paper's classification by rate alone: which calibrated rate, with its scatter, explains it best."""
+        """Return the material whose calibrated rate, with its scatter, explains the fit best: the paper's method."""
         if fit is None:
             return None
         k = max(int(np.searchsorted(self._times_s, self.since_s + HALF_READING_S)) - 1, 0)

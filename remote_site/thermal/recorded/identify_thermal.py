@@ -31,7 +31,7 @@ def identify_thermal(
 ) -> Iterator[Line]:
     """Yield one JSON line per requested time and a final one, for every trace and every joint touch.
 
-    A trace that cannot be read is answered `unidentifiable` with the reason, and the others go on. A trace with
+    A trace that cannot be read is answered `unidentifiable` with the reason; all others are judged. A trace with
     `reference_c` is judged as two fingers on one object: the heated sensor and the unheated one.
 
     Args:

@@ -44,7 +44,7 @@ def test_textures_differ_in_vibration_and_not_in_force() -> None:
 
 
 def held(scene: str, name: str, seconds: float) -> tuple[float, float]:
-    """What is felt by the model, and what the plate shows, as change since before the touch, K."""
+    """Felt temperature by the model, and temperature of the plate, as change since before the touch, K."""
     working = Working(scene)
     working.be_at(centre(scene, name), 0.006)
     plate_c = working.go(0.2)[-1].plate_set_c[INDEX]

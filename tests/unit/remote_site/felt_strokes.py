@@ -33,7 +33,7 @@ def stroking(blocks: list[StrokeBlock]) -> list[StrokeBlock]:
 
 
 def drawn(surface: str, seed: int) -> StrokeTrace:
-    """A stroke of random speed and force over a surface, so long that a second of it is a stroke."""
+    """A stroke of random speed and force over a surface, with a duration of which each second is a stroke."""
     chance = np.random.default_rng([seed, 11])
     speed_mm_s, force_n = chance.uniform(*SPEEDS_MM_S), chance.uniform(*FORCES_N)
     length_m = float(np.clip(1e-3 * speed_mm_s * 1.3, 0.02, 0.3))

@@ -292,7 +292,7 @@ def closed_form(times_s: Array, effusivity: float, conductance: float, leak: flo
     flow = np.polynomial.Polynomial([0.0, effusivity])
     whole = plate * resistance + flow
     by_plate = _inverse(times_s, resistance, whole * lag)
-    # a step of the back is leak / s: a pole at p = 0 of which 1 remains for ever
+    # a step of the back is leak / s: a pole at p = 0 of which 1 remains permanently
     by_back = 1.0 + _inverse(times_s, leak * resistance, whole * lag, over_s=True) if leak else np.zeros_like(by_plate)
     start = np.exp(-times_s / lag_s)
     return np.column_stack((1.0 - by_plate - by_back - start, by_plate, by_back))
@@ -305,7 +305,7 @@ def _inverse(
     *,
     over_s: bool = False,
 ) -> Array:
-    """Of above / below (over s = p^2), all roots simple; without what the pole at 0 leaves for ever."""
+    """Of above / below (over s = p^2), all roots simple; without the permanent part of the pole at 0."""
     total = np.zeros(len(times_s), dtype=complex)
     for root in below.roots().astype(complex):
         part = above(root) / below.deriv()(root) / (root**2 if over_s else 1.0)

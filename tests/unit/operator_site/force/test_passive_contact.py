@@ -148,7 +148,7 @@ def test_what_was_not_let_through_is_not_given_back():
 
 
 def test_a_surface_that_may_not_push_costs_nothing():
-    """A finger that waits in a surface for the session is felt as soon as it goes on: its account was not spent."""
+    """A finger that waits in a surface for the session is felt as soon as it begins: its account was not spent."""
     contact, t_s = pressed()
     contact.let_through(0.0)
     before_j = contact.account_j

@@ -127,7 +127,7 @@ def test_a_finger_gets_the_chosen_model_and_nothing_once_it_is_at_rest() -> None
 @pytest.mark.parametrize("better", ["ceramic_tile", "aluminium", "copper"])
 @pytest.mark.parametrize("since_s", [0.05, 0.5, 3.0])
 def test_a_larger_model_in_mid_touch_makes_no_bump(better: str, since_s: float) -> None:
-    """An estimate that becomes another material: what is felt goes on where it was."""
+    """An estimate that becomes another material: the felt temperature continues where it was."""
     skin, plain = SceneSkin(fingers=1), SceneSkin(RUNGS[-1], fingers=1)
     for one in (skin, plain):
         one.touch(0, Touched.of("pine"), 26.0)

@@ -10,7 +10,7 @@ SPEED_M_S = 0.05
 
 
 def place(t_s: float) -> float:
-    """Of an even stroke, as the exoskeleton tells it."""
+    """Poses of an even stroke, as the exoskeleton reports them."""
     return round(SPEED_M_S * t_s / 2e-5) * 2e-5
 
 
@@ -30,7 +30,7 @@ def test_the_speed_is_that_of_both_directions_together() -> None:
 @pytest.mark.parametrize("held_s", [0.01, 0.03, 0.06, 0.09])
 @pytest.mark.parametrize("stale", [0, 1, 3])
 def test_poses_that_were_held_up_make_no_leap(held_s: float, stale: int) -> None:
-    """The line stands still, then tells some old poses and the newest, tick by tick."""
+    """The line stands still, then reports some old poses and the newest, tick by tick."""
     speed, told, held_at_s = StrokeSpeed(), [], 0.1
     for n in range(150):
         now_s = 0.002 * n

@@ -160,7 +160,7 @@ def test_a_tap_that_is_known_to_come_starts_the_motor_in_time():
     started_s = next(n * DT for n, speed in enumerate(out) if speed > 0.0)
     assert 0.2 - started_s == pytest.approx(rise_s + 0.006, abs=1.5 * DT)
     assert [speed for speed in out if speed > 0.0] == pytest.approx([attack] * sum(speed > 0.0 for speed in out))
-    # The contact's own event goes on from there: one tap, not two.
+    # The contact's own event continues from there, as one tap.
     tapped = finger.step(0.2, ExplorationMode.TAPPING, 0.0, 0.5, surface=PVC, events=[tap(0.1)])
     assert tapped == pytest.approx(attack)
     assert finger.step(0.2 + TAP_S + DT, ExplorationMode.QUIESCENT, 0.0, 0.5, surface=PVC) == 0.0
@@ -171,7 +171,7 @@ def test_a_contact_that_does_not_come_is_given_up():
     out = coming_down(finger, contact_s=0.05, until_s=0.5)
     assert max(out) > 0.0
     assert set(out[round(0.16 / DT) :]) == {0.0}
-    # It goes up, and comes down anew.
+    # It goes up, and comes down again.
     assert finger.step(0.5, ExplorationMode.FREE, 0.0, 0.0, surface=PVC) == 0.0
     again = finger.step(0.5 + DT, ExplorationMode.FREE, 0.0, 0.0, surface=PVC, contact_in_s=0.001, approach_m_s=0.1)
     assert again > 0.0

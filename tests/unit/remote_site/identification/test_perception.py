@@ -1,4 +1,4 @@
-"""What the operator site receives of an object, from what the remote site sensed in a recorded session."""
+"""Touch packets from the recorded readings of a session."""
 
 from itertools import pairwise
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What a contact tells of the surface: on presses that chose no constant, and where it moves and changes."""
+"""Surface below a contact: on presses that chose no constant, and where it moves and changes."""
 
 import math
 from functools import cache

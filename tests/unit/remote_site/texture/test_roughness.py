@@ -96,7 +96,7 @@ def test_another_surface_is_seen_and_learned_within_a_centimetre(before, after):
 
 
 def test_the_roughness_is_as_uncertain_as_it_says():
-    """Over many surfaces alike, what is told scatters by what is told of it, after 3 mm and after 30 mm."""
+    """On many equal surfaces, roughness scatters by its reported deviation, after 3 mm and after 30 mm."""
     values, told = {30: [], 300: []}, {30: [], 300: []}
     for seed in range(200):
         roughness = Roughness()

@@ -1,4 +1,4 @@
-"""What identifying texture costs, beside a named unit timed by turns in the same run."""
+"""Cost of identifying texture, beside a named unit timed by turns in the same run."""
 
 from time import perf_counter
 

@@ -37,12 +37,10 @@ def test_the_heater_is_off_in_contact_and_in_doubt() -> None:
     control = HeaterControl()
     assert control.step(0.0, 25.0, 23.0, False) == 1.0
     assert control.step(0.1, 25.0, 23.0, True) == 0.0
-    assert control.step(0.2, None, 23.0, False) == 0.0
-    assert control.step(0.3, 25.0, None, False) == 0.0
-    assert control.step(0.4, 25.0, 23.0, False, age_s=0.2) == 0.0
-    assert control.step(0.5, 25.0, 23.0, False, fault=ThermalReason.SENSOR_OPEN) == 0.0
-    assert control.step(0.6, float("nan"), 23.0, False) == 0.0
-    assert control.step(0.7, 42.5, 23.0, False) == 0.0
+    assert control.step(0.2, 25.0, 23.0, False, ThermalReason.SENSOR_OPEN) == 0.0
+    assert control.step(0.3, float("nan"), 23.0, False) == 0.0
+    assert control.step(0.4, 25.0, float("nan"), False) == 0.0
+    assert control.step(0.5, 42.5, 23.0, False) == 0.0
 
 
 def test_the_next_offset_never_passes_42_c() -> None:

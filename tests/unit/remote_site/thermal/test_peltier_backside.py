@@ -1,4 +1,4 @@
-"""What a heater has done to the back of its Peltier element, beside the simulated sensor, which knows more of it."""
+"""Effect of a heater on the back of its Peltier element, beside the simulated sensor, which knows more of it."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Surfaces of slow strokes: told at another pressure and speed, from a table that keeps what it was made of."""
+"""Surfaces of slow strokes, recognised at another pressure and speed, from a table that keeps what it was made of."""
 
 import json
 from dataclasses import replace

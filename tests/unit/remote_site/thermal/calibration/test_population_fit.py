@@ -23,7 +23,7 @@ from tests.unit.remote_site.made_touches import (
 pytestmark = pytest.mark.long
 
 FORCES = tuple(pressed(force_n) for force_n in (0.6, 1.2, 3.0))
-"""Pressed differently: otherwise nothing tells how the contact follows the force."""
+"""Pressed differently, because equal forces do not show how the contact follows the force."""
 EACH = 6
 """Touches of each material at each force."""
 
