@@ -32,7 +32,7 @@ _WATCH = 5
 """Number of cells between two tests for a change of surface."""
 
 
-class Felt(NamedTuple):
+class PathCell(NamedTuple):
     """One cell: its place, m; power of the curvature for one newton, V^2; power that noise adds to it, V^2."""
 
     place_m: float
@@ -47,7 +47,7 @@ class Roughness:
         changed: whether the last step restarted the mean on another surface.
     """
 
-    __slots__ = ("_count", "_felt", "_groove_m", "_new", "_new_noise", "_new_power", "_noise", "_power", "changed")
+    __slots__ = ("_count", "_groove_m", "_late", "_new", "_new_noise", "_new_power", "_noise", "_power", "changed")
 
     def __init__(self) -> None:
         self.forget()
@@ -57,13 +57,13 @@ class Roughness:
         self.changed = False
         self._count = 0
         self._power = self._noise = 0.0
-        self._new: deque[Felt] = deque()
+        self._new: deque[PathCell] = deque()
         self._new_power = self._new_noise = 0.0
         self.interrupt()
 
     def interrupt(self) -> None:
         """Interrupt the path."""
-        self._felt: deque[Felt] = deque()
+        self._late: deque[PathCell] = deque()
         self._groove_m: float | None = None
 
     @property
@@ -98,18 +98,18 @@ class Roughness:
     def groove(self, place_m: float) -> None:
         """Take a groove at this place, m; the cells near it are left out."""
         self._groove_m = place_m
-        self._felt = deque(felt for felt in self._felt if abs(felt.place_m - place_m) > NEAR_M)
+        self._late = deque(cell for cell in self._late if abs(cell.place_m - place_m) > NEAR_M)
 
-    def step(self, felt: Felt) -> Felt | None:
+    def step(self, cell: PathCell) -> PathCell | None:
         """Take the next cell; return the cell that now counts for the surface itself."""
         self.changed = False
         if self._groove_m is None:
-            self._groove_m = felt.place_m  # a groove may lie just before the path
-        if felt.place_m - self._groove_m > NEAR_M:
-            self._felt.append(felt)
-        if not self._felt or felt.place_m - self._felt[0].place_m < _LATE * CELL_M:
+            self._groove_m = cell.place_m  # a groove may lie just before the path
+        if cell.place_m - self._groove_m > NEAR_M:
+            self._late.append(cell)
+        if not self._late or cell.place_m - self._late[0].place_m < _LATE * CELL_M:
             return None
-        settled = self._felt.popleft()
+        settled = self._late.popleft()
         self._new.append(settled)
         self._new_power += settled.power
         self._new_noise += settled.noise
@@ -122,21 +122,21 @@ class Roughness:
                 self._watch_for_a_jump()
         return settled
 
-    def _average(self, felt: Felt) -> None:
+    def _average(self, cell: PathCell) -> None:
         """Update the mean with forgetting; the first cells form a plain mean."""
         self._count += 1
         part = max(1.0 / self._count, 1.0 - math.exp(-CELL_M / FORGET_M))
-        self._power += part * (felt.power - self._power)
-        self._noise += part * (felt.noise - self._noise)
+        self._power += part * (cell.power - self._power)
+        self._noise += part * (cell.noise - self._noise)
 
     def _watch_for_a_jump(self) -> None:
-        self._new_power = sum(felt.power for felt in self._new)  # removes the rounding errors of the running sum
-        self._new_noise = sum(felt.noise for felt in self._new)
+        self._new_power = sum(cell.power for cell in self._new)  # removes the rounding errors of the running sum
+        self._new_noise = sum(cell.noise for cell in self._new)
         if abs(math.log(max(self._new_power / _NEW, 1e-12) / max(self._power, 1e-12))) > JUMP:
             # the path on which the power changed holds both surfaces: only its end belongs to the new one
             self.changed = True
             self._new = deque(islice(self._new, _NEW - _WATCH, None))
-            self._new_power = sum(felt.power for felt in self._new)
-            self._new_noise = sum(felt.noise for felt in self._new)
+            self._new_power = sum(cell.power for cell in self._new)
+            self._new_noise = sum(cell.noise for cell in self._new)
             self._count = 0
             self._power = self._noise = 0.0

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from common.wire.messages import ExplorationMode
 from remote_site.texture.curvature_noise import CurvatureNoise
 from remote_site.texture.groove_detector import GrooveDetector, Impulse
-from remote_site.texture.roughness import Felt, Roughness
+from remote_site.texture.roughness import PathCell, Roughness
 from remote_site.texture.sensor_fault import SensorFault
 from remote_site.texture.surface_filter import SurfaceFilter
 from remote_site.texture.surface_table import FAINTEST, Surface, SurfaceTable
@@ -100,7 +100,7 @@ class TextureIdentification:
         self._roughness.forget()
         self._filter.forget()
         self._surface: Surface | None = None
-        self._felt = 0.0
+        self._ln_roughness = 0.0
         self._changed_m = 0.0
         self._begin_way()
 
@@ -119,7 +119,7 @@ class TextureIdentification:
         self._roughness.interrupt()
         self._filter.interrupt()
         self._moved_m: float | None = None
-        self._heard: list[Felt] = []
+        self._settled: list[PathCell] = []
 
     @property
     def fault(self) -> str | None:
@@ -248,7 +248,7 @@ class TextureIdentification:
         if not self._impulses.known:
             return impulse, False
         noise = self._noise.power(curve.samples) * noise_v2
-        settled = self._roughness.step(Felt(curve.place_m, curvature_v * curvature_v, noise))
+        settled = self._roughness.step(PathCell(curve.place_m, curvature_v * curvature_v, noise))
         updated = self._recognise(curve.place_m, settled, impulse)
         return impulse, (updated or self._roughness.changed) and self._change(curve.place_m)
 
@@ -256,23 +256,23 @@ class TextureIdentification:
         """Return whether another surface has begun: the roughness jumped, or the filter is sure of another surface."""
         changed = self._roughness.changed
         sure, before = self._filter.sure, self._surface
-        felt = ln_roughness(self._roughness.roughness_v)
+        roughness = ln_roughness(self._roughness.roughness_v)
         if sure is not None and sure is not before:
             # a surface that was not calibrated may lie between two that were: then the surface is still the same
             patterned = before is not None and (sure.period_mm or before.period_mm) is not None
-            if before is None or patterned or abs(felt - self._felt) > DIFFERENT:
+            if before is None or patterned or abs(roughness - self._ln_roughness) > DIFFERENT:
                 changed = changed or before is not None
                 self._surface = sure
         if self._roughness.changed:
             self._surface = None  # the recognition of the new surface is part of the same change
         if sure is not None and sure is self._surface:
-            self._felt = felt
+            self._ln_roughness = roughness
         if not changed or place_m - self._changed_m < SETTLE_M:
             return False
         self._changed_m = place_m
         return True
 
-    def _recognise(self, place_m: float, settled: Felt | None, impulse: Impulse | None) -> bool:
+    def _recognise(self, place_m: float, settled: PathCell | None, impulse: Impulse | None) -> bool:
         """Update the filter with grooves, roughness, and every LISTEN_M the path without grooves; return if updated."""
         updated = impulse is not None
         if self._moved_m is None:
@@ -286,12 +286,12 @@ class TextureIdentification:
             self._moved_m += way_m
             updated = True
         if settled is not None:
-            self._heard.append(settled)
-            if len(self._heard) == _LISTEN:
-                power = sum(felt.power for felt in self._heard) / _LISTEN
-                noise = sum(felt.noise for felt in self._heard) / _LISTEN
+            self._settled.append(settled)
+            if len(self._settled) == _LISTEN:
+                power = sum(cell.power for cell in self._settled) / _LISTEN
+                noise = sum(cell.noise for cell in self._settled) / _LISTEN
                 self._filter.roughness(power, noise, LISTEN_M)
-                self._heard = []
+                self._settled = []
                 updated = True
         return updated
 

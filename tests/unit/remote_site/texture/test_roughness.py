@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from remote_site.texture.groove_detector import GrooveDetector
 from remote_site.texture.groove_period import GroovePeriod
-from remote_site.texture.roughness import Felt, Roughness
+from remote_site.texture.roughness import PathCell, Roughness
 from remote_site.texture.tip_path import CELL_M, Curve
 from tests.unit.remote_site.felt_strokes import held_values
 
@@ -73,7 +73,7 @@ def roughness_of(values, grooves=()):
     for k, value in enumerate(values):
         if k - 4 in grooves:
             roughness.groove((k - 4) * CELL_M)
-        roughness.step(Felt(k * CELL_M, float(value) ** 2, 0.0))
+        roughness.step(PathCell(k * CELL_M, float(value) ** 2, 0.0))
         jumps += roughness.changed
     return roughness, jumps
 
@@ -101,7 +101,7 @@ def test_the_roughness_is_as_uncertain_as_it_says():
     for seed in range(200):
         roughness = Roughness()
         for k, value in enumerate(cells(seed, 312, 0.1), 1):
-            roughness.step(Felt(k * CELL_M, value * value, 0.0))
+            roughness.step(PathCell(k * CELL_M, value * value, 0.0))
             if k - 11 in values:
                 values[k - 11].append(roughness.roughness_v)
                 told[k - 11].append(roughness.roughness_sd_v)
