@@ -32,8 +32,7 @@ from common.wire.messages import MotionRow
 from common.wire.packets import Floats, LinkState
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
-from operator_site.gated_rendering import GatedRendering
-from operator_site.rendering_input import RenderingInput
+from operator_site.gated_rendering import GatedRendering, RenderingInput
 from operator_site.safety.gated_output import GatedOutput, released
 from operator_site.safety.limit_flags import limit_names
 from operator_site.session.admission import Admission

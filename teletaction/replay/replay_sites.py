@@ -7,9 +7,8 @@ from msgspec.structs import replace
 from common.config import RenderingConfig
 from common.fingers import FINGERS
 from common.wire.messages import Touch
-from operator_site.gated_rendering import GatedRendering
+from operator_site.gated_rendering import GatedRendering, RenderingInput
 from operator_site.recorded_rows import Rendered
-from operator_site.rendering_input import RenderingInput
 from operator_site.safety.gated_output import GatedOutput
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.perception import Perception

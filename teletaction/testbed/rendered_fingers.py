@@ -13,8 +13,7 @@ from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.wire.messages import Touch
 from operator_site.devices.ntc import PlateSensor
-from operator_site.gated_rendering import GatedRendering
-from operator_site.rendering_input import RenderingInput
+from operator_site.gated_rendering import GatedRendering, RenderingInput
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.vibration.motor_drive import MotorDrive
 from sim_sensors.devices.tacttip import TactTip, ntc_counts

@@ -12,8 +12,7 @@ from common.scenes.materials import materials
 from common.wire.messages import NO_TOUCH, ExplorationMode, Touch, pack_rows
 from common.wire.packets import LinkState, N
 from operator_site.devices.ntc import PlateSensor
-from operator_site.gated_rendering import GatedRendering
-from operator_site.rendering_input import RenderingInput
+from operator_site.gated_rendering import GatedRendering, RenderingInput
 from sim_sensors.devices.tacttip import ntc_counts
 from sim_sensors.physics.finger_plate import FingerPlates
 from tests.virtual.session import TICK_S

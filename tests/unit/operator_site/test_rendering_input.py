@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from common.wire.messages import Touch
 from common.wire.packets import N
-from operator_site.rendering_input import RenderingInput
+from operator_site.gated_rendering import RenderingInput
 from tests.unit.common.any_fault import faults
 from tests.unit.operator_site.touches import tick_input, touch
 
