@@ -1,4 +1,4 @@
 """Faults and reasons as codes with numbers, and the texts that people read.
 
-All folders may use `fault`. What shows a fault to people uses `texts`.
+All folders may use `fault`. Code that shows a fault to people uses `texts`.
 """

@@ -1,4 +1,4 @@
-"""Faults that sites latch: a code with a place and numbers. `common.faults.texts` has the words."""
+"""Defines the faults that sites latch: a code with a place and numbers. `common.faults.texts` has the words."""
 
 import math
 from collections.abc import Mapping
@@ -10,14 +10,14 @@ from common.fingers import FINGERS
 from common.wire.packets import MAX_TEXT, BadPacket
 
 LONGEST_DETAIL = 300
-"""Characters of a fault's free text."""
+"""Maximum length of a fault's free text, characters."""
 AXES = ("hand's x", "hand's y")
-"""Where a fault is of the hand's place and of no finger."""
+"""Values of `Fault.where` for a fault of the hand's position, which belongs to no finger."""
 EXOSKELETON, TELEMANIPULATOR = "exoskeleton", "telemanipulator"
 
 
 class FaultCode(StrEnum):
-    """What is wrong. The values stand in packets, status files and recordings."""
+    """Kind of fault. Packets, status files and recordings contain the values."""
 
     TIME_NOT_FINITE = "time-not-finite"
     AGE_NOT_A_NUMBER = "age-not-a-number"
@@ -67,11 +67,11 @@ class FaultCode(StrEnum):
     REMOTE_STOP = "remote-stop"
     CONTAINED = "exception-contained"
     UNKNOWN = "unknown"
-    """A far site gave a code that this one does not have; it is the detail."""
+    """Code of a far site that this version does not have; the fault's detail contains it."""
 
 
 STOPS = frozenset((FaultCode.OPERATOR_STOP, FaultCode.REMOTE_STOP))
-"""Emergency stops: a person asked for them."""
+"""Codes of emergency stops, which a person requested."""
 OF_A_PLATE = frozenset(
     (
         FaultCode.PLATE_NOT_BELIEVED,
@@ -97,7 +97,7 @@ OF_A_PLATE = frozenset(
         FaultCode.HEATER_UNASKED,
     )
 )
-"""Faults of one finger's plate, of its module or of its thermal sensor. A repeated one needs a test pulse."""
+"""Codes of faults of one finger's plate, module or thermal sensor. After a repeated one it needs a test pulse."""
 UNITS = {
     FaultCode.PLATE_TOO_HOT: "C",
     FaultCode.COOLING_LOST: "C",
@@ -119,22 +119,22 @@ UNITS = {
     FaultCode.FRAMES_DAMAGED: "",
     FaultCode.NO_GOOD_FRAME: "ms",
 }
-"""Unit of value and limit of each code that has a value; empty for a count."""
+"""Unit of value and limit for each code that has a value; empty for a count."""
 
 
 class Fault(NamedTuple):
-    """One fault. As a tuple it is what packets and recordings hold.
+    """One fault. Packets and recordings contain it as a tuple.
 
     Attributes:
-        code: what is wrong.
-        where: the finger, one of AXES, or the CAN frame; empty where it is of a whole device or site.
-        device: EXOSKELETON or TELEMANIPULATOR, where it is of one of these.
-        value: what was measured, in the unit of the code; None where the code has none.
-        limit: what the value is compared with; None where the code names none.
-        rate_hz: frequency of a force that swings, Hz.
-        detail: place of a contained exception, address of a bus, number of frames looked at, reading of a dead force
-            sensor, or a code that is not known; else empty.
-        needs_test: whether the fault is repeated, and its plate stays off until a test pulse has moved it.
+        code: kind of fault.
+        where: finger, one of AXES, or CAN frame; empty for a fault of a whole device or site.
+        device: EXOSKELETON or TELEMANIPULATOR for a fault of one of them; else empty.
+        value: measured value, in the unit of the code; None for a code without a value.
+        limit: value with which `value` is compared, in the same unit; None for a code without one.
+        rate_hz: frequency of an oscillating force, Hz.
+        detail: place of a contained exception, address of a bus, number of examined frames, reading of a dead force
+            sensor, or an unknown code; else empty.
+        needs_test: whether the fault is a repeated one: its plate stays off until a test pulse has moved it.
     """
 
     code: FaultCode
@@ -148,11 +148,11 @@ class Fault(NamedTuple):
 
     @property
     def plate(self) -> int | None:
-        """Number of the finger whose plate, module or thermal sensor the fault is of; None where it is of none."""
+        """Number of the finger whose plate, module or thermal sensor has the fault; None for other faults."""
         return FINGERS.index(self.where) if self.code in OF_A_PLATE and self.where in FINGERS else None
 
     def bounded(self) -> "Fault":
-        """The same, so that every reader takes it: finite numbers, and texts of one bounded printable line."""
+        """Return this fault as every reader accepts it: finite numbers, texts of one bounded printable line."""
         return Fault(
             self.code,
             one_line(self.where, MAX_TEXT),
@@ -169,18 +169,18 @@ _CODES = frozenset(FaultCode)
 
 
 def contained(name: str) -> Fault:
-    """The fault of a contained exception with this name."""
+    """Return the fault of a contained exception with this name."""
     return Fault(FaultCode.CONTAINED, detail=name)
 
 
 def read_fault(value: object) -> Fault | None:
-    """The fault that a packet, a recording or a status file holds; None for none. An unknown code becomes UNKNOWN.
+    """Return the fault in a packet, a recording or a status file; None for none. An unknown code becomes UNKNOWN.
 
     Args:
-        value: the fields of a `Fault` in order, or a map that has them by name and perhaps more.
+        value: fields of a `Fault` in order, or a map that contains them by name.
 
     Raises:
-        BadPacket: it is something else.
+        BadPacket: the value is no fault; the message names the wrong field.
     """
     if value is None:
         return None

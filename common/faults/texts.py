@@ -1,4 +1,4 @@
-"""English texts of codes: the only place where a fault or a reason becomes a sentence."""
+"""Makes English texts from the codes of faults and reasons. No other module does this."""
 
 from common.faults.fault import UNITS, Fault, FaultCode, read_fault
 from common.wire.messages import ThermalReason
@@ -8,9 +8,9 @@ _FAULTS = {
     FaultCode.TIME_NOT_FINITE: "time is not a finite number",
     FaultCode.AGE_NOT_A_NUMBER: "age of the input is not a number",
     FaultCode.REQUEST_NOT_FINITE: "a requested output is not a finite number",
-    FaultCode.MOTION_NOT_FINITE: "a wanted motion or heater drive is not a finite number",
+    FaultCode.MOTION_NOT_FINITE: "a requested motion or heater drive is not a finite number",
     FaultCode.MEASUREMENT_NOT_FINITE: "a measurement is not a finite number",
-    FaultCode.PLATE_NOT_BELIEVED: "plate temperature is not to be believed",
+    FaultCode.PLATE_NOT_BELIEVED: "plate temperature is implausible",
     FaultCode.PLATE_TOO_HOT: "plate at {value:.1f} C, above {limit:.1f} C",
     FaultCode.PLATE_AGAINST_DRIVE: "plate temperature moves against the drive",
     FaultCode.PLATE_NOT_FOLLOWING: "plate temperature does not follow the drive",
@@ -27,17 +27,17 @@ _FAULTS = {
     FaultCode.COOLING_TOO_COLD: "the cooling water is lost or too cold: hot side at {value:.0f} C, "
     "{limit:.0f} C before",
     FaultCode.MODULE_CUT_OUT: "the module's own temperature limit has switched its plate off",
-    FaultCode.MOTOR_UNASKED: "the motor is driven with {value:.0f} mV, never asked for",
-    FaultCode.PELTIER_UNASKED: "the Peltier element is driven with {value:.0f} permille, never asked for",
+    FaultCode.MOTOR_UNASKED: "the motor is driven with {value:.0f} mV without a command",
+    FaultCode.PELTIER_UNASKED: "the Peltier element is driven with {value:.0f} permille without a command",
     FaultCode.SENSOR_PLATE_TOO_HOT: "sensor plate at {value:.1f} C, above {limit:.1f} C",
     FaultCode.SENSOR_CUT_OUT: "the sensor's own temperature limit has switched its heater off",
-    FaultCode.HEATER_UNASKED: "the heater is driven with {value:.0f} permille, never asked for",
+    FaultCode.HEATER_UNASKED: "the heater is driven with {value:.0f} permille without a command",
     FaultCode.FORCE_SWINGS: "force swings at {rate_hz:.0f} Hz by {value:.1f} N",
-    FaultCode.FORCE_UNASKED: "{value:.2f} N applied, {limit:.2f} N asked for",
-    FaultCode.DRIVES_UNASKED: "the drives are enabled, never asked for",
-    FaultCode.NOT_RELEASED: "it is not released, although asked for",
+    FaultCode.FORCE_UNASKED: "{value:.2f} N applied, {limit:.2f} N commanded",
+    FaultCode.DRIVES_UNASKED: "the drives are enabled without a command",
+    FaultCode.NOT_RELEASED: "it is not released, although commanded",
     FaultCode.SET_POINT_MISSED: "does not obey: {value:.1f} mm off its set-points, at most {limit:.1f} mm",
-    FaultCode.STATE_NOT_REPORTED: "reports its place, but not what its outputs do",
+    FaultCode.STATE_NOT_REPORTED: "reports its position, but not the state of its outputs",
     FaultCode.ENCODER_JUMPED: "encoder jumped by {value:.1f} mm",
     FaultCode.ENCODER_JUMPS: "encoder jumps: {value:.0f} times in 1 s, at most {limit:.0f}",
     FaultCode.ENCODER_STUCK: "joint or encoder stuck: it was sent {value:.1f} mm, and has not moved by a count",
@@ -47,7 +47,7 @@ _FAULTS = {
     "above its set-point, at most {limit:.1f} mm",
     FaultCode.FORCE_SENSOR_BIASED: "force sensor biased: {value:.2f} N, of which the servo shows {limit:.2f} N",
     FaultCode.BUS_OFF: "CAN bus is off: the controller of {detail} has left it after too many errors",
-    FaultCode.FOREIGN_FRAMES: "another node sends it: only this site may",
+    FaultCode.FOREIGN_FRAMES: "another node sends this frame: only this site may",
     FaultCode.FRAMES_DAMAGED: "{value:.0f} of the last {detail} frames damaged, at most {limit:.0f}",
     FaultCode.NO_GOOD_FRAME: "no good frame for {value:.0f} ms, at most {limit:.0f} ms: only damaged ones",
     FaultCode.KEY_USED_TWICE: "the operator's key is in use at two places at once: revoke it and make a new one",
@@ -79,7 +79,7 @@ _THERMAL = {
 
 
 def fault_text(fault: Fault | None) -> str:
-    """A fault in one line: where, what with value and limit; empty for none."""
+    """Return a fault as one line: device, place, and kind with value and limit; empty for none."""
     if fault is None:
         return ""
     what = filled(_FAULTS[fault.code], fault) + (_NEEDS_TEST if fault.needs_test else "")
@@ -87,33 +87,33 @@ def fault_text(fault: Fault | None) -> str:
 
 
 def filled(text: str, fault: Fault) -> str:
-    """A text with the fault's numbers in its places; a question mark stands for a number that is not known."""
+    """Return a text with the fault's numbers filled in; a question mark stands for an unknown number."""
     numbers = {name: _Number(getattr(fault, name)) for name in ("value", "limit", "rate_hz")}
     return text.format(detail=fault.detail, **numbers)
 
 
 def fault_figures(fault: Fault | None) -> dict[str, object] | None:
-    """A fault for a status file: each field by its name, the unit of the numbers, and the text."""
+    """Return a fault for a status file: each field by its name, the unit of the numbers, and the text."""
     if fault is None:
         return None
     return {**fault._asdict(), "unit": UNITS.get(fault.code, ""), "text": fault_text(fault)}
 
 
-def said_fault(said: object) -> str:
-    """The text of a fault in a status file or an answer of a desk; empty for none."""
+def said_fault(value: object) -> str:
+    """Return the text of a fault in a status file or in the answer to a local command; empty for none."""
     try:
-        return fault_text(read_fault(said))
+        return fault_text(read_fault(value))
     except BadPacket:
         return "unknown fault"
 
 
 def thermal_text(reason: ThermalReason) -> str:
-    """Why a material is not named, or is not of this touch alone; empty for NONE."""
+    """Return why a material is not named, or does not come from this touch alone; empty for NONE."""
     return _THERMAL[reason]
 
 
 class _Number:
-    """A number that may not be known, for `str.format`."""
+    """A number for `str.format` that may be unknown."""
 
     def __init__(self, number: float | None) -> None:
         self._number = number
