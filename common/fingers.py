@@ -3,13 +3,13 @@
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 """Index into this tuple is the finger number on the wire."""
 FINGER_Y_M = (-0.04, -0.02, 0.0, 0.02, 0.04)
-"""Where each finger sits across the stroke, relative to the hand's y, m."""
+"""Position of each finger across the stroke, relative to the hand's y, m."""
 
 
 def chosen_fingers(count: int) -> tuple[str, ...]:
     """Return the fingers that a session with `count` fingers uses (1..5).
 
-    One finger means the index finger: it is the one people explore with.
+    A single finger is the index finger, with which people explore.
 
     Raises:
         ValueError: `count` is not in 1..5.

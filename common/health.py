@@ -1,8 +1,8 @@
-"""`python -m common.health FILE [--state STATE]`: whether a process of a session may be relied on, for supervisors.
+"""Checks for a supervisor that a process of a session is healthy: `python -m common.health FILE [--state STATE]`.
 
-*Fresh*: it has rewritten its status file lately, and what it acts on or shows is not old. *Safe*: no fault is latched,
-no device is missing, the list of trusted keys is sound. A site that waits for somebody to engage is healthy. A state
-is believed of a young file only.
+A healthy process is fresh: its status file is recent, and so is the data on which it acts or which it shows. It is
+also safe: no fault is latched, no device is missing, and the list of trusted keys is sound. A site that waits for a
+person to engage is healthy. Only a recent file shows the state of its process.
 """
 
 import argparse
@@ -17,23 +17,24 @@ from common.link.session_display import ENDED, SILENT, seconds_old
 from common.timing.timeouts import SUPERVISOR_WATCHDOG_S
 
 OLDEST_S = SUPERVISOR_WATCHDOG_S
-_ILLS = ("missing", "stale", "keys")
-"""What a process says in its own words beside a fault, and each is empty where there is none."""
+"""Maximum age of the status file of a healthy process, s."""
+_PROBLEMS = ("missing", "stale", "keys")
+"""Fields of a status file that describe a problem other than a fault; empty without one."""
 
 
 class NoStatus(ValueError):
-    """A status file that is not there, or is none."""
+    """A status file that does not exist or is invalid."""
 
 
 def read_status(status: Path, now_ns: int) -> tuple[dict[str, Any], float]:
-    """What a status file tells, and how long ago it was written, s.
+    """Return the content of a status file, and its age, s.
 
     Raises:
-        NoStatus: it cannot be read, or is no status file.
+        NoStatus: the file cannot be read, or is no status file.
     """
     try:
-        told = read_json(status)
-        return dict(told), (now_ns - int(told["time_ns"])) * 1e-9
+        content = read_json(status)
+        return dict(content), (now_ns - int(content["time_ns"])) * 1e-9
     except OSError as error:
         raise NoStatus(f"{status}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, OverflowError):
@@ -41,12 +42,12 @@ def read_status(status: Path, now_ns: int) -> tuple[dict[str, Any], float]:
 
 
 def young(age_s: float) -> bool:
-    """Whether a status of this age says that its process lives; a negative age is from before the machine started."""
+    """Return whether a status of this age, s, shows a living process; one from before a reboot has a negative age."""
     return 0.0 <= age_s < OLDEST_S
 
 
-def ill(status: Path, now_ns: int, state: str | None = None) -> str:
-    """What is wrong with the process that writes `status`; empty when nothing is.
+def find_problem(status: Path, now_ns: int, state: str | None = None) -> str:
+    """Return the first problem of the process that writes `status`; empty for a healthy one.
 
     Args:
         status: the process's status file.
@@ -54,31 +55,31 @@ def ill(status: Path, now_ns: int, state: str | None = None) -> str:
         state: the session state that a site must be in, such as `engaged`; any by default.
     """
     try:
-        told, age_s = read_status(status, now_ns)
+        content, age_s = read_status(status, now_ns)
     except NoStatus as problem:
         return str(problem)
     if not young(age_s):
         return f"{status}: {SILENT}, {seconds_old(age_s)}, expected less than {OLDEST_S:g} s"
-    if told.get("state") == ENDED:
+    if content.get("state") == ENDED:
         return f"{status}: the process has ended"
-    if fault := told.get("fault"):
+    if fault := content.get("fault"):
         return f"{status}: fault: {fault['text'] if isinstance(fault, dict) else fault}"
-    for name in _ILLS:
-        if told.get(name):
-            return f"{status}: {name}: {told[name]}"
-    if state is not None and told.get("state") != state:
-        why = told.get("paused") or told.get("refusal") or ""
-        return f"{status}: {told.get('state', 'no session state')}, expected {state}" + (f" ({why})" if why else "")
+    for name in _PROBLEMS:
+        if content.get(name):
+            return f"{status}: {name}: {content[name]}"
+    if state is not None and content.get("state") != state:
+        why = content.get("paused") or content.get("refusal") or ""
+        return f"{status}: {content.get('state', 'no session state')}, expected {state}" + (f" ({why})" if why else "")
     return ""
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit code 0 when healthy; else 1 and one line that says why."""
+    """Return exit code 0 for a healthy process; else 1, after one line with the problem."""
     parser = argparse.ArgumentParser(prog="python -m common.health", description=__doc__)
     parser.add_argument("status", type=Path, metavar="FILE", help="status file of the process")
     parser.add_argument("--state", help="session state that a site must be in")
     options = parser.parse_args(arguments)
-    problem = ill(options.status, time.monotonic_ns(), options.state)
+    problem = find_problem(options.status, time.monotonic_ns(), options.state)
     if problem:
         print(printable(problem), file=sys.stderr)
     return 1 if problem else 0

@@ -57,7 +57,7 @@ so the energy limit must act in each of these cycles."""
 
 MOTOR_MAX_RPM = 10_000.0
 MOTOR_FLOOR_RPM = 2740.0
-"""Minimum speed at which the vibration of the motor's fixed amplitude is felt, rpm; commands are 0 or at least this."""
+"""Minimum motor speed whose vibration a finger perceives, rpm; a command is 0 or at least this."""
 
 SENSOR_PLATE_C = 42.0
 """Maximum temperature of a thermal sensor's plate, which touches a patient, C."""

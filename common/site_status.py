@@ -1,4 +1,4 @@
-"""What a site tells of itself, the same for both: in its status file, and to who asks at its desk."""
+"""Makes the status of a site, the same for both: for its status file, and for answers to local commands."""
 
 import logging
 from collections import Counter
@@ -18,15 +18,15 @@ log = logging.getLogger(__name__)
 
 
 class Stopping(Protocol):
-    """How an emergency stop goes."""
+    """Progress of an emergency stop."""
 
     @property
     def asked_ns(self) -> int | None:
-        """When the one that is latched was asked for; None where none is."""
+        """Time at which the latched stop was requested, ns; None without one."""
 
     @property
     def after_s(self) -> dict[str, float | None]:
-        """How long after that each device confirmed, s; None while one has not."""
+        """Time from the request to each device's confirmation, s; None for a device that has not confirmed."""
 
 
 class SessionEnd(Protocol):
@@ -34,7 +34,7 @@ class SessionEnd(Protocol):
 
     @property
     def session(self) -> Session:
-        """Its state and latched fault."""
+        """State and latched fault of the session."""
 
     @property
     def both_engaged(self) -> bool:
@@ -42,19 +42,19 @@ class SessionEnd(Protocol):
 
     @property
     def acceptance(self) -> PacketFilter:
-        """Of the packets that the site acts on."""
+        """Filter of the packets on which the site acts."""
 
     @property
     def damaged(self) -> Counter[str]:
-        """Packets of each stream that could not be read."""
+        """Number of unreadable packets of each stream."""
 
     @property
     def stopped(self) -> str:
-        """What came of the last emergency stop."""
+        """Outcome of the last emergency stop."""
 
     @property
     def stopping(self) -> Stopping:
-        """Of the emergency stop that is latched."""
+        """Progress of the latched emergency stop."""
 
 
 class Devices(Protocol):
@@ -62,20 +62,20 @@ class Devices(Protocol):
 
     @property
     def tick(self) -> TickAge:
-        """Which of its commands were too old to be sent."""
+        """Age of the tick, which decides whether its commands may be sent."""
 
     def missing(self) -> str:
-        """What keeps the site from working; empty when all devices are there."""
+        """Return which devices are missing; empty when all are connected."""
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells of each device."""
+        """Return the figures of each device for the status file."""
 
 
 def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
-    """State, fault, pause, what is missing, and what came of the last emergency stop, each empty where there is none.
+    """Return state, fault, pause, missing devices and outcome of the last emergency stop; what does not apply is empty.
 
-    The state is `engaged` only while outputs may act: `engaging` before the far side is, `lost` while it is silent.
-    While a stop is latched also when it was asked for, and after how many seconds each device confirmed.
+    The state is `engaged` only while outputs may act. It is `engaging` until the far side has engaged, and `lost`
+    while that is silent. For a latched stop there are also its time and each device's time to confirm, s.
     """
     session = end.session
     known = ENGAGING if session.engaged and not end.both_engaged else session.state.name.lower()
@@ -92,13 +92,13 @@ def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
 
 
 def staleness(end: SessionEnd, acts_on: str, now_ns: int, gap_s: float) -> str:
-    """What a site that acts has waited for too long; empty while that is fresh, and while the site does not act.
+    """Return which data of an acting site is late, and for how long; empty for fresh data or a site that does not act.
 
     Args:
         end: this site's end of the session.
-        acts_on: the stream that `end` accepts packets of.
-        now_ns: this site's clock.
-        gap_s: without an accepted packet for longer, outputs go to safe.
+        acts_on: stream from which `end` accepts packets.
+        now_ns: time of this site's clock, ns.
+        gap_s: maximum gap between accepted packets, s; after a longer one outputs go to safe.
     """
     if not end.both_engaged:
         return ""
@@ -109,21 +109,21 @@ def staleness(end: SessionEnd, acts_on: str, now_ns: int, gap_s: float) -> str:
 
 
 def desk_answer(verb: str, end: SessionEnd, not_ready: str) -> dict[str, Any]:
-    """What a person is told at the desk once a request was carried out; all but questions are logged.
+    """Return the answer to a local command that was carried out, and log the command unless it only asks.
 
     Args:
-        verb: what was asked for.
+        verb: the command.
         end: this site's end of the session.
-        not_ready: a gate's fault, or else what is missing; empty when the site may engage.
+        not_ready: fault of the gate, else the missing devices; empty when the site may engage.
     """
-    told = in_brief(end, not_ready)
+    answer = in_brief(end, not_ready)
     if verb not in ("status", "attend"):
-        log.info("desk: %s, now %s", verb, told["state"])
-    return told
+        log.info("desk: %s, now %s", verb, answer["state"])
+    return answer
 
 
 def recording_stopped(recorder: Recorder | None, contain: Containment) -> str:
-    """Why a site's recording stopped; empty while it has not, and where there is none."""
+    """Return why a site's recording stopped; empty while it runs, and for a site without one."""
     return (recorder.failed if recorder is not None else None) or contain.latest.get("record", "")
 
 
@@ -139,18 +139,18 @@ def site_figures(
     acts_on: str,
     stale: str,
 ) -> dict[str, object]:
-    """What the status file tells of session, devices, limits, packets and recording.
+    """Return the figures of session, devices, limits, packets and recording for the status file.
 
     Args:
         end: this site's end of the session.
         devices: all devices of the site.
-        recorder: None when the site does not record.
+        recorder: recorder of the site; None for a site that does not record.
         limited: for each finger, the limits that its gate applied in the last tick; empty before the first.
-        sent: packets of each latest-only stream that went out.
-        spared: ticks of each that were not worth a packet.
-        contain: what the site has contained; an exception in its step `record` is a failed recording, too.
-        acts_on: the stream that `end` accepts packets of.
-        stale: what the site has waited for too long; empty where all is fresh.
+        sent: number of packets sent of each latest-only stream.
+        spared: number of ticks without a packet of each, because its change was imperceptible.
+        contain: contained exceptions of the site; one in its step `record` also counts as a failed recording.
+        acts_on: stream from which `end` accepts packets.
+        stale: late data of the site, as `staleness` returns it; empty for fresh data.
     """
     acceptance = end.acceptance
     return {

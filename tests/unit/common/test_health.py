@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from common.faults.fault import Fault, FaultCode
 from common.faults.texts import fault_figures
-from common.health import OLDEST_S, ill, main
+from common.health import OLDEST_S, find_problem, main
 from common.limits_table import limits_page
 from tests.places import ROOT
 
@@ -25,18 +25,18 @@ def status(tmp_path: Path, **fields: object) -> Path:
 
 @pytest.mark.parametrize(("age_s", "healthy"), [(0.0, True), (4.9, True), (5.1, False), (-1.0, False)])
 def test_a_status_must_be_young(tmp_path: Path, age_s: float, healthy: bool) -> None:
-    problem = ill(status(tmp_path, time_ns=NOW_NS - round(age_s * 1e9)), NOW_NS)
+    problem = find_problem(status(tmp_path, time_ns=NOW_NS - round(age_s * 1e9)), NOW_NS)
     assert (problem == "") is healthy
 
 
 def test_a_site_must_be_in_the_state_asked_for_and_its_process_must_not_have_ended(tmp_path: Path) -> None:
     path = status(tmp_path, time_ns=NOW_NS, state="connected", paused="console was hidden for 3 s")
-    assert ill(path, NOW_NS) == ""
-    assert ill(path, NOW_NS, "connected") == ""
-    assert ill(path, NOW_NS, "engaged").endswith("connected, expected engaged (console was hidden for 3 s)")
+    assert find_problem(path, NOW_NS) == ""
+    assert find_problem(path, NOW_NS, "connected") == ""
+    assert find_problem(path, NOW_NS, "engaged").endswith("connected, expected engaged (console was hidden for 3 s)")
     path = status(tmp_path, time_ns=NOW_NS, state="ended")
     for expected in (None, "engaged", "ended"):
-        assert ill(path, NOW_NS, expected).endswith("the process has ended")
+        assert find_problem(path, NOW_NS, expected).endswith("the process has ended")
 
 
 @pytest.mark.parametrize(
@@ -49,24 +49,24 @@ def test_a_site_must_be_in_the_state_asked_for_and_its_process_must_not_have_end
 )
 def test_what_is_not_safe_or_not_fresh_is_not_healthy(tmp_path: Path, name: str, words: str) -> None:
     sound = {"fault": None, **dict.fromkeys(("missing", "stale", "keys"), "")}
-    assert ill(status(tmp_path, time_ns=NOW_NS, state="engaged", **sound), NOW_NS, "engaged") == ""
+    assert find_problem(status(tmp_path, time_ns=NOW_NS, state="engaged", **sound), NOW_NS, "engaged") == ""
     path = status(tmp_path, time_ns=NOW_NS, state="engaged", **(sound | {name: words}))
-    assert ill(path, NOW_NS).endswith(f"{name}: {words}")
-    assert ill(path, NOW_NS, "engaged").endswith(f"{name}: {words}")
+    assert find_problem(path, NOW_NS).endswith(f"{name}: {words}")
+    assert find_problem(path, NOW_NS, "engaged").endswith(f"{name}: {words}")
 
 
 def test_a_latched_fault_is_not_healthy_and_is_said(tmp_path: Path) -> None:
     fault = fault_figures(Fault(FaultCode.PLATE_TOO_HOT, "thumb", value=42.3, limit=42.0))
     path = status(tmp_path, time_ns=NOW_NS, state="fault", fault=fault)
-    assert ill(path, NOW_NS).endswith("fault: thumb: plate at 42.3 C, above 42.0 C")
+    assert find_problem(path, NOW_NS).endswith("fault: thumb: plate at 42.3 C, above 42.0 C")
     path = status(tmp_path, time_ns=NOW_NS, state="fault", fault="of another version")
-    assert ill(path, NOW_NS).endswith("fault: of another version")
+    assert find_problem(path, NOW_NS).endswith("fault: of another version")
 
 
 @given(age_s=st.floats(OLDEST_S, 1e6), words=st.sampled_from(["engaged", "engaging", "connected"]))
 def test_no_old_status_passes_for_a_state(tmp_path_factory: pytest.TempPathFactory, age_s: float, words: str) -> None:
     path = status(tmp_path_factory.mktemp("old"), time_ns=NOW_NS - round(age_s * 1e9), state=words)
-    said = ill(path, NOW_NS, words)
+    said = find_problem(path, NOW_NS, words)
     assert words not in said
     assert ": silent, " in said
     assert said.endswith(f"s old, expected less than {OLDEST_S:g} s")

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimNetworkConfig, load_config, load_site
-from common.health import NoStatus, ill, read_status
+from common.health import NoStatus, find_problem, read_status
 from common.scenes.materials import read_materials
 from common.scenes.scene import load_scene
 from common.scenes.surfaces import read_surfaces
@@ -146,7 +146,7 @@ def test_a_status_file_that_is_damaged_is_no_status(tmp_path: Path) -> None:
         file.write_text(content)
         with pytest.raises(NoStatus, match="not a status file"):
             read_status(file, 0)
-        assert ill(file, 0).endswith("not a status file")
+        assert find_problem(file, 0).endswith("not a status file")
 
 
 @pytest.mark.parametrize("name", ["bind", "recorded"])
