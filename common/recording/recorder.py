@@ -1,8 +1,8 @@
-"""Recording to MCAP by a process of its own: at most the last half second is lost when the machine stops.
+"""Records to an MCAP file by a separate process: a machine that stops loses at most the last half second.
 
-A full disk, a slow disk or a crash of the writer never reaches the loop: `write` only puts into a bounded queue and
-counts what did not fit. A recording that failed stays stopped, even if the disk has room again; the file is good up to
-there, and `teletaction recover` makes a whole one of it.
+A full disk, a slow disk or a crash of the writer never reaches the loop: `write` only appends to a bounded queue and
+counts messages that do not fit. A failed recording stays stopped, even if the disk has room again. Its file is intact
+up to the failure, and `teletaction recover` makes a whole one from it.
 """
 
 import json
@@ -31,14 +31,17 @@ from common.version import software_version
 log = logging.getLogger(__name__)
 
 _HAND_NS = 33_000_000
-"""Between two handings over of what waits."""
+"""Minimum interval between two transfers of the queue to the writer, ns; a durable recording has none."""
 _BATCH = 256
-"""Messages handed over at once, at most."""
+"""Maximum number of messages in one transfer."""
 _QUEUE_LENGTH = 20_000
+"""Maximum number of queued messages."""
 _CLOSE_S = 5.0
-_TOLD_BYTES = 1 << 16
+"""Maximum time for closing a recording, s."""
+_REPORT_BYTES = 1 << 16
+"""Maximum number of bytes that are read at once from the writer."""
 _OWNERS_ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""Told to all processes of a service or a terminal at once; the writer's end comes after its owner's."""
+"""Signals that end all processes of a service or terminal; the writer blocks them, because it ends after its owner."""
 PACKET_SCHEMA: dict[str, object] = {
     "type": "array",
     "description": "a packet of the link as it stands on the wire, see docs/protocols.md",
@@ -63,31 +66,30 @@ class Recorder:
         """Create `path` and start the writing process.
 
         Args:
-            path: file to create, with mode 0600; its folder must exist. What an earlier run recorded there is set aside
-                as -1, -2 ...
-            schemas: for each stream that will be written, its JSON schema.
+            path: file to create, with mode 0600; its folder must exist. An earlier file there is renamed to -1, -2 ...
+            schemas: JSON schema of each stream.
             metadata: facts about the recording (configuration, own key's fingerprint, hashes of tables), no secret;
                 the program's version and a clock anchor are added.
             attachments: whole files by name, such as calibrated tables, so that a replay needs nothing else.
-            durable: what counts as written is on the disk, and outlasts a machine that loses its power; it is written
-                at once and not with the next flush. For a few records that must not be lost.
+            durable: write each message to the disk at once, so that it outlasts a loss of power; only such messages
+                count as written. For a few records that must not be lost.
 
         Raises:
-            OSError: the file cannot be created, an earlier one not set aside, or `path` is a symbolic link.
+            OSError: the file cannot be created, an earlier one cannot be renamed, or `path` is a symbolic link.
         """
         self._failed: str | None = None
         self._failed_ns: int | None = None
         self.disk_full = False
-        """Whether the recording stopped since the disk is full."""
+        """Whether the recording stopped because the disk is full."""
         self._written: Counter[str] = Counter()
         self._refused = 0
-        self._slow_said = False
+        self._slow_logged = False
         self._taken = 0
         self._closed = False
         self._mark_left = False
-        """The closing mark is on its way, or there."""
+        """Whether the closing mark has been packed for the writer."""
         self._ended = False
-        """The writer has told its last."""
+        """Whether the writer has sent its last report."""
         self._durable = durable
         self._streams = {stream: number for number, stream in enumerate(schemas)}
         self._waiting: deque[tuple[int, int, bytes]] = deque()
@@ -102,8 +104,8 @@ class Recorder:
                 }
             )
         )
-        """The rest of what is being handed over."""
-        self._told = msgpack.Unpacker()
+        """Rest of the bytes of the transfer in progress."""
+        self._reports = msgpack.Unpacker()
         set_aside(path)
         with create_private(path) as file:
             self._writer, self._process = _start_writer(file)
@@ -113,29 +115,29 @@ class Recorder:
 
     @property
     def written(self) -> Counter[str]:
-        """Messages of each stream that were handed to the system; with `durable`, that are on the disk."""
+        """Number of messages of each stream that the system has taken; with `durable`, that are on the disk."""
         self._exchange()
         return self._written
 
     @property
     def failed(self) -> str | None:
-        """Why the recording stopped; None while it has not."""
+        """Reason why the recording stopped; None while it runs."""
         self._exchange()
         return self._failed
 
     @property
     def failed_ns(self) -> int | None:
-        """When the recording stopped, ns of the machine's monotonic clock; None while it has not."""
+        """Time at which the recording stopped, ns of the machine's monotonic clock; None while it runs."""
         return self._failed_ns
 
     @property
     def lost(self) -> int:
-        """Messages that did not fit into the queue or came to a recording that had stopped."""
+        """Number of messages that did not fit into the queue or came to a stopped recording."""
         abandoned = 0 if self._failed is None else self._taken - self._written.total()
         return self._refused + abandoned
 
     def write(self, stream: str, time_ns: int, payload: bytes) -> None:
-        """Queue one message with its source time (ns, monotonic). Never blocks; a full queue loses it, counted.
+        """Queue one message with its source time (ns, monotonic). Never blocks; with a full queue it counts as lost.
 
         Raises:
             ValueError: the recording has no such stream.
@@ -153,7 +155,7 @@ class Recorder:
             self._exchange()
 
     def close(self) -> None:
-        """Write what is queued, close the file with its index, end the process."""
+        """Write the queue, close the file with its index, and end the process."""
         if self._closed:
             return
         self._closed = True
@@ -167,8 +169,8 @@ class Recorder:
         self._writer.close()
         if self._ended:
             self._process.wait()
-        else:  # left alone, it still writes what it has got when the disk moves again
-            self._fail(f"the disk took nothing for {_CLOSE_S:g} s")
+        else:  # the writer still writes the messages that it has, once the disk responds again
+            self._fail(f"the disk accepted no data for {_CLOSE_S:g} s")
 
     def __enter__(self) -> "Recorder":
         return self
@@ -179,21 +181,21 @@ class Recorder:
         self.close()
 
     def _exchange(self) -> None:
-        """Hand over what waits, as far as it is taken, and take what the writer tells; never waits."""
+        """Transfer the queue as far as the writer takes it, and read the writer's reports; never waits."""
         if self._ended:
             return
-        with suppress(BlockingIOError, ConnectionError):  # a writer that is gone has said why
+        with suppress(BlockingIOError, ConnectionError):  # a writer that is gone has reported the reason
             while self._leaving or self._pack():
                 self._leaving = self._leaving[self._writer.send(self._leaving) :]
         with suppress(BlockingIOError):
             while not self._ended:
                 self._listen()
-        if self._refused and not self._slow_said:
-            self._slow_said = True
+        if self._refused and not self._slow_logged:
+            self._slow_logged = True
             log.warning("recording: the disk is slower than the data, %d messages lost so far", self._refused)
 
     def _pack(self) -> bool:
-        """Make ready what is to be handed over next; False if there is nothing."""
+        """Pack the next transfer; return False if there is none."""
         batch = [self._waiting.popleft() for _ in range(min(len(self._waiting), _BATCH))]
         if not batch and (self._mark_left or not self._closed):
             return False
@@ -202,17 +204,17 @@ class Recorder:
         return True
 
     def _listen(self) -> None:
-        told = b""
+        received = b""
         with suppress(ConnectionError):
-            told = self._writer.recv(_TOLD_BYTES)
-        if not told:
+            received = self._writer.recv(_REPORT_BYTES)
+        if not received:
             self._fail("the process that writes it has ended")
-        self._told.feed(told)
-        for written, why, full, whole in self._told:
+        self._reports.feed(received)
+        for written, why, full, last in self._reports:
             self._written = Counter(
                 {stream: count for stream, count in zip(self._streams, written, strict=False) if count}
             )
-            self._ended = whole
+            self._ended = last
             if why is not None:
                 self._fail(why, disk_full=full)
 
@@ -225,13 +227,13 @@ class Recorder:
 
 
 def _start_writer(file: IO[bytes]) -> tuple[socket.socket, "subprocess.Popen[bytes]"]:
-    """Start the process that writes to a file; this end of the socket to it, and the process."""
+    """Start the process that writes to a file; return this end of the socket to it, and the process."""
     ours, theirs = socket.socketpair()
     ours.setblocking(False)
-    # -P: a folder `common` where the program happens to be started is none of ours.
+    # -P: Python does not import a folder `common` of the working directory.
     command = [sys.executable, "-P", "-m", "common.recording.writer_process"]
     with theirs:
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, _OWNERS_ENDS)  # the process inherits and keeps that
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, _OWNERS_ENDS)  # the process inherits the mask
         try:
             return ours, subprocess.Popen(command, stdin=theirs.fileno(), stdout=file)
         finally:
@@ -239,7 +241,7 @@ def _start_writer(file: IO[bytes]) -> tuple[socket.socket, "subprocess.Popen[byt
 
 
 def _sync_folder(folder: Path) -> None:
-    """Wait until the disk has a folder's list of files, without which a new file of it is lost."""
+    """Wait until a folder's list of files is on the disk: without it a new file is lost with the power."""
     number = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(number)
@@ -248,7 +250,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 def recording_figures(recorder: Recorder | None) -> dict[str, object]:
-    """What a site's status tells of its recording; None stands for a site that does not record."""
+    """Return the figures of a site's recording for its status file; None stands for a site that does not record."""
     return {
         "recorded": {} if recorder is None else dict(recorder.written),
         "recording_lost": 0 if recorder is None else recorder.lost,

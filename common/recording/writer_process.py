@@ -1,10 +1,12 @@
-"""The process that writes a recording: MCAP from what its owner hands over, until the owner ends it, or is gone.
+"""Writes a recording as MCAP in a process of its own, until its owner closes the recording or is gone.
 
-Apart from the loop that it records, for both would want one interpreter: ticks beside a writing thread came more than a
-millisecond late, four times a second. Its standard output is the file, its standard input a stream socket on which both
-sides speak MessagePack: the recording's head, an object with `metadata`, `schemas`, `attachments` and `durable`; then
-lists of [stream's number, ns, payload]; null at the end. Back come [messages written of each stream so far, why it
-failed or null, whether the disk is full, whether this is the last].
+It is a process and no thread, because a thread would share the interpreter with the loop: ticks beside a writing thread
+came more than a millisecond late, four times a second.
+
+Its standard output is the file. Its standard input is a stream socket with MessagePack in both directions. The owner
+sends the recording's head, an object with `metadata`, `schemas`, `attachments` and `durable`; then lists of [number of
+the stream, ns, payload]; null at the end. The process sends reports: [number of messages written of each stream, reason
+of a failure or null, whether the disk is full, whether this report is the last].
 """
 
 import errno
@@ -19,23 +21,24 @@ import msgpack
 from mcap.writer import CompressionType, Writer
 
 CHUNK_BYTES = 256 * 1024
-"""More than is written between two flushes: the library keeps an index entry in memory for each chunk of the file."""
+"""Maximum size of a chunk, bytes: more than one flush interval contains, because the library keeps an index entry in
+memory for each chunk of the file."""
 FLUSH_S = 0.25
-"""Between two ends of a chunk: half of what may be lost, the other half is for a busy machine."""
+"""Interval between two ends of a chunk, s: half of the time that may be lost; the rest is for a busy machine."""
 _TAKEN_BYTES = 1 << 18
-"""At most at once."""
+"""Maximum number of bytes that are read at once from the owner."""
 
 
 class RecordingWriter:
-    """Takes what was handed over, and writes it. Ends chunks when it is told to.
+    """Writes the messages of its owner.
 
     Attributes:
-        written: messages of each stream that were handed to the system; with `durable`, that are on the disk.
+        written: number of messages of each stream that the system has taken; with `durable`, that are on the disk.
         ended: whether the closing mark has come.
     """
 
     def __init__(self, file: IO[bytes]) -> None:
-        """Write to a file that is empty."""
+        """Write to an empty file."""
         self.written: list[int] = []
         self.ended = False
         self._file = file
@@ -45,9 +48,9 @@ class RecordingWriter:
         self._channels: list[int] = []
         self._durable = False
 
-    def take(self, handed: bytes) -> None:
-        """Add what is in the next bytes of the stream."""
-        self._unpacker.feed(handed)
+    def take(self, received: bytes) -> None:
+        """Take the next bytes of the owner's stream."""
+        self._unpacker.feed(received)
         for item in self._unpacker:
             if isinstance(item, dict):
                 self._begin(**item)
@@ -61,7 +64,7 @@ class RecordingWriter:
             self.flush()
 
     def flush(self) -> None:
-        """End the chunk and hand it to the system, and to the disk if it is a durable recording."""
+        """End the chunk and give it to the system; in a durable recording, wait until it is on the disk."""
         if self._added != self.written:
             self._writer.flush()  # type: ignore[no-untyped-call]  # the library leaves it untyped
             self._sync()
@@ -94,50 +97,50 @@ class RecordingWriter:
 
 
 def write_recording(owner: socket.socket, file: IO[bytes]) -> None:
-    """Write what comes from the owner until the closing mark, or the owner's end, or a failure, which it is told."""
+    """Write the owner's messages until the closing mark, the owner's end or a failure, and report the result to it."""
     writer = RecordingWriter(file)
     try:
         _write(owner, writer)
         writer.finish()
         why, full = None, False
-    except Exception as error:  # whatever it is, it ends the recording, and the owner must know
+    except Exception as error:  # any error ends the recording, and the owner must get the reason
         why = str(error) or type(error).__name__
         full = isinstance(error, OSError) and error.errno == errno.ENOSPC
-    with suppress(OSError):  # of an owner that is gone
-        owner.sendall(_told(writer, why, full=full, last=True))
+    with suppress(OSError):  # the owner may be gone
+        owner.sendall(_report(writer, why, full=full, last=True))
 
 
 def _write(owner: socket.socket, writer: RecordingWriter) -> None:
     due_s = time.monotonic() + FLUSH_S
-    told = writer.written
+    reported = writer.written
     while not writer.ended:
         ready, _, _ = select.select([owner], [], [], max(0.0, due_s - time.monotonic()))
         if ready:
-            handed = b""
-            with suppress(ConnectionError):  # so ends an owner that has not listened to all that it was told
-                handed = owner.recv(_TAKEN_BYTES)
-            if not handed:
+            received = b""
+            with suppress(ConnectionError):  # raised for an owner that ended with unread reports
+                received = owner.recv(_TAKEN_BYTES)
+            if not received:
                 return
-            writer.take(handed)
+            writer.take(received)
         if time.monotonic() >= due_s:
             due_s = time.monotonic() + FLUSH_S
             writer.flush()
-        if writer.written != told:
-            with suppress(BlockingIOError, ConnectionError):  # who does not listen is told more the next time
-                owner.send(_told(writer), socket.MSG_DONTWAIT)
-                told = writer.written
+        if writer.written != reported:
+            with suppress(BlockingIOError, ConnectionError):  # a later report contains these numbers, too
+                owner.send(_report(writer), socket.MSG_DONTWAIT)
+                reported = writer.written
 
 
-def _told(writer: RecordingWriter, why: str | None = None, *, full: bool = False, last: bool = False) -> bytes:
+def _report(writer: RecordingWriter, why: str | None = None, *, full: bool = False, last: bool = False) -> bytes:
     packed: bytes = msgpack.packb([writer.written, why, full, last])
     return packed
 
 
 def main() -> None:
-    """Be the process."""
-    # It never takes the processor from a loop on waking up, and has its share of it like everybody else.
+    """Run the process."""
+    # With this policy it never preempts a loop on waking up, but has its usual share of the processor.
     os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-    file = open(1, "wb", closefd=False)  # noqa: SIM115 - what it cannot write at its end is known by then
+    file = open(1, "wb", closefd=False)  # noqa: SIM115 - an error on closing has been reported by then
     with socket.socket(fileno=os.dup(0)) as owner:
         write_recording(owner, file)
     with suppress(OSError):

@@ -177,9 +177,9 @@ def test_a_disk_that_stays_stuck_does_not_keep_the_process(disk: SlowDisk, monke
     recorder = Recorder(cast(Path, disk), SCHEMAS, {})
     recorder.write("touch", 1, b"x")
     recorder.close()
-    assert recorder.failed == "the disk took nothing for 0.05 s"
+    assert recorder.failed == "the disk accepted no data for 0.05 s"
     assert recorder.lost == 1
-    assert recording_figures(recorder) == figures({}, 1, "the disk took nothing for 0.05 s", recorder.failed_ns)
+    assert recording_figures(recorder) == figures({}, 1, "the disk accepted no data for 0.05 s", recorder.failed_ns)
     disk.moving.set()
     recorder._process.wait()
 
