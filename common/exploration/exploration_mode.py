@@ -20,7 +20,7 @@ import math
 from common.exploration.approach_speed import ApproachSpeed
 from common.exploration.contact_detector import FREE_N, TAP_S, ContactDetector
 from common.exploration.hand_motion import HandMotion
-from common.exploration.position_spread import LATELY_S
+from common.exploration.position_spread import SPREAD_WINDOW_S
 from common.exploration.stroke_speed import WINDOW_S
 from common.wire.messages import ExplorationMode
 
@@ -30,8 +30,8 @@ STROKE_OFF_M_S = 7e-3
 REST_S = 0.100
 """Time below STROKE_OFF_M_S after which a stroke ends, s; a turning stroke is slow for a shorter time."""
 DWELL_S = 0.050
-PLACE_M = 0.5 * STROKE_OFF_M_S * LATELY_S
-"""Maximum distance from the middle of the positions in the last LATELY_S for a finger to be at rest, m: the slowest
+PLACE_M = 0.5 * STROKE_OFF_M_S * SPREAD_WINDOW_S
+"""Maximum distance of a resting finger from the middle of the positions in the last SPREAD_WINDOW_S, m. The slowest
 stroke gets this far from it."""
 
 
@@ -133,4 +133,4 @@ class ModeDetector:
         if t_s - self._slow_s >= REST_S:
             self._since_s = self._slow_s
             return True
-        return t_s - self._mode_s > LATELY_S and self._hand.spread.reach_m(self._since_s) < PLACE_M
+        return t_s - self._mode_s > SPREAD_WINDOW_S and self._hand.spread.reach_m(self._since_s) < PLACE_M

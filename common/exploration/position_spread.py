@@ -6,13 +6,14 @@ It distinguishes a stroke from tremor: an arm that shakes moves fast, but stays 
 import math
 from bisect import bisect_right
 
-LATELY_S = 0.25
+SPREAD_WINDOW_S = 0.25
 """Length of the window, s: two periods of an arm that shakes at 8 Hz."""
 EVERY_S = 0.010
+"""Minimum interval between two positions in the window, s."""
 
 
 class PositionSpread:
-    """Positions during the last LATELY_S. Each finger chooses the time from which they count."""
+    """Positions during the last SPREAD_WINDOW_S. Each finger chooses the time from which they count."""
 
     __slots__ = ("_found", "_t_s", "_x_m", "_y_m")
 
@@ -32,7 +33,7 @@ class PositionSpread:
         times.append(t_s)
         xs.append(x_m)
         ys.append(y_m)
-        while t_s - times[0] > LATELY_S:
+        while t_s - times[0] > SPREAD_WINDOW_S:
             del times[0], xs[0], ys[0]
         self._found.clear()
 
@@ -52,7 +53,7 @@ class PositionSpread:
         first = min(bisect_right(self._t_s, since_s), len(self._t_s) - 1)
         xs, ys = self._x_m[first:], self._y_m[first:]
         x_m, y_m = sum(xs) / len(xs), sum(ys) / len(ys)
-        enough = self._t_s[-1] - self._t_s[first] > LATELY_S - 2.0 * EVERY_S
+        enough = self._t_s[-1] - self._t_s[first] > SPREAD_WINDOW_S - 2.0 * EVERY_S
         reach_m = max(math.hypot(x - x_m, y - y_m) for x, y in zip(xs, ys, strict=True)) if enough else math.inf
         self._found[since_s] = x_m, y_m, reach_m
         return self._found[since_s]

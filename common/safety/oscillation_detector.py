@@ -1,12 +1,14 @@
-"""Does a finger's force swing to and fro as only an unstable loop makes it?
+"""Detects an oscillation of a finger's force that only an unstable loop can cause.
 
-A cycle is a rise and a fall of the force by SWING_N each; noise, tremor on a hard wall and grooves make less. It
-belongs to the same swinging as the one before when it lasts about as long and has not died down: what rings after an
-impact does, and the next impact comes at another time. What tells a loop that has become unstable from a hand is then
+A cycle is a rise and a fall of the force by SWING_N each; noise, tremor on a hard wall and grooves cause smaller
+changes. Successive cycles belong to one oscillation if they have similar periods and the amplitude does not decay. The
+ringing after an impact decays, and the next impact comes after a different time.
 
-- how fast it is: no hand taps more than eight times a second, and SWING_CYCLES within SWING_S are twelve;
-- or else energy: whether it taps or presses in rhythm, a hand itself puts in what the contact takes. A loop that swings
-  by itself is fed through the port, and there the limit on energy has to act in every cycle.
+Two criteria distinguish an unstable loop from a hand:
+
+- Frequency. No hand taps more than eight times a second; SWING_CYCLES within SWING_S are twelve a second.
+- Energy. A hand that taps or presses in rhythm supplies the energy that the contact absorbs. An unstable loop gets its
+  energy through the port, so the limit on energy acts in every cycle.
 """
 
 import math
@@ -16,11 +18,11 @@ from common.faults.fault import Fault, FaultCode
 from common.limits import SWING_CYCLES, SWING_N, SWING_S, SWING_SLOW_CYCLES, SWING_SLOW_HZ
 
 SAME_PERIOD, SAME_SWING = 2.0, 0.5
-"""A cycle at most so many times as long or as short as the one before, and not smaller than so much of it, goes on."""
+"""Maximum ratio of the periods of two successive cycles of one oscillation, and minimum ratio of their amplitudes."""
 
 
 class OscillationDetector:
-    """Watches one finger's force."""
+    """Detects an oscillation of one finger's force."""
 
     __slots__ = (
         "_extreme_n",
@@ -36,28 +38,28 @@ class OscillationDetector:
 
     def __init__(self) -> None:
         self._peaks_s: deque[float] = deque(maxlen=SWING_CYCLES + 1)
-        """Of the same swinging; the first is where its first cycle began."""
-        self.begin_anew()
+        """Times of the peaks of the present oscillation, s; the first is the start of its first cycle."""
+        self.restart()
 
-    def begin_anew(self) -> None:
-        """Count no swing from before: the gate itself has let the force go, or a person has cleared a fault."""
+    def restart(self) -> None:
+        """Discard earlier cycles, after the gate has released the force or a person has cleared a fault."""
         self._rising = True
         self._extreme_n, self._extreme_s = -math.inf, -math.inf
-        """Highest force since it rises, or lowest since it falls, and when."""
+        """Highest force of the present rise or lowest of the present fall, N, and its time, s."""
         self._trough_n = 0.0
         self._peaks_s.clear()
         self._peaks_s.append(-math.inf)
         self._period_s, self._swing_n = math.inf, 0.0
-        """Of the last cycle."""
+        """Period, s, and amplitude, N, of the last cycle."""
         self._fed = False
         self._fed_cycles = 0
 
     def step(self, t_s: float, force_n: float, fed: bool) -> Fault | None:
-        """Return that it swings, or None.
+        """Return a fault if the force oscillates, else None.
 
         Args:
             t_s: time, s.
-            force_n: the force, N.
+            force_n: force, N.
             fed: whether the limit on the port's energy acts now.
         """
         self._fed = self._fed or fed
@@ -75,10 +77,10 @@ class OscillationDetector:
         return found
 
     def _cycle(self) -> Fault | None:
-        """Count the cycle that ends with this peak."""
+        """Count the cycle that ends with this peak; return a fault if it completes an oscillation."""
         peaks_s, before_s = self._peaks_s, self._period_s
         period_s, swing_n = self._extreme_s - peaks_s[-1], self._extreme_n - self._trough_n
-        # No period of a clock that was set back is one.
+        # A period across a clock that was set back is not positive and does not count.
         same = 0.0 < before_s <= SAME_PERIOD * period_s <= SAME_PERIOD * SAME_PERIOD * before_s
         if not (same and swing_n >= SAME_SWING * self._swing_n):
             last_s = peaks_s[-1]

@@ -63,11 +63,11 @@ class HostClock:
         self._forward_ns = 0
 
     def now_ns(self) -> int:
-        """The time now, ns."""
+        """Return the time, ns."""
         return self._read_ns() + self._forward_ns
 
     def now_s(self) -> float:
-        """The time now, s."""
+        """Return the time, s."""
         return (self._read_ns() + self._forward_ns) * 1e-9
 
     def put_forward(self, standstill_s: float) -> int:

@@ -46,7 +46,7 @@ class ForceLimits:
 
     def believe_again(self) -> None:
         """Forget earlier oscillations, because a person has cleared the fault."""
-        self._oscillation.begin_anew()
+        self._oscillation.restart()
         self._watched_n = math.nan
 
     def observe(self, t_s: float, height_s: float, z_m: float) -> Fault | None:

@@ -56,7 +56,7 @@ class HeightSetpoint:
 
     def believe_again(self) -> None:
         """A person has cleared the fault: what swung before counts no more."""
-        self._oscillation.begin_anew()
+        self._oscillation.restart()
 
     def observe(self, t_s: float, dt_s: float, measured_m: float, pressed_n: float, live: bool) -> Fault | None:
         """Return what the finger does that it must not, or None.
@@ -70,7 +70,7 @@ class HeightSetpoint:
         """
         self.left.step(dt_s, measured_m, pressed_n)
         if not live:
-            self._oscillation.begin_anew()
+            self._oscillation.restart()
             return None
         if math.isnan(measured_m):
             return None

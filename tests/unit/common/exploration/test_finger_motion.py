@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from common.exploration.approach_speed import ApproachSpeed
-from common.exploration.position_spread import EVERY_S, LATELY_S, PositionSpread
+from common.exploration.position_spread import EVERY_S, SPREAD_WINDOW_S, PositionSpread
 from common.exploration.stroke_speed import HandSpeed
 
 TICK_S = 0.002
@@ -65,13 +65,13 @@ def test_whereabouts_tell_a_shaking_finger_from_one_that_goes_somewhere() -> Non
         shaking.step(time_s, 0.5e-3 * math.sin(2.0 * math.pi * 8.0 * time_s), 0.0)
         going.step(time_s, 0.010 * time_s, 0.0)
     assert 0.4e-3 < shaking.reach_m() < 0.6e-3
-    assert going.reach_m() == pytest.approx(0.5 * 0.010 * LATELY_S, rel=0.1)
+    assert going.reach_m() == pytest.approx(0.5 * 0.010 * SPREAD_WINDOW_S, rel=0.1)
     assert going.away_m(0.010 * 0.998, 0.0) == pytest.approx(going.reach_m(), rel=0.15)
 
 
 def test_whereabouts_need_time_and_forget() -> None:
     lately = PositionSpread()
-    for tick in range(round(LATELY_S / TICK_S) - 10):
+    for tick in range(round(SPREAD_WINDOW_S / TICK_S) - 10):
         lately.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
     assert lately.reach_m() == math.inf
     assert lately.away_m(0.0, 0.0) > 1e-3

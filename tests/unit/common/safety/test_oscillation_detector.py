@@ -78,7 +78,7 @@ def test_only_the_last_cycles_count_and_none_from_before_it_began_anew() -> None
     )
     watch = OscillationDetector()
     assert found_first(watch, evenly(FASTEST_S, SWING_CYCLES - 1)) is None
-    watch.begin_anew()
+    watch.restart()
     assert found_first(watch, [(0.5 + t_s, swing_n) for t_s, swing_n in evenly(FASTEST_S)]) == AT_ONCE
 
 
