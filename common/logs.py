@@ -38,7 +38,7 @@ class TextLines(logging.Formatter):
         """Return monotonic time, s, process, level, logger, message, number of omitted lines, and any exception."""
         said = printable(record.getMessage())
         if left_out := getattr(record, "left_out", 0):
-            said += f" ({left_out} more like it left out)"
+            said += f" ({left_out} similar lines omitted)"
         if record.exc_info:
             said += f": {printable(_cut(self.formatException(record.exc_info)), _LONGEST_TRACE)}"
         name = printable(record.name, 100)

@@ -323,7 +323,7 @@ def run_operator_site(
             stop,
             status=config.status,
             each_second=each_second,
-            tell=site.tell,
+            report=site.tell,
             clock_ns=clock.now_ns,
         )
         site.goodbye()

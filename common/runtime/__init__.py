@@ -1,4 +1,4 @@
 """The loop of a site, its priority, its watchdog, and the containment of failing steps.
 
-Sites use `site_loop` and `containment`, which are made of the other modules.
+Sites use `site_loop` and `containment`.
 """

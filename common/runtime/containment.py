@@ -1,4 +1,4 @@
-"""Contains an exception inside a step of a site's tick: it gets a name and latches a fault, and the process continues.
+"""Contains an exception inside a step of a site's tick: the exception latches a fault, and the process continues.
 
 Every `Exception` is contained, MemoryError and RecursionError among them: a process that continues with neutral outputs
 and a latched fault is safer than one that ends. KeyboardInterrupt and SystemExit pass. A gate contains nothing itself:
@@ -8,8 +8,8 @@ where a gate raises, the site's tick writes a fixed neutral output in its place.
 import logging
 import os
 from collections import Counter
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -21,25 +21,25 @@ from common.wire.packets import BadPacket
 log = logging.getLogger(__name__)
 
 NAMED_IN = "TELETACTION_CONTAINED"
-"""Environment variable: a file that gets one line for each contained exception that is logged. Tests read it."""
+"""Environment variable with the name of a file that gets one line for each logged exception. Tests read it."""
 MOST_PLACES = 64
-"""Places that are counted apart; exceptions of further places count as OTHERS."""
+"""Maximum number of places with a count of their own; exceptions of further places count as OTHERS."""
 OTHERS = "others"
 _CALLERS = 6
-"""Callers that the log names."""
+"""Maximum number of callers in a log line."""
 
 
 class Containment:
     """Runs steps of one process and contains what they raise.
 
     Attributes:
-        count: exceptions contained so far.
-        places: how many of them each place raised; a place is step, exception, file, line and function.
+        count: number of contained exceptions.
+        places: number of exceptions of each place; a place is step, exception, file, line and function.
         latest: name of the newest exception of each step, with its message.
     """
 
     def __init__(self, latch: Callable[[Fault], None] = lambda fault: None):
-        """Latch faults by `latch`."""
+        """Latch faults with `latch`."""
         self.count = 0
         self.places: Counter[str] = Counter()
         self.latest: dict[str, str] = {}
@@ -49,22 +49,29 @@ class Containment:
         self._steps: dict[tuple[str, bool, tuple[type[Exception], ...]], Step] = {}
 
     def step(self, name: str, *, latches: bool = True, passes: tuple[type[Exception], ...] = ()) -> "Step":
-        """A context that contains what is raised in it, except `passes`; with `latches` each one latches a fault."""
+        """Return a context that contains exceptions except `passes`; with `latches` each one latches a fault."""
         which = (name, latches, passes)
         if which not in self._steps:
             self._steps[which] = Step(self, name, latches, passes)
         return self._steps[which]
 
-    def request(self, name: str) -> "_Request":
-        """A context that turns what a peer's request raises into its refusal: others are served, nothing is latched.
+    @contextmanager
+    def request(self, name: str) -> Iterator[None]:
+        """Contain a peer's request: Refused and BadPacket pass, any other exception becomes Refused; latch nothing.
 
         Raises:
-            Refused: the request raised something else than Refused or BadPacket, which pass.
+            Refused: the request raised another exception.
         """
-        return _Request(self, name)
+        try:
+            yield
+        except (Refused, BadPacket):
+            raise
+        except Exception as error:
+            caught = self.caught(name, error, latches=False)
+            raise Refused(f"this site failed at the request: {caught}") from None
 
     def caught(self, step: str, error: Exception, *, latches: bool) -> str:
-        """Count and log an exception, and latch a fault if it `latches`; returns its name."""
+        """Count and log an exception, and latch a fault with `latches`; return the exception's name."""
         frames = _frames(error.__traceback__)
         place = f"{step}: {type(error).__name__} in {frames[-1] if frames else 'nothing of ours'}"
         name = self.latest[step] = one_line(f"{place}: {_message(error)}", LONGEST_DETAIL)
@@ -81,14 +88,14 @@ class Containment:
         return name
 
     def not_latched(self) -> None:
-        """No fault is latched in this tick. Where one of these was, a person cleared it: each place is logged anew."""
+        """Note that no fault is latched in this tick. After a person has cleared one, each place is logged again."""
         if self._latched:
             self._latched = False
             self._named.clear()
 
 
 class Step:
-    """What `Containment.step` returns."""
+    """Context of `Containment.step`."""
 
     __slots__ = ("_containment", "_latches", "_name", "_passes")
 
@@ -107,30 +114,11 @@ class Step:
         return True
 
 
-class _Request:
-    """What `Containment.request` returns."""
-
-    __slots__ = ("_containment", "_name")
-
-    def __init__(self, containment: Containment, name: str):
-        self._containment, self._name = containment, name
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if isinstance(error, Exception) and not isinstance(error, (Refused, BadPacket)):
-            name = self._containment.caught(self._name, error, latches=False)
-            raise Refused(f"this site failed at the request: {name}") from None
-
-
 MakeContainment = Callable[[Callable[[Fault], None]], Containment]
 
 
 def _frames(trace: TracebackType | None) -> list[str]:
-    """Where an exception passed, its origin last: file, line and function; no source file is read for it."""
+    """Return file, line and function of each frame of an exception, its origin last, without reading source files."""
     found = []
     while trace is not None:
         code = trace.tb_frame.f_code
@@ -142,7 +130,7 @@ def _frames(trace: TracebackType | None) -> list[str]:
 def _message(error: Exception) -> str:
     try:
         return str(error)
-    except Exception:  # an exception that cannot be shown is still named by its type
+    except Exception:  # the name still has the type of an exception without a printable message
         return "no message"
 
 

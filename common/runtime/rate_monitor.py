@@ -1,4 +1,4 @@
-"""Whether a loop holds its rate, and what keeps it from that: its own work, or waiting for a processor."""
+"""Measures whether a loop holds its rate, and how much of the time it works or waits for a processor."""
 
 import logging
 import time
@@ -12,18 +12,21 @@ from common.runtime.periodic_loop import PeriodicLoop
 log = logging.getLogger(__name__)
 
 HELD = 0.95
-"""Share of the ticks that makes a rate held. A loop that stood still for 0.2 s still holds it."""
+"""Minimum share of its ticks that a loop makes while it holds its rate; a standstill of 0.2 s is permitted."""
 HELD_AGAIN = 0.98
+"""Minimum share of its ticks with which a loop that was behind holds its rate again."""
 WINDOW_S = 5.0
+"""Length of the window over which a rate is measured, s."""
 
 
 class Spent(NamedTuple):
-    """What a loop has done so far.
+    """Work of a loop since its start.
 
     Attributes:
-        ticks: made.
-        worked_s: processor time of its thread.
-        waited_s: for which its thread was ready, and another had the processor; None where the system does not tell.
+        ticks: number of ticks.
+        worked_s: processor time of its thread, s.
+        waited_s: time for which its thread was ready while another had the processor, s; None where the system does
+            not report it.
     """
 
     ticks: int
@@ -32,10 +35,10 @@ class Spent(NamedTuple):
 
 
 class RateMonitor:
-    """Looks at a loop once a second, over the last WINDOW_S. Pure: times are arguments, s.
+    """Measures a loop once a second, over the last WINDOW_S. Pure: times are arguments, s.
 
     Attributes:
-        behind: why the rate is not held, in words; empty while it is, and in the first WINDOW_S.
+        behind: description of a rate that is not held; empty while it is held, and in the first WINDOW_S.
         works: share of the time that the loop's thread works; None in the first WINDOW_S.
     """
 
@@ -47,9 +50,9 @@ class RateMonitor:
         self.works: float | None = None
 
     def look(self, now_s: float, spent: Spent) -> dict[str, object]:
-        """What the status tells: ticks a second, `wanted_hz`, `works`, `behind`, and for how long it was behind in all.
+        """Return the figures for the status: ticks a second, `wanted_hz`, `works`, `behind` and total time behind, s.
 
-        The log has when it is so and when no more.
+        The log states when the loop falls behind and when it holds its rate again.
         """
         if self.behind:
             self._behind_s += now_s - self._looks[-1][0]
@@ -86,8 +89,8 @@ class RateMonitor:
 
 
 def spent(loop: PeriodicLoop) -> Spent:
-    """What this thread's loop has done so far."""
+    """Return the work of this thread's loop since its start."""
     waited_s = None
-    with suppress(OSError, ValueError, IndexError):  # a system that does not count it
+    with suppress(OSError, ValueError, IndexError):  # the system does not count it
         waited_s = int(Path("/proc/thread-self/schedstat").read_bytes().split()[1]) * 1e-9
     return Spent(loop.ticks, time.thread_time(), waited_s)

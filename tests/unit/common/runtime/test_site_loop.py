@@ -142,7 +142,7 @@ def test_a_loop_that_cannot_hold_its_rate_tells_it_everywhere(tmp_path: Path) ->
     clock = Clock()
     site = Site(clock, costs_ms=dict.fromkeys(range(10_000), 4))
     told: list[dict[str, object]] = []
-    heard = run(clock, site, 7_000, tmp_path / "remote.json", tell=lambda _, figures: told.append(figures))
+    heard = run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, figures: told.append(figures))
     words = json.loads((tmp_path / "remote.json").read_text("utf-8"))["behind"]
     assert words.startswith("250 of 500 ticks a second; it works ")
     assert heard.lines[-2][1].startswith("STATUS=engaged: 250 of 500 ticks a second")
@@ -154,7 +154,7 @@ def test_a_loop_on_time_comes_first_once_that_is_known_and_one_that_is_behind_do
         clock, asked = Clock(), Asked()
         site = Site(clock, costs_ms=dict.fromkeys(range(10_000), costs_ms))
         told: list[dict[str, object]] = []
-        run(clock, site, 7_000, tmp_path / "remote.json", tell=lambda _, each: told.append(each), precedence=asked)  # noqa: B023
+        run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, each: told.append(each), precedence=asked)  # noqa: B023
         assert [works is None for _, works in asked.told] == [True] * 5 + [False] * (len(asked.told) - 5)
         assert asked.told[-1][0] == first
         assert not told[0]["real_time"]
