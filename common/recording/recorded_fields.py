@@ -1,50 +1,21 @@
-"""Checks the fields of a recorded message: type, length, and finiteness where the stream requires it."""
+"""Checks the fields of a recorded map: type, length, and finiteness where the stream requires it."""
 
-import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, get_args
 
 import msgpack
+import msgspec
 
-from common.fingers import FINGERS
-
-Fits = Callable[[Any], bool]
-_LARGEST_WHOLE = 1 << 63
-
-
-def real(value: Any) -> bool:
-    """Return whether `value` is a number; NaN and infinity stand for unknown numbers."""
-    return type(value) is float or whole(value)
+Map = type[msgspec.Struct]
+"""Fields of a map, as `map_of` defines them."""
 
 
-def number(value: Any) -> bool:
-    """Return whether `value` is a finite number."""
-    return real(value) and math.isfinite(value)
-
-
-def whole(value: Any) -> bool:
-    """Return whether `value` is a whole number of 64 bits."""
-    return type(value) is int and -_LARGEST_WHOLE <= value < _LARGEST_WHOLE
-
-
-def flag(value: Any) -> bool:
-    """Return whether `value` is true or false."""
-    return type(value) is bool
-
-
-def text(value: Any) -> bool:
-    """Return whether `value` is a text."""
-    return type(value) is str
-
-
-def maybe(fits: Fits) -> Fits:
-    """Return a check that accepts null and values that fit."""
-    return lambda value: value is None or fits(value)
-
-
-def five(fits: Fits) -> Fits:
-    """Return a check for a list with one fitting value for each finger."""
-    return lambda value: type(value) is list and len(value) == len(FINGERS) and all(map(fits, value))
+def map_of(**fields: Any) -> Map:
+    """Return a map's definition from the type of each field; a field that may be None may also be absent."""
+    return msgspec.defstruct(
+        "Map",
+        [(name, kind, None) if type(None) in get_args(kind) else (name, kind) for name, kind in fields.items()],
+        kw_only=True,
+    )
 
 
 def unpack(payload: bytes) -> Any:
@@ -55,21 +26,15 @@ def unpack(payload: bytes) -> Any:
         raise ValueError(f"no MessagePack ({str(error) or type(error).__name__})") from None
 
 
-def read_map(payload: bytes, fields: Mapping[str, Fits]) -> dict[str, Any]:
-    """Return a map with at least these fields; a field that may be null may also be absent.
+def read_map(payload: bytes, fields: Map) -> dict[str, Any]:
+    """Return a recorded map with at least these fields.
 
     Raises:
         ValueError: the payload is no such map; the message names the first field that does not fit.
     """
-    found = unpack(payload)
-    if type(found) is not dict or not all(map(text, found)):
-        raise ValueError("not a map of named fields")
-    _check(found, fields)
+    found: dict[str, Any] = unpack(payload)
+    try:
+        msgspec.convert(found, fields)
+    except msgspec.ValidationError as error:
+        raise ValueError(str(error)) from None
     return found
-
-
-def _check(found: Mapping[str, Any], fields: Mapping[str, Fits]) -> None:
-    for name, fits in fields.items():
-        if not fits(found.get(name)):
-            value = repr(found.get(name))
-            raise ValueError(f"field {name} cannot be {value if len(value) <= 60 else value[:59] + '…'}")

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from common.link.session_state import Happening
-from common.recording.recorded_fields import Fits, five, read_map, real, text, whole
-from common.recording.recorded_row import Row
+from common.recording.recorded_fields import Map, map_of, read_map
+from common.recording.recorded_row import Five, Row, Whole
 from common.wire.messages import Touch
 from operator_site.recorded_rows import Played, Rendered, Skin
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
@@ -21,16 +21,17 @@ _ROWS: dict[str, type[Row]] = {
     "remote/event": SentEvent,
     "remote/thermal": Thermal,
 }
-_KINDS: dict[str, Fits] = {"number": real, "integer": whole, "string": text}
+_TYPES: dict[str, Any] = {"number": float, "integer": Whole, "string": str}
+_FIVES: dict[str, Any] = {"number": Five[float], "integer": Five[Whole]}
 
 
-def _fits(schema: Mapping[str, Any]) -> Fits:
-    """Return the check of a field from its JSON schema in the truth log."""
-    return five(_KINDS[schema["items"]["type"]]) if schema["type"] == "array" else _KINDS[schema["type"]]
+def _type(schema: Mapping[str, Any]) -> Any:
+    """Return the type of a field from its JSON schema in the truth log."""
+    return _FIVES[schema["items"]["type"]] if schema["type"] == "array" else _TYPES[schema["type"]]
 
 
-_MAPS: dict[str, dict[str, Fits]] = {
-    stream: {name: _fits(field) for name, field in schema["properties"].items()}  # type: ignore[attr-defined]
+_MAPS: dict[str, Map] = {
+    stream: map_of(**{name: _type(field) for name, field in schema["properties"].items()})  # type: ignore[attr-defined]
     for stream, schema in (OPERATOR_STREAMS | REMOTE_STREAMS).items()
 }
 STREAMS = (*_ROWS, *_MAPS, "remote/touch")

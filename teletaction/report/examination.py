@@ -8,40 +8,35 @@ from pathlib import Path
 from typing import Any
 
 from common.recording.reader import RecordingReader
-from common.recording.recorded_fields import Fits, flag, maybe, number, read_map, text, whole
+from common.recording.recorded_fields import Map, map_of, read_map
+from common.recording.recorded_row import Finite, Whole
 from common.wire.messages import Touch
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.recorded_rows import Clock
 
-_MAPS: dict[str, dict[str, Fits]] = {
-    "operator/figures": {},
-    "console/session": {
-        "what": text,
-        "at_s": number,
-        "pseudonym": maybe(text),
-        "wall_clock": maybe(text),
-        "who": maybe(text),
-    },
-    "console/finding": {
-        "id": whole,
-        "at_s": number,
-        "kind": maybe(text),
-        "finger": maybe(text),
-        "x_m": maybe(number),
-        "y_m": maybe(number),
-        "text": text,
-        "compare": maybe(text),
-        "note": maybe(text),
-    },
-    "console/alarm": {
-        "id": text,
-        "since_s": number,
-        "priority": maybe(text),
-        "text": maybe(text),
-        "ended_s": maybe(number),
-        "cleared_by": maybe(text),
-    },
-    "console/act": {"at_s": number, "who": maybe(text), "verb": text, "ok": maybe(flag), "answer": maybe(text)},
+_MAPS: dict[str, Map] = {
+    "operator/figures": map_of(),
+    "console/session": map_of(what=str, at_s=Finite, pseudonym=str | None, wall_clock=str | None, who=str | None),
+    "console/finding": map_of(
+        id=Whole,
+        at_s=Finite,
+        kind=str | None,
+        finger=str | None,
+        x_m=Finite | None,
+        y_m=Finite | None,
+        text=str,
+        compare=str | None,
+        note=str | None,
+    ),
+    "console/alarm": map_of(
+        id=str,
+        since_s=Finite,
+        priority=str | None,
+        text=str | None,
+        ended_s=Finite | None,
+        cleared_by=str | None,
+    ),
+    "console/act": map_of(at_s=Finite, who=str | None, verb=str, ok=bool | None, answer=str | None),
 }
 STREAMS = ("operator/touch", "operator/clock", *_MAPS)
 """Names of the recorded streams that an examination reads."""

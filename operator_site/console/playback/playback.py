@@ -8,13 +8,15 @@ import pickle
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from common.faults.texts import said_fault
 from common.link.session_state import Happening
 from common.recording.reader import RecordingReader
-from common.recording.recorded_fields import Fits, maybe, number, read_map, text, whole
+from common.recording.recorded_fields import map_of, read_map
+from common.recording.recorded_row import Finite, Whole
 
 STREAMS = (
     "operator/touch",
@@ -131,11 +133,11 @@ class Recording:
 
 
 _MARKED: dict[str, Callable[[bytes], Any]] = {
-    "console/finding": lambda payload: read_map(payload, {"id": whole, "at_s": number, "text": text}),
-    "console/alarm": lambda payload: read_map(payload, {"id": text, "since_s": number, "text": text}),
+    "console/finding": partial(read_map, fields=map_of(id=Whole, at_s=Finite, text=str)),
+    "console/alarm": partial(read_map, fields=map_of(id=str, since_s=Finite, text=str)),
     "operator/session": Happening.unpack,
 }
-_EXAMINATION: dict[str, Fits] = {"what": text, "pseudonym": maybe(text), "wall_clock": maybe(text)}
+_EXAMINATION = map_of(what=str, pseudonym=str | None, wall_clock=str | None)
 
 
 class Playback(Generic[C]):
