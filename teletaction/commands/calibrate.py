@@ -2,12 +2,15 @@
 
 from datetime import date
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from common.runtime.parallel_map import processors
 from teletaction.commands.progress import Processes, progress_line
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 app = typer.Typer(name="calibrate", help="Look-up tables from labelled recordings.", no_args_is_help=True)
 
@@ -24,7 +27,7 @@ def calibrate_thermal_command(
 ) -> None:
     """Make a material look-up table from labelled touches."""
     from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
-    from teletaction.report.calibration_report import calibration_text, write_calibration_report
+    from teletaction.report.calibration_report import calibration_figure, calibration_text
 
     with progress_line("calibrate") as progress:
         fit = calibrate_thermal(
@@ -35,9 +38,7 @@ def calibrate_thermal_command(
             processes=processes or processors(),
             progress=progress,
         )
-    typer.echo(calibration_text(fit), err=True)
-    written = [out] if report is None else [out, *write_calibration_report(fit, report)]
-    typer.echo(f"wrote {', '.join(str(path) for path in written)}", err=True)
+    _report(calibration_text(fit), out, report, calibration_figure(fit) if report is not None else None)
 
 
 @app.command("texture")
@@ -52,17 +53,27 @@ def calibrate_texture_command(
     """Make a surface look-up table from labelled strokes."""
     from remote_site.texture.calibration.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
     from remote_site.texture.calibration.texture_calibration import calibrate_texture
-    from teletaction.report.spectrum_report import spectrum_text, write_spectrum_report
-    from teletaction.report.texture_report import texture_text, write_texture_report
+    from teletaction.report.spectrum_report import spectrum_text
+    from teletaction.report.texture_report import texture_text
 
     if not of_slow_strokes(strokes, signal):
         made = calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
-        typer.echo(texture_text(made), err=True)
-        written = [out] if report is None else [out, write_texture_report(made, report)]
-        typer.echo(f"wrote {', '.join(str(path) for path in written)}", err=True)
+        _report(texture_text(made), out, report)
         return
     fit = calibrate_spectra(read_labelled(strokes, signal, speed), sensor_serial=serial, made_on=f"{date.today()}")
     fit.table.save(out)
-    typer.echo(spectrum_text(fit), err=True)
-    written = [out] if report is None else [out, write_spectrum_report(fit, report)]
-    typer.echo(f"wrote {', '.join(str(path) for path in written)}", err=True)
+    _report(spectrum_text(fit), out, report)
+
+
+def _report(text: str, out: Path, folder: Path | None, figure: "Figure | None" = None) -> None:
+    """Print a report and the names of the written files; write report.txt and a figure's fit.png to `folder`."""
+    typer.echo(text, err=True)
+    written = [out]
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        written.append(folder / "report.txt")
+        written[-1].write_text(text + "\n", "utf-8")
+        if figure is not None:
+            written.append(folder / "fit.png")
+            figure.savefig(written[-1], dpi=130)
+    typer.echo(f"wrote {', '.join(map(str, written))}", err=True)

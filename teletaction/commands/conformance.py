@@ -1,4 +1,4 @@
-"""`conformance`: one device against the protocol document."""
+"""Command `conformance`: tests one device against the protocol document."""
 
 import json
 from enum import StrEnum
@@ -17,7 +17,7 @@ app = typer.Typer()
 
 
 class DeviceName(StrEnum):
-    """What may be told."""
+    """Kinds of devices that a user may name."""
 
     TEXTURE_SENSOR = "texture-sensor"
     THERMAL_SENSOR = "thermal-sensor"
@@ -29,14 +29,16 @@ class DeviceName(StrEnum):
 Address = Annotated[
     str, typer.Argument(help="Serial port, socket://HOST:PORT, or CAN: socketcan:can0, socketcand://HOST:PORT/can0.")
 ]
-Device = Annotated[DeviceName | None, typer.Option(help="What it should be; otherwise what it says it is.")]
-Finger = Annotated[str | None, typer.Option(help="Whose it should be: thumb, index, middle, ring, little.")]
-Exercise = Annotated[bool, typer.Option("--exercise", help="Also what drives outputs: a little, and asked for first.")]
+Device = Annotated[DeviceName | None, typer.Option(help="Expected kind; by default the kind that the device reports.")]
+Finger = Annotated[str | None, typer.Option(help="Expected finger: thumb, index, middle, ring, little.")]
+Exercise = Annotated[
+    bool, typer.Option("--exercise", help="Also drive the outputs a little; asks for confirmation first.")
+]
 Heat = Annotated[
-    bool, typer.Option("--heat", help="Also its temperature limit: heats the plate to 42 C. Includes --exercise.")
+    bool, typer.Option("--heat", help="Also test its temperature limit: heats the plate to 42 C. Includes --exercise.")
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask; nobody touches the device.")]
-Json = Annotated[bool, typer.Option("--json", help="The results as one JSON object.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")]
 
 
 @app.command()
@@ -60,14 +62,14 @@ def conformance(
     quiet_libraries()
     if finger is not None and finger not in FINGERS:
         raise ValueError(f"--finger {finger}: there are {', '.join(FINGERS)}")
-    told: DeviceKind | NodeName | None = None
+    expected: DeviceKind | NodeName | None = None
     if device is not None:
         serial = device.name in DeviceKind.__members__
-        told = DeviceKind[device.name] if serial else NodeName(device.value)
+        expected = DeviceKind[device.name] if serial else NodeName(device.value)
     allowed = {How.LISTEN, *([How.EXERCISE] if exercise or heat else []), *([How.HEAT] if heat else [])}
     with (
         ended_as_by_hand(),
-        opened(address, told, FINGERS.index(finger) if finger is not None else None) as found,
+        opened(address, expected, FINGERS.index(finger) if finger is not None else None) as found,
     ):
         does = [words for how, words in found.warning.items() if how in allowed]
         if does and not yes:
@@ -77,7 +79,7 @@ def conformance(
                 abort=True,
                 err=True,
             )
-        results = found.tried(allowed, (lambda tried: None) if as_json else _tell)
+        results = found.tried(allowed, (lambda tried: None) if as_json else _print)
     counts = {verdict: sum(tried.verdict is verdict for tried in results) for verdict in Verdict}
     if as_json:
         rows = [
@@ -86,14 +88,14 @@ def conformance(
         ]
         summary = {"address": address, "device": found.name, "counts": counts, "duties": rows}
         typer.echo(json.dumps(summary, indent=1))
-    told_counts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
-    typer.echo(f"{found.name} at {address}: {told_counts}", err=True)
+    counted = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
+    typer.echo(f"{found.name} at {address}: {counted}", err=True)
     if counts[Verdict.FAIL]:
         first = next(tried for tried in results if tried.verdict is Verdict.FAIL)
         raise Failed(f"{first.duty.number}: {first.duty.demand}: {first.came}")
 
 
-def _tell(tried: "Tried") -> None:
+def _print(tried: "Tried") -> None:
     from teletaction.conformance.checklist import Verdict
 
     if tried.verdict is Verdict.NOT_TRIED:

@@ -1,4 +1,4 @@
-"""`session`: what a person at a running site asks of it, through its desk."""
+"""Command `session`: sends local commands of a person to a running site."""
 
 import json
 from pathlib import Path
@@ -13,24 +13,24 @@ from teletaction.commands.failed import Failed
 if TYPE_CHECKING:
     from common.link.keys import KeyPair
 
-app = typer.Typer(name="session", help="What a person at a running site asks of it.", no_args_is_help=True)
+app = typer.Typer(name="session", help="Commands of a person to a running site.", no_args_is_help=True)
 
 
 @app.command("status")
 def session_status(config: ConfigFile) -> None:
-    """Print what a running site says of its session, as JSON."""
+    """Print the status of a running site's session, as JSON."""
     from common.faults.fault import read_fault
     from common.faults.texts import fault_figures
 
-    told = _ask_desk(config, "status")
-    for name in {"fault", "remote_fault"} & told.keys():
-        told[name] = fault_figures(read_fault(told[name]))
-    typer.echo(json.dumps(told))
+    status = _ask_desk(config, "status")
+    for name in {"fault", "remote_fault"} & status.keys():
+        status[name] = fault_figures(read_fault(status[name]))
+    typer.echo(json.dumps(status))
 
 
 @app.command("engage")
 def session_engage(config: ConfigFile) -> None:
-    """Ask for outputs to act, at the operator's site; both sites must agree."""
+    """Request at the operator's site that outputs act; both sites must agree."""
     _ask_desk(config, "engage")
 
 
@@ -42,7 +42,7 @@ def session_disengage(config: ConfigFile) -> None:
 
 @app.command("estop")
 def session_estop(config: ConfigFile) -> None:
-    """Emergency stop; waits for the devices to confirm and prints what they said."""
+    """Stop in an emergency, wait until the devices confirm, and print the outcome."""
     from common.link.local_control import stop_from_desk
 
     outcome = stop_from_desk(*_desk(config))
@@ -53,7 +53,7 @@ def session_estop(config: ConfigFile) -> None:
 
 @app.command("clear")
 def session_clear(config: ConfigFile) -> None:
-    """Clear a latched fault, at both sites where that may be done from here; nothing moves until engaged again."""
+    """Clear a latched fault, at both sites if this site may; nothing moves until engaged again."""
     from common.link.local_control import clear_from_desk
     from common.link.session_state import Refused
 

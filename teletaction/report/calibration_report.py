@@ -1,6 +1,4 @@
-"""Writes the report of a thermal calibration: results and quality of fit, as text and a figure."""
-
-from pathlib import Path
+"""Describes a thermal calibration: results and quality of fit, as text and a figure."""
 
 import numpy as np
 from matplotlib import rc_context
@@ -81,16 +79,3 @@ def _draw_materials(axes: Axes, table: MaterialTable) -> None:
         title="Materials, with one standard deviation",
     )
     axes.legend(fontsize=8)
-
-
-def write_calibration_report(fit: ThermalFit, folder: Path) -> list[Path]:
-    """Write report.txt and fit.png to `folder`; return their paths.
-
-    Raises:
-        OSError: a file cannot be written.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    text, picture = folder / "report.txt", folder / "fit.png"
-    text.write_text(calibration_text(fit) + "\n", "utf-8")
-    calibration_figure(fit).savefig(picture, dpi=130)
-    return [text, picture]

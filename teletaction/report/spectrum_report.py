@@ -1,6 +1,4 @@
-"""Writes the report of a calibration from slow strokes: results and cross-validation, as text."""
-
-from pathlib import Path
+"""Describes a calibration from slow strokes: results and cross-validation, as text."""
 
 from remote_site.texture.calibration.spectrum_calibration import SpectrumFit
 from teletaction.plotting.figure_style import shown_name
@@ -43,15 +41,3 @@ def spectrum_text(fit: SpectrumFit) -> str:
             "speeds are not known: all strokes are assumed to be made in the same way (labels.csv: speed_mm_s)"
         )
     return "\n".join(lines)
-
-
-def write_spectrum_report(fit: SpectrumFit, folder: Path) -> Path:
-    """Write report.txt to `folder`; return its path.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "report.txt"
-    path.write_text(spectrum_text(fit) + "\n", "utf-8")
-    return path

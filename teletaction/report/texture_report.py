@@ -1,7 +1,6 @@
-"""Writes the report of a texture calibration: results and recognition rates, as text."""
+"""Describes a texture calibration: results and recognition rates, as text."""
 
 from math import exp
-from pathlib import Path
 
 from remote_site.texture.calibration.texture_calibration import TextureFit
 
@@ -30,15 +29,3 @@ def texture_text(fit: TextureFit) -> str:
         )
         lines += [f"    {times} taken for {other}" for other, times in sorted(taken.items()) if other != surface.name]
     return "\n".join([*lines, *(f"warning: {warning}" for warning in fit.warnings)])
-
-
-def write_texture_report(fit: TextureFit, folder: Path) -> Path:
-    """Write report.txt into `folder`, creating it if needed; return its path.
-
-    Raises:
-        OSError: the folder or the file cannot be written.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "report.txt"
-    path.write_text(texture_text(fit) + "\n", "utf-8")
-    return path

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from common.health import read_status
 from common.scenes.scene import load_scene
 from teletaction.recordings.merge import merge_recordings
 from teletaction.recordings.session_data import SessionData
@@ -88,12 +89,6 @@ def recordings_of(folder: Path, process: str) -> list[Path]:
 
 
 def _status(path: Path) -> dict[str, Any]:
-    try:
-        status = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
-        raise ValueError(f"{path}: missing; a process writes it when `status` is configured") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: not JSON: {error}") from None
-    if not isinstance(status, dict):
-        raise ValueError(f"{path}: expected an object with a process's figures")
-    return status
+    if not path.exists():
+        raise ValueError(f"{path}: missing; a process writes it when `status` is configured")
+    return read_status(path, 0)[0]

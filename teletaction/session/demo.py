@@ -1,6 +1,5 @@
 """Runs a whole telediagnosis session on this machine with simulated devices and a scripted hand."""
 
-import json
 import socket
 import sys
 import time
@@ -159,10 +158,9 @@ def _start_timetable(out: Path) -> None:
 
 def _status(path: Path) -> dict[str, object]:
     try:
-        status = json.loads(path.read_text("utf-8"))
-    except (FileNotFoundError, ValueError):
+        return read_status(path, 0)[0]
+    except NoStatus:
         return {}
-    return status if isinstance(status, dict) else {}
 
 
 def _waiting_for(out: Path) -> str:

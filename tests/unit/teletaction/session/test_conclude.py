@@ -93,4 +93,4 @@ def test_a_wrong_scene_or_what_is_missing_is_named_before_anything_is_written(tm
         (tmp_path / f"{process}.mcap").touch()
     refuse(r"sim-remote\.json: missing")
     (tmp_path / "sim-remote.json").write_text("{")
-    refuse(r"sim-remote\.json: not JSON")
+    refuse(r"sim-remote\.json: not a status file")
