@@ -98,7 +98,7 @@ def check_scene(scene: Scene, dwell_s: float = LONGEST_S) -> list[CheckedObject]
 
 
 def _step_us(model: SkinModel, touched: Touched) -> float:
-    """Time of one step of the models of all fingers, us."""
+    """Return the time of one step of the models of all fingers, us."""
     skin = SceneSkin(model)
     for finger in range(len(FINGERS)):
         skin.touch(finger, touched, 20.0)

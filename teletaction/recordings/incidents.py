@@ -1,4 +1,4 @@
-"""What went wrong in a session, by what both sites noted of it."""
+"""Lists faults, interruptions and incomplete recordings of a session from the events that both sites recorded."""
 
 from collections.abc import Container, Mapping
 from typing import Any
@@ -7,19 +7,19 @@ from teletaction.recordings.session_data import SessionData
 
 
 def faults(data: SessionData) -> list[dict[str, Any]]:
-    """Faults that latched and emergency stops: site, what, its words, and when, s from the first thing noted."""
+    """Return latched faults and emergency stops: site, kind, text, code and time, s from the first recorded event."""
     return _noted(data, ("fault", "estop"))
 
 
 def interruptions(data: SessionData) -> list[dict[str, Any]]:
-    """Silence of the far site, devices that went missing, and ends of work; told like `faults`."""
+    """Return silences of the far site, losses of devices, and ends of engagement, in the form of `faults`."""
     return _noted(data, ("silent", "missing", "disconnected", "disengaged"))
 
 
 def incomplete_recordings(data: SessionData, statuses: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Recordings that stopped or lost messages, by the last status of each process; given like `faults`.
+    """Return recordings that stopped or lost messages, by the last status of each process, in the form of `faults`.
 
-    The time is None where messages were lost and the recording did not stop.
+    The time is None if messages were lost and the recording did not stop.
     """
     found = []
     for name, status in statuses.items():
@@ -34,7 +34,7 @@ def incomplete_recordings(data: SessionData, statuses: Mapping[str, Mapping[str,
 
 
 def _start_s(data: SessionData) -> float:
-    """The first thing noted, s."""
+    """Return the time of the first recorded event, s."""
     return min((float(entry["time_s"]) for entry in data.happenings), default=0.0)
 
 

@@ -1,4 +1,4 @@
-"""Describes in text if a machine was fast enough for a session, and the consequences for the session's figures."""
+"""Describes whether a machine was fast enough for a session, and the consequences for the session's figures."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -32,7 +32,7 @@ def machine_verdict(summary: Mapping[str, Any]) -> str:
     late = f"the rate was not held for {late_s:.0f} s{of} ({behind(summary)})"
     words = [
         f"This machine was too slow for this session: {late}.",
-        "So more was late or missed than on a machine that is fast enough.",
+        "More was late or missed than on a machine that is fast enough.",
         *_consequences(summary),
         "Fewer fingers need less: try --fingers 1.",
     ]
@@ -58,5 +58,5 @@ def _consequences(summary: Mapping[str, Any]) -> list[str]:
     if postponed:
         found.append(f"Identification of materials waited in {postponed} late ticks, so names came later.")
     if taps.get("made"):
-        found.append(f"Of {taps['made']} taps {taps.get('played', 0)} were felt.")
+        found.append(f"Of {taps['made']} taps {taps.get('played', 0)} were displayed.")
     return found

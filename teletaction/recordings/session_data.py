@@ -1,4 +1,4 @@
-"""A recorded session as arrays: what was sent, what was rendered, and what really reached fingers and patient."""
+"""Reads a recorded session as arrays: sent and rendered values, and the true ones at fingers and patient."""
 
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -41,16 +41,19 @@ class SessionData:
     """Series and events of one recording; times in s on the recording machine's monotonic clock.
 
     Attributes:
-        touch: mode, contact, contact force, stiffness, speeds' constants and object temperature as sent by the remote.
-        rendered: what left the operator's gate: force_n, motor_rpm, plate_set_c, peltier, limits, age_s, engaged.
-        gate: what left the patient's gate: z_m, heater, limits.
-        fingertips: truth at the operator's modules (motor_rpm, motor_mv, plate_c, felt_c, force_n, ...).
-        contact: truth at the remote fingers (mode, object, force_n, plate_c, ...).
-        skin: the operator site's skin model (felt_c, surface_c, flux_w_m2).
-        thermal: per finger, the identification's answers over time as dictionaries.
-        events: truth events; `sent`: the remote's events; `played`: events shown; `motor`: module motor switches.
-        happenings: what each site noted of its session, such as a fault and its reason.
-        counts: messages per stream.
+        touch: columns of the touch packets that the remote site sent, such as mode, contact_force_n and object_c.
+        rendered: output of the operator's gate: force_n, motor_rpm, plate_set_c, peltier, limits, age_s, engaged.
+        gate: output of the patient's gate: z_m, heater, limits.
+        fingertips: true values at the operator's modules (motor_rpm, motor_mv, plate_c, felt_c, force_n, ...).
+        contact: true values at the remote fingers (mode, object, force_n, plate_c, ...).
+        skin: skin model of the operator site (felt_c, surface_c, flux_w_m2).
+        thermal: for each finger, the results of the thermal identification over time.
+        truth_events: events of the simulated world.
+        sent_events: events that the remote site sent.
+        played: events that were displayed to the operator.
+        motor_switches: changes of a module's motor voltage.
+        happenings: session events of each site, such as a fault and its reason.
+        counts: number of messages of each stream.
     """
 
     touch: Series
@@ -72,8 +75,8 @@ class SessionData:
         """Read a merged session recording.
 
         Raises:
-            OSError: it cannot be read.
-            ValueError: it is no whole recording, or damaged: where, and what to do.
+            OSError: the file cannot be read.
+            ValueError: the recording is truncated or damaged; the message names place and remedy.
         """
         times: dict[str, list[float]] = defaultdict(list)
         entries: dict[str, list[Any]] = defaultdict(list)
@@ -118,7 +121,7 @@ class SessionData:
 
 
 def _said(happening: Happening) -> str:
-    """A happening's own text, that of its fault, or that a person asked for it."""
+    """Return the text of a happening or of its fault, or that a person requested it."""
     asked = "asked for" if happening.what == "disengaged" else ""
     return happening.text or said_fault(happening.fault) or asked
 

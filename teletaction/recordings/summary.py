@@ -190,12 +190,11 @@ def taps(data: SessionData) -> dict[str, int]:
         elif event["kind"] == "contact" and event["time_s"] - left_s[event["finger"]] >= BOUNCE_S:
             made.append(event)
     shown = [p for p in data.played if p["kind"] == EventKind.TAP]
-    felt = 0
-    for event in made:
-        felt += any(
-            p["finger"] == event["finger"] and -_NOISE_S <= p["time_s"] - event["time_s"] < _FOLLOWS_S for p in shown
-        )
-    return {"made": len(made), "played": felt}
+    played = sum(
+        any(p["finger"] == event["finger"] and -_NOISE_S <= p["time_s"] - event["time_s"] < _FOLLOWS_S for p in shown)
+        for event in made
+    )
+    return {"made": len(made), "played": played}
 
 
 def still_vibration(data: SessionData, used: Iterable[int]) -> dict[str, float | None]:

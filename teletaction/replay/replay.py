@@ -1,7 +1,7 @@
-"""Identification and rendering run again on a recording, and compared with what the sites computed then.
+"""Repeats identification and rendering on a recording, and compares them with the recorded results.
 
-All that they depend on is in the recording: each tick's exact input, the accepted touch packets, configuration and
-calibrated tables. On the machine that recorded, the result is the same to the last bit.
+The recording contains all their input: each tick's exact input, the accepted touch packets, configuration and
+calibrated tables. On the machine that recorded, the results are identical to the last bit.
 """
 
 import csv
@@ -27,25 +27,25 @@ from teletaction.replay.replay_sites import OperatorReplay, RemoteReplay
 
 _SENSED = "remote/sensed"
 _INPUTS = (_SENSED, "operator/input")
-"""What makes each site's computation go on by one tick."""
+"""Streams of which each message advances a site's computation by one tick."""
 _STREAMS = (*_INPUTS, "remote/touch", "operator/touch", "operator/rendered")
 _PROGRESS_EVERY = 1000
 COLUMNS = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive")
 
 
 def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]:
-    """Replay a recording of one site or of a whole session; returns what `replay.json` says.
+    """Replay a recording of one site or of a whole session; return the content of `replay.json`.
 
     Args:
         path: the recording.
-        out: folder for `identification.jsonl` (events and material answers), `rendering.csv` (what leaves for the
-            operator's devices) and `replay.json` (comparison, and the touches in which a solution that waited for a
-            late tick changed the material or its time); made when it does not exist. Times count from the
+        out: folder, created if it does not exist, for three files. `identification.jsonl` has events and materials,
+            `rendering.csv` the output to the operator's devices. `replay.json` has the comparison, and the touches
+            in which a solution that waited for a late tick changed the material or its time. Times count from the
             recording's first message.
-        progress: is given the share done now and then.
+        progress: function that receives the completed share, 0..1.
 
     Raises:
-        ValueError: the file is not a whole recording, is damaged, or lacks what a replay needs.
+        ValueError: the file is truncated or damaged, or lacks data that a replay needs.
         OSError: `path` cannot be read or `out` cannot be written.
     """
     with ExitStack() as files:
@@ -73,20 +73,20 @@ def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]
 
 
 class _Done:
-    """Counts messages of both passes; the second is made only where solutions waited."""
+    """Counts the messages of both passes; the second is needed only if solutions waited."""
 
     def __init__(self, total: int, progress: Progress) -> None:
         self._total, self._progress, self._count = total, progress, 0
 
     def one_more(self) -> None:
-        """Count a message, and say now and then how far the work is."""
+        """Count a message, and report progress every _PROGRESS_EVERY messages."""
         self._count += 1
         if self._count % _PROGRESS_EVERY == 0:
             self._progress(self._count / self._total)
 
 
 class _Replayed:
-    """All sites of a recording; a restarted site begins anew, as it did then."""
+    """All sites of a recording; a restarted site starts again in the replay, too."""
 
     def __init__(self, session: RecordedSession, identification: IO[str], rendering: IO[str]):
         self._session = session
@@ -98,7 +98,7 @@ class _Replayed:
         self._changed: dict[str, list[dict[str, object]]] = {}
 
     def take(self, stream: str, origin: str, time_s: float, payload: bytes) -> None:
-        """One message, in order of time."""
+        """Take one message, in order of time."""
         match stream:
             case "remote/sensed":
                 for line in self._remote(origin).sensed(time_s, payload):
@@ -112,8 +112,8 @@ class _Replayed:
             case "operator/rendered":
                 self._operator(origin).rendered(time_s, payload)
 
-    def identify_without_waiting(self, done: "_Done") -> None:
-        """Where solutions waited for late ticks, identify once more, and find the touches in which that mattered."""
+    def identify_without_waiting(self, done: _Done) -> None:
+        """Identify again without waiting if solutions waited for late ticks, and find the touches that differ."""
         whole = {
             origin: open_remote(self._session, origin, waits=False)
             for origin, site in self._remotes.items()
@@ -128,7 +128,7 @@ class _Replayed:
         self._changed = {origin: self._remotes[origin].named.changed(site.named) for origin, site in whole.items()}
 
     def result(self) -> dict[str, Any]:
-        """What came of it, for each recording that went into the session."""
+        """Return the results for each recording of the session."""
         return {
             "remote": {
                 origin or "remote": {
@@ -172,12 +172,15 @@ class _Replayed:
 
 
 def open_remote(session: RecordedSession, origin: str, *, waits: bool = True) -> RemoteReplay:
-    """The remote site as it was configured and calibrated; raises ValueError when the recording does not say.
+    """Return the replay of a remote site with its recorded configuration and calibration.
 
     Args:
         session: the recording.
-        origin: of the site in it.
-        waits: whether solutions wait for late ticks again, as they did.
+        origin: origin of the site's part of it.
+        waits: whether solutions wait for late ticks, as in the session.
+
+    Raises:
+        ValueError: the recording has no valid configuration or table.
     """
     materials = session.table(origin, "materials", MaterialTable)
     surfaces = session.table(origin, "surfaces", SurfaceTable)
@@ -186,7 +189,7 @@ def open_remote(session: RecordedSession, origin: str, *, waits: bool = True) ->
 
 
 def open_operator(session: RecordedSession, origin: str) -> OperatorReplay:
-    """The operator site as it was configured; raises ValueError when the recording does not say."""
+    """Return the replay of an operator site; raises ValueError if the recording has no valid configuration."""
     configured = _configured(session, origin)
     return OperatorReplay(configured.rendering, 1.0 / configured.rate_hz, configured.link.gap_s)
 
@@ -196,7 +199,7 @@ class _Link(BaseModel):
 
 
 class _Configured(BaseModel):
-    """What computing depends on, of a site's configuration."""
+    """Fields of a site's configuration that its computation depends on."""
 
     fingers: list[str] = list(FINGERS)
     rate_hz: Annotated[float, Field(gt=0.0)] = OperatorConfig.model_fields["rate_hz"].default

@@ -1,4 +1,4 @@
-"""One site's computation run again, tick by tick, on what it recorded: no devices, no link, no clock."""
+"""Repeats one site's computation on its recording, tick by tick, without devices, link or clock."""
 
 from collections.abc import Sequence
 
@@ -23,16 +23,16 @@ _RENDERED = ("force_n", "motor_rpm", "plate_set_c", "peltier", "limits")
 
 
 class RemoteReplay:
-    """Identification again."""
+    """Repeats the identification of a remote site."""
 
     def __init__(self, fingers: Sequence[str], materials: MaterialTable, surfaces: SurfaceTable, period_s: float):
-        """Identify with the tables that were in use.
+        """Identify with the recorded tables.
 
         Args:
-            fingers: of the site.
+            fingers: names of the site's fingers.
             materials: calibrated materials.
             surfaces: calibrated surfaces.
-            period_s: of the ticks, s: what waited for a late tick waits again; infinite: nothing waits.
+            period_s: period of the ticks, s, after which a tick is late and solutions wait; infinity: nothing waits.
         """
         self.ticks = 0
         self.named = NamedTouches()
@@ -42,13 +42,13 @@ class RemoteReplay:
 
     @property
     def postponed(self) -> int:
-        """Ticks in which a solution was due and waited, since they were late."""
+        """Number of late ticks in which a due solution waited."""
         return self._perception.postponed
 
     def sensed(self, time_s: float, recorded: bytes) -> list[Line]:
-        """Take the readings of one tick; the events and changes of material answer in it."""
+        """Take the readings of one tick; return its events and its changes of the identified material."""
         if self.ticks:
-            self._perception.work()  # of the tick before, whose packet has been compared
+            self._perception.work()  # for the tick before, whose packet has been compared
         self.ticks += 1
         happened = self._perception.step(SensorFrame.unpack(recorded))
         self.named.take(time_s, happened)
@@ -71,7 +71,7 @@ class RemoteReplay:
         return lines
 
     def touch(self, time_s: float, recorded: bytes) -> bytes:
-        """The packet that would be sent now, compared with the one that was sent."""
+        """Return the packet that would be sent now, and compare it with the packet that was sent."""
         sent = Touch.decode(recorded)
         packet = self._perception.packet(sent.session, sent.sequence, sent.time_ns, sent.state).encode()
         self.packets.add(self.ticks - 1, time_s, recorded, packet)
@@ -79,34 +79,34 @@ class RemoteReplay:
 
 
 class OperatorReplay:
-    """Rendering and the operator's gate again."""
+    """Repeats rendering and gate of an operator site."""
 
     def __init__(self, config: RenderingConfig, period_s: float, gap_s: float):
-        """Render as was configured."""
+        """Render with the recorded configuration: `period_s` of the ticks, s, and maximum gap between packets, s."""
         self.ticks = 0
         self.rows = Comparison(rendered_fields)
         self.missing_touches: set[int] = set()
-        """Sequence numbers of touch packets that were rendered and are not in the recording."""
+        """Sequence numbers of rendered touch packets that the recording lacks."""
         self._rendering = GatedRendering(config, period_s, gap_s)
         self._newest: Touch | None = None
         self._output: GatedOutput | None = None
 
     def touch(self, recorded: bytes) -> None:
-        """Take a touch packet as it was accepted."""
+        """Take an accepted touch packet."""
         self._newest = Touch.decode(recorded)
 
     def input(self, recorded: bytes) -> GatedOutput:
-        """Take the input of one tick; what leaves for the devices."""
+        """Take the input of one tick; return the output to the devices."""
         self.ticks += 1
         self._output = self._rendering.step(RenderingInput.unpack(recorded, self._touch_of))
         return self._output
 
     def rendered(self, time_s: float, recorded: bytes) -> bytes:
-        """The row of what would leave for the devices now, compared with what left."""
+        """Return the row of the output that would be sent now, and compare it with the recorded row."""
         output = self._output
         if output is None:
-            return recorded  # its input is not in the recording: nothing to compare
-        # The rest of the row is input, and the wall time of writing it.
+            return recorded  # the recording lacks its input: nothing to compare
+        # The rest of the row is input, and the wall time at which it was written.
         replayed = replace(
             Rendered.unpack(recorded),
             force_n=output.force_n,
@@ -139,15 +139,15 @@ def _answer(answer: ThermalResult) -> Line:
 
 
 def touch_fields(packet: bytes) -> Fields:
-    """What identification has put into a touch packet, by name."""
+    """Return the results of identification in a touch packet, by name."""
     touch = Touch.decode(packet)
     fields: dict[str, object] = {}
     for finger, row, material in zip(FINGERS, touch.rows, touch.materials, strict=True):
         fields |= {f"{finger}.{name}": value for name, value in row._asdict().items()}
         fields[f"{finger}.material"] = material
     fields |= {
-        f"{finger}.told": [list(map(list, told[0])), *told[1:]]
-        for finger, told in zip(FINGERS, touch.summaries, strict=True)
+        f"{finger}.summary": [list(map(list, summary[0])), *summary[1:]]
+        for finger, summary in zip(FINGERS, touch.summaries, strict=True)
     }
     for event in touch.events:
         fields[f"event {event.ident}"] = [int(event.kind), event.finger, event.time_ns, event.value, event.name]
@@ -155,7 +155,7 @@ def touch_fields(packet: bytes) -> Fields:
 
 
 def rendered_fields(row: bytes) -> Fields:
-    """What left for the devices by a row of operator/rendered, by name."""
+    """Return the output to the devices in a row of operator/rendered, by name."""
     rendered = Rendered.unpack(row)
     fields: dict[str, object] = {}
     for name in _RENDERED:

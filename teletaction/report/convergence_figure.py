@@ -82,7 +82,7 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
     title: dict[str, Any] = {"loc": "left", "fontsize": 9.0, "fontweight": "bold", "pad": 30}
     upper.set_title(_fitted(f"{shared.thing}, at {shared.start_s:.0f} s"), **title)
     upper.annotate(
-        f"{_fitted('true: ' + true)}\n{_fitted('told: ' + answered)}",
+        f"{_fitted('true: ' + true)}\n{_fitted('identified: ' + answered)}",
         (0, 1),
         xytext=(0, 4),
         fontsize=8.5,
@@ -94,7 +94,7 @@ def _draw_converging(session: SessionCurves, shared: SharedTouch, upper: Axes, l
     upper.tick_params(labelbottom=False)
     upper.set_xlim(0, max(longest_s, 1.0))
     if not estimated:
-        lower.text(0.5, 0.75, "no temperature told", transform=lower.transAxes, ha="center", color="#5A5A5A")
+        lower.text(0.5, 0.75, "no temperature known", transform=lower.transAxes, ha="center", color="#5A5A5A")
     if seen:
         lower.set_ylim(min(seen) - 2.0, max(seen) + 2.0)
 

@@ -21,14 +21,14 @@ CUTOUT_M = 0.040
 LONGEST_IN_TABLE = 160
 """Largest number of letters of a note on the opening page."""
 NO_CONSOLE = (
-    "No console took part in this recording: it has no study number, no findings, and no audit trail. The map is made "
-    "of what the operator site received."
+    "No console took part in this recording: it has no study number, no findings, and no audit trail. The map comes "
+    "from the touch packets that the operator site received."
 )
 _CONFIDENCE = ("none", "low", "fair", "high")
 _READING = (
-    "Confidence as opacity: full colour where a value is known well, stippled where it is known badly, a dot alone "
-    "where it is hardly known; hatched is what was not felt. In the map of temperature + and − are at least 1 K above "
-    "and below the middle of its scale. A map is for finding: a finding’s value is of the touches within 3 mm of it."
+    "Opacity shows confidence: full colour for high confidence, stippled for low confidence, a single dot for none. "
+    "Areas that were not felt are hatched. In the map of temperature, + and − mark places at least 1 K above and "
+    "below the middle of its scale. The value of a finding comes from the touches within 3 mm of it."
 )
 
 
@@ -82,12 +82,12 @@ def confidence(examination: Examination, finding: Mapping[str, Any]) -> int | No
     here, quantity = place_of(examination, finding), QUANTITY.get(str(finding.get("kind")))
     if here is None or quantity is None:
         return None
-    felt = getattr(here, quantity)
-    return 0 if felt is None else _step(quantity, felt)
+    value: Measured | None = getattr(here, quantity)
+    return 0 if value is None else _step(quantity, value)
 
 
 def place_of(examination: Examination, finding: Mapping[str, Any]) -> ExploredPlace | None:
-    """Return all values felt at the place of a finding by the end; None without a place."""
+    """Return the final values of the maps at the place of a finding; None without a place."""
     x_m, y_m = finding.get("x_m"), finding.get("y_m")
     return None if x_m is None or y_m is None else examination.felt.at(float(x_m), float(y_m))
 
@@ -114,8 +114,8 @@ def not_felt(examination: Examination) -> str:
 
 def covered_by(examination: Examination, quantity: str) -> Coverage | None:
     """Return the coverage of the surface for a quantity; None if it was never felt."""
-    felt = picture(examination.felt, quantity)
-    return None if felt is None else coverage(felt)
+    drawn = picture(examination.felt, quantity)
+    return None if drawn is None else coverage(drawn)
 
 
 def maps(examination: Examination) -> str:
@@ -162,9 +162,10 @@ def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> str:
     lines = [shown(finding["compare"])] if finding.get("compare") else []
     if here is not None:
         known = [
-            f"{quantity} {shown(value_text(quantity, felt))} ({felt.touches} touch{'es' if felt.touches != 1 else ''})"
+            f"{quantity} {shown(value_text(quantity, value))} "
+            f"({value.touches} touch{'es' if value.touches != 1 else ''})"
             for quantity in UNITS
-            if (felt := getattr(here, quantity)) is not None
+            if (value := getattr(here, quantity)) is not None
         ]
         if here.material is not None:
             known.append(f"material {shown(here.material[0])} ({100.0 * here.material[1]:.0f} % of the touches)")
@@ -185,20 +186,20 @@ def _words(examination: Examination, quantity: str) -> str:
 def _first_quantity(examination: Examination) -> str | None:
     """Return the quantity of most findings; without findings, the quantity felt on the largest area."""
     about = [QUANTITY[kind] for f in examination.findings.values() if (kind := str(f.get("kind"))) in QUANTITY]
-    felt = {quantity: covered_by(examination, quantity) for quantity in QUANTITIES[:3]}
-    known = [quantity for quantity, covered in felt.items() if covered is not None]
+    covered_by_quantity = {quantity: covered_by(examination, quantity) for quantity in QUANTITIES[:3]}
+    known = {quantity: covered.felt_m2 for quantity, covered in covered_by_quantity.items() if covered is not None}
     if not known:
         return None
-    return max(known, key=lambda quantity: (about.count(quantity), getattr(felt[quantity], "felt_m2", 0.0)))
+    return max(known, key=lambda quantity: (about.count(quantity), known[quantity]))
 
 
 def _known_here(here: ExploredPlace | None) -> str | None:
     return next((quantity for quantity in UNITS if getattr(here, quantity, None) is not None), None)
 
 
-def _step(quantity: str, felt: Measured) -> int:
+def _step(quantity: str, value: Measured) -> int:
     """Return the confidence in a value, 0..3, by the rule of the maps."""
-    sd = felt.sd / felt.value if quantity in LOGARITHMIC else felt.sd
+    sd = value.sd / value.value if quantity in LOGARITHMIC else value.sd
     return sum(sd <= share * CONFIDENT_SD[quantity] for share in (2.0, 1.0, 0.5))
 
 

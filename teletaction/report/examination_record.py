@@ -34,7 +34,7 @@ def record(examination: Examination, data: SessionData, summary: Mapping[str, An
 
 def numbers(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return the report's numbers for programs to read."""
-    felt = examination.felt
+    tactile_map = examination.felt
     coverage = {quantity: covered_by(examination, quantity) for quantity in QUANTITIES}
     return {
         "examination": examination.begun or None,
@@ -53,8 +53,8 @@ def numbers(examination: Examination, data: SessionData, summary: Mapping[str, A
             else {"felt_m2": covered.felt_m2, "explored_m2": covered.explored_m2, "lines_m": covered.lines_m}
             for quantity, covered in coverage.items()
         },
-        "scales": {quantity: felt.legend(quantity) for quantity in QUANTITIES[:3]},
-        "materials": felt.materials,
+        "scales": {quantity: tactile_map.legend(quantity) for quantity in QUANTITIES[:3]},
+        "materials": tactile_map.materials,
         "link": _link_numbers(examination, data),
         "alarms": list(examination.alarms.values()),
         "acts": list(examination.acts.values()),
@@ -67,7 +67,7 @@ def numbers(examination: Examination, data: SessionData, summary: Mapping[str, A
 
 def _place(here: Any) -> dict[str, Any]:
     values = {name: getattr(here, name) for name in ("temperature", "roughness", "stiffness")}
-    return {name: None if felt is None else felt._asdict() for name, felt in values.items()} | {
+    return {name: None if value is None else value._asdict() for name, value in values.items()} | {
         "material": here.material
     }
 
@@ -138,9 +138,9 @@ def _link(examination: Examination, data: SessionData) -> str:
         [name, shown(values[key])]
         for name, key in (
             ("round trip, median (ms)", "round_trip_ms"),
-            ("touch packets taken", "touch_packets"),
+            ("touch packets received", "touch_packets"),
             ("superseded by a newer one, or lost", "superseded_or_lost"),
-            ("most in a row that did not come", "longest_gap_packets"),
+            ("largest number lost in a row", "longest_gap_packets"),
         )
     ]
     return table(("", "value"), rows)
@@ -170,7 +170,7 @@ def _faults(data: SessionData, zero_s: float) -> str:
         ]
         for entry in data.happenings
     ]
-    return "<h3>What the sites noted of the session</h3>" + table(("at (s)", "site", "what", ""), rows)
+    return "<h3>Session events of both sites</h3>" + table(("at (s)", "site", "what", ""), rows)
 
 
 def _acts(examination: Examination, zero_s: float) -> str:

@@ -112,7 +112,7 @@ def draw_temperature(axes: Axes, session: SessionCurves, finger: int) -> None:
         (data.rendered, "plate_set_c", "plate set by the operator site", {"color": ORANGE, "linestyle": "--"}),
         (data.fingertips, "plate_c", "plate, true", {"color": BLUE}),
         (data.skin, "felt_c", "skin wanted by the site's model", {"color": RED, "linestyle": ":", "linewidth": 1.6}),
-        (data.fingertips, "felt_c", "felt by the skin, true", {"color": BLACK, "linewidth": 1.6}),
+        (data.fingertips, "felt_c", "skin, true", {"color": BLACK, "linewidth": 1.6}),
     )
     drawn = [_line(axes, session.curve(series, name, finger), label=label, **how) for series, name, label, how in lines]
     if not any(drawn):

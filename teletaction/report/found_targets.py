@@ -33,12 +33,12 @@ class Found:
     y_m: float
 
 
-def find_highest(felt: TactileMap, quantity: str) -> Found | None:
+def find_highest(tactile_map: TactileMap, quantity: str) -> Found | None:
     """Find the connected area with the largest total excess over the median; None if nothing was felt with confidence.
 
     The place is the centre of the target's cells, weighted by their excess.
     """
-    shown = picture(felt, quantity)
+    shown = picture(tactile_map, quantity)
     if shown is None:
         return None
     sure = shown.confidence >= CONFIDENT
@@ -59,29 +59,33 @@ def find_highest(felt: TactileMap, quantity: str) -> Found | None:
     return Found(x_m, y_m)
 
 
-def value_near(felt: TactileMap, quantity: str, found: Found) -> Measured:
+def value_near(tactile_map: TactileMap, quantity: str, found: Found) -> Measured:
     """Return the combined value of the samples within 3 mm of the sample nearest to a target."""
-    samples = [sample for tile in felt.layers[quantity].tiles.values() for sample in tile.samples.values()]
+    samples = [sample for tile in tactile_map.layers[quantity].tiles.values() for sample in tile.samples.values()]
     nearest = min(samples, key=lambda sample: math.dist((found.x_m, found.y_m), (sample.x_m, sample.y_m)))
-    here: Measured = getattr(felt.at(nearest.x_m, nearest.y_m), quantity)
+    here: Measured = getattr(tactile_map.at(nearest.x_m, nearest.y_m), quantity)
     return here
 
 
-def found_targets(scene: Scene, felt: TactileMap) -> list[dict[str, Any]]:
+def found_targets(scene: Scene, tactile_map: TactileMap) -> list[dict[str, Any]]:
     """List for each target of a scene its place and value on the map, and the true ones."""
     return [
-        judged(thing, felt, find_highest(felt, thing.target) if _was_felt(thing, thing.target, felt) else None)
+        judged(
+            thing,
+            tactile_map,
+            find_highest(tactile_map, thing.target) if _was_felt(thing, thing.target, tactile_map) else None,
+        )
         for thing in scene.objects
         if thing.target is not None
     ]
 
 
-def judged(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[str, Any]:
+def judged(thing: SceneObject, tactile_map: TactileMap, found: Found | None) -> dict[str, Any]:
     """Compare a target with its place and value on the map.
 
     Args:
         thing: the target; its `target` must be set.
-        felt: the map.
+        tactile_map: the map.
         found: place found on the map; None if it was not found.
     """
     quantity = thing.target
@@ -89,7 +93,7 @@ def judged(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[st
     row: dict[str, Any] = {"target": thing.name, "quantity": quantity, "place_error_mm": None, "value": None}
     if found is None:
         return row
-    here, around = value_near(felt, quantity, found), getattr(felt.around(found.x_m, found.y_m), quantity)
+    here, around = value_near(tactile_map, quantity, found), getattr(tactile_map.around(found.x_m, found.y_m), quantity)
     # A simulated surface has no true roughness in the sensor's unit.
     true_value = {"temperature": thing.absolute_c, "stiffness": thing.stiffness}.get(quantity)
     return row | {
@@ -105,7 +109,9 @@ def judged(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[st
     }
 
 
-def _was_felt(thing: SceneObject, quantity: str, felt: TactileMap) -> bool:
+def _was_felt(thing: SceneObject, quantity: str, tactile_map: TactileMap) -> bool:
     """Return True if the quantity was felt anywhere on a target. Unexplored targets cannot be found."""
     radius_m = math.dist(thing.middle_m, (thing.x_m, thing.y_range_m[0]))
-    return any(thing.covers(sample.x_m, sample.y_m) for sample in felt.layers[quantity].near(*thing.middle_m, radius_m))
+    return any(
+        thing.covers(sample.x_m, sample.y_m) for sample in tactile_map.layers[quantity].near(*thing.middle_m, radius_m)
+    )

@@ -36,9 +36,9 @@ class Coverage:
 def coverage(shown: MapPicture) -> Coverage:
     """Compute the coverage of one quantity."""
     margin = round(OUTLINE_M / CELL_M)
-    felt = np.pad(~np.isnan(shown.value), 2 * margin)
+    known = np.pad(~np.isnan(shown.value), 2 * margin)
     disc = np.hypot(*np.ogrid[-margin : margin + 1, -margin : margin + 1]) <= margin
-    explored = binary_closing(felt, structure=disc) | felt
-    inside = distance_transform_edt(~felt)[explored & ~felt]
+    explored = binary_closing(known, structure=disc) | known
+    inside = distance_transform_edt(~known)[explored & ~known]
     widest_m = CELL_M * (2.0 * float(inside.max()) - 1.0) if inside.size else 0.0
-    return Coverage(float(felt.sum()) * CELL_M**2, float(explored.sum()) * CELL_M**2, LINES_M + widest_m)
+    return Coverage(float(known.sum()) * CELL_M**2, float(explored.sum()) * CELL_M**2, LINES_M + widest_m)

@@ -153,29 +153,32 @@ def draw_findings(axes: Axes, findings: Iterable[Mapping[str, Any]]) -> None:
 
 
 def map_figure(
-    felt: TactileMap, quantity: str, findings: Iterable[Mapping[str, Any]], size_in: tuple[float, float] = (4.6, 3.9)
+    tactile_map: TactileMap,
+    quantity: str,
+    findings: Iterable[Mapping[str, Any]],
+    size_in: tuple[float, float] = (4.6, 3.9),
 ) -> Figure | None:
     """Draw the whole map of a quantity with the findings; return None if it was never felt."""
-    shown = picture(felt, quantity)
+    shown = picture(tactile_map, quantity)
     if shown is None:
         return None
     figure, axes = _one_map(size_in)
-    draw_map(axes, felt, quantity, shown)
-    axes.set(**_bounds(felt))
+    draw_map(axes, tactile_map, quantity, shown)
+    axes.set(**_bounds(tactile_map))
     draw_findings(axes, findings)
     return figure
 
 
-def cutout_figure(felt: TactileMap, quantity: str, finding: Mapping[str, Any], width_m: float) -> Figure | None:
+def cutout_figure(tactile_map: TactileMap, quantity: str, finding: Mapping[str, Any], width_m: float) -> Figure | None:
     """Draw the map around one finding, `width_m` (m) wide.
 
     Returns None if the quantity was never felt or the finding has no place.
     """
-    shown = picture(felt, quantity)
+    shown = picture(tactile_map, quantity)
     if shown is None or finding.get("x_m") is None or finding.get("y_m") is None:
         return None
     figure, axes = _one_map((4.0, 3.3))
-    draw_map(axes, felt, quantity, shown)
+    draw_map(axes, tactile_map, quantity, shown)
     x, y, half = 1e3 * float(finding["x_m"]), 1e3 * float(finding["y_m"]), 500.0 * width_m
     axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
     draw_findings(axes, [finding])
@@ -191,14 +194,14 @@ def _one_map(size_in: tuple[float, float]) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def draw_map(axes: Axes, felt: TactileMap, quantity: str, shown: MapPicture) -> None:
+def draw_map(axes: Axes, tactile_map: TactileMap, quantity: str, shown: MapPicture) -> None:
     """Draw the cells with their scale or, for materials, with a legend of their names."""
-    legend = (0.0, 1.0) if quantity == "material" else felt.legend(quantity)
+    legend = (0.0, 1.0) if quantity == "material" else tactile_map.legend(quantity)
     draw_cells(axes, quantity, shown, legend)
     if quantity != "material":
         draw_scale(axes, quantity, legend)
         return
-    for place in range(len(felt.materials)):
+    for place in range(len(tactile_map.materials)):
         rows, columns = np.nonzero(shown.value[2::6, 2::6] == place)
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             x, y = shown.left_m + CELL_M * (6 * column + 2.5), shown.near_m + CELL_M * (6 * row + 2.5)
@@ -208,7 +211,7 @@ def draw_map(axes: Axes, felt: TactileMap, quantity: str, shown: MapPicture) -> 
     colour = [*colours.MATERIALS, colours.OTHER_MATERIAL]
     keys = [
         Patch(facecolor="#" + colour[min(place, len(colour) - 1)], label=f"{_letter(place)}  {name}")
-        for place, name in enumerate(felt.materials)
+        for place, name in enumerate(tactile_map.materials)
     ]
     axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=7.5)
 
@@ -217,11 +220,11 @@ def _letter(place: int) -> str:
     return chr(ord("A") + place % 26)
 
 
-def _bounds(felt: TactileMap) -> dict[str, tuple[float, float]]:
+def _bounds(tactile_map: TactileMap) -> dict[str, tuple[float, float]]:
     """Return axis limits that the maps of all quantities share, mm."""
     edges: list[Corners] = []
     for quantity in QUANTITIES:
-        shown = picture(felt, quantity)
+        shown = picture(tactile_map, quantity)
         if shown is None:
             continue
         rows, columns = np.nonzero(~np.isnan(shown.value))

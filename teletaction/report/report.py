@@ -50,14 +50,14 @@ _FIGURES: tuple[tuple[str, Callable[[SessionCurves], Figure | None], str], ...] 
     (
         "Modes over time",
         modes_figure,
-        "Upper band: the true mode, from the noise-free motion and force of the simulated finger. Lower band: what "
-        "the remote site identified. Names above: the object touched.",
+        "Upper band: the true mode, from the noise-free motion and force of the simulated finger. Lower band: the mode "
+        "that the remote site identified. Names above: the object touched.",
     ),
     (
         "Vibration",
         vibration_figure,
-        "Blue is true: the speed of the simulated module's motor. Yellow is what the operator site commanded; a motor "
-        "takes time to follow. Below the dashed line a vibration is not felt.",
+        "Blue is true: the speed of the simulated module's motor. Yellow is the speed that the operator site "
+        "commanded; a motor takes time to follow. Below the dashed line a vibration is not felt.",
     ),
     (
         "Plate and skin temperature",
@@ -68,7 +68,7 @@ _FIGURES: tuple[tuple[str, Callable[[SessionCurves], Figure | None], str], ...] 
     (
         "Identification converging",
         convergence_figure,
-        "The remote site's own belief since contact: the probability of its likeliest material, and the object's "
+        "Results of the remote site since contact: the probability of its likeliest material, and the object's "
         "temperature with its standard deviation. The thick black line is the true temperature; a dot marks the moment "
         f"a material was named. Touches shorter than 1 s are left out; at most {MOST_TOUCHES} are shown.",
     ),
@@ -80,24 +80,24 @@ _FIGURES: tuple[tuple[str, Callable[[SessionCurves], Figure | None], str], ...] 
     ),
 )
 _CONTACTS = (
-    "<p>Contacts of at least 1 s. The true material and temperature are those of the simulated object; the rest is "
-    "what the remote site told when the contact ended. The paper's answer is that of its own method (Kron &amp; "
-    "Schmidt 2003, Eq. 11) on the same data.</p>"
+    "<p>Contacts of at least 1 s. The true material and temperature are those of the simulated object. All other "
+    "values are results of the remote site at the end of the contact. The paper's answer comes from its own method "
+    "(Kron &amp; Schmidt 2003, Eq. 11) on the same data.</p>"
 )
 _TARGETS = (
-    "<p>What the scene has for finding, beside what the map shows: the place where a quantity stands out most, and "
-    "what was felt nearest to it. True are the middle of the simulated target and its value; a surface has no true "
-    "roughness in the sensor’s unit.</p>"
+    "<p>Targets of the scene, with their places and values on the map. The place is where a quantity stands out most; "
+    "the value comes from the nearest touches. True are the middle of the simulated target and its value; a surface "
+    "has no true roughness in the sensor’s unit.</p>"
 )
 _TRUE = (
-    "<p>“True” is what happened in the simulated world, at the simulated devices. Everything else is what a site "
-    "measured, believed or commanded.</p>"
+    "<p>“True” values come from the simulated world and its devices. A site has measured, estimated or commanded all "
+    "other values.</p>"
 )
 _NO_SUMMARY = (
-    "<p>Of what was true in the world, of delays at the devices and of the processes nothing is known here: no "
+    "<p>True values, delays at the devices and figures of the processes are unknown: no "
     "<code>summary.json</code> lies beside the recording.</p>"
 )
-_ACTED = "<p>How long each limit of a gate acted on a finger since both sites engaged:</p>"
+_ACTED = "<p>Time for which each limit of a gate acted on a finger since both sites engaged:</p>"
 _GROOVES = "<p>Impulses shown to the operator against grooves that the true fingertip crossed.</p>"
 _Around = tuple[str, str]
 """HTML of the examination before and after the parts on the signals."""
@@ -158,7 +158,7 @@ def _page(
             (one_way_s(session.data), _LINK_EDGES_MS, "touch packet, one way"),
         )
     )
-    felt = f"<p>Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played.</p>"
+    tap_counts = f"<p>Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played.</p>"
     cores = f"<p>All processes together: {shown(summary.get('cpu_cores'))} cores.</p>"
     latency = latency_table(summary.get("latency_ms") or {}) + f'<div class="side">{delays}</div>'
     targets = summary.get("targets") or []
@@ -169,7 +169,7 @@ def _page(
         section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
         section("Latency", latency),
         section("Modes identified", agreement + confusion_table(modes)),
-        section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + felt),
+        section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + tap_counts),
         section("Link", packets_table(summary.get("packets") or {})),
         section("Loops, CPU and memory", process_table(summary) + cores),
     )
@@ -203,7 +203,7 @@ def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
 
 
 def _enough(summary: Mapping[str, Any]) -> str:
-    """Write if the machine was fast enough; this precedes all figures that depend on it."""
+    """Write whether the machine was fast enough; this precedes all figures that depend on it."""
     words = machine_verdict(summary)
     return f"<p>{escape(words)}</p>" if words else ""
 

@@ -21,7 +21,7 @@ def extremes_table(summary: Mapping[str, Any]) -> str:
     def value(name: str, end: str) -> str:
         return shown((summary.get(name) or {}).get(end))
 
-    felt = f"felt above {MOTOR_FLOOR_RPM:g}"
+    perceptible = f"felt above {MOTOR_FLOOR_RPM:g}"
     hottest = f"set to {COMFORT.high_c:g}; fault at {PLATE_FAULT_C:g}"
     rows = (
         ("operator's plate, highest (°C)", value("plate_c", "max"), hottest),
@@ -29,8 +29,8 @@ def extremes_table(summary: Mapping[str, Any]) -> str:
         ("sensor's plate on the patient, highest (°C)", value("sensor_plate_c", "max"), f"{SENSOR_PLATE_C:g}"),
         ("force at the operator's finger, largest (N)", value("force_n", "max"), f"{FINGER_FORCE_N:g}"),
         ("force on the patient, largest (N)", value("contact_force_n", "max"), f"{CONTACT_FORCE_N:g}"),
-        ("motor while free, fastest (rpm)", value("vibration_rpm", "free_max"), felt),
-        ("motor while resting, fastest (rpm)", value("vibration_rpm", "resting_max"), felt),
+        ("motor while free, fastest (rpm)", value("vibration_rpm", "free_max"), perceptible),
+        ("motor while resting, fastest (rpm)", value("vibration_rpm", "resting_max"), perceptible),
     )
     return table(("measured at the simulated devices", "value", "limit (comfort profile)"), rows)
 

@@ -1,4 +1,4 @@
-"""A session's numbers as tables of a page: text is escaped, right and wrong are words as well as colours."""
+"""Writes a session's numbers as HTML tables: text is escaped; right and wrong are words as well as colours."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -15,7 +15,7 @@ _RIGHT, _WRONG, _SILENT = "right", "wrong", "no answer"
 
 
 def shown(value: Any, digits: int = 2) -> str:
-    """A value as escaped text; a dash for what is not known."""
+    """Return a value as escaped text; a dash for an unknown value."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -26,7 +26,7 @@ def shown(value: Any, digits: int = 2) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], name: str = "") -> str:
-    """A table of ready cells; "none" when it has no rows. Cells are HTML, `head` and `name` are text."""
+    """Write a table; "none" without rows. Cells are HTML; `head` and `name` are text."""
     body = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
     if not body:
         return f"<p>{NONE}</p>"
@@ -37,14 +37,14 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], name: str = "") ->
 
 
 def verdict(answer: Any, true: Any) -> str:
-    """Whether an answer names the true material: right, wrong or no answer."""
+    """Return whether an answer names the true material: right, wrong or no answer."""
     if answer is None:
         return _SILENT
     return _RIGHT if answer == true else _WRONG
 
 
 def _judged(contact: Mapping[str, Any], name: str) -> str:
-    """An answer and whether it is right, or that there is none."""
+    """Write an answer with its verdict."""
     answer = contact.get(name)
     word = verdict(answer, contact.get("true_material"))
     sign = {_RIGHT: "✓", _WRONG: "✗", _SILENT: "–"}[word]
@@ -53,7 +53,7 @@ def _judged(contact: Mapping[str, Any], name: str) -> str:
 
 
 def targets_table(targets: Sequence[Mapping[str, Any]]) -> str:
-    """Each target of a simulated scene: how far beside its place it was found, and how wrong its value is."""
+    """Write the table of the targets of a simulated scene, with the errors of place and value."""
     head = ("target", "stands out in", "found beside its place (mm)", "felt", "around it", "true", "error")
     rows = []
     for target in targets:
@@ -77,8 +77,8 @@ def targets_table(targets: Sequence[Mapping[str, Any]]) -> str:
 
 
 def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
-    """Each contact with what was true and what was told."""
-    head = ["finger", "object", "true material", "told", "status", "likeliest", "probability", "named after (s)"]
+    """Write the table of contacts, with the true and the identified values."""
+    head = ["finger", "object", "true material", "identified", "status", "likeliest", "probability", "named after (s)"]
     head += ["held (s)", "object, true (°C)", "estimated (°C)", "paper's answer"]
     rows = []
     for contact in contacts:
@@ -103,7 +103,7 @@ def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
 
 
 def tally_table(contacts: Sequence[Mapping[str, Any]]) -> str:
-    """How often each true material was named right, wrong, or not at all, by this system and by the paper's method."""
+    """Count for each true material the right, wrong and missing answers of this system and of the paper's method."""
     rows = []
     for true in dict.fromkeys(contact.get("true_material") for contact in contacts):
         mine = [contact for contact in contacts if contact.get("true_material") == true]
@@ -112,12 +112,12 @@ def tally_table(contacts: Sequence[Mapping[str, Any]]) -> str:
             words = [verdict(contact.get(answer), true) for contact in mine]
             cells += [str(words.count(word)) for word in (_RIGHT, _WRONG, _SILENT)]
         rows.append(cells)
-    told = [f"{word}" for word in (_RIGHT, _WRONG, _SILENT)]
-    return table(["true material", "contacts", *told, *(f"paper: {word}" for word in told)], rows)
+    verdicts = (_RIGHT, _WRONG, _SILENT)
+    return table(["true material", "contacts", *verdicts, *(f"paper: {word}" for word in verdicts)], rows)
 
 
 def confusion_table(modes: Mapping[str, Any]) -> str:
-    """True modes by row, identified ones by column, counted every 10 ms."""
+    """Write the table of true modes by row and identified ones by column, counted every 10 ms."""
     confusion: Mapping[str, Mapping[str, int]] = modes.get("confusion") or {}
     names = ("free", "tapping", "quiescent", "stroking")
     rows = []
@@ -129,7 +129,7 @@ def confusion_table(modes: Mapping[str, Any]) -> str:
 
 
 def impulses_table(impulses: Mapping[str, Any]) -> str:
-    """Grooves crossed by the true fingertips against impulses shown, in all and by object."""
+    """Write the table of grooves that the true fingertips crossed and of displayed impulses, by object and in all."""
     counts = ("crossed", "played", "missed", "invented")
     rows = [
         [shown(thing), *(shown(row.get(name)) for name in counts)]
@@ -141,7 +141,7 @@ def impulses_table(impulses: Mapping[str, Any]) -> str:
 
 
 def histogram_table(times_s: Sequence[float], edges_ms: Sequence[float], name: str) -> str:
-    """How many delays lie between each two edges, as numbers with bars."""
+    """Write a histogram of delays between the edges, as numbers with bars."""
     if not times_s:
         return f"<p>{escape(name)}: {NONE}</p>"
     edges = [float("-inf"), *edges_ms, float("inf")]
@@ -157,7 +157,7 @@ def histogram_table(times_s: Sequence[float], edges_ms: Sequence[float], name: s
 
 
 def latency_table(latency_ms: Mapping[str, Any]) -> str:
-    """Delays of the session beside a bare ping of the same size in the same run, ms."""
+    """Write the table of the session's delays and of a bare ping of the same size in the same run, ms."""
     names = {
         "contact_to_motor": "contact at the sensor to motor command in the module",
         "link_one_way": "touch packet, from its source time until its rendering left for the modules",
@@ -172,7 +172,7 @@ def latency_table(latency_ms: Mapping[str, Any]) -> str:
 
 
 def process_table(summary: Mapping[str, Any]) -> str:
-    """Lateness, CPU and memory of each process."""
+    """Write the table of lateness, CPU and memory of each process."""
     loops: Mapping[str, Any] = summary.get("loop") or {}
     memory: Mapping[str, Any] = summary.get("rss_mib") or {}
     fields = ("period_ms", "ticks", "late_p50_us", "late_p99_us", "late_max_us", "missed", "behind_s", "cpu")
@@ -197,7 +197,7 @@ def process_table(summary: Mapping[str, Any]) -> str:
 
 
 def packets_table(packets: Mapping[str, Any]) -> str:
-    """Counters of both ends of the link."""
+    """Write the table of the counters of both ends of the link."""
     counts = ("sent", "received", "superseded", "refused")
     return table(
         ("stream", *counts), ([shown(name), *(shown(row.get(c)) for c in counts)] for name, row in packets.items())
@@ -205,6 +205,6 @@ def packets_table(packets: Mapping[str, Any]) -> str:
 
 
 def _why(code: object) -> str:
-    """The text of a thermal reason's code, the code itself where it is of another version."""
+    """Return the text of a thermal reason's code; the code itself if it comes from another version."""
     reason = THERMAL_REASONS.get(str(code))
     return str(code) if reason is None else thermal_text(reason)

@@ -57,7 +57,7 @@ class SessionProcesses:
     def last_words(self, name: str) -> str:
         """Return the text of the last line of a process's log."""
         lines = (self.out / f"{name}.log").read_text("utf-8", errors="replace").strip().splitlines()
-        return printable(spoken(lines[-1])) if lines else "it said nothing"
+        return printable(spoken(lines[-1])) if lines else "its log is empty"
 
     def end(self) -> list[str]:
         """End all processes within KILLED_S, in reverse order of their start; return the names of those killed."""

@@ -43,4 +43,4 @@ def test_bad_input_is_one_line_of_the_chosen_form_and_exit_2(tmp_path: Path, for
 
 def test_a_process_that_said_nothing_has_said_so(tmp_path: Path) -> None:
     (tmp_path / "remote.log").write_text("\n", "utf-8")
-    assert SessionProcesses(tmp_path).last_words("remote") == "it said nothing"
+    assert SessionProcesses(tmp_path).last_words("remote") == "its log is empty"

@@ -18,7 +18,7 @@ def test_a_late_session_says_who_was_late_and_what_that_means() -> None:
         "(remote for 57 s, sim-remote for 3 s)",
         "18.0 ms",
         "Of 400 grooves 49 were missed, and 54 were invented.",
-        "Of 43 taps 39 were felt.",
+        "Of 43 taps 39 were displayed.",
     ):
         assert part in verdict
     assert behind(LATE) == "remote for 57 s, sim-remote for 3 s"
