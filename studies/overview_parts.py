@@ -7,7 +7,7 @@ from statistics import fmean, median
 from typing import Any
 
 from studies.overview import Part, Way
-from studies.thermal_identification.thermal_pieces import ONE
+from studies.thermal_identification.pieces import ONE
 
 Data = Mapping[str, Any]
 OURS = "model of the touch"

@@ -1,12 +1,18 @@
 """Lists the studies, runs one, and writes its data, its tables and its figure to a folder.
 
-A study is a module with `run(quick=..., seed=..., progress=..., work=...)`, which returns data for JSON, and
-`plot(data, path)`. Its `work` runs pieces wherever there are processors for them (studies/pieces.py). Whatever it
-times on this machine, it times in its own process while no piece runs. A study of such times alone has no `work`, and
-names them in `MEASURES_THIS_MACHINE`. `COMPARED` holds the numbers by which two runs are compared. `tables(data)` is
-optional: rows by name, written as CSV. `problems` in the data are optional: a line for each thing that is wrong.
-During the run the study calls `progress` with the share done, 0..1, or with its present step in words. The first line
-of its docstring says what it shows.
+Each study has a folder with its name: `run.py` measures, `figure.py` draws, and other modules are its parts.
+`run.py` contains:
+
+- a docstring whose first line describes the study;
+- `run(quick=..., seed=..., progress=..., work=...)`, which returns the data for JSON;
+- `plot(data, path)`, imported from `figure.py`;
+- `COMPARED`, the numbers by which two runs are compared;
+- optionally `tables(data)`, the rows that are written as CSV, by name.
+
+`work` runs pieces on all processors (studies/pieces.py). A study measures times of this machine in its own process
+while no piece runs. A study of such times alone has no `work`, and names them in `MEASURES_THIS_MACHINE`. The study
+calls `progress` with the share done, 0..1, or with its present step in words. `problems` in its data are optional, a
+line for each problem.
 """
 
 import csv
@@ -29,27 +35,27 @@ from studies.pieces import Workers, code_version, here, working
 from studies.running import Progress, Unavailable
 
 STUDIES = {
-    "link": "benchmarks.link.link",
+    "link": "benchmarks.link.run",
     "soak": "robustness.soak",
-    "thermal-identification": "studies.thermal_identification.thermal_identification",
-    "recorded-touches": "studies.thermal_identification.recorded_touches",
-    "thermal-rendering": "studies.thermal_display.thermal_rendering",
-    "texture": "studies.texture.texture",
-    "recorded-strokes": "studies.texture.recorded_strokes",
-    "exploration-modes": "studies.exploration.exploration_modes",
-    "groove-spacing": "studies.texture.groove_spacing",
-    "vibration": "studies.vibration.vibration",
-    "surface-identification": "studies.surfaces.surface_identification",
-    "teleoperation-stability": "studies.teleoperation.teleoperation_stability",
-    "deadband": "studies.deadband.deadband",
-    "kinesthetic-loop": "benchmarks.kinesthetic.kinesthetic_loop",
-    "observer": "studies.paper.observer",
-    "tactile-map": "studies.tactile_map.tactile_map",
-    "consoles": "benchmarks.consoles.consoles",
-    "sessions": "benchmarks.sessions.sessions",
-    "rates": "benchmarks.sessions.rates",
-    "runtime-cost": "benchmarks.runtime_cost.study",
-    "paper-figures": "studies.paper.paper_figures",
+    "thermal-identification": "studies.thermal_identification.run",
+    "recorded-touches": "studies.recorded_touches.run",
+    "thermal-rendering": "studies.thermal_rendering.run",
+    "texture": "studies.texture.run",
+    "recorded-strokes": "studies.recorded_strokes.run",
+    "exploration-modes": "studies.exploration_modes.run",
+    "groove-spacing": "studies.groove_spacing.run",
+    "vibration": "studies.vibration.run",
+    "surface-identification": "studies.surface_identification.run",
+    "teleoperation-stability": "studies.teleoperation_stability.run",
+    "deadband": "studies.deadband.run",
+    "kinesthetic-loop": "benchmarks.kinesthetic_loop.run",
+    "observer": "studies.observer.run",
+    "tactile-map": "studies.tactile_map.run",
+    "consoles": "benchmarks.consoles.run",
+    "sessions": "benchmarks.sessions.run",
+    "rates": "benchmarks.rates.run",
+    "runtime-cost": "benchmarks.runtime_cost.run",
+    "paper-figures": "studies.paper_figures.run",
 }
 """Module of each study by its name."""
 PIECES = ".pieces"

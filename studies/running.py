@@ -1,10 +1,18 @@
-"""What a running study shares with who runs it: its progress, and that it cannot run here."""
+"""Defines what each study shares with its caller: progress, missing requirements, and tables."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 Progress = Callable[[float | str], object]
-"""Takes the progress of a study: the share done, 0..1, or what is being done, in words."""
+"""Takes the progress of a study: the share done, 0..1, or its present step in words."""
+Tables = Mapping[str, Sequence[Mapping[str, Any]]]
+"""Rows of each table of a study, by the table's name."""
 
 
 class Unavailable(ValueError):
-    """Something that a study measures with is not here; the message says what, and how to name it."""
+    """A requirement of a study is missing; the message names it and how to supply it."""
+
+
+def tables_of(*names: str) -> Callable[[Mapping[str, Any]], Tables]:
+    """Return the `tables` of a study whose tables are the parts of its data with these names."""
+    return lambda data: {name: data[name] for name in names}

@@ -1,4 +1,4 @@
-"""The cost of consoles and their pages.
+"""Cost of consoles and their pages.
 
-The registry of studies runs `consoles`.
+`run` measures and `figure` draws.
 """

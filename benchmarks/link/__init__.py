@@ -1,4 +1,4 @@
 """Latency and cost of the link beside bare sockets.
 
-The registry of studies runs `link`.
+`run` measures and `figure` draws.
 """

@@ -1,1 +1,4 @@
-"""Measurement of the cost of a tick of each process, in lock step."""
+"""Cost of a tick of each process, in lock step.
+
+`run` measures and `figure` draws.
+"""

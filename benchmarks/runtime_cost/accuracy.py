@@ -21,8 +21,8 @@ from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals
 from studies.binomial_interval import clopper_pearson
 from studies.pieces import one_thread
-from studies.thermal_identification.thermal_answers import READING_S, by_product
-from studies.thermal_identification.thermal_situations import FOUR, STAGGERED_K, TWELVE, Hand, Situation, touched
+from studies.thermal_identification.answers import READING_S, by_product
+from studies.thermal_identification.situations import FOUR, STAGGERED_K, TWELVE, Hand, Situation, touched
 from teletaction.session.demo_files import TABLES
 
 OBJECT_S, END_S = 2.0, 3.0

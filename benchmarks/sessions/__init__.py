@@ -1,4 +1,4 @@
-"""Sessions of real processes: how many, and at which rates.
+"""Number of sessions that one machine carries.
 
-The registry of studies runs `sessions` and `rates`.
+`run` measures and `figure` draws.
 """

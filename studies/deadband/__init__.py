@@ -1,4 +1,4 @@
-"""The perceptual deadband of packets.
+"""Perceptual deadband of packets: packets against error.
 
-The registry runs `deadband`.
+`run` measures and `figure` draws.
 """

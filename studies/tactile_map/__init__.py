@@ -1,4 +1,4 @@
 """Targets found on a tactile map.
 
-The registry runs `tactile_map`.
+`run` measures and `figure` draws.
 """

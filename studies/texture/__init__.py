@@ -1,4 +1,4 @@
-"""Texture: roughness, grooves and surfaces.
+"""Surfaces, roughness and grooves from simulated strokes.
 
-The registry runs `texture`, `recorded_strokes` and `groove_spacing`.
+`run` measures and `figure` draws.
 """

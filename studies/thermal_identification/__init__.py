@@ -1,4 +1,4 @@
-"""Material and temperature from a touch: speed, accuracy, limits.
+"""Material and temperature from a touch: speed, accuracy, cost and limits.
 
-The registry runs `thermal_identification` and `recorded_touches`.
+`run` measures and `figure` draws.
 """

@@ -1,4 +1,4 @@
-"""Simulated fingers on real, virtual and remote objects.
+"""Simulated fingers that touch and stroke real, virtual and remote objects.
 
-Studies of thermal display and of the paper use them.
+Several studies use them.
 """

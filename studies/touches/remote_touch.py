@@ -4,10 +4,10 @@ import numpy as np
 
 from common.scenes.materials import material
 from sim_sensors.physics.fingertip import pressing_depth_m
-from studies.teleoperation.teleoperation import Teleoperation, block_of, scene_of
 from studies.touches.lowering import height_m
 from studies.touches.rendered_touch import DEPTH_M, EVERY, REST_S
 from studies.touches.simulated_finger import STEP_S, Array
+from studies.touches.teleoperation import Teleoperation, block_of, scene_of
 from teletaction.testbed.remote_fingers import INDEX
 from teletaction.testbed.rendered_fingers import TICK_S
 

@@ -1,4 +1,4 @@
 """Vibration at the operator's finger.
 
-The registry runs `vibration`.
+`run` measures and `figure` draws.
 """

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from benchmarks.link import link_latency, link_load
+from benchmarks.link import latency, load
 from studies.overview import Part, Way, draw, overview_rows, plot
 from studies.overview_parts import BARE, LINK_LATE, LINK_LOAD, PARTS, parts_in
 from tests.unit.studies.written import draw_figure
@@ -131,5 +131,5 @@ def test_axes_show_every_way() -> None:
 
 
 def test_the_ways_of_the_link_are_named_as_in_its_study() -> None:
-    assert (LINK_LATE, BARE) == (link_latency.LINK, link_latency.CURVE)
-    assert (LINK_LOAD, BARE) == (link_load.LINK, link_load.CURVE)
+    assert (LINK_LATE, BARE) == (latency.LINK, latency.CURVE)
+    assert (LINK_LOAD, BARE) == (load.LINK, load.CURVE)

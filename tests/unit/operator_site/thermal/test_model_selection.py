@@ -11,7 +11,7 @@ from operator_site.thermal.model_selection import LONGEST_S, RUNGS, TOLERANCE_K,
 from operator_site.thermal.scene_skin import AT_REST_K, SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
 from operator_site.thermal.tissue import Body, rest
-from studies.thermal_display.reference_finger import FeltCourse, felt_course
+from studies.thermal_rendering.reference_finger import FeltCourse, felt_course
 
 NAMES = sorted(materials())
 CASES = 600

@@ -10,8 +10,16 @@ from hypothesis import strategies as st
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
 from remote_site.stiffness.surface_estimate import UNKNOWN_LN_SD, SurfaceEstimate
-from studies.surfaces.felt_surface import STEPS, TICK_S, Felt, sense
-from studies.surfaces.surface_scenes import HAND_STEP_M, STROKE_M_S, Identified, identify, pressed, rested, stroked
+from studies.surface_identification.pressed_surface import STEPS, TICK_S, Felt, sense
+from studies.surface_identification.scenes import (
+    HAND_STEP_M,
+    STROKE_M_S,
+    Identified,
+    identify,
+    pressed,
+    rested,
+    stroked,
+)
 
 SEEDS = {100.0: 81_101, 200.0: 81_102, 500.0: 81_103, 1000.0: 81_104, 2000.0: 81_105, 3000.0: 81_106}
 PRESSES = 8

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from studies.tactile_map.tactile_map import GOAL_K, GOAL_M, GOAL_SHARE, TARGETS, plot, run, tables
+from studies.tactile_map.run import GOAL_K, GOAL_M, GOAL_SHARE, TARGETS, plot, run, tables
 from tests.unit.studies.written import draw_figure
 
 

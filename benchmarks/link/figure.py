@@ -1,0 +1,218 @@
+"""Figure of the study of the link: cost above, failure region in the middle, age and safe states below."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from benchmarks.link.age import AGES_S
+from benchmarks.link.latency import BUSY_CURVE, CURVE, LINK, TCP, WITH_ENCODING
+from benchmarks.link.load import CURVE as CURVE_LOAD
+from benchmarks.link.load import LINK as LINK_LOAD
+from benchmarks.link.load import LOOP
+from common.limits import GAP_S
+from teletaction.plotting.figure_style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PALE,
+    PLUM,
+    RED,
+    SKY,
+    STYLE,
+    absent,
+    plain_ticks,
+)
+
+_WAY_STYLE = {
+    LINK: (BLUE, "-"),
+    WITH_ENCODING: (SKY, "--"),
+    BUSY_CURVE: (PLUM, (0, (4, 1, 1, 1, 1, 1))),
+    CURVE: (ORANGE, "-."),
+    TCP: (GREY, ":"),
+}
+_SHARES = (0.0, 1e-9, 0.001, 0.01, 0.1, 0.5, 1.01)
+_SHARE_COLOURS = ("#FFFFFF", PALE, "#F9DDB1", ORANGE, RED, "#7A1E00")
+_SHARE_NAMES = ("never", "< 0.1 %", "0.1-1 %", "1-10 %", "10-50 %", "> 50 %")
+_PERCENT = 100.0
+_JITTERS_SHOWN = 2
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Draw the study's data as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(11.5, 11.0), layout="constrained")
+        FigureCanvasAgg(figure)
+        parts = figure.subfigures(3, 1, height_ratios=(3.5, 3.3, 3.6), squeeze=False)
+        cost, failure, below = parts[:, 0]
+        latency, load, rate, fingers, observers = cost.subplots(1, 5, width_ratios=(2.2, 1.5, 1.1, 1.1, 1.1))
+        _draw_latency(latency, data["latency"])
+        _draw_load(load, data["cpu"])
+        _draw_scaling(rate, data["scaling"], "rate", "touch_hz", "rate both ways (Hz)")
+        _draw_scaling(fingers, data["scaling"], "fingers", "touching", "fingers touching")
+        _draw_scaling(observers, data["scaling"], "observers", "observers", "observers")
+        rate.set_ylabel("processor share (%)")
+        rate.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.2), fontsize=8.5)
+        _draw_failures(failure, data["age"])
+        age, safe = below.subplots(1, 2, width_ratios=(1.0, 1.1))
+        _draw_age(age, data["age"])
+        _draw_safe_states(safe, data["safe_states"])
+        figure.savefig(path, dpi=150)
+
+
+def _draw_latency(axes: Axes, latency: Mapping[str, Any]) -> None:
+    for row in latency["ways"]:
+        colour, dash = _WAY_STYLE[row["way"]]
+        label = f"{row['way']}: {row['median_us']:.0f} µs"
+        axes.plot(latency["one_way_us"][row["way"]], latency["quantiles"], color=colour, linestyle=dash, label=label)
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis, (10, 20, 50, 100, 200, 500, 1000, 3000))
+    axes.set_xlim(8.0, 3000.0)
+    axes.set_ylim(0.0, 1.0)
+    axes.set_xlabel("one way (µs)")
+    axes.set_ylabel("share of messages")
+    axes.set_title(f"{latency['message_bytes']} bytes at {latency['rate_hz']:.0f} Hz, with medians", loc="left")
+    _keys_below(axes, columns=1)
+
+
+def _keys_below(axes: Axes, columns: int = 2) -> None:
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.2), fontsize=8.5, ncols=columns, columnspacing=1.0)
+
+
+def _draw_load(axes: Axes, cpu: Mapping[str, Any]) -> None:
+    ways = (LOOP, CURVE_LOAD, LINK_LOAD)
+    for place, way in enumerate(ways):
+        rows = [row for row in cpu["measurements"] if row["way"] == way]
+        remote, operator = (
+            _PERCENT * float(np.median([row[f"{end}_cpu"] for row in rows])) for end in ("remote", "operator")
+        )
+        axes.bar(place, remote, color=BLUE, width=0.6, label="remote end")
+        axes.bar(place, operator, bottom=remote, color=ORANGE, width=0.6, hatch="//", label="operator end")
+        axes.plot([place] * len(rows), [_PERCENT * row["all_cpu"] for row in rows], "k.", markersize=4)
+    axes.set_xticks(range(len(ways)), [way.replace(" ", "\n", 1) for way in ways])
+    axes.grid(axis="x", visible=False)
+    axes.set_ylabel("processor share (%)")
+    axes.set_title(f"link / bare: {cpu['link_to_bare']:.2f}", loc="left")
+    handles, labels = axes.get_legend_handles_labels()
+    axes.legend(handles[:2], labels[:2], loc="upper left", bbox_to_anchor=(-0.1, -0.2), fontsize=8.5)
+
+
+def _draw_scaling(axes: Axes, scaling: Sequence[Mapping[str, Any]], varied: str, name: str, label: str) -> None:
+    rows = [row for row in scaling if row["varied"] == varied]
+    values = [row[name] for row in rows]
+    axes.plot(
+        values, [_PERCENT * row["all_cpu"] for row in rows], "o-", color=BLACK, markersize=3.5, label="everything"
+    )
+    axes.plot(
+        values, [_PERCENT * row["remote_cpu"] for row in rows], "s--", color=BLUE, markersize=3.5, label="remote end"
+    )
+    axes.set_xlabel(label)
+    axes.set_ylim(0.0, 1.1 * max((_PERCENT * row["all_cpu"] for row in scaling), default=1.0))
+    axes.set_xlim(0.0, None)
+
+
+def _draw_failures(figure: Any, age: Sequence[Mapping[str, Any]]) -> None:
+    """A map of networks for each limit of age and two values of jitter."""
+    jitters = sorted({row["jitter_ms"] for row in age})
+    shown = (jitters[0], jitters[-1] if len(jitters) <= _JITTERS_SHOWN else jitters[len(jitters) // 2])
+    figure.suptitle(
+        f"Where it fails: share of time in the safe state (no packet accepted for {GAP_S * 1e3:.0f} ms); modelled, "
+        "each lost segment waits for a whole retransmission time-out",
+        fontsize=10,
+    )
+    places = figure.subplots(1, 4, sharey=True)
+    columns = [(round(limit_s * 1e3), jitter) for limit_s in AGES_S for jitter in shown]
+    for axes, (limit_ms, jitter) in zip(places, columns, strict=True):
+        rows = [row for row in age if row["max_age_ms"] == limit_ms and row["jitter_ms"] == jitter]
+        _draw_map(axes, rows)
+        axes.set_title(f"age limit {limit_ms} ms, jitter ±{jitter} ms", loc="left")
+        axes.set_xlabel("one-way delay (ms)")
+    places[0].set_ylabel("loss of TCP segments (%)")
+    keys = [
+        Patch(facecolor=colour, edgecolor=GREY, label=name)
+        for colour, name in zip(_SHARE_COLOURS, _SHARE_NAMES, strict=True)
+    ]
+    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
+
+
+def _draw_map(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    delays = sorted({row["delay_ms"] for row in rows})
+    losses = sorted({row["loss_percent"] for row in rows})
+    share = np.full((len(losses), len(delays)), np.nan)
+    for row in rows:
+        share[losses.index(row["loss_percent"]), delays.index(row["delay_ms"])] = row["safe_state_share"]
+    colours = ListedColormap(_SHARE_COLOURS)
+    axes.pcolormesh(share, cmap=colours, norm=BoundaryNorm(_SHARES, colours.N), edgecolors="#D0D0D0", linewidth=0.4)
+    axes.set_xticks(np.arange(len(delays)) + 0.5, [f"{delay:g}" for delay in delays], rotation=90)
+    axes.set_yticks(np.arange(len(losses)) + 0.5, [f"{loss:g}" for loss in losses])
+    axes.grid(visible=False)
+
+
+def _draw_age(axes: Axes, age: Sequence[Mapping[str, Any]]) -> None:
+    jitters = sorted({row["jitter_ms"] for row in age})
+    for limit_s, colour in zip(AGES_S, (BLUE, PLUM), strict=True):
+        limit_ms = round(limit_s * 1e3)
+        for jitter, dash in ((jitters[0], "-"), (jitters[-1], "--")):
+            rows = [
+                row
+                for row in age
+                if row["max_age_ms"] == limit_ms
+                and row["jitter_ms"] == jitter
+                and not row["loss_percent"]
+                and row["age_median_ms"] is not None
+            ]
+            label = f"limit {limit_ms} ms, jitter ±{jitter} ms"
+            axes.plot(
+                [row["delay_ms"] for row in rows],
+                [row["age_p99_ms"] for row in rows],
+                color=colour,
+                linestyle=dash,
+                marker="o",
+                markersize=3,
+                label=label,
+            )
+        axes.axvline(limit_ms, color=colour, linewidth=0.7, linestyle=":")
+    lost = [row for row in age if row["max_age_ms"] == round(AGES_S[-1] * 1e3) and not row["jitter_ms"]]
+    for percent, marker, colour in ((1.0, "^", GREEN), (10.0, "v", ORANGE)):
+        rows = [row for row in lost if row["loss_percent"] == percent and row["age_p99_ms"] is not None]
+        axes.plot(
+            [row["delay_ms"] for row in rows],
+            [row["age_p99_ms"] for row in rows],
+            color=colour,
+            marker=marker,
+            markersize=4,
+            linestyle="-.",
+            label=f"loss {percent:g} %, limit {round(AGES_S[-1] * 1e3)} ms",
+        )
+    axes.set_xlabel("one-way delay (ms)")
+    axes.set_ylabel("99 % of age (ms)")
+    axes.set_title("age at every tick; beyond the limit nothing is accepted", loc="left")
+    axes.set_yscale("log")
+    plain_ticks(axes.yaxis, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))
+    _keys_below(axes)
+
+
+def _draw_safe_states(axes: Axes, safe: Mapping[str, Any]) -> None:
+    axes.set_title("from a fault to the safe state; bars: what is allowed", loc="left")
+    if not safe["faults"]:
+        axes.set_axis_off()
+        absent(axes, safe["note"] or "no fault made an actuator safe")
+        return
+    for place, (actuator, limit_s) in enumerate(safe["limits_s"].items()):
+        times_ms = [1e3 * fault["safe_s"][actuator] for fault in safe["faults"] if actuator in fault["safe_s"]]
+        axes.barh(place, 1e3 * limit_s, color=PALE, height=0.7)
+        spread = np.linspace(-0.25, 0.25, len(times_ms)) if len(times_ms) > 1 else np.zeros(len(times_ms))
+        late = np.array(times_ms) > 1e3 * limit_s + 1e-6
+        axes.scatter(times_ms, place + spread, s=14, c=np.where(late, RED, BLUE), zorder=3)
+    axes.set_yticks(range(len(safe["limits_s"])), list(safe["limits_s"]))
+    axes.invert_yaxis()
+    axes.set_xlabel(f"time (ms), {len(safe['faults'])} faults")

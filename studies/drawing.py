@@ -1,0 +1,43 @@
+"""Draws the figures of the studies: a PNG file, and curves over two columns of rows."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from teletaction.plotting.figure_style import STYLE
+
+Data = Mapping[str, Any]
+Rows = Sequence[Mapping[str, Any]]
+
+
+@contextmanager
+def figure_file(
+    path: Path, width_in: float, height_in: float, dpi: float | str = 150, layout: Any = "constrained"
+) -> Iterator[Figure]:
+    """Yield an empty figure of this size, inches, and write it as PNG on exit."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width_in, height_in), layout=layout)
+        FigureCanvasAgg(figure)
+        yield figure
+        figure.savefig(path, dpi=dpi)
+
+
+def where(rows: Rows, **values: Any) -> list[Mapping[str, Any]]:
+    """Return the rows that have these values in these columns."""
+    return [row for row in rows if all(row[name] == value for name, value in values.items())]
+
+
+def curve(axes: Axes, rows: Rows, x: str, y: str, units: tuple[float, float] = (1.0, 1.0), **how: Any) -> None:
+    """Draw a column of rows over another; each is multiplied by its unit, and None leaves a gap."""
+    columns = [
+        [np.nan if row[name] is None else unit * row[name] for row in rows]
+        for name, unit in zip((x, y), units, strict=True)
+    ]
+    axes.plot(*columns, **how)

@@ -1,4 +1,0 @@
-"""Exploration modes from noisy motion and force.
-
-The registry runs `exploration_modes`.
-"""

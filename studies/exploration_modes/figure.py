@@ -1,0 +1,101 @@
+"""Panels of the study of exploration modes: time in the right mode against noise, latency of switches, tap speed."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from studies.exploration_modes.judge import JUDGED, MACHINE, PLAIN
+from teletaction.plotting.figure_style import BLUE, GREY, PALE, RED, STYLE, plain_ticks
+
+_COLOURS = {MACHINE: BLUE, PLAIN: RED}
+_SWITCHES = ("contact", "end of the tap", "stroke begins", "stroke ends", "release")
+
+
+def plot(data: Mapping[str, Any], path: Path) -> None:
+    """Draw the study's data as PNG."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(13.0, 4.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(1, 3)
+        for axes, draw in zip(panels, (draw_time_right, draw_latencies, draw_tap_speeds), strict=True):
+            draw(axes, data)
+        figure.savefig(path, dpi=150)
+
+
+def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Share of the time in the right mode against the noise; the numbers are wrong switches, %."""
+    for method, colour in _COLOURS.items():
+        rows = [row for row in data["levels"] if row["method"] == method]
+        axes.plot(
+            [row["noise"] for row in rows], [100 * row["right"] for row in rows], color=colour, marker="o", label=method
+        )
+        for row in rows:
+            axes.annotate(
+                f"{100 * row['wrong_switches'] / row['switches']:.1f}",
+                (row["noise"], 100 * row["right"]),
+                (0, 6),
+                textcoords="offset points",
+                ha="center",
+                fontsize=7,
+                color=colour,
+            )
+    axes.axhline(98.0, color=GREY, linestyle=":")
+    axes.axvspan(0.75, JUDGED, color=PALE, zorder=0)
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis, sorted({row["noise"] for row in data["levels"]}))
+    axes.set_xlim(0.75, 13.0)
+    axes.set_ylim(None, 101.5)
+    axes.set_xlabel("noise / nominal")
+    axes.set_ylabel("time in the right mode (%)")
+    axes.set_title("Modes; numbers: % of switches that were wrong", loc="left")
+    axes.legend(loc="lower left")
+
+
+def draw_latencies(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Latency of reported switches at three times the noise: median, 5 to 95 %."""
+    for method, shift in ((MACHINE, -0.15), (PLAIN, 0.15)):
+        for place, name in enumerate(_SWITCHES):
+            row = next((r for r in _judged(data["latencies"], method) if r["switch"] == name), None)
+            if row is not None:
+                low, middle, high = (1e3 * row[at] for at in ("p5_s", "p50_s", "p95_s"))
+                axes.plot([low, high], [place + shift] * 2, color=_COLOURS[method], linewidth=2.0)
+                axes.plot(middle, place + shift, "o", color=_COLOURS[method], label=None if place else method)
+    axes.axvline(5.0, color=GREY, linestyle=":")
+    axes.set_xscale("symlog", linthresh=10.0)
+    plain_ticks(axes.xaxis, (-100, -10, -5, 0, 5, 10, 100, 400))
+    axes.set_yticks(range(len(_SWITCHES)), _SWITCHES)
+    axes.invert_yaxis()
+    axes.set_xlabel("reported after it was true (ms)")
+    axes.set_title("Latency; dots: median, lines: 5 to 95 %", loc="left")
+    axes.legend(loc="lower right")
+
+
+def draw_tap_speeds(axes: Axes, data: Mapping[str, Any]) -> None:
+    """Error of the approach speed of taps against the speed."""
+    for method, colour in _COLOURS.items():
+        for noise, line in ((1.0, "--"), (JUDGED, "-")):
+            rows = [row for row in data["taps"] if (row["method"], row["noise"]) == (method, noise)]
+            axes.plot(
+                [1e3 * (row["from_m_s"] * row["to_m_s"]) ** 0.5 for row in rows],
+                [100 * row["p95"] for row in rows],
+                color=colour,
+                linestyle=line,
+                marker="o",
+                label=f"{method}, noise x {noise:g}",
+            )
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis, (20, 50, 100, 200))
+    axes.set_ylim(0.0, None)
+    axes.set_xlabel("approach speed (mm/s)")
+    axes.set_ylabel("error, 95 % of the taps (%)")
+    axes.set_title("Taps: speed before the impact", loc="left")
+    axes.legend()
+
+
+def _judged(rows: list[dict[str, Any]], method: str) -> list[dict[str, Any]]:
+    return [row for row in rows if row["method"] == method and row["noise"] == JUDGED]

@@ -1,0 +1,176 @@
+"""Reproduces Table 1 of the paper: real surfaces matched with virtual or remote ones by the features of a stroke."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from common.scenes.surfaces import surface_kind
+from sim_sensors.physics.surface import SurfaceProfile, make_profile, relief_of
+from studies.observer.paper_tables import MATCHED, MATCHING_OF, beside
+from studies.observer.remote_stroke import remote_stroke
+from studies.observer.stroke_features import motor_features, surface_features
+from studies.observer.texture_observer import LAPSE, PATTERN, Features, confusion, matching
+from studies.touches.rendered_stroke import SHOWN_N_M, FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
+from studies.touches.simulated_finger import Array
+from studies.touches.stroke_path import LENGTH_M, SLOW_M_S, measured
+from teletaction.testbed.rendered_fingers import TICK_S
+
+SURFACES = tuple(MATCHED)
+MORE_LAPSE = 0.10
+FOAM_SHARE = surface_kind("foam").stiffness_n_m / surface_kind("plain_pvc").stiffness_n_m
+"""Stiffness of foam as a share of plain PVC's, which has the largest displayed stiffness."""
+BY_HAND = (
+    Features(0.0),
+    Features(1.2),
+    Features(0.35),
+    Features(0.5, PATTERN, math.log(2.0)),
+    Features(0.5, PATTERN, math.log(4.0), 2.2),
+    Features(0.5, PATTERN, math.log(8.0)),
+)
+"""Plausible features set by hand, in the order of SURFACES; they check the observer model and predict nothing."""
+
+MEASURED, HAND_SET, OWN_STIFFNESS = "measured", "set by hand", "foam with its own stiffness"
+LEFT_ALONE, IDEAL_MOTOR = "motor left to itself", "motor that does what is wanted"
+BETWEEN, SLOWLY, BY_INTENSITY = "strength between grooves", "stroked at 30 mm/s", "rendered by felt intensity"
+
+Sets = tuple[Sequence[Features], Sequence[Features]]
+"""Features of the real and of the displayed surfaces."""
+
+
+@dataclass(frozen=True, slots=True)
+class Strokes:
+    """One realisation of the six surfaces, in the order of SURFACES.
+
+    Attributes:
+        profiles: the real surfaces.
+        virtual, remote: courses at the fingertip.
+        varied: courses over virtual surfaces by variation: SLOWLY, BY_INTENSITY, OWN_STIFFNESS.
+    """
+
+    profiles: Sequence[SurfaceProfile]
+    virtual: Sequence[FingertipCourse]
+    remote: Sequence[FingertipCourse]
+    varied: Mapping[str, Sequence[FingertipCourse]]
+
+    @property
+    def sides(self) -> dict[str, Sequence[FingertipCourse]]:
+        """Courses at the fingertip by side."""
+        return {"virtual": self.virtual, "remote": self.remote}
+
+
+def strokes(seed: int) -> Strokes:
+    """Stroke all surfaces once in each way; virtual surfaces have their grooves where the real ones have them."""
+    profiles = [
+        make_profile(relief_of(name), LENGTH_M, np.random.default_rng([seed, place]))
+        for place, name in enumerate(SURFACES)
+    ]
+    surfaces = [VirtualSurface.of(name, profile.grooves_m) for name, profile in zip(SURFACES, profiles, strict=True)]
+    virtual = [rendered_stroke(surface, seed) for surface in surfaces]
+    remote = [remote_stroke(name, seed) for name in SURFACES]
+    soft = replace(surfaces[0], stiffness_n_m=FOAM_SHARE * SHOWN_N_M)
+    varied = {
+        SLOWLY: [rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in surfaces],
+        BY_INTENSITY: [rendered_stroke(surface, seed, vibration="intensity") for surface in surfaces],
+        OWN_STIFFNESS: [rendered_stroke(soft, seed), *virtual[1:]],
+    }
+    return Strokes(profiles, virtual, remote, varied)
+
+
+def real_features(each: Strokes, **how: Any) -> list[Features]:
+    """Return the features of the real surfaces, without their stiffness."""
+    return [
+        surface_features(surface_kind(name).stiffness_n_m, profile, **how)
+        for name, profile in zip(SURFACES, each.profiles, strict=True)
+    ]
+
+
+def felt_features(courses: Sequence[FingertipCourse], **how: Any) -> list[Features]:
+    """Return the features of the motor's courses, without the displayed stiffness."""
+    return [motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, **how) for course in courses]
+
+
+def cases(each: Strokes) -> dict[tuple[str, str], Sets]:
+    """Return both sets by side and by variation of stroking, rendering or feeling."""
+    real, by_hand = real_features(each), list(BY_HAND)
+    found: dict[tuple[str, str], Sets] = {("virtual", HAND_SET): (by_hand, by_hand)}
+    for side, courses in each.sides.items():
+        wanted = [course._replace(speed_rad_s=course.wanted_rad_s) for course in courses]
+        found[side, MEASURED] = real, felt_features(courses)
+        found[side, IDEAL_MOTOR] = real, felt_features(wanted)
+        found[side, LEFT_ALONE] = real, felt_features([left_to_itself(course) for course in courses])
+        found[side, BETWEEN] = real_features(each, typical=np.median), felt_features(courses, typical=np.median)
+    slow = {"stroke_m_s": SLOW_M_S}
+    found["virtual", SLOWLY] = real_features(each, **slow), felt_features(each.varied[SLOWLY], **slow)
+    found["virtual", BY_INTENSITY] = real, felt_features(each.varied[BY_INTENSITY])
+    found["virtual", OWN_STIFFNESS] = _with_own_stiffness(real, each.varied[OWN_STIFFNESS])
+    soft = [replace(BY_HAND[0], ln_stiffness=math.log(FOAM_SHARE)), *BY_HAND[1:]]
+    found["virtual", f"{HAND_SET}, {OWN_STIFFNESS}"] = soft, soft
+    return found
+
+
+def _with_own_stiffness(real: Sequence[Features], courses: Sequence[FingertipCourse]) -> Sets:
+    """Return both sets with stiffness: the real surfaces' own, and the displayed one."""
+    stiff = [
+        replace(one, ln_stiffness=math.log(surface_kind(name).stiffness_n_m))
+        for name, one in zip(SURFACES, real, strict=True)
+    ]
+    felt = [
+        replace(one, ln_stiffness=_ln_stiffness(course))
+        for one, course in zip(felt_features(courses), courses, strict=True)
+    ]
+    return stiff, felt
+
+
+def _ln_stiffness(course: FingertipCourse) -> float:
+    force_n, depth_m = measured(course.force_n, TICK_S), measured(course.depth_m, TICK_S)
+    return math.log(float(np.mean(force_n)) / float(np.mean(depth_m)))
+
+
+def matching_rows(all_strokes: Sequence[Strokes], seed: int, draws: int) -> list[dict[str, Any]]:
+    """Return the mean share of matches of each surface over all realisations, beside the paper's."""
+    shares: dict[tuple[str, str], list[list[float]]] = {}
+    for number, each in enumerate(all_strokes):
+        for case, (real, felt) in cases(each).items():
+            shares.setdefault(case, []).append(matching(real, felt, seed + number, draws, lapse=0.0))
+    rows = []
+    for (side, features), found in shares.items():
+        means: Array = np.mean(found, axis=0)
+        for surface, share in zip(SURFACES, means.tolist(), strict=True):
+            row = {"side": side, "features": features, "surface": surface}
+            more = 100.0 * _with_lapse(share, MORE_LAPSE)
+            beside_paper = beside(_with_lapse(share, LAPSE), MATCHED[surface], MATCHING_OF)
+            rows.append(row | beside_paper | {"with_10_percent_lapse": more})
+    return rows
+
+
+def confusion_rows(each: Strokes, seed: int, draws: int) -> list[dict[str, Any]]:
+    """Return the shares of pairs of real and displayed surfaces for one realisation with measured features."""
+    rows = []
+    for side in each.sides:
+        shares = confusion(*cases(each)[side, MEASURED], seed, draws, LAPSE)
+        for surface, row in zip(SURFACES, 100.0 * shares, strict=True):
+            percents = {f"{name}_percent": float(share) for name, share in zip(SURFACES, row, strict=True)}
+            rows.append({"side": side, "real_surface": surface, **percents})
+    return rows
+
+
+def _with_lapse(share: float, lapse: float) -> float:
+    return (1.0 - lapse) * share + lapse / len(SURFACES)
+
+
+def feature_rows(each: Strokes) -> list[dict[str, Any]]:
+    """Return the measured features of one realisation; ln intensity is relative to the mean of its six surfaces."""
+    rows = []
+    for side, features in (
+        ("real", real_features(each)),
+        *((side, felt_features(c)) for side, c in each.sides.items()),
+    ):
+        middle = float(np.mean([one.ln_intensity for one in features]))
+        for surface, one in zip(SURFACES, features, strict=True):
+            values = asdict(one) | {"ln_intensity": one.ln_intensity - middle}
+            del values["ln_stiffness"]
+            rows.append({"side": side, "surface": surface, **values})
+    return rows

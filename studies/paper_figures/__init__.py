@@ -1,0 +1,4 @@
+"""Three figures of Kron & Schmidt 2003, computed on the simulated devices.
+
+`run` measures and `figure` draws.
+"""

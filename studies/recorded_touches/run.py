@@ -1,0 +1,324 @@
+"""Recorded touches of a soft fabric sensor: metal or wood, this estimator beside a linear classifier.
+
+One set (a day, a placement) is left out in turn. Both methods learn from the others and judge the same noisy readings
+of its touches. Cooled wood counts as wood. Flaws of the data:
+
+- The recordings were smoothed by a centred filter over 0.5 s before they were published. Each time after contact thus
+  sees up to 0.25 s ahead, for both methods. Noise (NOISE_K) and the steps of 12 bits over 0-100 C are added here.
+- There are only two materials, always the same pieces. Wood was cooled, metal never was. A method may take cold for
+  wood.
+- The unheated sensor reads lower before it touches cooled wood: `both` has seen a part of the answer at contact.
+- The room temperature is that of the set, the same for all of its touches. It is the median of the set's unheated
+  readings before contact. The heated sensor alone would have it from a room thermometer.
+- Two of three touches are of wood: naming wood each time is right in 67 %. Every method is therefore judged with two
+  priors: materials as frequent as in its calibration (`counted`, as the estimator answers), and equally likely
+  (`even`). An even prior aims at `balanced`, the mean of metal's share and wood's.
+"""
+
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.recorded.identify_thermal import identify_thermal
+from remote_site.traces.trace_files import ThermalTrace, read_thermal
+from studies.compared import Compared
+from studies.pieces import HERE, Piece, Work
+from studies.recorded_touches.figure import plot
+from studies.running import Progress, Unavailable
+
+__all__ = ["plot", "run", "tables"]
+
+Array = NDArray[np.float64]
+Row = dict[str, Any]
+Judge = Callable[[Sequence["Touch"], Sequence["Touch"], float], Iterator[Row]]
+"""Judges touches by what was learned from others, given the ln odds of metal among these."""
+
+TIMES_S = (0.5, 1.5, 4.0)
+"""Judged times after first contact (force > 0.3 N), s."""
+NOISE_K = 0.05
+STEP_K = 100.0 / 4095.0
+METAL, WOOD = "metal", "wood"
+HEATED, HELPED, BOTH = "heated", "heated, calibrated beside the unheated one", "both"
+SENSORS = (HEATED, HELPED, BOTH)
+PRIORS = ("counted", "even")
+_BEFORE_S, _BLOCK_S, _READING_S = 0.25, 0.25, 0.01
+_SHRINKAGE = 0.003
+"""Share of each feature's variance that is added to it, so that the pooled covariance of few touches can be
+inverted."""
+_NAME = re.compile(r"set(\d+)_(\w+)_\d+")
+COMPARED = (Compared("accuracy", "share", "more", ("method", "sensors", "prior", "t_s"), counted="touches"),)
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """One recording with added noise: its file, its set, its material, and the room temperature, C."""
+
+    file: str
+    group: int
+    material: str
+    trace: ThermalTrace
+    room_c: float
+
+
+def run(
+    *,
+    quick: bool = False,
+    seed: int = 0,
+    progress: Progress = lambda _: None,
+    work: Work = HERE,
+    folder: Path | None = None,
+) -> dict[str, Any]:
+    """Leave each set out in turn and judge its touches.
+
+    Args:
+        folder: of recordings `setNN_CLASS_K.csv`; None: `thermal_contact` in the folder that TELETACTION_DATA names.
+        quick: judge the first set only; all others are still learned from.
+        seed: seed of the noise.
+        progress: called with the share done, 0..1.
+        work: runs the pieces.
+
+    Raises:
+        Unavailable: there are no such recordings.
+        ValueError: a recording cannot be read.
+    """
+    if folder is None:
+        if not (data := os.environ.get("TELETACTION_DATA")):
+            raise Unavailable("TELETACTION_DATA has to name the folder that holds thermal_contact")
+        folder = Path(data) / "thermal_contact"
+    touches = read_touches(folder, seed)
+    groups = sorted({touch.group for touch in touches})[: 1 if quick else None]
+    judges = (_judge_linear, _judge_heated, _judge_both)
+    pieces: list[Piece] = [(_judge_set, (judge, touches, group)) for group in groups for judge in judges]
+    answers = [row for rows in work(pieces, progress) for row in rows]
+    return {
+        "seed": seed,
+        "noise_k": NOISE_K,
+        "sets": groups,
+        "always_wood": sum(t.material == WOOD for t in touches if t.group in groups)
+        / sum(t.group in groups for t in touches),
+        "accuracy": accuracy(answers),
+        "errors": [answer for answer in answers if answer["said"] != answer["material"]],
+        "answers": answers,
+    }
+
+
+def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
+    """Parts of the result that are tables, by name."""
+    return {"accuracy": data["accuracy"], "errors": data["errors"]}
+
+
+def accuracy(answers: Sequence[Row]) -> list[Row]:
+    """Right answers of each method, sensors, prior and time, with the errors of each class."""
+    keys = ("method", "sensors", "prior", "t_s")
+    cells = dict.fromkeys(tuple(answer[key] for key in keys) for answer in answers)
+    rows = []
+    for cell in cells:
+        mine = [answer for answer in answers if tuple(answer[key] for key in keys) == cell]
+        right = [answer["said"] == answer["material"] for answer in mine]
+        by_class = {
+            name: [hit for hit, answer in zip(right, mine, strict=True) if answer["class"] == name]
+            for name in ("metal", "wood", "cooled_wood")
+        }
+        rows.append(
+            {
+                **dict(zip(keys, cell, strict=True)),
+                "touches": len(mine),
+                "right": sum(right),
+                "share": sum(right) / len(mine),
+                "balanced": _balanced(mine, right),
+                **{f"{name}_wrong": len(hits) - sum(hits) for name, hits in by_class.items()},
+            }
+        )
+    return rows
+
+
+def _balanced(answers: Sequence[Row], right: Sequence[bool]) -> float:
+    """Mean over the materials of the share that is right, whatever the number of touches of each."""
+    of_material: dict[str, list[bool]] = {}
+    for answer, hit in zip(answers, right, strict=True):
+        of_material.setdefault(answer["material"], []).append(hit)
+    return sum(sum(hits) / len(hits) for hits in of_material.values()) / len(of_material)
+
+
+def read_touches(folder: Path, seed: int) -> list[Touch]:
+    """All recordings, with noise and steps added.
+
+    Raises:
+        ValueError: see `run`.
+    """
+    paths = sorted(path for path in folder.glob("*.csv") if _NAME.fullmatch(path.stem))
+    if not paths:
+        raise Unavailable(f"{folder}: no recordings named setNN_CLASS_K.csv")
+    random = np.random.default_rng(seed)
+    traces = [read_thermal(path) for path in paths]
+    before: dict[int, list[float]] = {}
+    for path, trace in zip(paths, traces, strict=True):
+        before.setdefault(_group(path), []).append(float(np.median(_beside(trace)[: _count(_BEFORE_S)])))
+    return [
+        Touch(
+            file=path.name,
+            group=_group(path),
+            material=METAL if METAL in path.stem else WOOD,
+            trace=ThermalTrace(
+                trace.name,
+                trace.time_s,
+                _noisy(trace.sensor_c, random),
+                trace.force_n,
+                None,
+                _noisy(_beside(trace), random),
+            ),
+            room_c=float(np.median(before[_group(path)])),
+        )
+        for path, trace in zip(paths, traces, strict=True)
+    ]
+
+
+def linear_features(trace: ThermalTrace, t_s: float, sensors: str) -> Array:
+    """Reading at contact, then means over blocks up to `t_s` after contact: readings relative to it, force.
+
+    Raises:
+        ValueError: the trace has no contact.
+    """
+    first = trace.contact()
+    if first is None:
+        raise ValueError(f"{trace.name}: column force_n: no contact")
+    edges = first + 1 + np.linspace(0, _count(t_s), max(round(t_s / _BLOCK_S), 1) + 1).round().astype(int)
+    signals = [trace.sensor_c] + ([_beside(trace)] if sensors == BOTH else [])
+    features: list[float] = []
+    for signal in signals:
+        start_c = float(signal[max(first - _count(_BEFORE_S), 0) : first + 1].mean())
+        features += [start_c, *(_block_means(signal, edges) - start_c)]
+    return np.array([*features, *_block_means(trace.force_n, edges)])
+
+
+def linear_score(features: Array, metal: NDArray[np.bool_], judged: Array) -> Array:
+    """Linear discriminant (Fisher 1936): ln odds of metal for each judged row, both materials equally likely."""
+    means = features[metal].mean(axis=0), features[~metal].mean(axis=0)
+    away = features - np.where(metal[:, None], *means)
+    covariance = away.T @ away / (len(features) - 2)
+    covariance[np.diag_indices(len(covariance))] *= 1.0 + _SHRINKAGE
+    direction = np.linalg.solve(covariance, means[0] - means[1])
+    return np.asarray((judged - 0.5 * (means[0] + means[1])) @ direction)
+
+
+def _judge_set(judge: Judge, touches: Sequence[Touch], group: int) -> Iterator[Row]:
+    learned = [touch for touch in touches if touch.group != group]
+    judged = [touch for touch in touches if touch.group == group]
+    ln_odds = float(
+        np.log(np.mean([t.material == METAL for t in learned]) / np.mean([t.material == WOOD for t in learned]))
+    )
+    yield from judge(learned, judged, ln_odds)
+
+
+def _judge_linear(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
+    metal = np.array([touch.material == METAL for touch in learned])
+    for sensors in (HEATED, BOTH):
+        for t_s in TIMES_S:
+            features = np.stack([linear_features(touch.trace, t_s, sensors) for touch in learned])
+            asked = np.stack([linear_features(touch.trace, t_s, sensors) for touch in judged])
+            for touch, score in zip(judged, linear_score(features, metal, asked), strict=True):
+                yield from _answers("linear", sensors, touch, t_s, float(score) + ln_odds, ln_odds)
+
+
+def _judge_heated(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
+    return _judge_estimator(learned, judged, ln_odds, (HEATED,))
+
+
+def _judge_both(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
+    return _judge_estimator(learned, judged, ln_odds, (HELPED, BOTH))
+
+
+def _judge_estimator(
+    learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float, all_sensors: Sequence[str]
+) -> Iterator[Row]:
+    """Judge by one table for all of these sensors, calibrated beside the unheated sensor where BOTH is among them."""
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "learned"
+        folder.mkdir()
+        for touch in learned:
+            _write(folder / touch.file, touch, beside=BOTH in all_sensors)
+        lines = [f"{touch.file},{touch.material}\n" for touch in learned]
+        (folder / "labels.csv").write_text("file,material\n" + "".join(lines), "utf-8")
+        calibrate_thermal(folder, Path(scratch) / "table.json")
+        table = MaterialTable.load(Path(scratch) / "table.json")
+        for sensors in all_sensors:
+            for touch in judged:
+                path = Path(scratch) / touch.file
+                _write(path, touch, beside=sensors == BOTH, until_s=TIMES_S[-1])
+                for line in identify_thermal(table, [path], TIMES_S):
+                    if not line["final"]:
+                        yield from _answers("estimator", sensors, touch, line["t_s"], _ln_odds(line), ln_odds)
+
+
+def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, ln_odds: float) -> Iterator[Row]:
+    for prior, less in zip(PRIORS, (0.0, ln_odds), strict=True):
+        yield {
+            "method": method,
+            "sensors": sensors,
+            "prior": prior,
+            "t_s": t_s,
+            "file": touch.file,
+            "class": _class(touch.file),
+            "material": touch.material,
+            "said": METAL if score > less else WOOD,
+            "ln_odds_metal": round(score - less, 3),
+        }
+
+
+def _ln_odds(line: Row) -> float:
+    """Ln odds of metal from a line of `identify thermal`; a material that is no candidate has the remaining share."""
+    probability = dict(line["candidates"])
+    left = max(1e-4, 1.0 - sum(probability.values()))
+    return float(np.log(max(probability.get(METAL, left), 1e-4) / max(probability.get(WOOD, left), 1e-4)))
+
+
+def _write(path: Path, touch: Touch, *, beside: bool, until_s: float = np.inf) -> None:
+    """Write the touch as a trace file, up to `until_s` after contact."""
+    trace = touch.trace
+    first = trace.contact() or 0
+    kept = trace.time_s <= trace.time_s[first] + until_s + 0.5 * _READING_S
+    columns = {"time_s": trace.time_s, "sensor_c": trace.sensor_c, "force_n": trace.force_n}
+    columns["ambient_c"] = np.full(len(trace.time_s), touch.room_c)
+    if beside:
+        columns["reference_c"] = _beside(trace)
+    np.savetxt(path, np.column_stack(list(columns.values()))[kept], "%.4f", ",", header=",".join(columns), comments="")
+
+
+def _noisy(reading_c: Array, random: np.random.Generator) -> Array:
+    return np.asarray(np.round((reading_c + random.normal(0.0, NOISE_K, len(reading_c))) / STEP_K) * STEP_K)
+
+
+def _block_means(signal: Array, edges: NDArray[np.intp]) -> Array:
+    return np.array([signal[a:b].mean() for a, b in pairwise(edges)])
+
+
+def _beside(trace: ThermalTrace) -> Array:
+    if trace.reference_c is None:
+        raise ValueError(f"{trace.name}: column reference_c is missing")
+    return trace.reference_c
+
+
+def _count(seconds: float) -> int:
+    return round(seconds / _READING_S)
+
+
+def _group(path: Path) -> int:
+    named = _NAME.fullmatch(path.stem)
+    assert named is not None
+    return int(named[1])
+
+
+def _class(file: str) -> str:
+    named = _NAME.fullmatch(Path(file).stem)
+    assert named is not None
+    return named[2]

@@ -1,0 +1,4 @@
+"""Stiffness and height of a pressed surface.
+
+`run` measures and `figure` draws.
+"""

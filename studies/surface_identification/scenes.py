@@ -1,0 +1,112 @@
+"""Simulates the touches of the study of surface identification: random presses, breathing surfaces, and strokes."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remote_site.stiffness.surface_estimate import SurfaceEstimate
+from sim_sensors.physics.fingertip import OBJECT_DAMPING_S_M, SERVO_N_M
+from studies.surface_identification.pressed_surface import TICK_S, Felt, Floats, feel, minimum_jerk
+
+DEEPEST_M = 0.020
+"""Largest travel of a telemanipulator finger into an object, m."""
+SERVOS_N_M = (SERVO_N_M, 10_000.0)
+"""Stiffness of the position servos, N/m: the telemanipulator's, and a stiff one that follows its set-point."""
+SLOWEST_M_S, FASTEST_M_S = 0.01, 0.3
+"""Range of the peak speed of a press, m/s."""
+LONGEST_S = 2.0
+PRESS_FROM_S = 0.3
+STROKE_FROM_S = 1.0
+STROKE_M_S = 0.03
+HAND_STEP_M = 2e-5
+"""Resolution of the hand's position in its CAN frame, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """Identified surface of one finger, (ticks,) each; 0 without contact."""
+
+    stiffness_n_m: Floats
+    ln_sd: Floats
+    surface_m: Floats
+    damping_n_s_m: Floats
+    slope: Floats
+    known: NDArray[np.bool_]
+
+
+def identify(force_n: Floats, z_m: Floats, x_m: Floats) -> Identified:
+    """Identify one finger's surface from sensed force and position, (ticks,) each."""
+    surface, rows = SurfaceEstimate(), []
+    for tick, (newton, z, x) in enumerate(zip(force_n.tolist(), z_m.tolist(), x_m.tolist(), strict=True)):
+        surface.step(TICK_S * tick, newton, x, 0.0, z)
+        rows.append(
+            (
+                surface.stiffness_n_m,
+                surface.stiffness_ln_sd,
+                surface.surface_z_m,
+                surface.damping_n_s_m,
+                surface.slope_x,
+                surface.known,
+            )
+        )
+    stiffness, ln_sd, surface_m, damping, slope, known = np.array(rows).T
+    return Identified(stiffness, ln_sd, surface_m, damping, slope, known.astype(bool))
+
+
+def pressed(
+    stiffness_n_m: Floats, rng: np.random.Generator, damping_s_m: float | Floats = OBJECT_DAMPING_S_M
+) -> tuple[Felt, Floats]:
+    """Press each of N objects once with a minimum-jerk movement: down, hold, up. Return it with the largest forces, N.
+
+    Forces are 2 to 5 N; forces above 2 N are limited to DEEPEST_M of depth. Speeds, hold times, heights and servos are
+    drawn at random.
+    """
+    count = len(stiffness_n_m)
+    force_n = np.minimum(rng.uniform(2.0, 5.0, count), np.maximum(2.0, DEEPEST_M * stiffness_n_m))
+    above_m, held_s = rng.uniform(0.5e-3, 4e-3, count), rng.uniform(0.05, 0.5, count)
+    servo_n_m = rng.choice(SERVOS_N_M, count)
+    way_m = above_m + force_n * (1.0 / stiffness_n_m + 1.0 / servo_n_m)
+    fastest_m_s = np.exp(rng.uniform(math.log(SLOWEST_M_S), math.log(FASTEST_M_S), count))
+    down_s = np.minimum(1.875 * way_m / fastest_m_s, LONGEST_S)  # a minimum-jerk movement at its fastest moment
+
+    def setpoint_m(t_s: float) -> Floats:
+        return above_m - way_m * (minimum_jerk(t_s / down_s) - minimum_jerk((t_s - down_s - held_s) / down_s))
+
+    seconds = float((2.0 * down_s + held_s).max()) + 0.1
+    felt = feel(seconds, setpoint_m, lambda _: stiffness_n_m, damping_s_m=damping_s_m, servo_n_m=servo_n_m)
+    return felt, force_n
+
+
+def rested(
+    stiffness_n_m: Floats, force_n: float, seconds: float, *, amplitude_m: float = 0.0, frequency_hz: float = 0.0
+) -> Felt:
+    """Press within 0.4 s and stay, on a surface that may move as a sine."""
+    pulse = 2.0 * math.pi * frequency_hz
+
+    def surface_m(t_s: float, x_m: Floats) -> Floats:
+        return np.full_like(x_m, amplitude_m * math.sin(pulse * t_s))
+
+    return feel(seconds, resting(stiffness_n_m, force_n), lambda _: stiffness_n_m, surface_m=surface_m)
+
+
+def stroked(
+    stiffness_n_m: Callable[[Floats], Floats], first_n_m: Floats, force_n: float, seconds: float, slope: float = 0.0
+) -> Felt:
+    """Press, rest, and stroke along x from STROKE_FROM_S, with a constant set-point of the servo."""
+    count = len(first_n_m)
+    return feel(
+        seconds,
+        resting(first_n_m, force_n),
+        stiffness_n_m,
+        surface_m=lambda _, x_m: slope * x_m,
+        x_m=lambda t_s: np.full(count, STROKE_M_S * max(0.0, t_s - STROKE_FROM_S)),
+    )
+
+
+def resting(stiffness_n_m: Floats, force_n: float) -> Callable[[float], Floats]:
+    """Return the set-point of a finger that comes down from 2 mm above a surface at 0 and stays pressed, m."""
+    way_m = 2e-3 + force_n * (1.0 / stiffness_n_m + 1.0 / SERVO_N_M)
+    return lambda t_s: 2e-3 - way_m * minimum_jerk(np.full(len(way_m), (t_s - PRESS_FROM_S) / 0.4))

@@ -1,4 +1,0 @@
-"""Stability over a delayed link.
-
-The registry runs `teleoperation_stability`.
-"""

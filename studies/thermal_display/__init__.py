@@ -1,4 +1,0 @@
-"""Temperature at the operator's finger: models, plates, strategies.
-
-The registry runs `thermal_rendering`.
-"""

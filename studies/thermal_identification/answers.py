@@ -1,0 +1,174 @@
+"""Collects the answers to a touch at each time from exponential fits, from fingers together, and from the product."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import NamedTuple
+
+from common.wire.messages import ThermalStatus
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.shared_object import ONE_OBJECT, SharedObject
+from remote_site.thermal.solving_turns import Solver, SolvingTurns
+from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_result import ThermalResult
+from remote_site.thermal.touch_estimate import TouchEstimate
+from remote_site.thermal.touch_start import RecordedTouch
+from studies.thermal_identification.exponential import RateTable, fits
+from studies.thermal_identification.situations import Hand
+
+JUDGED_EVERY = 5
+"""Readings between two answers, which come 20 times a second; the evidence of every reading counts."""
+READING_S = 0.01
+TICKS = 5
+"""Ticks of a session from one reading to the next."""
+
+
+class Answered(NamedTuple):
+    """Answer of one method to one touch at one time.
+
+    Attributes:
+        method: name of the method.
+        truth: true material.
+        t_s: time after contact, s.
+        best: likeliest material; None without an answer yet.
+        probability: probability of `best`, 0..1; None for a method without probabilities.
+        status: name of the answer's status; None for a method without statuses.
+        error_k: estimated minus true temperature of the object, K; None without an estimate.
+        sd_k: claimed standard deviation of the estimate, K.
+        named_s: time at which a material was first named, s after contact; None before.
+        reason: reason for a missing answer.
+    """
+
+    method: str
+    truth: str
+    t_s: float
+    best: str | None
+    probability: float | None = None
+    status: str | None = None
+    error_k: float | None = None
+    sd_k: float | None = None
+    named_s: float | None = None
+    reason: str | None = None
+
+
+@cache
+def knowledge_of(table: str) -> ThermalKnowledge:
+    """Return the identification's knowledge from a table in JSON, a form that passes between processes."""
+    return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
+
+
+def by_rate(rates: RateTable, hand: Hand) -> list[Answered]:
+    """Return the answers of a single exponential fit from the first finger."""
+    found = []
+    for number, fit in enumerate(fits(rates.way, hand.fingers[0], rates.times_s)):
+        error_k = None if fit is None else fit.object_c - hand.object_c
+        best = rates.likeliest(number, fit)
+        found.append(Answered(rates.way, hand.material, rates.times_s[number], best, error_k=error_k))
+    return found
+
+
+def by_fingers(
+    knowledge: ThermalKnowledge, hand: Hand, groups: Mapping[str, int], times_s: Sequence[float]
+) -> list[Answered]:
+    """Return the answers of the estimator from the first fingers of a hand.
+
+    Args:
+        knowledge: knowledge from the table.
+        hand: the touch.
+        groups: number of fingers that each method may use, by the method's name.
+        times_s: times of the answers, ascending, s after contact.
+    """
+    fingers = hand.fingers[: max(groups.values())]
+    estimates = [_estimate(knowledge, finger) for finger in fingers]
+    readings = [list(finger.readings()) for finger in fingers]
+    conclusions = {name: knowledge.conclusion() for name in groups}
+    named: dict[str, float] = {}
+    found = []
+    for k in range(1, min(round(times_s[-1] / READING_S) + 1, *(len(each) for each in readings))):
+        for estimate, each in zip(estimates, readings, strict=True):
+            estimate.take(each[k][0] - each[k - 1][0], each[k][1], each[k][2])
+            for _ in range(TICKS):
+                estimate.work()
+        if k % JUDGED_EVERY:
+            continue
+        since_s = k * READING_S
+        evidence = [estimate.evidence() for estimate in estimates]
+        wanted = [t_s for t_s in times_s if abs(t_s - since_s) < READING_S / 2]
+        for name, count in groups.items():
+            posterior = knowledge.posterior.judge(evidence[:count])
+            if posterior.same_object < ONE_OBJECT:  # then the first finger answers alone, as in a session
+                posterior = knowledge.posterior.judge(evidence[:1])
+            answer = conclusions[name].step(posterior, since_s)
+            if answer.status is ThermalStatus.IDENTIFIED:
+                named.setdefault(name, since_s)
+            found += [_answered(name, hand, t_s, answer, named.get(name)) for t_s in wanted]
+    return found
+
+
+def by_product(
+    knowledge: ThermalKnowledge,
+    method: str,
+    hand: Hand,
+    times_s: Sequence[float],
+    fingers: int = 1,
+    late: bool = False,
+) -> list[Answered]:
+    """Return the answers of a session's identification, which also detects lost contact and sensor faults.
+
+    Args:
+        knowledge: knowledge from the table.
+        method: name in the answers.
+        hand: the touch.
+        times_s: times of the answers, ascending, s after contact.
+        fingers: number of fingers used.
+        late: whether every tick is late.
+    """
+    touches = hand.fingers[:fingers]
+    identifications = {number: ThermalIdentification(knowledge) for number in range(len(touches))}
+    for touch, identification in zip(touches, identifications.values(), strict=True):
+        identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
+    shared, answer = SharedObject(knowledge), identifications[0].answer
+    solvers: list[Solver] = [*identifications.values(), shared]
+    tick_s = READING_S / TICKS
+    turns = SolvingTurns(0.0 if late else tick_s)
+    named: float | None = None
+    found: list[Answered] = []
+    for readings in zip(*(list(touch.readings())[1:] for touch in touches), strict=False):
+        since_s = readings[0][0]
+        while len(found) < len(times_s) and since_s > times_s[len(found)] + 1e-6:
+            found.append(_answered(method, hand, times_s[len(found)], answer, named))
+        for (_, sensor_c, force_n), identification in zip(readings, identifications.values(), strict=True):
+            identification.take(since_s, sensor_c, force_n)
+        for tick in range(TICKS):
+            together = shared.look(identifications)
+            for identification in identifications.values():
+                identification.alone = together is None
+            if (solver := turns.step(since_s + tick * tick_s, solvers)) is not None:
+                solver.work()
+        answer = together or identifications[0].answer
+        if named is None and answer.status is ThermalStatus.IDENTIFIED:
+            named = since_s
+    while len(found) < len(times_s):
+        found.append(_answered(method, hand, times_s[len(found)], answer, named))
+    return found
+
+
+def _estimate(knowledge: ThermalKnowledge, touch: RecordedTouch) -> TouchEstimate:
+    ambient_c = knowledge.table.ambient_c if touch.ambient_c is None else touch.ambient_c
+    return TouchEstimate(
+        knowledge.table, knowledge.substances, knowledge.guesses, touch.start_c, touch.slope_k_s, ambient_c
+    )
+
+
+def _answered(method: str, hand: Hand, t_s: float, answer: ThermalResult, named_s: float | None) -> Answered:
+    return Answered(
+        method,
+        hand.material,
+        t_s,
+        answer.best,
+        answer.probability,
+        answer.status.name.lower(),
+        None if answer.object_c is None else answer.object_c - hand.object_c,
+        answer.object_c_sd,
+        named_s,
+        answer.reason.code or None,
+    )

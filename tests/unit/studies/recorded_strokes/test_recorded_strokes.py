@@ -1,0 +1,82 @@
+"""Real strokes: fabrics at a pressure never learned from, against the classic methods on the same splits."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from studies.recorded_strokes.figure import draw_boards, draw_fabrics
+from studies.recorded_strokes.run import FABRIC, classic, judged, read_strokes, run, shipped, splits
+from studies.running import Unavailable
+from studies.teleoperation_stability.recorded import folder
+from studies.texture.baselines import band_powers, classifiers
+from tests.slow_strokes import folder_of
+
+
+@pytest.mark.long
+def test_fabrics_at_another_pressure_are_told_better_than_by_the_classic_methods():
+    try:
+        strokes = read_strokes(folder() / "fabric_strokes", FABRIC)
+    except Unavailable as absent:
+        pytest.skip(f"{absent}; TELETACTION_DATA names their folder")
+    settings = splits(strokes, 0)["setting left out"]
+    ours = [row["right"] for row in judged(strokes, settings, shipped)[0]]
+    for classifier in classifiers():
+        method = classic(lambda trace: band_powers(trace.signals, trace.rate_hz), classifier, 0)
+        theirs = [row["right"] for row in judged(strokes, settings, method)[0]]
+        assert all(own >= other for own, other in zip(ours, theirs, strict=True)), (classifier, ours, theirs)
+        assert sum(ours) > sum(theirs) + 0.05 * len(strokes), (classifier, ours, theirs)
+
+
+def test_without_recordings_it_says_so(tmp_path, monkeypatch):
+    monkeypatch.delenv("TELETACTION_DATA", raising=False)
+    with pytest.raises(Unavailable, match="TELETACTION_DATA"):
+        run()
+    with pytest.raises(Unavailable, match="no recordings"):
+        run(folder=tmp_path)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The study over made-up recordings with the names of the real ones."""
+    out = tmp_path_factory.mktemp("recordings")
+    (out / "groove_boards").mkdir()
+    (out / "fabric_strokes").mkdir()
+    header = ",".join(("time_s", *(f"taxel{k + 1}" for k in range(16))))
+    chance = np.random.default_rng(0)
+    t = np.arange(0.0, 15.0, 0.028)
+    shifts = chance.uniform(0.0, 6.0, 16)
+    waves = 100.0 + 5.0 * np.sin(5.0 * np.pi * t[:, None] + shifts) + chance.normal(size=(len(t), 16))
+    board = out / "groove_boards" / "board2mm_force120_speed10mmps.csv"
+    np.savetxt(board, np.column_stack([t, waves]), fmt="%.3f", delimiter=",", header=header, comments="")
+    for load in (120, 180):
+        for number, one in enumerate(folder_of((load,), seed=load)):
+            name = f"{one.surface}_force{load}_speed{1e3 * one.speed_m_s:.0f}mmps_{number % 3}.csv"
+            rows = np.column_stack([one.trace.time_s, one.trace.signals])
+            path = out / "fabric_strokes" / name
+            np.savetxt(path, rows, fmt="%.3f", delimiter=",", header=header, comments="")
+    return run(quick=True, folder=out)
+
+
+@pytest.mark.long
+def test_boards_and_fabrics_are_counted(made):
+    assert [round(row["period_mm"], 1) for row in made["boards"]] == [4.0, 4.0]
+    assert made["taxels"]["the_board"] == 16
+    shares = [r["share"] for r in made["accuracy"] if r["method"] == "shipped" and r["split"] == "setting left out"]
+    assert len(shares) == 2
+    assert min(shares) > 0.8
+    assert {row["split"] for row in made["accuracy"]} == {
+        "setting left out",
+        "at random",
+        "one setting learned",
+        "other half",
+    }
+    assert all(row["low"] <= row["share"] <= row["high"] for row in made["accuracy"])
+
+
+@pytest.mark.long
+def test_panels_are_drawn(made):
+    left, right = Figure().subplots(1, 2)
+    draw_boards(left, made)
+    draw_fabrics(right, made)
+    assert len(right.get_lines()) >= 3 * 5
+    assert left.get_ylabel()
