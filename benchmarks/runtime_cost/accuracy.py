@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from benchmarks.runtime_cost.measure import timed
 from common.runtime.reference_step import reference_step
@@ -19,7 +20,6 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.solving_turns import POSTPONED_S
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals
-from studies.binomial_interval import clopper_pearson
 from studies.pieces import one_thread
 from studies.thermal_identification.answers import READING_S, by_product
 from studies.thermal_identification.situations import FOUR, STAGGERED_K, TWELVE, Hand, Situation, touched
@@ -162,5 +162,5 @@ def accuracy(
 
 def _share(name: str, which: Sequence[float]) -> dict[str, float]:
     """Return the share of ones with its 95 % interval."""
-    low, high = clopper_pearson(int(sum(which)), len(which))
+    low, high = binomtest(int(sum(which)), len(which)).proportion_ci()
     return {name: round(sum(which) / len(which), 4), f"{name}_low": round(low, 4), f"{name}_high": round(high, 4)}

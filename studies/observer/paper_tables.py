@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from studies.binomial_interval import clopper_pearson
+from scipy.stats import binomtest
 
 MATCHING_OF = 20
 MATCHED: Mapping[str, int] = {
@@ -30,7 +30,7 @@ def beside(share: float, count: int | None, of: int) -> dict[str, Any]:
     if count is None:
         nothing = dict.fromkeys(("paper_percent", "paper_count", "interval_low_percent", "interval_high_percent"))
         return {"predicted_percent": 100.0 * share, **nothing, "inside": None}
-    low, high = clopper_pearson(count, of)
+    low, high = binomtest(count, of).proportion_ci()
     return {
         "predicted_percent": 100.0 * share,
         "paper_percent": 100.0 * count / of,

@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import binomtest
 
 from remote_site.texture.calibration.spectrum_calibration import LabelledStroke, calibrate_spectra, learned
 from remote_site.texture.recorded.spatial_period import spatial_period
 from remote_site.texture.recorded.surface_spectrum import MOTIONS, Along, bands, sensor_noise, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace, read_stroke
-from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_strokes.figure import plot
@@ -305,5 +305,5 @@ def _half(stroke: Stroke, first: bool) -> Stroke:
 
 def _counted(strokes: Sequence[Stroke], said: Sequence[str] | Answers) -> Row:
     right = sum(stroke.surface == name for stroke, name in zip(strokes, said, strict=True))
-    low, high = clopper_pearson(right, len(strokes))
+    low, high = binomtest(right, len(strokes)).proportion_ci()
     return {"right": right, "strokes": len(strokes), "share": right / len(strokes), "low": low, "high": high}

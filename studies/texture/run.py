@@ -11,12 +11,12 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import binomtest
 
 from remote_site.texture.surface_table import SurfaceTable
 from sim_sensors.physics.surface import GROOVE_DEPTH_M
 from sim_sensors.physics.texture_touch import NOISE_V
 from sim_sensors.traces.simulated_stroke import simulate_stroke
-from studies.binomial_interval import clopper_pearson
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Progress
@@ -171,7 +171,7 @@ def _cost(asked: Sequence[Asked], learned: Learned) -> dict[str, Any]:
 
 
 def _shares(hits: int, count: int) -> dict[str, float]:
-    low, high = clopper_pearson(hits, count)
+    low, high = binomtest(hits, count).proportion_ci()
     return {"share": hits / count, "low": low, "high": high}
 
 

@@ -5,9 +5,8 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from scipy.stats import binom, norm
+from scipy.stats import norm
 
-from studies.binomial_interval import clopper_pearson
 from studies.observer.paper_tables import beside
 from studies.observer.texture_comparison import BY_HAND
 from studies.observer.texture_observer import Features, confusion, matching
@@ -60,25 +59,13 @@ def test_objects_turned_round_turn_the_answers_round() -> None:
     ],
 )
 def test_intervals_of_twelve(count: int, percent: tuple[float, float]) -> None:
-    for share, printed in zip(clopper_pearson(count, 12), percent, strict=True):
-        assert 100.0 * share == pytest.approx(printed, abs=0.05 if printed % 1.0 else 0.51)
-
-
-@pytest.mark.parametrize(("count", "of"), [(12, 20), (17, 20), (3, 7)])
-def test_at_its_ends_an_interval_leaves_two_and_a_half_percent(count: int, of: int) -> None:
-    low, high = clopper_pearson(count, of)
-    assert binom.sf(count - 1, of, low) == pytest.approx(0.025)
-    assert binom.cdf(count, of, high) == pytest.approx(0.025)
-
-
-@pytest.mark.parametrize(("count", "of", "level"), [(-1, 12, 0.95), (13, 12, 0.95), (0, 0, 0.95), (1, 2, 1.0)])
-def test_a_share_of_nothing_is_refused(count: int, of: int, level: float) -> None:
-    with pytest.raises(ValueError, match="must be"):
-        clopper_pearson(count, of, level)
+    row = beside(0.5, count, 12)
+    for end, printed in zip(("low", "high"), percent, strict=True):
+        assert row[f"interval_{end}_percent"] == pytest.approx(printed, abs=0.05 if printed % 1.0 else 0.51)
 
 
 def test_a_prediction_is_inside_up_to_the_interval_s_end() -> None:
-    low, _ = clopper_pearson(11, 12)
+    low = 0.01 * beside(0.5, 11, 12)["interval_low_percent"]
     assert beside(low + 1e-9, 11, 12)["inside"]
     assert not beside(low - 1e-9, 11, 12)["inside"]
     assert beside(0.5, None, 12)["inside"] is None
