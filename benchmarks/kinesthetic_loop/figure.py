@@ -4,29 +4,24 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, plain_ticks
+from studies.drawing import Data, Rows, figure_file
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, plain_ticks
 
 _COLOURS = {"bare loop": BLACK, "virtual": BLUE, "socketcand": RED}
 _PARTS = {"contacts": GREEN, "limits": ORANGE, "decode": BLUE, "encode": PURPLE, "bus": GREY}
 _SHARES = np.linspace(0.0, 1.0, 201)
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 4.2), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 11.5, 4.2) as figure:
         late, step, answers = figure.subplots(1, 3)
         _draw_late(late, data["loops"])
         _draw_step(step, data["loops"], data["budget"])
         _draw_answers(answers, data["answers"])
-        figure.savefig(path, dpi=150)
 
 
 def _style(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -38,7 +33,7 @@ def _style(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _draw_late(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_late(axes: Axes, rows: Rows) -> None:
     for row in rows:
         axes.plot(row["late_us"], _SHARES, **_style(row))
     axes.set(xscale="log", xlabel="tick is late by, µs", ylabel="share of ticks", title="Lateness")
@@ -46,7 +41,7 @@ def _draw_late(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.legend()
 
 
-def _draw_step(axes: Axes, loops: list[dict[str, Any]], budget: float) -> None:
+def _draw_step(axes: Axes, loops: Rows, budget: float) -> None:
     rows, bare = [row for row in loops if "bus_us" in row], [row for row in loops if "bus_us" not in row]
     names = [f"{row['bus']}\n{row['rate_hz']:g}" for row in rows]
     bottom = np.zeros(len(rows))
@@ -60,7 +55,7 @@ def _draw_step(axes: Axes, loops: list[dict[str, Any]], budget: float) -> None:
     axes.legend(ncols=2)
 
 
-def _draw_answers(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_answers(axes: Axes, rows: Rows) -> None:
     for row in rows:
         axes.plot(row["took_ms"], _SHARES, **_style(row))
     axes.set(xlabel="ms", ylabel="share of answers", title="From height measured to force there", xscale="log")

@@ -1,15 +1,12 @@
 """Figure of the study of the link: cost above, failure region in the middle, age and safe states below."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from benchmarks.link.age import AGES_S
@@ -18,6 +15,7 @@ from benchmarks.link.load import CURVE as CURVE_LOAD
 from benchmarks.link.load import LINK as LINK_LOAD
 from benchmarks.link.load import LOOP
 from common.limits import GAP_S
+from studies.drawing import Data, Rows, curve, figure_file, where
 from teletaction.plotting.figure_style import (
     BLACK,
     BLUE,
@@ -28,7 +26,6 @@ from teletaction.plotting.figure_style import (
     PLUM,
     RED,
     SKY,
-    STYLE,
     absent,
     plain_ticks,
 )
@@ -47,11 +44,9 @@ _PERCENT = 100.0
 _JITTERS_SHOWN = 2
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 11.0), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 11.5, 11.0) as figure:
         parts = figure.subfigures(3, 1, height_ratios=(3.5, 3.3, 3.6), squeeze=False)
         cost, failure, below = parts[:, 0]
         latency, load, rate, fingers, observers = cost.subplots(1, 5, width_ratios=(2.2, 1.5, 1.1, 1.1, 1.1))
@@ -66,7 +61,6 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
         age, safe = below.subplots(1, 2, width_ratios=(1.0, 1.1))
         _draw_age(age, data["age"])
         _draw_safe_states(safe, data["safe_states"])
-        figure.savefig(path, dpi=150)
 
 
 def _draw_latency(axes: Axes, latency: Mapping[str, Any]) -> None:
@@ -78,8 +72,7 @@ def _draw_latency(axes: Axes, latency: Mapping[str, Any]) -> None:
     plain_ticks(axes.xaxis, (10, 20, 50, 100, 200, 500, 1000, 3000))
     axes.set_xlim(8.0, 3000.0)
     axes.set_ylim(0.0, 1.0)
-    axes.set_xlabel("one way (µs)")
-    axes.set_ylabel("share of messages")
+    axes.set(xlabel="one way (µs)", ylabel="share of messages")
     axes.set_title(f"{latency['message_bytes']} bytes at {latency['rate_hz']:.0f} Hz, with medians", loc="left")
     _keys_below(axes, columns=1)
 
@@ -91,7 +84,7 @@ def _keys_below(axes: Axes, columns: int = 2) -> None:
 def _draw_load(axes: Axes, cpu: Mapping[str, Any]) -> None:
     ways = (LOOP, CURVE_LOAD, LINK_LOAD)
     for place, way in enumerate(ways):
-        rows = [row for row in cpu["measurements"] if row["way"] == way]
+        rows = where(cpu["measurements"], way=way)
         remote, operator = (
             _PERCENT * float(np.median([row[f"{end}_cpu"] for row in rows])) for end in ("remote", "operator")
         )
@@ -106,8 +99,8 @@ def _draw_load(axes: Axes, cpu: Mapping[str, Any]) -> None:
     axes.legend(handles[:2], labels[:2], loc="upper left", bbox_to_anchor=(-0.1, -0.2), fontsize=8.5)
 
 
-def _draw_scaling(axes: Axes, scaling: Sequence[Mapping[str, Any]], varied: str, name: str, label: str) -> None:
-    rows = [row for row in scaling if row["varied"] == varied]
+def _draw_scaling(axes: Axes, scaling: Rows, varied: str, name: str, label: str) -> None:
+    rows = where(scaling, varied=varied)
     values = [row[name] for row in rows]
     axes.plot(
         values, [_PERCENT * row["all_cpu"] for row in rows], "o-", color=BLACK, markersize=3.5, label="everything"
@@ -120,7 +113,7 @@ def _draw_scaling(axes: Axes, scaling: Sequence[Mapping[str, Any]], varied: str,
     axes.set_xlim(0.0, None)
 
 
-def _draw_failures(figure: Any, age: Sequence[Mapping[str, Any]]) -> None:
+def _draw_failures(figure: Any, age: Rows) -> None:
     """A map of networks for each limit of age and two values of jitter."""
     jitters = sorted({row["jitter_ms"] for row in age})
     shown = (jitters[0], jitters[-1] if len(jitters) <= _JITTERS_SHOWN else jitters[len(jitters) // 2])
@@ -132,7 +125,7 @@ def _draw_failures(figure: Any, age: Sequence[Mapping[str, Any]]) -> None:
     places = figure.subplots(1, 4, sharey=True)
     columns = [(round(limit_s * 1e3), jitter) for limit_s in AGES_S for jitter in shown]
     for axes, (limit_ms, jitter) in zip(places, columns, strict=True):
-        rows = [row for row in age if row["max_age_ms"] == limit_ms and row["jitter_ms"] == jitter]
+        rows = where(age, max_age_ms=limit_ms, jitter_ms=jitter)
         _draw_map(axes, rows)
         axes.set_title(f"age limit {limit_ms} ms, jitter ±{jitter} ms", loc="left")
         axes.set_xlabel("one-way delay (ms)")
@@ -144,7 +137,7 @@ def _draw_failures(figure: Any, age: Sequence[Mapping[str, Any]]) -> None:
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
 
 
-def _draw_map(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+def _draw_map(axes: Axes, rows: Rows) -> None:
     delays = sorted({row["delay_ms"] for row in rows})
     losses = sorted({row["loss_percent"] for row in rows})
     share = np.full((len(losses), len(delays)), np.nan)
@@ -157,7 +150,7 @@ def _draw_map(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     axes.grid(visible=False)
 
 
-def _draw_age(axes: Axes, age: Sequence[Mapping[str, Any]]) -> None:
+def _draw_age(axes: Axes, age: Rows) -> None:
     jitters = sorted({row["jitter_ms"] for row in age})
     for limit_s, colour in zip(AGES_S, (BLUE, PLUM), strict=True):
         limit_ms = round(limit_s * 1e3)
@@ -171,30 +164,14 @@ def _draw_age(axes: Axes, age: Sequence[Mapping[str, Any]]) -> None:
                 and row["age_median_ms"] is not None
             ]
             label = f"limit {limit_ms} ms, jitter ±{jitter} ms"
-            axes.plot(
-                [row["delay_ms"] for row in rows],
-                [row["age_p99_ms"] for row in rows],
-                color=colour,
-                linestyle=dash,
-                marker="o",
-                markersize=3,
-                label=label,
-            )
+            curve(axes, rows, "delay_ms", "age_p99_ms", color=colour, linestyle=dash, marker="o", ms=3, label=label)
         axes.axvline(limit_ms, color=colour, linewidth=0.7, linestyle=":")
     lost = [row for row in age if row["max_age_ms"] == round(AGES_S[-1] * 1e3) and not row["jitter_ms"]]
     for percent, marker, colour in ((1.0, "^", GREEN), (10.0, "v", ORANGE)):
         rows = [row for row in lost if row["loss_percent"] == percent and row["age_p99_ms"] is not None]
-        axes.plot(
-            [row["delay_ms"] for row in rows],
-            [row["age_p99_ms"] for row in rows],
-            color=colour,
-            marker=marker,
-            markersize=4,
-            linestyle="-.",
-            label=f"loss {percent:g} %, limit {round(AGES_S[-1] * 1e3)} ms",
-        )
-    axes.set_xlabel("one-way delay (ms)")
-    axes.set_ylabel("99 % of age (ms)")
+        label = f"loss {percent:g} %, limit {round(AGES_S[-1] * 1e3)} ms"
+        curve(axes, rows, "delay_ms", "age_p99_ms", color=colour, marker=marker, ms=4, linestyle="-.", label=label)
+    axes.set(xlabel="one-way delay (ms)", ylabel="99 % of age (ms)")
     axes.set_title("age at every tick; beyond the limit nothing is accepted", loc="left")
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000))

@@ -1,31 +1,24 @@
 """Figure of tick rates: delay and correctness of live sessions against their cost."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from teletaction.plotting.figure_style import BLUE, GREEN, ORANGE, RED, STYLE
+from studies.drawing import Data, figure_file
+from teletaction.plotting.figure_style import BLUE, GREEN, ORANGE, RED
 
 _PROCESSES = {"remote": BLUE, "operator": ORANGE, "sim-remote": GREEN, "sim-operator": RED}
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 4.2), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 11.5, 4.2) as figure:
         delay, cost = figure.subplots(1, 2)
         _delay(delay, data)
         _cost(cost, data)
-        figure.savefig(path, dpi=150)
 
 
-def _delay(axes: Axes, data: Mapping[str, Any]) -> None:
+def _delay(axes: Axes, data: Data) -> None:
     for field, colour, label in (
         ("contact_to_motor_p99_ms", ORANGE, "99 % below"),
         ("contact_to_motor_p50_ms", BLUE, "median"),
@@ -51,7 +44,7 @@ def _delay(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.legend(loc="lower left")
 
 
-def _cost(axes: Axes, data: Mapping[str, Any]) -> None:
+def _cost(axes: Axes, data: Data) -> None:
     rows = data["rates"]
     below = [0.0] * len(rows)
     names = [row["rates"].replace(",", " /\n") for row in rows]

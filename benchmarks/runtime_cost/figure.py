@@ -1,43 +1,35 @@
 """Figure of the runtime cost: cost of a tick by stage and by number of fingers, and accuracy by cost."""
 
-from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from benchmarks.runtime_cost.accuracy import END_S, LATE, PRODUCT
 from benchmarks.runtime_cost.measure import DOING, TICK
-from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
+from studies.drawing import Data, Rows, figure_file, where
+from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, plain_ticks
 
-Rows = Sequence[Mapping[str, Any]]
 SITES = ("remote", "operator")
 PROCESSES = (*SITES, "sim-remote", "sim-operator")
 _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, "#8c6d46", "#5f9ea0", "#b0a040", PALE)
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data that `run` returned, and write the figure as PNG."""
     rows = data["cost"]
     most = max(row["fingers"] for row in rows)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 11.0), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 11.5, 11.0) as figure:
         places = figure.subplots(3, 2)
         for axes, site in zip(places[0], SITES, strict=True):
-            _stages(axes, [row for row in rows if row["process"] == site and row["fingers"] == most])
+            _stages(axes, where(rows, process=site, fingers=most))
             axes.set_title(f"{site} site, {most} fingers, by stage", loc="left")
         for axes, doing in zip(places[1], ("free", "resting"), strict=True):
-            _fingers(axes, [row for row in rows if row["doing"] == doing and row["stage"] == TICK])
+            _fingers(axes, where(rows, doing=doing, stage=TICK))
             axes.set_title(f"all processes, fingers {doing}", loc="left")
         _names(places[2, 0], data["accuracy"])
         _times(places[2, 1], data["accuracy"])
         figure.suptitle(f"One reference step is {data['reference_step_us']:.0f} us here", x=0.01, ha="left")
-        figure.savefig(path, dpi=150)
 
 
 def _stages(axes: Axes, rows: Rows) -> None:

@@ -1,32 +1,26 @@
 """Figure of the number of sessions that a machine carries: rates, lateness, processors and age, with their limits."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from common.limits import GAP_S
 from common.runtime.rate_monitor import HELD
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, STYLE, plain_ticks
+from studies.drawing import Data, Rows, figure_file, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, RED, plain_ticks
 from teletaction.session.demo_files import PROCESSES
 
-Rows = Sequence[Mapping[str, Any]]
 _COLOURS = dict(zip(PROCESSES, (GREEN, PURPLE, BLUE, ORANGE), strict=True))
 _MARKS = dict(zip(PROCESSES, "^vos", strict=True))
 _DECADES = [lead * 10.0**power for power in range(-2, 4) for lead in (1.0, 3.0)]
 _FAILS: dict[str, Any] = {"color": RED, "alpha": 0.12, "linewidth": 0.0}
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data that `run` returned, and write the figure as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 7.0), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 11.5, 7.0) as figure:
         places = figure.subplots(2, 2)
         _rates(places[0, 0], data["loops"])
         _lateness(places[0, 1], data["loops"])
@@ -35,13 +29,12 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
         for axes in places.flat:
             plain_ticks(axes.xaxis, [row["sessions"] for row in data["counts"]])
             axes.set_xlabel("one-finger sessions on this machine")
-        figure.savefig(path, dpi=150)
 
 
 def _rates(axes: Axes, loops: Rows) -> None:
     axes.axhspan(0.0, 100.0 * HELD, label="rate not held", **_FAILS)
     for process, mark in _MARKS.items():
-        mine = [row for row in loops if row["process"] == process]
+        mine = where(loops, process=process)
         colour = _COLOURS[process]
         axes.plot(_places(mine), [100.0 * row["made"] for row in mine], mark, color=colour, alpha=0.35, markersize=4)
         _through(axes, mine, "made", 100.0, color=colour, marker=mark, label=process)
@@ -53,7 +46,7 @@ def _rates(axes: Axes, loops: Rows) -> None:
 def _lateness(axes: Axes, loops: Rows) -> None:
     sites = [row for row in loops if row.get("off_p99_us")]
     for process in ("remote", "operator"):
-        mine = [row for row in sites if row["process"] == process]
+        mine = where(sites, process=process)
         how: dict[str, Any] = {"color": _COLOURS[process], "marker": _MARKS[process]}
         _through(axes, mine, "off_p99_us", 1e-3, label=f"{process}, 99 % below", **how)
         _through(axes, mine, "off_p50_us", 1e-3, label=f"{process}, median", linestyle="--", **how)
@@ -66,7 +59,7 @@ def _lateness(axes: Axes, loops: Rows) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def _processors(axes: Axes, data: Mapping[str, Any]) -> None:
+def _processors(axes: Axes, data: Data) -> None:
     counts = [row["sessions"] for row in data["counts"]]
     widths = [0.3 * count for count in counts]
     below = [0.0] * len(counts)
@@ -90,7 +83,7 @@ def _packets(axes: Axes, streams: Rows) -> None:
     gaps = [row["longest_gap_ms"] for row in streams]
     axes.axhspan(1e3 * GAP_S, max([200.0, *(1.5 * gap for gap in gaps)]), label="gap: safe state", **_FAILS)
     for stream, colour in (("touch", BLUE), ("motion", ORANGE)):
-        mine = [row for row in streams if row["stream"] == stream]
+        mine = where(streams, stream=stream)
         how: dict[str, Any] = {"color": colour}
         axes.plot(_places(mine), [row["longest_gap_ms"] for row in mine], "x", alpha=0.5, **how)
         _through(axes, mine, "longest_gap_ms", 1.0, marker="x", linestyle=":", label=f"{stream}, longest gap", **how)

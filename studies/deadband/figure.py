@@ -1,18 +1,14 @@
 """Figure of the study of deadbands: packets against error, errors after a loss, false gaps, and touch."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from common.link.perception_thresholds import FORCE_WEBER, HEIGHT_M
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, absent, plain_ticks
+from studies.drawing import Data, curve, figure_file, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, absent, plain_ticks
 
-Data = Mapping[str, Any]
 _RECKONINGS = {"hold": (RED, "o"), "linear": (BLUE, "s")}
 _SHARES = (5, 10, 20, 50, 100)
 _HEADROOM = 500.0
@@ -30,12 +26,9 @@ def plot(data: Data, path: Path) -> None:
         _draw_above,
         _draw_gaps,
     )
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 8.5), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 14.0, 8.5) as figure:
         for axes, draw in zip(figure.subplots(2, 3).flat, draws, strict=True):
             draw(axes, data)
-        figure.savefig(path, dpi=150)
 
 
 def _draw_recorded(axes: Axes, data: Data) -> None:
@@ -49,48 +42,43 @@ def _draw_scripted(axes: Axes, data: Data) -> None:
 
 
 def _draw_sweep(axes: Axes, data: Data, motion: str) -> None:
-    rows = [row for row in data["sweep"] if row["motion"] == motion]
+    rows = where(data["sweep"], motion=motion)
     if not rows:
         absent(axes, _NO_RECORDINGS)
         return
     for reckoning, (colour, mark) in _RECKONINGS.items():
         for rate_hz, line in ((1000.0, "-"), (500.0, "--")):
-            mine = [row for row in rows if (row["reckoning"], row["rate_hz"]) == (reckoning, rate_hz)]
-            axes.plot(
-                [row["largest_mm"] for row in mine],
-                [100.0 * row["sent_share"] for row in mine],
+            mine = where(rows, reckoning=reckoning, rate_hz=rate_hz)
+            label = f"{reckoning}, {rate_hz:g} Hz"
+            curve(
+                axes,
+                mine,
+                "largest_mm",
+                "sent_share",
+                (1.0, 100.0),
                 color=colour,
                 marker=mark,
                 ms=5,
-                linestyle=line,
-                label=f"{reckoning}, {rate_hz:g} Hz",
+                ls=line,
+                label=label,
             )
     axes.axhspan(1.0, 15.0, color=PALE, zorder=0)
     axes.axvline(1e3 * HEIGHT_M, color=GREEN, linestyle=":", label="step of a height: 7 % of 1.4 N")
     axes.axvline(data["limit_mm"], color=BLACK, linestyle=":", label=f"limit: {data['limit_mm']:g} mm, 1 degree")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     plain_ticks(axes.xaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1))
     plain_ticks(axes.yaxis, _SHARES)
     axes.set_ylim(5.0, _HEADROOM)
-    axes.set_xlabel("largest error (mm)")
-    axes.set_ylabel("packets sent (% of the ticks); grey: goal")
+    axes.set(xlabel="largest error (mm)", ylabel="packets sent (% of the ticks); grey: goal")
     axes.legend(loc="upper right")
 
 
 def _draw_touch(axes: Axes, data: Data) -> None:
     axes.set_title("Touch: recorded forces; dots: packets of five fingers", loc="left")
     for rate_hz, line in ((1000.0, "-"), (500.0, "--")):
-        mine = [row for row in data["forces"] if row["rate_hz"] == rate_hz]
-        axes.plot(
-            [100.0 * row["weber"] for row in mine],
-            [100.0 * row["sent_share"] for row in mine],
-            color=ORANGE,
-            marker="o",
-            ms=5,
-            linestyle=line,
-            label=f"forces, {rate_hz:g} Hz",
-        )
+        mine = where(data["forces"], rate_hz=rate_hz)
+        label = f"forces, {rate_hz:g} Hz"
+        curve(axes, mine, "weber", "sent_share", (100.0, 100.0), color=ORANGE, marker="o", ms=5, ls=line, label=label)
     whole = next(row for row in data["touch"] if row["act"] == "all")
     seconds = whole["ticks"] / 500.0
     label = f"whole packets, 500 Hz ({seconds:.0f} s of work)"
@@ -99,8 +87,7 @@ def _draw_touch(axes: Axes, data: Data) -> None:
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, _SHARES)
     axes.set_ylim(5.0, _HEADROOM)
-    axes.set_xlabel("step, share of the force (%)")
-    axes.set_ylabel("packets sent (% of the ticks)")
+    axes.set(xlabel="step, share of the force (%)", ylabel="packets sent (% of the ticks)")
     axes.legend()
 
 
@@ -111,20 +98,13 @@ def _draw_after_loss(axes: Axes, data: Data) -> None:
         return
     for reckoning, (colour, _) in _RECKONINGS.items():
         for repeats, line in ((0, "--"), (1, "-")):
-            mine = [row for row in data["after_loss"] if (row["reckoning"], row["repeats"]) == (reckoning, repeats)]
+            mine = where(data["after_loss"], reckoning=reckoning, repeats=repeats)
             times = "repeated" if repeats else "sent once"
-            axes.plot(
-                [row["after_ms"] for row in mine],
-                [row["p95_mm"] for row in mine],
-                color=colour,
-                linestyle=line,
-                label=f"{reckoning}, {times}",
-            )
+            curve(axes, mine, "after_ms", "p95_mm", color=colour, linestyle=line, label=f"{reckoning}, {times}")
     axes.axhline(data["limit_mm"], color=BLACK, linestyle=":")
     axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="a refresh later")
     axes.set_ylim(0.0, 1.5 * data["limit_mm"])
-    axes.set_xlabel("time since the loss (ms)")
-    axes.set_ylabel("error, 95 of 100 losses below (mm)")
+    axes.set(xlabel="time since the loss (ms)", ylabel="error, 95 of 100 losses below (mm)")
     axes.legend()
 
 
@@ -133,10 +113,10 @@ def _draw_above(axes: Axes, data: Data) -> None:
     if not data["loss"]:
         absent(axes, _NO_RECORDINGS)
         return
-    rows = [row for row in data["loss"] if row["loss"] == 0.20]
+    rows = where(data["loss"], loss=0.20)
     for reckoning, (colour, mark) in _RECKONINGS.items():
         for rate_hz, line, aside, side in ((1000.0, "-", -6, "right"), (500.0, "--", 6, "left")):
-            mine = [row for row in rows if (row["reckoning"], row["rate_hz"]) == (reckoning, rate_hz)]
+            mine = where(rows, reckoning=reckoning, rate_hz=rate_hz)
             repeats, above = [row["repeats"] for row in mine], [100.0 * row["above_share"] for row in mine]
             label = f"{reckoning}, {rate_hz:g} Hz"
             axes.plot(repeats, above, color=colour, marker=mark, ms=5, linestyle=line, label=label)
@@ -148,15 +128,14 @@ def _draw_above(axes: Axes, data: Data) -> None:
     axes.set_xticks([0, 1, 2])
     axes.set_xlim(-0.3, 2.3)
     axes.set_ylim(-0.1)
-    axes.set_xlabel("repeats of each change")
-    axes.set_ylabel("share of the time (%)")
+    axes.set(xlabel="repeats of each change", ylabel="share of the time (%)")
     axes.legend()
 
 
 def _draw_gaps(axes: Axes, data: Data) -> None:
     axes.set_title("A resting hand taken for gone (gap of 100 ms)", loc="left")
     for loss, colour in ((0.20, RED), (0.10, ORANGE), (0.05, BLUE), (0.01, GREEN)):
-        mine = [row for row in data["gaps"] if row["loss"] == loss]
+        mine = where(data["gaps"], loss=loss)
         refreshes = [row["refresh_ms"] for row in mine]
         axes.plot(refreshes, [row["in_an_hour"] for row in mine], color=colour, label=f"{loss:.0%} lost")
         drawn = [(row["refresh_ms"], row["drawn_in_an_hour"]) for row in mine if row["drawn_in_an_hour"]]
@@ -166,6 +145,5 @@ def _draw_gaps(axes: Axes, data: Data) -> None:
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, (0.001, 0.01, 0.1, 1, 10, 100, 1000))
     axes.set_ylim(1e-4, 1e4)
-    axes.set_xlabel("refresh (ms); dots: drawn")
-    axes.set_ylabel("times in an hour")
+    axes.set(xlabel="refresh (ms); dots: drawn", ylabel="times in an hour")
     axes.legend()

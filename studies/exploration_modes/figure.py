@@ -1,39 +1,31 @@
 """Panels of the study of exploration modes: time in the right mode against noise, latency of switches, tap speed."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from studies.drawing import Data, Rows, curve, figure_file, where
 from studies.exploration_modes.judge import JUDGED, MACHINE, PLAIN
-from teletaction.plotting.figure_style import BLUE, GREY, PALE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLUE, GREY, PALE, RED, plain_ticks
 
 _COLOURS = {MACHINE: BLUE, PLAIN: RED}
 _SWITCHES = ("contact", "end of the tap", "stroke begins", "stroke ends", "release")
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(13.0, 4.5), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 13.0, 4.5) as figure:
         panels = figure.subplots(1, 3)
         for axes, draw in zip(panels, (draw_time_right, draw_latencies, draw_tap_speeds), strict=True):
             draw(axes, data)
-        figure.savefig(path, dpi=150)
 
 
-def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_time_right(axes: Axes, data: Data) -> None:
     """Share of the time in the right mode against the noise; the numbers are wrong switches, %."""
     for method, colour in _COLOURS.items():
-        rows = [row for row in data["levels"] if row["method"] == method]
-        axes.plot(
-            [row["noise"] for row in rows], [100 * row["right"] for row in rows], color=colour, marker="o", label=method
-        )
+        rows = where(data["levels"], method=method)
+        curve(axes, rows, "noise", "right", (1.0, 100.0), color=colour, marker="o", label=method)
         for row in rows:
             axes.annotate(
                 f"{100 * row['wrong_switches'] / row['switches']:.1f}",
@@ -50,13 +42,12 @@ def draw_time_right(axes: Axes, data: Mapping[str, Any]) -> None:
     plain_ticks(axes.xaxis, sorted({row["noise"] for row in data["levels"]}))
     axes.set_xlim(0.75, 13.0)
     axes.set_ylim(None, 101.5)
-    axes.set_xlabel("noise / nominal")
-    axes.set_ylabel("time in the right mode (%)")
+    axes.set(xlabel="noise / nominal", ylabel="time in the right mode (%)")
     axes.set_title("Modes; numbers: % of switches that were wrong", loc="left")
     axes.legend(loc="lower left")
 
 
-def draw_latencies(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_latencies(axes: Axes, data: Data) -> None:
     """Latency of reported switches at three times the noise: median, 5 to 95 %."""
     for method, shift in ((MACHINE, -0.15), (PLAIN, 0.15)):
         for place, name in enumerate(_SWITCHES):
@@ -75,11 +66,11 @@ def draw_latencies(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.legend(loc="lower right")
 
 
-def draw_tap_speeds(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_tap_speeds(axes: Axes, data: Data) -> None:
     """Error of the approach speed of taps against the speed."""
     for method, colour in _COLOURS.items():
         for noise, line in ((1.0, "--"), (JUDGED, "-")):
-            rows = [row for row in data["taps"] if (row["method"], row["noise"]) == (method, noise)]
+            rows = where(data["taps"], method=method, noise=noise)
             axes.plot(
                 [1e3 * (row["from_m_s"] * row["to_m_s"]) ** 0.5 for row in rows],
                 [100 * row["p95"] for row in rows],
@@ -91,11 +82,10 @@ def draw_tap_speeds(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, (20, 50, 100, 200))
     axes.set_ylim(0.0, None)
-    axes.set_xlabel("approach speed (mm/s)")
-    axes.set_ylabel("error, 95 % of the taps (%)")
+    axes.set(xlabel="approach speed (mm/s)", ylabel="error, 95 % of the taps (%)")
     axes.set_title("Taps: speed before the impact", loc="left")
     axes.legend()
 
 
-def _judged(rows: list[dict[str, Any]], method: str) -> list[dict[str, Any]]:
-    return [row for row in rows if row["method"] == method and row["noise"] == JUDGED]
+def _judged(rows: Rows, method: str) -> list[dict[str, Any]]:
+    return where(rows, method=method, noise=JUDGED)

@@ -15,7 +15,8 @@ def plot(data: Data, path: Path) -> None:
         for way, colour in _WAYS.items():
             for loss, marker in ((0.0, "o"), (0.2, "s")):
                 mine = where(data["spacing"], way=way, loss=loss)
-                label = f"{way}, {loss:.0%} lost: {mine[0]['behind_ms']:.0f} to {mine[-1]['behind_ms']:.0f} ms behind"
+                behind_ms = f"{mine[0]['behind_ms']:.0f} to {mine[-1]['behind_ms']:.0f}"
+                label = f"{way}, {100 * loss:.0f} % lost: {behind_ms} ms behind"
                 curve(axes, mine, "jitter_ms", "spacing_sd_mm", color=colour, marker=marker, label=label)
         axes.set(xlabel="jitter of either direction (± ms)", ylabel="standard deviation of spacing (mm)")
         axes.set_ylim(0.0, None)

@@ -1,18 +1,14 @@
 """Figure of the observer's study: felt temperature, objects distinguished, dependencies, and surfaces matched."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE
-
-Rows = Sequence[Mapping[str, Any]]
+from studies.drawing import Data, Rows, curve, figure_file, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY
 
 _OBJECTS = {"aluminium": BLUE, "ceramic": GREEN, "pvc": ORANGE, "wood": RED}
 _SIDES: Mapping[str, Literal["-", "--", ":"]] = {"real": "-", "virtual": "--", "remote": ":"}
@@ -34,42 +30,33 @@ _MATCHED = (
 _USUAL_S = 3.0
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(12.0, 10.0), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 12.0, 10.0) as figure:
         (courses, answers), (ablations, matching) = figure.subplots(2, 2)
         _draw_courses(courses, data["courses"])
         _draw_answers(answers, data["answers"])
         _draw_ablations(ablations, data["ablations"])
         _draw_matching(matching, data["matching"])
-        figure.savefig(path, dpi=150)
 
 
 def _draw_courses(axes: Axes, rows: Rows) -> None:
     for name, colour in _OBJECTS.items():
         for side, dashes in _SIDES.items():
-            mine = [row for row in rows if row["object"] == name and row["side"] == side]
-            axes.plot(
-                [row["time_s"] for row in mine],
-                [row["change_k"] for row in mine],
-                color=colour,
-                linestyle=dashes,
-                linewidth=1.8 if side == "remote" else 1.3,
-            )
+            mine = where(rows, object=name, side=side)
+            width = 1.8 if side == "remote" else 1.3
+            curve(axes, mine, "time_s", "change_k", color=colour, linestyle=dashes, linewidth=width)
     keys = [Line2D([], [], color=colour, label=name) for name, colour in _OBJECTS.items()]
     keys += [Line2D([], [], color=BLACK, linestyle=dashes, label=side) for side, dashes in _SIDES.items()]
     axes.legend(handles=keys, ncols=2, loc="lower left")
     axes.axvline(_USUAL_S, color=GREY, linewidth=0.9, linestyle=(0, (1, 3)))
     axes.set_xlim(0.0, max(row["time_s"] for row in rows))
-    axes.set_xlabel("time in contact (s)")
-    axes.set_ylabel("change of the felt temperature (K)")
+    axes.set(xlabel="time in contact (s)", ylabel="change of the felt temperature (K)")
     axes.set_title("Objects at 25 °C at the simulated fingertip", loc="left")
 
 
 def _draw_answers(axes: Axes, rows: Rows) -> None:
-    colder = [row for row in rows if row["first_is_felt"] == "colder" and row["dwell_s"] == _USUAL_S]
+    colder = where(rows, first_is_felt="colder", dwell_s=_USUAL_S)
     pairs = list(dict.fromkeys(row["pair"] for row in colder))
     width = 0.19
     for number, (side, (colour, mark)) in enumerate(_MARKS.items()):

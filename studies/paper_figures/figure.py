@@ -1,18 +1,16 @@
 """Figure of the paper's repeated figures: motor speed, skin layers, and thermal identification over time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from common.limits import MOTOR_FLOOR_RPM
 from common.wire.messages import ExplorationMode
+from studies.drawing import Data, Rows, curve, figure_file, where
 from teletaction.plotting.figure_style import (
     BLACK,
     BLUE,
@@ -22,29 +20,23 @@ from teletaction.plotting.figure_style import (
     ORANGE,
     PLUM,
     RED,
-    STYLE,
     plain_ticks,
 )
-
-Rows = Sequence[Mapping[str, Any]]
 
 _OPAQUE: dict[str, Any] = {"frameon": True, "framealpha": 1.0, "edgecolor": "white"}
 _LAYERS = {"epidermis": RED, "dermis": ORANGE, "subcutis": BLUE}
 _OBJECTS: Mapping[str, Literal["-", "--"]] = {"iron": "-", "wood": "--"}
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 12.0), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 11.5, 12.0) as figure:
         parts = figure.subplot_mosaic([["motor", "motor"], ["usual", "colder"], ["temperature", "rate"]])
         _draw_motor(parts["motor"], data["motor"])
         for start in data["starts"]:
             _draw_layers(parts[start["start"]], data["layers"], start)
         _draw_temperature(parts["temperature"], data)
         _draw_rate(parts["rate"], data)
-        figure.savefig(path, dpi=150)
 
 
 def _draw_motor(axes: Axes, rows: Rows) -> None:
@@ -61,30 +53,22 @@ def _draw_motor(axes: Axes, rows: Rows) -> None:
     axes.axhline(MOTOR_FLOOR_RPM, color=BLACK, linestyle=":", linewidth=0.9, label="slower is not felt")
     axes.set_xlim(times_s[0], times_s[-1])
     axes.set_ylim(0.0, 1.02 * highest)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("speed of the motor (rpm)")
+    axes.set(xlabel="time (s)", ylabel="speed of the motor (rpm)")
     axes.set_title("Fig. 4: tapping, then stroking PVC with grooves 8 mm apart at 50 mm/s", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1)
 
 
 def _draw_layers(axes: Axes, rows: Rows, start: Mapping[str, Any]) -> None:
     for name, dashes in _OBJECTS.items():
-        mine = [row for row in rows if row["start"] == start["start"] and row["object"] == name]
+        mine = where(rows, start=start["start"], object=name)
         for layer, colour in _LAYERS.items():
-            axes.plot(
-                [row["time_s"] for row in mine],
-                [row[f"{layer}_c"] for row in mine],
-                color=colour,
-                linestyle=dashes,
-                linewidth=1.5,
-            )
+            curve(axes, mine, "time_s", f"{layer}_c", color=colour, linestyle=dashes, linewidth=1.5)
     keys = [Line2D([], [], color=colour, label=layer) for layer, colour in _LAYERS.items()]
     keys += [Line2D([], [], color=BLACK, linestyle=dashes, label=name) for name, dashes in _OBJECTS.items()]
     axes.legend(handles=keys, ncols=2, loc="upper left")
     axes.axvline(0.0, color=GREY, linewidth=0.9, linestyle=":")
     axes.margins(x=0.0, y=0.08)
-    axes.set_xlabel("time since contact (s)")
-    axes.set_ylabel("mean temperature of the layer (°C)")
+    axes.set(xlabel="time since contact (s)", ylabel="mean temperature of the layer (°C)")
     axes.set_title(
         f"Fig. 6: from air of 25 °C onto objects of 35 °C; deep tissue {start['deep_c']:.0f} °C,\n"
         f"at the start surface {start['surface_c']:.1f}, epidermis {start['epidermis_c']:.1f} °C",
@@ -92,7 +76,7 @@ def _draw_layers(axes: Axes, rows: Rows, start: Mapping[str, Any]) -> None:
     )
 
 
-def _draw_temperature(axes: Axes, data: Mapping[str, Any]) -> None:
+def _draw_temperature(axes: Axes, data: Data) -> None:
     rows = data["identification"]
     _curve(axes, rows, "sensor_c", color=GREY, label="sensor's plate")
     _curve(axes, rows, "exponential_object_c", color=RED, label="object, the paper's way")
@@ -109,7 +93,7 @@ def _draw_temperature(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.legend(loc="upper right", **_OPAQUE)
 
 
-def _draw_rate(axes: Axes, data: Mapping[str, Any]) -> None:
+def _draw_rate(axes: Axes, data: Data) -> None:
     rows = data["identification"]
     _curve(axes, rows, "exponential_rate_per_s", color=RED, label="rate 1/τ (1/s), the paper's way")
     true = data["effusivity_j_m2ks05"]
@@ -140,10 +124,10 @@ def _share(value: float | None, true: float) -> float | None:
 
 def _curve(axes: Axes, rows: Rows, column: str, **how: Any) -> None:
     known = [row for row in rows if row[column] is not None]
-    axes.plot([row["time_s"] for row in known], [row[column] for row in known], linewidth=1.5, **how)
+    curve(axes, known, "time_s", column, linewidth=1.5, **how)
 
 
-def _mark(axes: Axes, data: Mapping[str, Any]) -> None:
+def _mark(axes: Axes, data: Data) -> None:
     """Mark the time at which the paper takes its values."""
     axes.axvline(data["paper_s"], color=PLUM, linestyle=":", linewidth=1.2)
     axes.text(data["paper_s"] + 0.08, 0.02, "paper: 7 s", color=PLUM, transform=axes.get_xaxis_transform())

@@ -4,13 +4,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, label_once
+from studies.drawing import Data, figure_file, where
+from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
 
 _SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
 _SPLITS = {
@@ -21,21 +19,18 @@ _SPLITS = {
 }
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(12.0, 4.8), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 12.0, 4.8) as figure:
         panels = figure.subplots(1, 2)
         for axes, draw in zip(panels, (draw_boards, draw_fabrics), strict=True):
             draw(axes, data)
-        figure.savefig(path, dpi=150)
 
 
-def draw_boards(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_boards(axes: Axes, data: Data) -> None:
     """Error of each stroke's period with its standard deviation, in percent; strokes in the order of their names."""
     for signal, (colour, marker, label) in _SIGNALS.items():
-        rows = [row for row in data["boards"] if row["signal"] == signal]
+        rows = where(data["boards"], signal=signal)
         found = [(place, row) for place, row in enumerate(rows) if row["period_mm"] is not None]
         axes.errorbar(
             [place + (0.15 if signal == "mean" else -0.15) for place, _ in found],
@@ -57,7 +52,7 @@ def draw_boards(axes: Axes, data: Mapping[str, Any]) -> None:
     label_once(axes, loc="lower right")
 
 
-def draw_fabrics(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_fabrics(axes: Axes, data: Data) -> None:
     """Share of fabrics recognised by each method; each setting and split is a point."""
     rows: Sequence[Mapping[str, Any]] = data["accuracy"]
     methods = list(dict.fromkeys(row["method"] for row in rows))

@@ -1,35 +1,28 @@
 """Figure of the study of surface identification: error of one press, jitter, a breathing surface, and a nodule."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from teletaction.plotting.figure_style import BLUE, GREY, ORANGE, RED, STYLE, plain_ticks
+from studies.drawing import Data, figure_file, where
+from teletaction.plotting.figure_style import BLUE, GREY, ORANGE, RED, plain_ticks
 
 _COLOURS = {"12 bits": BLUE, "CAN frames": ORANGE}
 _JND = 0.23
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(12.0, 7.5), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 12.0, 7.5) as figure:
         panels = figure.subplots(2, 2).ravel()
         for axes, draw in zip(panels, (draw_errors, draw_jitter, draw_breath, draw_nodule), strict=True):
             draw(axes, data)
-        figure.savefig(path, dpi=150)
 
 
-def draw_errors(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_errors(axes: Axes, data: Data) -> None:
     """Draw the stiffness error after one press, by stiffness: the worst and the median of each force range."""
     for steps, colour in _COLOURS.items():
-        rows = [row for row in data["presses"] if row["steps"] == steps]
+        rows = where(data["presses"], steps=steps)
         shift = 0.97 if steps == "12 bits" else 1.03
         for name, marker, label in (("error_most", "v", "worst"), ("error_p50", "o", "median")):
             axes.plot(
@@ -48,48 +41,43 @@ def draw_errors(axes: Axes, data: Mapping[str, Any]) -> None:
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, (0.1, 0.3, 1, 3, 10, 30))
     axes.set_ylim(0.05, 35.0)
-    axes.set_xlabel("stiffness (N/m)")
-    axes.set_ylabel("error after one press (%)")
+    axes.set(xlabel="stiffness (N/m)", ylabel="error after one press (%)")
     axes.set_title("One press of 2 to 5 N; a mark for each 1 N of force", loc="left")
     axes.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, -0.02))
 
 
-def draw_jitter(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_jitter(axes: Axes, data: Data) -> None:
     """Draw the jitter of the surface under a resting finger, raw and identified, against the wall's stiffness."""
     wall_n_m = [row["stiffness_n_m"] for row in data["jitter"]]
     for name, label, colour in (("raw_mm", "z + F/k", RED), ("told_mm", "identified", BLUE)):
         axes.plot(wall_n_m, [row[name] for row in data["jitter"]], color=colour, marker="o", label=label)
     axes.axhline(0.05, color=GREY, linestyle=":")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     plain_ticks(axes.xaxis, wall_n_m)
     plain_ticks(axes.yaxis, (0.001, 0.003, 0.01, 0.03, 0.1, 0.3))
-    axes.set_xlabel("stiffness of the wall (N/m)")
-    axes.set_ylabel("standard deviation (mm)")
+    axes.set(xlabel="stiffness of the wall (N/m)", ylabel="standard deviation (mm)")
     axes.set_title("Surface under a finger at rest", loc="left")
     axes.legend()
 
 
-def draw_breath(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_breath(axes: Axes, data: Data) -> None:
     """Draw the height of a breathing surface, true and identified, over time."""
     course = data["courses"]["breath"]
     axes.plot(course["along"], course["true_mm"], color=GREY, linewidth=2.5, label="true")
     axes.plot(course["along"], course["told_mm"], color=BLUE, label="identified")
     row = next(row for row in data["moving"] if row["stiffness_n_m"] == 500.0)
     axes.set_ylim(-1.6, 1.6)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("height of the surface (mm)")
+    axes.set(xlabel="time (s)", ylabel="height of the surface (mm)")
     axes.set_title(f"500 N/m, breathing by {row['moves']}; identified {row['lag_ms']:.0f} ms late", loc="left")
     axes.legend(loc="upper right")
 
 
-def draw_nodule(axes: Axes, data: Mapping[str, Any]) -> None:
+def draw_nodule(axes: Axes, data: Data) -> None:
     """Draw the stiffness along a stroke over a nodule, true and identified."""
     course = data["courses"]["nodule"]
     axes.plot(course["along"], course["true_n_m"], color=GREY, linewidth=2.5, label="true")
     axes.plot(course["along"], course["told_n_m"], color=BLUE, label="identified")
     axes.set_ylim(0.0, None)
-    axes.set_xlabel("distance along the stroke (mm), at 30 mm/s")
-    axes.set_ylabel("stiffness (N/m)")
+    axes.set(xlabel="distance along the stroke (mm), at 30 mm/s", ylabel="stiffness (N/m)")
     axes.set_title("From tissue over a nodule with edges of 2 mm", loc="left")
     axes.legend(loc="upper right")

@@ -3,27 +3,23 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import MapPicture
-from teletaction.plotting.figure_style import BLACK, BLUE, GREY, STYLE
+from studies.drawing import Data, figure_file, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREY
 from teletaction.report.map_figure import draw_cells, draw_scale
 
 _UNIT = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
 _GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share", "%")}
 
 
-def plot(data: dict[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data of the study, and write the figure as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(14.5, 7.6))
-        FigureCanvasAgg(figure)
+    with figure_file(path, 14.5, 7.6, dpi=110, layout=None) as figure:
         grid = figure.add_gridspec(
             2, 3, height_ratios=(2.0, 1.0), left=0.08, right=0.94, top=0.93, bottom=0.08, wspace=0.45, hspace=0.28
         )
@@ -32,14 +28,13 @@ def plot(data: dict[str, Any], path: Path) -> None:
         _draw_places(figure.add_subplot(grid[1, 0]), data)
         for column, quantity in enumerate(("temperature", "stiffness"), 1):
             _draw_values(figure.add_subplot(grid[1, column]), data, quantity)
-        figure.savefig(path, dpi=110)
 
 
 def _first(data: dict[str, Any]) -> list[dict[str, Any]]:
-    return [row for row in data["targets"] if row["seed"] == data["targets"][0]["seed"]]
+    return where(data["targets"], seed=data["targets"][0]["seed"])
 
 
-def _draw_map(axes: Axes, data: dict[str, Any], row: dict[str, Any]) -> None:
+def _draw_map(axes: Axes, data: Data, row: dict[str, Any]) -> None:
     shown, quantity = data["maps"][row["quantity"]], row["quantity"]
     if shown is None:
         return
@@ -63,7 +58,7 @@ def _draw_map(axes: Axes, data: dict[str, Any], row: dict[str, Any]) -> None:
     draw_scale(axes, quantity, tuple(shown["legend"]))
 
 
-def _draw_places(axes: Axes, data: dict[str, Any]) -> None:
+def _draw_places(axes: Axes, data: Data) -> None:
     names = list(data["objects"])
     for row in data["targets"]:
         if row["place_error_mm"] is not None:
@@ -75,7 +70,7 @@ def _draw_places(axes: Axes, data: dict[str, Any]) -> None:
     axes.set_xlabel("error of place, mm (one dot per session; dashed: goal)")
 
 
-def _draw_values(axes: Axes, data: dict[str, Any], quantity: str) -> None:
+def _draw_values(axes: Axes, data: Data, quantity: str) -> None:
     goal, unit = _GOAL[quantity]
     rows = [row for row in data["targets"] if row["quantity"] == quantity and row["value"] is not None]
     share = 1.0 if unit == "K" else 100.0 / rows[0]["true_value"] if rows else 1.0

@@ -1,19 +1,15 @@
 """Figure of the stability study: regions, felt stiffness against delay, stability limits, and energy produced."""
 
-from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
 
+from studies.drawing import Data, Rows, figure_file, where
 from studies.teleoperation_stability.cases import DEVICE_NS_M
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, STYLE, plain_ticks
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, plain_ticks
 
 WAYS = {
     "direct position-force": (RED, "o"),
@@ -27,13 +23,11 @@ JND = 0.23
 _LEVELS = ListedColormap(["#FFFFFF", "#F3C9A5", RED])
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
     shortest = min(row["period_ms"] for row in data["matrix"])
-    rows = [row for row in data["matrix"] if row["period_ms"] == shortest]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 8.5), layout="constrained")
-        FigureCanvasAgg(figure)
+    rows = where(data["matrix"], period_ms=shortest)
+    with figure_file(path, 14.0, 8.5) as figure:
         axes = figure.subplots(2, 4)
         for each, name in zip(axes.flat, WAYS, strict=False):
             _draw_region(each, name, rows, data["borders"], 2.0 * DEVICE_NS_M / (1e-3 * shortest))
@@ -41,14 +35,11 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
         _draw_accuracy(accuracy, rows)
         _draw_energy(energy, data["matrix"])
         _draw_borders(borders, data["borders"])
-        figure.savefig(path, dpi=150)
 
 
-def _draw_region(
-    axes: Axes, name: str, rows: list[dict[str, Any]], borders: list[dict[str, Any]], cap_n_m: float
-) -> None:
+def _draw_region(axes: Axes, name: str, rows: Rows, borders: Rows, cap_n_m: float) -> None:
     """Draw white for rest and at most 1 mJ, pale for more than 1 mJ, and red for oscillation that lasts."""
-    mine = [row for row in rows if (row["architecture"], row["hand"], row["link"]) == (name, HAND, LINK)]
+    mine = where(rows, architecture=name, hand=HAND, link=LINK)
     trips = sorted({row["round_trip_ms"] for row in mine})
     walls = sorted({row["wall_n_m"] for row in mine})
     level = np.zeros((len(walls), len(trips)))
@@ -75,8 +66,7 @@ def _draw_region(
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, walls)
     axes.grid(False)
-    axes.set_xlabel("round trip (ms)")
-    axes.set_ylabel("wall (N/m)")
+    axes.set(xlabel="round trip (ms)", ylabel="wall (N/m)")
     axes.set_title(f"{name}\nred: oscillates; pale: > 1 mJ produced", loc="left")
 
 
@@ -85,28 +75,23 @@ def _edges(walls: list[float]) -> list[float]:
     return [walls[0] ** 2 / middles[0], *middles, walls[-1] ** 2 / middles[-1]]
 
 
-def _draw_accuracy(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_accuracy(axes: Axes, rows: Rows) -> None:
     walls = sorted({row["wall_n_m"] for row in rows})
     shown = min(walls, key=lambda wall: abs(wall - 500.0))
     for name, (colour, mark) in WAYS.items():
-        mine = [
-            row
-            for row in rows
-            if (row["architecture"], row["hand"], row["link"], row["wall_n_m"]) == (name, HAND, LINK, shown)
-        ]
+        mine = where(rows, architecture=name, hand=HAND, link=LINK, wall_n_m=shown)
         felt = [row["felt_n_m"] / shown - 1.0 if row["stable"] and row["felt_n_m"] else np.nan for row in mine]
         axes.plot([row["round_trip_ms"] for row in mine], felt, color=colour, marker=mark, ms=5, label=name)
     axes.axhspan(-JND, JND, color=PALE, zorder=0)
     axes.set_xscale("symlog", linthresh=10.0)
     plain_ticks(axes.xaxis, (0, 10, 20, 50, 100, 200, 400))
     axes.set_ylim(-1.0, 0.5)
-    axes.set_xlabel("round trip (ms)")
-    axes.set_ylabel("error of the felt stiffness")
+    axes.set(xlabel="round trip (ms)", ylabel="error of the felt stiffness")
     axes.set_title(f"Wall of {shown:g} N/m; grey: below JND (23 %);\nno mark: oscillates", loc="left")
     axes.legend(fontsize=7.5)
 
 
-def _draw_energy(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_energy(axes: Axes, rows: Rows) -> None:
     for name, (colour, _) in WAYS.items():
         most = np.sort([max(1e-3, row["produced_mj"]) for row in rows if row["architecture"] == name])
         axes.plot(most, np.arange(1, len(most) + 1) / len(most), color=colour, drawstyle="steps-post", label=name)
@@ -114,14 +99,13 @@ def _draw_energy(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, (0.01, 0.1, 1, 10, 100, 1000))
     axes.set_ylim(0.0, 1.02)
-    axes.set_xlabel("energy produced at the operator (mJ)")
-    axes.set_ylabel("share of all runs")
+    axes.set(xlabel="energy produced at the operator (mJ)", ylabel="share of all runs")
     axes.set_title("All runs; dotted: 1 mJ", loc="left")
 
 
-def _draw_borders(axes: Axes, borders: list[dict[str, Any]]) -> None:
+def _draw_borders(axes: Axes, borders: Rows) -> None:
     for hand, colour in zip(dict.fromkeys(row["hand"] for row in borders), (RED, BLUE, GREEN), strict=False):
-        mine = [row for row in borders if row["hand"] == hand]
+        mine = where(borders, hand=hand)
         trips = [row["round_trip_ms"] for row in mine]
         axes.plot(trips, [row["worked_out_n_m"] or np.nan for row in mine], color=colour, label=hand)
         axes.plot(trips, [row["simulated_n_m"] or np.nan for row in mine], color=colour, linestyle="", marker="o", ms=5)
@@ -129,7 +113,6 @@ def _draw_borders(axes: Axes, borders: list[dict[str, Any]]) -> None:
     axes.set_yscale("log")
     plain_ticks(axes.xaxis, (0, 10, 20, 50, 100, 200, 400))
     plain_ticks(axes.yaxis, (100, 200, 500, 1000, 2000))
-    axes.set_xlabel("round trip (ms)")
-    axes.set_ylabel("largest stable wall (N/m)")
+    axes.set(xlabel="round trip (ms)", ylabel="largest stable wall (N/m)")
     axes.set_title("Direct position-force:\nlines calculated, dots simulated", loc="left")
     axes.legend()

@@ -1,15 +1,13 @@
 """Figure of the texture study: accuracy, roughness before and after normalisation, grooves, latch-up and drift."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from studies.drawing import Data, Rows, figure_file, where
 from teletaction.plotting.figure_style import (
     BLACK,
     BLUE,
@@ -20,7 +18,6 @@ from teletaction.plotting.figure_style import (
     PURPLE,
     RED,
     SKY,
-    STYLE,
     plain_ticks,
     shown_name,
 )
@@ -31,11 +28,9 @@ _MILLIVOLTS = (1, 3, 10, 30, 100, 300, 1000)
 _SURFACES = (SKY, BLUE, BLACK, GREEN, ORANGE, PURPLE)
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(13.0, 12.0), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 13.0, 12.0) as figure:
         axes = figure.subplots(3, 3)
         _draw_accuracy(axes[0, 0], data["accuracy"])
         _draw_roughness(axes[0, 1], data["roughness"], "before_v", "Mean rectified signal, as in the paper")
@@ -46,12 +41,11 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
         for place, course in zip(axes[2], data["courses"], strict=False):
             _draw_course(place, course)
         _draw_scatter(axes[2, 2], data["scatter"])
-        figure.savefig(path, dpi=150)
 
 
-def _draw_accuracy(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+def _draw_accuracy(axes: Axes, rows: Rows) -> None:
     for number, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
-        mine = [row for row in rows if row["method"] == method]
+        mine = where(rows, method=method)
         times_s, share = [row["time_s"] for row in mine], np.array([row["share"] for row in mine])
         around = 100.0 * np.abs([share - [row["low"] for row in mine], [row["high"] for row in mine] - share])
         axes.errorbar(
@@ -63,9 +57,9 @@ def _draw_accuracy(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     axes.legend(fontsize=8)
 
 
-def _draw_roughness(axes: Axes, rows: Sequence[Mapping[str, Any]], which: str, title: str) -> None:
+def _draw_roughness(axes: Axes, rows: Rows, which: str, title: str) -> None:
     for number, surface in enumerate(dict.fromkeys(row["surface"] for row in rows)):
-        mine = [row for row in rows if row["surface"] == surface]
+        mine = where(rows, surface=surface)
         axes.scatter(
             [row["speed_mm_s"] for row in mine],
             [1e3 * row[which] for row in mine],
@@ -82,9 +76,9 @@ def _draw_roughness(axes: Axes, rows: Sequence[Mapping[str, Any]], which: str, t
         axes.legend(fontsize=7)
 
 
-def _draw_grooves(axes: Axes, rows: Sequence[Mapping[str, Any]], what: str, unit: float, label: str) -> None:
+def _draw_grooves(axes: Axes, rows: Rows, what: str, unit: float, label: str) -> None:
     for number, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
-        mine = [row for row in rows if row["against"] == what and row["method"] == method]
+        mine = where(rows, against=what, method=method)
         values = [unit * row["value"] for row in mine]
         for part, line in (("missed", "-"), ("invented", "--")):
             share = [100.0 * row[part] / max(row["crossed"], 1) for row in mine]
@@ -114,7 +108,7 @@ def _draw_course(axes: Axes, course: Mapping[str, Any]) -> None:
     axes.legend(fontsize=8)
 
 
-def _draw_scatter(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+def _draw_scatter(axes: Axes, rows: Rows) -> None:
     surfaces = list(dict.fromkeys(row["surface"] for row in rows))
     for offset, normalised, colour in ((-0.2, False, RED), (0.2, True, BLUE)):
         share = [100.0 * row["scatter"] for row in rows if row["normalised"] is normalised]

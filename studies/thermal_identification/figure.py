@@ -4,12 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from studies.drawing import Data, Rows, curve, figure_file, where
 from studies.thermal_identification.map_figure import (
     draw_changes,
     draw_differences,
@@ -27,11 +25,8 @@ from teletaction.plotting.figure_style import (
     PURPLE,
     RED,
     SKY,
-    STYLE,
     plain_ticks,
 )
-
-Rows = Sequence[Mapping[str, Any]]
 
 METHODS: Mapping[str, tuple[str, Any, str]] = {
     "paper": (RED, ":", "x"),
@@ -55,17 +50,14 @@ _FEW = 10
 """Fewest answers in a drawn bin of probability."""
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 14.5), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 14.0, 14.5, dpi=130) as figure:
         parts = figure.subfigures(3, 1, height_ratios=(4.3, 4.8, 4.6), squeeze=False, hspace=0.03)
         speed, failure, below = parts[:, 0]
         _draw_speed(speed, data)
         _draw_failures(failure, data)
         _draw_rest(below, data)
-        figure.savefig(path, dpi=130)
 
 
 def _draw_speed(figure: Any, data: Mapping[str, Any]) -> None:
@@ -76,11 +68,11 @@ def _draw_speed(figure: Any, data: Mapping[str, Any]) -> None:
     )
     alone, hands, twelve, error = figure.subplots(1, 4)
     rows = data["accuracy"]
-    four = [row for row in rows if row["materials"] == 4]
+    four = where(rows, materials=4)
     _draw_right(alone, four, _ALONE, "4 materials, one finger")
     together = [method for method in METHODS if method not in _ALONE]
     _draw_right(hands, four, ("1 finger", *together), "4 materials, fingers on one object")
-    _draw_right(twelve, [row for row in rows if row["materials"] == 12], tuple(METHODS), "12 materials")
+    _draw_right(twelve, where(rows, materials=12), tuple(METHODS), "12 materials")
     alone.set_ylabel("likeliest material is right (%)")
     _draw_errors(error, four, data["bounds"])
     keys = {label: handle for axes in (alone, hands, error) for handle, label in _keys(axes)}
@@ -98,8 +90,8 @@ def _draw_right(axes: Axes, rows: Rows, methods: Sequence[str], title: str) -> N
         if mine:
             colour, dash, marker = METHODS[method]
             how = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "label": method}
-            axes.plot([row["t_s"] for row in mine], [_PERCENT * row["right"] for row in mine], **how)
-    ones = [row for row in rows if row["method"] == "1 finger"]
+            curve(axes, mine, "t_s", "right", (1.0, _PERCENT), **how)
+    ones = where(rows, method="1 finger")
     if ones:
         wrong = [_PERCENT * row["wrong"] for row in ones]
         named = [_PERCENT * row["identified"] for row in ones]
@@ -122,9 +114,9 @@ def _draw_errors(axes: Axes, rows: Rows, bounds: Rows) -> None:
         mine = [row for row in rows if row["method"] == method and row["object_rms_k"]]
         if mine:
             how = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "label": method}
-            axes.plot([row["t_s"] for row in mine], [row["object_rms_k"] for row in mine], **how)
+            curve(axes, mine, "t_s", "object_rms_k", **how)
     for plates, fingers, dash in (("equal", 1, "-"), ("staggered", 2, "--"), ("staggered", 5, ":")):
-        mine = [row for row in bounds if row["plates"] == plates and row["fingers"] == fingers]
+        mine = where(bounds, plates=plates, fingers=fingers)
         times = sorted({row["t_s"] for row in mine})
         least = [np.sqrt(np.mean([row["object_sd_k"] ** 2 for row in mine if row["t_s"] == t])) for t in times]
         label = f"bound, {fingers} {plates if fingers > 1 else 'finger'}"
@@ -177,13 +169,12 @@ def _draw_reliability(axes: Axes, rows: Rows) -> None:
                 sizes = [4.0 + 0.15 * r["answers"] for r in mine]
                 axes.scatter(claimed, right, s=sizes, color=colour, alpha=0.3, linewidths=0)
                 axes.plot([], [], color=colour, linestyle=dash, label=f"{method}, {count} materials")
-    axes.set_xlabel("probability claimed (%)")
-    axes.set_ylabel("right (%)")
+    axes.set(xlabel="probability claimed (%)", ylabel="right (%)")
     axes.set_title("reliability, from 0.5 s (area: answers)", loc="left")
     _keys_below(axes, 1)
 
 
-def _draw_cost(axes: Axes, data: Mapping[str, Any]) -> None:
+def _draw_cost(axes: Axes, data: Data) -> None:
     four = [row for row in data["accuracy"] if row["materials"] == 4 and row["right"] is not None]
     at_s = min((row["t_s"] for row in four if row["method"] == "network"), key=lambda t_s: abs(t_s - _COST_AT_S))
     right = {row["method"]: row["right"] for row in four if row["t_s"] == at_s}
@@ -204,8 +195,7 @@ def _draw_cost(axes: Axes, data: Mapping[str, Any]) -> None:
                     label=method,
                 )
     axes.set_xscale("log")
-    axes.set_xlabel("cost per finger and update\n(100 x 100 matrix products)")
-    axes.set_ylabel(f"right at {at_s:g} s (%)")
+    axes.set(xlabel="cost per finger and update\n(100 x 100 matrix products)", ylabel=f"right at {at_s:g} s (%)")
     axes.set_title("cost and accuracy, 4 materials", loc="left")
     plain_ticks(axes.xaxis, (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100))
     axes.margins(x=0.1)

@@ -1,7 +1,6 @@
 """Draws maps of the failures of thermal identification: a cell per condition and time, coloured by the right share."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,9 +8,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
 from common.wire.messages import ThermalStatus
+from studies.drawing import Rows, where
 from teletaction.plotting.figure_style import BLACK, GREEN, GREY, ORANGE, PALE, RED, STATUS_COLOURS
-
-Rows = Sequence[Mapping[str, Any]]
 
 _LEVELS = (0.0, 0.1, 0.5, 0.8, 0.95, 1.01)
 _COLOURS = ("#7A1E00", ORANGE, "#F9DDB1", "#BFE3D5", GREEN)
@@ -37,7 +35,7 @@ def draw_differences(places: Sequence[Axes], rows: Rows) -> None:
     """Draw difference x time, a map for each noise."""
     noises = sorted({row["noise_k"] for row in rows})
     for axes, noise_k in zip(places, noises, strict=True):
-        _draw_map(axes, [row for row in rows if row["noise_k"] == noise_k], "difference_k")
+        _draw_map(axes, where(rows, noise_k=noise_k), "difference_k")
         axes.set_title(f"noise {noise_k * 1e3:g} mK", loc="left")
     places[0].set_ylabel("plate minus object (K)")
 
@@ -52,7 +50,7 @@ def draw_spread(axes: Axes, rows: Rows) -> None:
 def draw_changes(axes: Axes, rows: Rows) -> None:
     """Draw bars of the answers at the end of touches whose contact changed."""
     end_s = max((row["t_s"] for row in rows), default=0.0)
-    last = [row for row in rows if row["t_s"] == end_s]
+    last = where(rows, t_s=end_s)
     labels = [
         f"lifted at {row['change_s']:g} s"
         if row["force_share"] == 0.0

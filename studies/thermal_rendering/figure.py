@@ -1,16 +1,12 @@
 """Figure of the study of thermal rendering: models, integrators, plates and strategies, and the whole loop."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from common.limits import PLATE_COOLING_K_S
-from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, STYLE, plain_ticks
+from studies.drawing import Data, Rows, curve, figure_file, where
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY, plain_ticks
 
 _COLOURS = (RED, ORANGE, GREEN, PLUM, BLUE, SKY, GREY)
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")
@@ -25,11 +21,9 @@ _METHODS = {
 _SMALLEST_K, _DIVERGED_K, _BLOWN_UP_K = 1e-9, 30.0, 30.0
 
 
-def plot(data: Mapping[str, Any], path: Path) -> None:
+def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.5, 13.5), layout="constrained")
-        FigureCanvasAgg(figure)
+    with figure_file(path, 11.5, 13.5) as figure:
         (models, integrators), (plate, strategies), (loop, inverse) = figure.subplots(3, 2)
         _draw_models(models, data["models"])
         _draw_integrators(integrators, data["integrators"])
@@ -37,10 +31,9 @@ def plot(data: Mapping[str, Any], path: Path) -> None:
         _draw_strategies(strategies, data["strategies"])
         _draw_loop(loop, data["loop"])
         _draw_inverse(inverse, data["inverse"])
-        figure.savefig(path, dpi=150)
 
 
-def _draw_models(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_models(axes: Axes, rows: Rows) -> None:
     names = list(dict.fromkeys(row["object"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in sorted(rows, key=lambda row: row["states"])))
     for name, colour, mark in zip(names, _COLOURS, _MARKS, strict=False):
@@ -55,17 +48,16 @@ def _draw_models(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_yscale("log")
     axes.set_ylim(0.01, 60.0)
     plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
-    axes.set_xlabel("cells of epidermis + dermis + subcutis + object")
-    axes.set_ylabel("worst error / tolerance")
+    axes.set(xlabel="cells of epidermis + dermis + subcutis + object", ylabel="worst error / tolerance")
     axes.set_title("Models; grey: above tolerance; ringed: chosen", loc="left")
     axes.legend(ncols=2, fontsize=8.5)
 
 
-def _draw_integrators(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_integrators(axes: Axes, rows: Rows) -> None:
     hardest, model = rows[0]["object"], rows[-1]["model"]
-    shown = [row for row in rows if row["object"] == hardest and row["model"] == model]
+    shown = where(rows, object=hardest, model=model)
     for method, (colour, mark) in _METHODS.items():
-        mine = [row for row in shown if row["method"] == method]
+        mine = where(shown, method=method)
         right = [row for row in mine if row["error_k"] is not None]
         axes.plot(
             [row["products"] for row in right],
@@ -85,8 +77,7 @@ def _draw_integrators(axes: Axes, rows: list[dict[str, Any]]) -> None:
                 fontsize=8.5,
                 color=colour,
             )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.set_ylim(0.3 * _SMALLEST_K, 5.0 * _DIVERGED_K)
     plain_ticks(axes.xaxis, (1, 10, 100, 1000))
     plain_ticks(axes.yaxis, (1e-9, 1e-6, 1e-3, 0.1, 1))
@@ -97,13 +88,16 @@ def _draw_integrators(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.legend(fontsize=8.5, loc="upper right", bbox_to_anchor=(1.0, 0.92))
 
 
-def _draw_rates(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_rates(axes: Axes, rows: Rows) -> None:
     names = list(dict.fromkeys(row["object"] for row in rows))
     for name, colour, mark in zip(names, _COLOURS, _MARKS, strict=False):
-        mine = [row for row in rows if row["object"] == name]
-        axes.plot(
-            [PLATE_COOLING_K_S * row["times_as_fast"] for row in mine],
-            [row["error_k"] for row in mine],
+        mine = where(rows, object=name)
+        curve(
+            axes,
+            mine,
+            "times_as_fast",
+            "error_k",
+            (PLATE_COOLING_K_S, 1.0),
             color=colour,
             marker=mark,
             ms=4,
@@ -111,23 +105,21 @@ def _draw_rates(axes: Axes, rows: list[dict[str, Any]]) -> None:
         )
     axes.axvline(PLATE_COOLING_K_S, color=GREY, linestyle=":")
     axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     plain_ticks(axes.xaxis, (2.5, 5, 10, 20, 40, 80, 160))
     plain_ticks(axes.yaxis, (0.03, 0.1, 0.3, 1))
-    axes.set_xlabel("rate of the plate (K/s); dotted: TactTip")
-    axes.set_ylabel("largest error at the finger (K)")
+    axes.set(xlabel="rate of the plate (K/s); dotted: TactTip", ylabel="largest error at the finger (K)")
     axes.set_title("The plate's rate is the largest error (objects at 25 °C)", loc="left")
     axes.legend(fontsize=8.5, ncols=2)
 
 
-def _draw_strategies(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    cold = [row for row in rows if row["object_c"] == min(each["object_c"] for each in rows)]
+def _draw_strategies(axes: Axes, rows: Rows) -> None:
+    cold = where(rows, object_c=min(each["object_c"] for each in rows))
     names = list(dict.fromkeys(row["object"] for row in cold))
     strategies = list(dict.fromkeys(row["strategy"] for row in cold))
     width = 0.8 / len(strategies)
     for number, (strategy, colour) in enumerate(zip(strategies, (GREY, BLUE, SKY, ORANGE), strict=True)):
-        mine = [row for row in cold if row["strategy"] == strategy]
+        mine = where(cold, strategy=strategy)
         at = [place + (number - 0.5 * (len(strategies) - 1)) * width for place in range(len(names))]
         axes.bar(at, [row["error_k"] for row in mine], width, color=colour, label=strategy)
         axes.scatter(at, [row["early_k"] for row in mine], color=BLACK, marker="_", s=40, zorder=3)
@@ -137,7 +129,7 @@ def _draw_strategies(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.legend(fontsize=8.5)
 
 
-def _draw_loop(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_loop(axes: Axes, rows: Rows) -> None:
     """Draw the worst value of each tick length, relative to its allowance."""
     ticks = sorted({row["tick_s"] for row in rows})
     for noisy, dashes in ((False, "-"), (True, "--")):
@@ -167,33 +159,25 @@ def _draw_loop(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.legend(fontsize=8.5, loc="center left", bbox_to_anchor=(0.0, 0.62))
 
 
-def _draw_inverse(axes: Axes, rows: list[dict[str, Any]]) -> None:
+def _draw_inverse(axes: Axes, rows: Rows) -> None:
     models = list(dict.fromkeys(row["model"] for row in rows if row["way"] == "one-step inverse"))
     for model, colour, mark in zip(models, (RED, ORANGE, PLUM, SKY), _MARKS, strict=False):
-        mine = [row for row in rows if row["model"] == model and row["way"] == "one-step inverse"]
+        mine = where(rows, model=model, way="one-step inverse")
         for late in (False, True):
             course = [row for row in mine if (row["delay_s"] > 0.0) is late]
             right = [row for row in course if row["plate_noise_k"] is not None]
             if not late:
-                axes.plot(
-                    [row["step_s"] for row in right],
-                    [row["plate_noise_k"] for row in right],
-                    color=colour,
-                    marker=mark,
-                    ms=4,
-                    label=f"{model}, inverted",
-                )
+                label = f"{model}, inverted"
+                curve(axes, right, "step_s", "plate_noise_k", color=colour, marker=mark, ms=4, label=label)
             wrong = [row for row in course if row["plate_noise_k"] is None]
             axes.plot([row["step_s"] for row in wrong], [_BLOWN_UP_K] * len(wrong), "x", color=colour, ms=8, mew=2)
     matched = next(row for row in rows if row["way"] == "flux matching")
     axes.plot(matched["step_s"], matched["plate_noise_k"], "*", color=BLACK, ms=12, label="flux matched")
     axes.text(0.07, _BLOWN_UP_K, "beyond all bounds, readings 0.1 s late", va="center", fontsize=8.5)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.set_ylim(0.003, 2.0 * _BLOWN_UP_K)
     plain_ticks(axes.xaxis, (0.01, 0.05, 0.2, 1))
     plain_ticks(axes.yaxis, (0.01, 0.1, 1, 10))
-    axes.set_xlabel("step of the inverse (s)")
-    axes.set_ylabel("noise of the plate's set-point (K)")
+    axes.set(xlabel="step of the inverse (s)", ylabel="noise of the plate's set-point (K)")
     axes.set_title("10 mK of noise in the wanted felt temperature", loc="left")
     axes.legend(fontsize=8.5, loc="lower left")
