@@ -57,8 +57,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
             "zmq": zmq.zmq_version(),
             "pyzmq": zmq.pyzmq_version(),
         },
-        "quick": quick,
-        "seed": seed,
         "latency": latency,
         "cpu": {"measurements": cpu, **ratios(cpu)},
         "scaling": scaling,

@@ -20,11 +20,12 @@ from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import measure
 from studies.compared import Compared
 from studies.pieces import part_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 
 __all__ = ["COMPARED", "MEASURES_THIS_MACHINE", "plot", "run", "tables"]
 
 MEASURES_THIS_MACHINE = "what a tick costs on this machine"
+tables = tables_of("cost", "finger", "accuracy")
 COMPARED = (
     Compared("cost", "reference_steps", "less", ("fingers", "process", "doing", "stage"), relative=0.33),
     Compared("accuracy", "reference_steps", "less", ("schedule",), relative=0.33),
@@ -67,8 +68,3 @@ def run(*, quick: bool, seed: int, progress: Progress) -> dict[str, Any]:
         "accuracy": accuracy(*touches, seed, part_of(progress, _ACCURACY_FROM, 1.0)),
         "problems": exceeded(rows, *load_budget()),
     }
-
-
-def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Return the costs by fingers, process, activity and stage, the cost of a finger, and accuracy by schedule."""
-    return {name: data[name] for name in ("cost", "finger", "accuracy")}

@@ -21,7 +21,7 @@ from common.runtime.machine import ProcessorTime
 from common.runtime.parallel_map import processors
 from common.runtime.rate_monitor import HELD
 from studies.compared import Compared
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 
@@ -38,6 +38,7 @@ _MEET = 0.1
 """Waiting share of a loop's time above which it lacks a free processor when it needs one."""
 _SURELY = 0.02
 """Margin below HELD at which a rate counts as not held in every interval."""
+tables = tables_of("counts", "loops", "streams")
 COMPARED = (
     Compared("counts", "cores", "less", ("sessions",), absolute=0.1, relative=0.2),
     Compared("counts", "memory_mib", "less", ("sessions",), relative=0.1),
@@ -88,11 +89,6 @@ def measure(counts: Sequence[int], seconds: float, seed: int, progress: Progress
         "does_not_fit": late + [line for row in counted for line in does_not_fit(row, loops)],
         "problems": silent(loops),
     }
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
-    """Return the rows by number of sessions, by process, and by stream."""
-    return {name: data[name] for name in ("counts", "loops", "streams")}
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,7 +79,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     pieces["gaps"].append((_gaps, (seed,)))
     found = rows_of(pieces, work, progress)
     return {
-        "quick": quick,
         "skipped": skipped,
         "recorded_seconds": sum(len(course.place_m) for course in hands) / RECORDED_HZ,
         "limit_mm": 1e3 * LIMIT_M,

@@ -33,7 +33,7 @@ from studies.exploration_modes.judge import (
 from studies.exploration_modes.plain_thresholds import PlainThresholds
 from studies.exploration_modes.scenes import BARELY, SCENES, scene
 from studies.pieces import HERE, Work
-from studies.running import Progress
+from studies.running import Progress, tables_of
 
 __all__ = ["plot", "run", "tables"]
 
@@ -62,7 +62,7 @@ NOISES = (1.0, 3.0, 5.0, 10.0)
 SEEDS, QUICK_SEEDS = 100, 8
 SPEEDS_M_S = (0.015, 0.03, 0.06, 0.12, 0.4)
 SOON_S = 0.005
-TABLES = ("levels", "scenes", "latencies", "taps", "confusion", "barely")
+tables = tables_of("levels", "scenes", "latencies", "taps", "confusion", "barely")
 COMPARED = (
     Compared("levels", "right", "more", ("noise",), {"method": MACHINE}, absolute=0.005),
     Compared("levels", "wrong_switches", "less", ("noise",), {"method": MACHINE}, absolute=5.0, relative=0.2),
@@ -121,7 +121,7 @@ _Counts = dict[tuple[str, float], _Count]
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
-    """Explore, sense and judge; returns rows of TABLES. All tables but `barely` cover only SCENES."""
+    """Explore, sense and judge; returns all rows. All tables but `barely` cover only SCENES."""
     counts, barely = _counts(), _counts()
     for each, each_barely in work([(_explored, (seed, n)) for n in range(QUICK_SEEDS if quick else SEEDS)], progress):
         for key in counts:
@@ -129,7 +129,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
             barely[key].add(each_barely[key])
     ways = {"levels": _level, "scenes": _scenes, "latencies": _latencies, "taps": _taps, "confusion": _confusion}
     found = {name: _rows(counts, way) for name, way in ways.items()} | {"barely": _rows(barely, _level)}
-    return {"quick": quick, "seconds": TICK_S * sum(counts[MACHINE, JUDGED].ticks.values())} | found
+    return {"seconds": TICK_S * sum(counts[MACHINE, JUDGED].ticks.values())} | found
 
 
 def _counts() -> _Counts:
@@ -147,11 +147,6 @@ def _explored(seed: int, number: int) -> tuple[_Counts, _Counts]:
                 reported = listen(make, explored, sensed)
                 (barely if kind == BARELY else counts)[method, noise].take(kind, explored, reported)
     return counts, barely
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """All tables by name."""
-    return {name: data[name] for name in TABLES}
 
 
 def _rows(

@@ -49,7 +49,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     networks = product(LOSSES, JITTERS_S[:: 3 if quick else 1])
     pieces: dict[str, list[Piece]] = {"spacing": [(_rows, (jitter, loss, seed)) for loss, jitter in networks]}
     found = rows_of(pieces, work, progress)
-    return {"quick": quick, "grooves_mm": 1e3 * GROOVES_M, "stroke_mm_s": 1e3 * STROKE_M_S, **found}
+    return {"grooves_mm": 1e3 * GROOVES_M, "stroke_mm_s": 1e3 * STROKE_M_S, **found}
 
 
 def _rows(jitter_s: float, loss: float, seed: int) -> Iterator[dict[str, Any]]:

@@ -33,7 +33,7 @@ from studies.observer.thermal_comparison import (
     courses,
 )
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.touches.teleoperation import DELAY_S, SCENE
 
 __all__ = ["plot", "run", "tables"]
@@ -56,6 +56,7 @@ ASSUMED = (
     "All surfaces are displayed equally stiff, as in the paper, but for the prediction about foam.",
 )
 """Assumptions where the paper leaves something open, or a simulation has to choose."""
+tables = tables_of("answers", "changes", "courses", "ablations", "matching", "confusion", "features", "predictions")
 COMPARED = (
     Compared("answers", "predicted_percent", "same", ("side", "pair", "dwell_s", "first_is_felt"), absolute=5.0),
     Compared("matching", "predicted_percent", "same", ("side", "features", "surface"), absolute=8.0),
@@ -73,7 +74,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     found = rows_of(pieces, work, progress)
     sides = courses(found["touches"])
     return {
-        "quick": quick,
         **findings(sides, found["strokes"], found["ablations"], seed, DRAWS_QUICK if quick else DRAWS),
     }
 
@@ -87,7 +87,6 @@ def findings(
 ) -> dict[str, Any]:
     """Results computed from touches and strokes."""
     data: dict[str, Any] = {
-        "seed": seed,
         "assumed": list(ASSUMED),
         "answers": answer_rows(sides),
         "changes": change_rows(sides),
@@ -98,14 +97,6 @@ def findings(
         "features": feature_rows(stroked[0]),
     }
     return data | {"predictions": predictions(data)}
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One table for each part."""
-    return {
-        part: data[part]
-        for part in ("answers", "changes", "courses", "ablations", "matching", "confusion", "features", "predictions")
-    }
 
 
 def predictions(data: Mapping[str, Any]) -> list[dict[str, Any]]:

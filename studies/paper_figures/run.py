@@ -4,7 +4,6 @@ Kron & Schmidt 2003 print no axis values to compare with. These figures have num
 the simulated devices.
 """
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from studies.paper_figures.figure import plot
 from studies.paper_figures.remote_identification import MATERIAL, OBJECT_C, PAPER_S, identification_rows
 from studies.paper_figures.skin_layers import layer_rows, start_rows
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.touches.rendered_stroke import VirtualSurface, rendered_stroke
 from studies.touches.stroke_path import LENGTH_M
 
@@ -28,6 +27,7 @@ SURFACE = "widely_grooved_pvc"
 SHOWN_S = 2.0
 BRISK_S = 0.08
 """Time of descent of a finger that taps hard enough to show the decay of Eq. 1, s."""
+tables = tables_of("motor", "layers", "starts", "identification")
 COMPARED = (
     Compared("layers", "epidermis_c", "same", ("start", "object", "time_s"), absolute=0.02),
     Compared("identification", "object_c", "same", ("time_s",), absolute=0.05),
@@ -42,19 +42,12 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "identification": [(identification_rows, (seed,))],
     }
     return {
-        "quick": quick,
-        "seed": seed,
         "starts": start_rows(),
         "object_c": OBJECT_C,
         "effusivity_j_m2ks05": material(MATERIAL).effusivity,
         "paper_s": PAPER_S,
         **rows_of(pieces, work, progress),
     }
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """One table for each figure, and one for the skin's temperatures at the start."""
-    return {part: data[part] for part in ("motor", "layers", "starts", "identification")}
 
 
 def motor_rows(seed: int) -> list[dict[str, Any]]:

@@ -88,7 +88,6 @@ def run(
     methods: list[Piece] = [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)]
     found, by_taxel, *by_method = work([(boards, (board_strokes,)), (taxels, (board_strokes,)), *methods], progress)
     return {
-        "seed": seed,
         "surfaces": sorted({stroke.surface for stroke in fabrics}),
         "boards": found,
         "taxels": by_taxel,

@@ -17,7 +17,7 @@ of its touches. Cooled wood counts as wood. Flaws of the data:
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -34,7 +34,7 @@ from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_touches.figure import plot
-from studies.running import Progress, Unavailable
+from studies.running import Progress, Unavailable, tables_of
 
 __all__ = ["plot", "run", "tables"]
 
@@ -56,6 +56,7 @@ _SHRINKAGE = 0.003
 """Share of each feature's variance that is added to it, so that the pooled covariance of few touches can be
 inverted."""
 _NAME = re.compile(r"set(\d+)_(\w+)_\d+")
+tables = tables_of("accuracy", "errors")
 COMPARED = (Compared("accuracy", "share", "more", ("method", "sensors", "prior", "t_s"), counted="touches"),)
 
 
@@ -101,7 +102,6 @@ def run(
     pieces: list[Piece] = [(_judge_set, (judge, touches, group)) for group in groups for judge in judges]
     answers = [row for rows in work(pieces, progress) for row in rows]
     return {
-        "seed": seed,
         "noise_k": NOISE_K,
         "sets": groups,
         "always_wood": sum(t.material == WOOD for t in touches if t.group in groups)
@@ -110,11 +110,6 @@ def run(
         "errors": [answer for answer in answers if answer["said"] != answer["material"]],
         "answers": answers,
     }
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
-    """Parts of the result that are tables, by name."""
-    return {"accuracy": data["accuracy"], "errors": data["errors"]}
 
 
 def accuracy(answers: Sequence[Row]) -> list[Row]:

@@ -5,7 +5,7 @@ The physics is that of `pressed_surface`. Forces have 0.01 N of noise and 12 bit
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.surface_identification.figure import plot
 from studies.surface_identification.pressed_surface import STEPS, TICK_S, Felt, Floats, sense
 from studies.surface_identification.scenes import (
@@ -43,7 +43,7 @@ TISSUE_N_M, NODULE_N_M, NODULE_FROM_M, NODULE_TO_M = 150.0, 600.0, 0.03, 0.05
 EDGES_M = (0.0, 2e-3, 5e-3)
 SLOPE = 0.1
 MOST_LAG_TICKS = 100
-TABLES = ("presses", "known", "dampings", "jitter", "moving", "nodule", "slope", "cost")
+tables = tables_of("presses", "known", "dampings", "jitter", "moving", "nodule", "slope", "cost")
 COMPARED = (
     Compared("known", "seconds_p50", "less", ("steps", "stiffness_n_m"), absolute=0.01, relative=0.3),
     Compared("known", "ever_told_wrong", "less", ("steps", "stiffness_n_m"), absolute=1.0),
@@ -56,7 +56,7 @@ COMPARED = (
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
-    """Press, rest, breathe and stroke; return the rows of TABLES and two courses for the figure.
+    """Press, rest, breathe and stroke; return all rows, and two courses for the figure.
 
     The cost is measured in this process after all other work.
     """
@@ -74,7 +74,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         cost = _cost(_chance(seed, "cost"))
     breaths, lumps = ([course for _, course in found[name]] for name in ("moving", "nodule"))
     return {
-        "quick": quick,
         "presses": [row for presses, _ in found["pressed"] for row in presses],
         "known": [row for _, known in found["pressed"] for row in known],
         "dampings": found["dampings"],
@@ -85,11 +84,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "cost": cost,
         "courses": {"breath": breaths[0], "nodule": lumps[1]},
     }
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Return all rows by table."""
-    return {name: data[name] for name in TABLES}
 
 
 def _chance(seed: int, *what: str | float) -> np.random.Generator:

@@ -20,7 +20,7 @@ from sim_sensors.operator_hand.hand import ScriptedHand
 from sim_sensors.operator_hand.hand_plan import Segment
 from studies.compared import Compared
 from studies.pieces import HERE, Work
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.tactile_map.figure import plot
 from teletaction.report.found_targets import Found, find_highest, judged
 from teletaction.testbed.remote_fingers import RemoteFingers
@@ -38,6 +38,7 @@ PACKET_EVERY = 2
 MEASURING: tuple[Finger, ...] = ("thumb", "index")
 MEASURED_S = 6.0
 GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
+tables = tables_of("targets")
 COMPARED = (
     Compared("targets", "place_error_mm", "less", ("seed", "target"), absolute=1.0),
     Compared("targets", "within_goal", "more", ("seed", "target")),
@@ -49,7 +50,6 @@ def run(*, quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dic
     sessions = work([(_session, (quick, one)) for one in range(seed, seed + (1 if quick else SEEDS))], progress)
     rows = [row for session in sessions for row in session["targets"]]
     return {
-        "quick": quick,
         "targets": rows,
         "seconds": sessions[-1]["seconds"],
         "maps": sessions[0]["maps"],
@@ -71,11 +71,6 @@ def _session(quick: bool, seed: int) -> dict[str, Any]:
         sweep.measure(warm)
     rows = [{"seed": seed} | _judge(thing, felt, found[name]) for name, thing in TARGETS.items()]
     return {"targets": rows, "seconds": seconds, "maps": maps}
-
-
-def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Return one row for each target of each session."""
-    return {"targets": data["targets"]}
 
 
 def quick_scene() -> Scene:

@@ -10,7 +10,7 @@ from typing import Any
 
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.teleoperation_stability.cases import DEVICE_NS_M, HANDS
 from studies.teleoperation_stability.figure import plot
 from studies.teleoperation_stability.limits import (
@@ -33,6 +33,7 @@ BORDER_S = ((0.0, 0.010, 0.020, 0.050), (0.100, 0.200), (0.400,))
 """Round trips, s, whose stability limit is searched, in groups that are watched for the same time."""
 QUICK_BORDER_S = ((0.020, 0.100),)
 PERIODS_S = (0.001, 0.002, 0.005)
+tables = tables_of("summary", "borders", "walls", "recorded", "matrix")
 COMPARED = (
     *(
         Compared("summary", column, "less", ("link",), {"architecture": LOCAL})
@@ -58,13 +59,8 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "matrix": matrix_pieces(matrix, seed),
     }
     found = rows_of(pieces, work, progress)
-    data = {"quick": quick, "summary": list(summary(found["matrix"], 1e3 * PRODUCED_J, FORCE_MOST_N)), **found}
+    data = {"summary": list(summary(found["matrix"], 1e3 * PRODUCED_J, FORCE_MOST_N)), **found}
     return data | {"problems": list(_problems(data))}
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Return all rows by table."""
-    return {name: data[name] for name in ("summary", "borders", "walls", "recorded", "matrix")}
 
 
 def _borders(trips_s: tuple[float, ...], seed: int) -> Iterator[dict[str, Any]]:

@@ -70,7 +70,7 @@ FULL, QUICK = Sizes(16, 100, 300, 6), Sizes(2, 4, 8, 1)
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Run all parts, with fewer strokes if `quick`; measure the costs in this process after all other work."""
-    return {"quick": quick, **measure(QUICK if quick else FULL, seed, progress, work)}
+    return measure(QUICK if quick else FULL, seed, progress, work)
 
 
 def measure(sizes: Sizes, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from remote_site.thermal.touch_hypotheses import FOREIGN
 from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, one_thread, part_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.thermal_identification import maps
 from studies.thermal_identification.answers import Answered, knowledge_of
 from studies.thermal_identification.bound import bounds
@@ -54,6 +54,10 @@ _TEST_CHUNK, _HAND_CHUNK = 30, 10
 _COST_CALIBRATION_S = 2.05
 """Duration of the touches that calibrate the largest table, s; only the cost of that table matters."""
 _SEEDS = {"calibration": 1, "learning": 100, "test": 2, "hands": 3, "maps": 4, "cost": 5}
+tables = tables_of(
+    *("accuracy", "errors", "reliability", "bounds", "difference", "contact", "spread", "untrained"),
+    *("cost", "cost_by_materials", "goals"),
+)
 COMPARED = (
     Compared("accuracy", "right", "more", ("materials", "method", "t_s"), counted="touches"),
     Compared("accuracy", "wrong", "less", ("materials", "method", "t_s"), counted="touches"),
@@ -152,7 +156,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         progress: receives the share done, 0..1.
         work: runs the pieces; the costs are measured in this process after all other work.
     """
-    return measure(QUICK if quick else FULL, seed, progress, work) | {"quick": quick}
+    return measure(QUICK if quick else FULL, seed, progress, work)
 
 
 def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
@@ -173,7 +177,6 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
             "numpy": np.__version__,
             "scikit-learn": version("scikit-learn"),
         },
-        "seed": seed,
         "calibration_touches": sizes.calibration,
         "learning_touches": {"4": sizes.learning[0], "12": sizes.learning[1], "4, two fingers": sizes.learning[2]},
         "accuracy": accuracy,
@@ -188,12 +191,6 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         **cost,
     }
     return data | {"goals": goals(data)}
-
-
-def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Return the tables of the result by name."""
-    names = ("accuracy", "errors", "reliability", "bounds", "difference", "contact", "spread", "untrained")
-    return {name: data[name] for name in (*names, "cost", "cost_by_materials", "goals")}
 
 
 @dataclass(frozen=True, slots=True)

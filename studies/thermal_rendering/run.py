@@ -6,7 +6,7 @@ integrators is the exact solution of the same model. The reference of plates is 
 itself. Costs are those of one step of five fingers, in bare products of the usual model's size, in the same run.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -20,7 +20,7 @@ from operator_site.thermal.skin_model import STEP_S, SkinModel, SkinStep, Touche
 from operator_site.thermal.tissue import Body, Floats, rest
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, part_of, rows_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.thermal_rendering.figure import plot
 from studies.thermal_rendering.naive_inverse import inverse_rows
 from studies.thermal_rendering.plate_in_loop import loop_pieces
@@ -52,6 +52,7 @@ SOLVERS = ("RK45", "LSODA", "BDF")
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6)
 RUNGE_KUTTA_REACH = 3.3
 """Length of RK45's stability region on the negative real axis (Dormand & Prince 1980); explicit Euler's is 2."""
+tables = tables_of("models", "integrators", "rates", "strategies", "told_apart", "inverse", "loop")
 COMPARED = (
     Compared("models", "share_of_tolerance", "less", ("object", "model"), absolute=0.01, relative=0.02),
     Compared("models", "products", "less", ("object", "model"), relative=0.5),
@@ -85,18 +86,11 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "loop": loop_pieces(seed=seed, **few),
     }
     return {
-        "quick": quick,
         "product_us": unit_us,
         "models": models,
         "integrators": integrators,
         **rows_of(pieces, work, part_of(progress, 0.3, 1.0)),
     }
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Return a table for each part."""
-    parts = ("models", "integrators", "rates", "strategies", "told_apart", "inverse", "loop")
-    return {part: data[part] for part in parts}
 
 
 def _product_us() -> float:

@@ -7,7 +7,7 @@ motor's true speed every millisecond.
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,7 +24,7 @@ from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.physics.motor import VibrationMotors
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
-from studies.running import Progress
+from studies.running import Progress, tables_of
 from studies.vibration.figure import plot
 
 __all__ = ["plot", "run", "tables"]
@@ -53,6 +53,7 @@ OTHERS = {
     "resistance +15 %": replace(MOTOR, resistance_ohm=1.15 * MOTOR.resistance_ohm),
     "friction +40 %": replace(MOTOR, friction_n_m=1.4 * MOTOR.friction_n_m),
 }
+tables = tables_of("taps", "impulses", "scales", "motors")
 COMPARED = (
     Compared("taps", "peak_intensity_share", "more", ("attack_rpm", "way"), absolute=0.01),
     Compared("taps", "near_after_s", "less", ("attack_rpm", "way"), absolute=TICK_S),
@@ -71,12 +72,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "scales": [(_scales, ())],
         "motors": [(_motors, ())],
     }
-    return {"quick": quick, **rows_of(pieces, work, progress)}
-
-
-def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """Return a table for each part except the courses."""
-    return {part: data[part] for part in ("taps", "impulses", "scales", "motors")}
+    return rows_of(pieces, work, progress)
 
 
 def _tapped(attack_rpm: float, known: bool = False) -> Floats:
