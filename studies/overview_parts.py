@@ -113,24 +113,24 @@ def link(data: Data) -> Part:
 
 
 def stability(data: Data) -> Part:
-    """Couplings over all delays and links: the cost is the share of failed runs, the error that of felt stiffness."""
+    """Couplings over all delays and links: share of failed runs, and error of the displayed stiffness."""
     rows: dict[str, list[Data]] = {}
     for row in data["matrix"]:
         rows.setdefault(row["architecture"], []).append(row)
     ways = []
     for name, runs in rows.items():
         wrong = sum(not row["stable"] or row["produced_mj"] > 1.0 for row in runs) / len(runs)
-        felt = [
+        errors = [
             abs(row["felt_n_m"] / row["wall_n_m"] - 1.0)
             for row in runs
             if row["link"] == "steady" and row["stable"] and row["felt_n_m"] is not None
         ]
-        if felt:
-            ways.append(Way(name, PERCENT * wrong, PERCENT * median(felt), name != "local model"))
+        if errors:
+            ways.append(Way(name, PERCENT * wrong, PERCENT * median(errors), name != "local model"))
     return Part(
         "Stability: all delays, walls, hands and links",
         "runs that swing on or make more than 1 mJ (%)",
-        "felt stiffness wrong, median (%)",
+        "displayed stiffness wrong, median (%)",
         ways,
         "",
     )

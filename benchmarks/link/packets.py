@@ -81,8 +81,10 @@ def touch_parts(touching: int = N, events: int | None = None) -> Touch:
         Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, _FIRST_NS + n, 310.0)
         for n in range(events)
     )
-    told = tuple(TouchSummary(((name, 0.97),), 0.021, 0.002, 4.1e-3, 0.1e-3) if name else NOTHING for name in names)
-    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, pack_rows(rows), names, happened, told)
+    summaries = tuple(
+        TouchSummary(((name, 0.97),), 0.021, 0.002, 4.1e-3, 0.1e-3) if name else NOTHING for name in names
+    )
+    return Touch(SESSION, 0, _FIRST_NS, LinkState.ENGAGED, pack_rows(rows), names, happened, summaries)
 
 
 def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:

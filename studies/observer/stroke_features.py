@@ -41,8 +41,8 @@ def motor_features(
     acceleration is added, as in Weber's law near threshold, so that standstill has a finite value.
     """
     intensity = math.log(float(typical(speed_rad_s**2)) + FLOOR_RAD_S**2)
-    felt = 2.0 * np.log(np.maximum(speed_rad_s, FLOOR_RAD_S))
-    peaks, _ = find_peaks(felt, prominence=LEAST_RISE)
+    ln_squares = 2.0 * np.log(np.maximum(speed_rad_s, FLOOR_RAD_S))
+    peaks, _ = find_peaks(ln_squares, prominence=LEAST_RISE)
     return _grooved(intensity, stroke_m_s * tick_s * np.diff(peaks), ln_stiffness)
 
 

@@ -27,7 +27,7 @@ HIGHEST_N = 10.23
 
 
 @dataclass(frozen=True, slots=True)
-class Felt:
+class Touches:
     """Courses of all runs, (ticks, N) each, every TICK_S from 0 on.
 
     Attributes:
@@ -47,7 +47,7 @@ class Felt:
         return TICK_S * np.arange(len(self.force_n), dtype=np.float64)
 
 
-def feel(
+def simulate(
     seconds: float,
     setpoint_m: Path,
     stiffness_n_m: Callable[[Floats], Floats],
@@ -56,7 +56,7 @@ def feel(
     x_m: Path | None = None,
     damping_s_m: float | Floats = OBJECT_DAMPING_S_M,
     servo_n_m: float | Floats = SERVO_N_M,
-) -> Felt:
+) -> Touches:
     """Simulate all runs.
 
     Args:
@@ -86,14 +86,15 @@ def feel(
         rise, before = (surface - before) / _STEP_S, surface
         depth = np.maximum(0.0, surface - z)
         force = np.maximum(0.0, stiffness * depth * (1.0 + damping_s_m * (rise - v)))
-    return Felt(*(np.array(column) for column in zip(*kept, strict=True)))
+    return Touches(*(np.array(column) for column in zip(*kept, strict=True)))
 
 
-def sense(felt: Felt, rng: np.random.Generator, steps: tuple[float, float]) -> tuple[Floats, Floats]:
+def sense(touches: Touches, rng: np.random.Generator, steps: tuple[float, float]) -> tuple[Floats, Floats]:
     """Force, N, and height, m, as the sensors report them: with noise, in steps of `STEPS`."""
-    shape = felt.force_n.shape
-    force_n = _stepped(felt.force_n + FORCE_NOISE_N * rng.standard_normal(shape), steps[0])
-    return np.clip(force_n, 0.0, HIGHEST_N), _stepped(felt.z_m + PLACE_NOISE_M * rng.standard_normal(shape), steps[1])
+    shape = touches.force_n.shape
+    force_n = _stepped(touches.force_n + FORCE_NOISE_N * rng.standard_normal(shape), steps[0])
+    z_m = _stepped(touches.z_m + PLACE_NOISE_M * rng.standard_normal(shape), steps[1])
+    return np.clip(force_n, 0.0, HIGHEST_N), z_m
 
 
 def minimum_jerk(share: Floats) -> Floats:

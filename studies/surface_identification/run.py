@@ -15,7 +15,7 @@ from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Progress, tables_of
 from studies.surface_identification.figure import plot
-from studies.surface_identification.pressed_surface import STEPS, TICK_S, Felt, Floats, sense
+from studies.surface_identification.pressed_surface import STEPS, TICK_S, Floats, Touches, sense
 from studies.surface_identification.scenes import (
     HAND_STEP_M,
     STROKE_FROM_S,
@@ -96,23 +96,23 @@ def _pressed(
 ) -> Iterator[tuple[list[dict[str, Any]], list[dict[str, Any]]]]:
     """Press objects of one stiffness; yield rows of errors and of the time until it is known, for each force step."""
     rng = _chance(seed, "pressed", stiffness_n_m)
-    felt, force_n = pressed(np.full(count, stiffness_n_m), rng)
+    touches, force_n = pressed(np.full(count, stiffness_n_m), rng)
     for steps in STEPS:
-        judged = [_judge(felt, finger, each) for finger, each in enumerate(_identified(felt, rng, steps))]
+        judged = [_judge(touches, finger, each) for finger, each in enumerate(_identified(touches, rng, steps))]
         kind = {"steps": steps, "stiffness_n_m": stiffness_n_m}
         yield [kind | row for row in _by_force(judged, force_n)], [kind | _known(judged)]
 
 
-def _identified(felt: Felt, rng: np.random.Generator, steps: str = "12 bits") -> list[Identified]:
-    force_n, z_m = sense(felt, rng, STEPS[steps])
-    x_m = np.round(felt.x_m / HAND_STEP_M) * HAND_STEP_M
+def _identified(touches: Touches, rng: np.random.Generator, steps: str = "12 bits") -> list[Identified]:
+    force_n, z_m = sense(touches, rng, STEPS[steps])
+    x_m = np.round(touches.x_m / HAND_STEP_M) * HAND_STEP_M
     return [identify(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
 
 
-def _judge(felt: Felt, finger: int, identified: Identified) -> dict[str, Any]:
+def _judge(touches: Touches, finger: int, identified: Identified) -> dict[str, Any]:
     """Judge one press: error at the end, correctness and time of the known stiffness, and excess force until then."""
-    force_n, z_m = felt.force_n[:, finger], felt.z_m[:, finger]
-    error = identified.stiffness_n_m / felt.stiffness_n_m[:, finger] - 1.0
+    force_n, z_m = touches.force_n[:, finger], touches.z_m[:, finger]
+    error = identified.stiffness_n_m / touches.stiffness_n_m[:, finger] - 1.0
     first = int(np.flatnonzero(force_n > 0.0)[0])
     last = int(np.flatnonzero(force_n > 1.0)[-1])
     until = int(np.argmax(identified.known)) if identified.known.any() else len(force_n)
@@ -159,13 +159,13 @@ def _quantiles(name: str, values: list[float]) -> dict[str, float]:
 def _damping(damping_s_m: float, count: int, seed: int) -> Iterator[dict[str, Any]]:
     """Press objects of all stiffnesses with another damping."""
     rng = _chance(seed, "damping", damping_s_m)
-    felt, force_n = pressed(np.repeat(STIFFNESSES_N_M, max(2, count // 5)), rng, damping_s_m)
-    identified = _identified(felt, rng)
-    judged = [_judge(felt, finger, each) for finger, each in enumerate(identified)]
+    touches, force_n = pressed(np.repeat(STIFFNESSES_N_M, max(2, count // 5)), rng, damping_s_m)
+    identified = _identified(touches, rng)
+    judged = [_judge(touches, finger, each) for finger, each in enumerate(identified)]
     constants = [
-        each.damping_n_s_m[last] / felt.force_n[last, finger]
+        each.damping_n_s_m[last] / touches.force_n[last, finger]
         for finger, each in enumerate(identified)
-        if each.damping_n_s_m[last := int(np.flatnonzero(felt.force_n[:, finger] > 1.0)[-1])] > 0.0
+        if each.damping_n_s_m[last := int(np.flatnonzero(touches.force_n[:, finger] > 1.0)[-1])] > 0.0
     ]
     yield (
         {
@@ -183,12 +183,12 @@ def _damping(damping_s_m: float, count: int, seed: int) -> Iterator[dict[str, An
 def _jitter(seed: int) -> Iterator[dict[str, Any]]:
     """Yield the standard deviation of the surface under a finger that rests with 1 N, identified and raw (z + F/k)."""
     rng, stiffness_n_m = _chance(seed, "jitter"), np.array(RESTED_N_M)
-    felt = rested(stiffness_n_m, 1.0, 6.0)
-    late = felt.time_s > SETTLED_S
-    force_n, z_m = sense(felt, rng, STEPS["12 bits"])
+    touches = rested(stiffness_n_m, 1.0, 6.0)
+    late = touches.time_s > SETTLED_S
+    force_n, z_m = sense(touches, rng, STEPS["12 bits"])
     raw_m = (z_m + force_n / stiffness_n_m)[late].std(axis=0)
     for finger, wall_n_m in enumerate(RESTED_N_M):
-        identified_m = identify(force_n[:, finger], z_m[:, finger], felt.x_m[:, finger]).surface_m[late]
+        identified_m = identify(force_n[:, finger], z_m[:, finger], touches.x_m[:, finger]).surface_m[late]
         yield {
             "stiffness_n_m": wall_n_m,
             "raw_mm": 1e3 * float(raw_m[finger]),
@@ -200,13 +200,13 @@ def _jitter(seed: int) -> Iterator[dict[str, Any]]:
 def _moving(name: str, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[str, list[float]]]]:
     """Move surfaces below a resting finger; yield the delay of their identification, and the course at 500 N/m."""
     amplitude_m, frequency_hz = MOVES[name]
-    felt = rested(np.array(MOVED_N_M), MOVED_N, 8.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
-    late = felt.time_s > SETTLED_S
+    touches = rested(np.array(MOVED_N_M), MOVED_N, 8.0, amplitude_m=amplitude_m, frequency_hz=frequency_hz)
+    late = touches.time_s > SETTLED_S
     rows: list[dict[str, Any]] = []
     course: dict[str, list[float]] = {}
-    for finger, identified in enumerate(_identified(felt, _chance(seed, "moving", name))):
-        true_m = felt.surface_m[:, finger]
-        shown_n = identified.stiffness_n_m * np.maximum(0.0, identified.surface_m - felt.z_m[:, finger])
+    for finger, identified in enumerate(_identified(touches, _chance(seed, "moving", name))):
+        true_m = touches.surface_m[:, finger]
+        shown_n = identified.stiffness_n_m * np.maximum(0.0, identified.surface_m - touches.z_m[:, finger])
         rows.append(
             {
                 "moves": name,
@@ -214,13 +214,13 @@ def _moving(name: str, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[s
                 "lag_ms": 1e3 * TICK_S * _lag_ticks(identified.surface_m, true_m, late),
                 "offset_mm": 1e3 * float((identified.surface_m - true_m)[late].mean()),
                 "off_beside_mm": 1e3 * float((identified.surface_m - true_m)[late].std()),
-                "force_off_rms_n": float(np.sqrt(((shown_n - felt.force_n[:, finger])[late] ** 2).mean())),
+                "force_off_rms_n": float(np.sqrt(((shown_n - touches.force_n[:, finger])[late] ** 2).mean())),
                 "stiffness_error": float(np.median(identified.stiffness_n_m[late]) / MOVED_N_M[finger] - 1.0),
                 "share_known": float(identified.known[late].mean()),
             }
         )
         if MOVED_N_M[finger] == 500.0:
-            course = _course(felt.time_s, true_mm=1e3 * true_m, told_mm=1e3 * identified.surface_m)
+            course = _course(touches.time_s, true_mm=1e3 * true_m, told_mm=1e3 * identified.surface_m)
     yield rows, course
 
 
@@ -238,12 +238,12 @@ def _nodule(edge_m: float, seed: int) -> Iterator[tuple[list[dict[str, Any]], di
         upon = np.clip((x_m - NODULE_FROM_M) / width_m, 0.0, 1.0) - np.clip((x_m - NODULE_TO_M) / width_m, 0.0, 1.0)
         return TISSUE_N_M + (NODULE_N_M - TISSUE_N_M) * upon
 
-    felt = stroked(stiffness_n_m, np.array([TISSUE_N_M] * 4), 1.0, STROKE_FROM_S + 2.4)
-    x_m, stroking = felt.x_m[:, 0], felt.time_s > STROKE_FROM_S
-    all_identified = _identified(felt, _chance(seed, "nodule", edge_m))
+    touches = stroked(stiffness_n_m, np.array([TISSUE_N_M] * 4), 1.0, STROKE_FROM_S + 2.4)
+    x_m, stroking = touches.x_m[:, 0], touches.time_s > STROKE_FROM_S
+    all_identified = _identified(touches, _chance(seed, "nodule", edge_m))
     rows: list[dict[str, Any]] = []
     for identified in all_identified:
-        ratio = identified.stiffness_n_m / felt.stiffness_n_m[:, 0]
+        ratio = identified.stiffness_n_m / touches.stiffness_n_m[:, 0]
         rows.append(
             {
                 "edge_mm": 1e3 * edge_m,
@@ -255,7 +255,7 @@ def _nodule(edge_m: float, seed: int) -> Iterator[tuple[list[dict[str, Any]], di
             }
         )
     identified_n_m = all_identified[0].stiffness_n_m[stroking]
-    yield rows, _course(1e3 * x_m[stroking], true_n_m=felt.stiffness_n_m[stroking, 0], told_n_m=identified_n_m)
+    yield rows, _course(1e3 * x_m[stroking], true_n_m=touches.stiffness_n_m[stroking, 0], told_n_m=identified_n_m)
 
 
 def _settles_ms(ratio: Floats, x_m: Floats, from_m: float, to_m: float) -> float | None:
@@ -270,10 +270,10 @@ def _settles_ms(ratio: Floats, x_m: Floats, from_m: float, to_m: float) -> float
 def _slope(seed: int) -> Iterator[dict[str, Any]]:
     """Stroke up a slope; yield the time until the slope is identified, and its accuracy."""
     wall = np.array(RESTED_N_M[1:])
-    felt = stroked(lambda _: wall, wall, 1.5, STROKE_FROM_S + 1.5, slope=SLOPE)
-    for finger, identified in enumerate(_identified(felt, _chance(seed, "slope"))):
+    touches = stroked(lambda _: wall, wall, 1.5, STROKE_FROM_S + 1.5, slope=SLOPE)
+    for finger, identified in enumerate(_identified(touches, _chance(seed, "slope"))):
         sloped = identified.slope != 0.0
-        late = sloped & (felt.time_s > STROKE_FROM_S + 0.5)
+        late = sloped & (touches.time_s > STROKE_FROM_S + 0.5)
         yield {
             "stiffness_n_m": RESTED_N_M[1:][finger],
             "after_ms": 1e3 * TICK_S * float(np.argmax(sloped)) - 1e3 * STROKE_FROM_S,
@@ -288,11 +288,11 @@ def _cost(rng: np.random.Generator) -> list[dict[str, Any]]:
     pressing = pressed(wall, rng)[0]
     cases = {"pressing": pressing, "stroking": stroked(lambda _: wall, wall, 2.0, STROKE_FROM_S + 1.5, slope=0.02)}
     rows = []
-    for name, felt in cases.items():
-        force_n, z_m = sense(felt, rng, STEPS["12 bits"])
+    for name, touches in cases.items():
+        force_n, z_m = sense(touches, rng, STEPS["12 bits"])
         samples = [
             (TICK_S * tick, force, x, 0.0, z)
-            for tick, (force, x, z) in enumerate(zip(force_n[:, 0], felt.x_m[:, 0], z_m[:, 0], strict=True))
+            for tick, (force, x, z) in enumerate(zip(force_n[:, 0], touches.x_m[:, 0], z_m[:, 0], strict=True))
             if force > 0.1
         ]
         plain = [tuple(map(float, sample)) for sample in samples]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from sim_sensors.physics.fingertip import OBJECT_DAMPING_S_M, SERVO_N_M
-from studies.surface_identification.pressed_surface import TICK_S, Felt, Floats, feel, minimum_jerk
+from studies.surface_identification.pressed_surface import TICK_S, Floats, Touches, minimum_jerk, simulate
 
 DEEPEST_M = 0.020
 """Largest travel of a telemanipulator finger into an object, m."""
@@ -58,7 +58,7 @@ def identify(force_n: Floats, z_m: Floats, x_m: Floats) -> Identified:
 
 def pressed(
     stiffness_n_m: Floats, rng: np.random.Generator, damping_s_m: float | Floats = OBJECT_DAMPING_S_M
-) -> tuple[Felt, Floats]:
+) -> tuple[Touches, Floats]:
     """Press each of N objects once with a minimum-jerk movement: down, hold, up. Return it with the largest forces, N.
 
     Forces are 2 to 5 N; forces above 2 N are limited to DEEPEST_M of depth. Speeds, hold times, heights and servos are
@@ -76,28 +76,28 @@ def pressed(
         return above_m - way_m * (minimum_jerk(t_s / down_s) - minimum_jerk((t_s - down_s - held_s) / down_s))
 
     seconds = float((2.0 * down_s + held_s).max()) + 0.1
-    felt = feel(seconds, setpoint_m, lambda _: stiffness_n_m, damping_s_m=damping_s_m, servo_n_m=servo_n_m)
-    return felt, force_n
+    touches = simulate(seconds, setpoint_m, lambda _: stiffness_n_m, damping_s_m=damping_s_m, servo_n_m=servo_n_m)
+    return touches, force_n
 
 
 def rested(
     stiffness_n_m: Floats, force_n: float, seconds: float, *, amplitude_m: float = 0.0, frequency_hz: float = 0.0
-) -> Felt:
+) -> Touches:
     """Press within 0.4 s and stay, on a surface that may move as a sine."""
     pulse = 2.0 * math.pi * frequency_hz
 
     def surface_m(t_s: float, x_m: Floats) -> Floats:
         return np.full_like(x_m, amplitude_m * math.sin(pulse * t_s))
 
-    return feel(seconds, resting(stiffness_n_m, force_n), lambda _: stiffness_n_m, surface_m=surface_m)
+    return simulate(seconds, resting(stiffness_n_m, force_n), lambda _: stiffness_n_m, surface_m=surface_m)
 
 
 def stroked(
     stiffness_n_m: Callable[[Floats], Floats], first_n_m: Floats, force_n: float, seconds: float, slope: float = 0.0
-) -> Felt:
+) -> Touches:
     """Press, rest, and stroke along x from STROKE_FROM_S, with a constant set-point of the servo."""
     count = len(first_n_m)
-    return feel(
+    return simulate(
         seconds,
         resting(first_n_m, force_n),
         stiffness_n_m,

@@ -42,8 +42,8 @@ def _draw_map(axes: Axes, data: Data, row: dict[str, Any]) -> None:
     confidence, level = np.array(shown["confidence"], dtype=np.uint8), np.zeros(value.shape, dtype=np.bool_)
     whole = MapPicture(shown["left_m"], shown["near_m"], value, confidence, level)
     draw_cells(axes, quantity, whole, tuple(shown["legend"]))
-    felt = np.argwhere(~np.isnan(value))
-    (low_row, low_column), (high_row, high_column) = felt.min(axis=0) - 2, felt.max(axis=0) + 3
+    known = np.argwhere(~np.isnan(value))
+    (low_row, low_column), (high_row, high_column) = known.min(axis=0) - 2, known.max(axis=0) + 3
     axes.set_xlim(*(1e3 * (shown["left_m"] + CELL_M * column) for column in (low_column, high_column)))
     axes.set_ylim(*(1e3 * (shown["near_m"] + CELL_M * row) for row in (low_row, high_row)))
     thing = data["objects"][row["target"]]

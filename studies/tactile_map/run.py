@@ -63,13 +63,13 @@ def _session(quick: bool, seed: int) -> dict[str, Any]:
     """Sweep once; return the found targets, the durations, and the maps before the second rest on the warm place."""
     scene = quick_scene() if quick else load_scene(SCENE)
     sweep = Sweep(scene, seed, MEASURING if quick else FINGERS)
-    seconds, felt = _durations(sweep.explore(scene.script)), sweep.felt
+    seconds, tactile = _durations(sweep.explore(scene.script)), sweep.map
     quantities = {name: str(thing.target) for name, thing in TARGETS.items()}
-    found = {name: find_highest(felt, quantity) for name, quantity in quantities.items()}
-    maps = {quantity: _shown(felt, quantity) for quantity in quantities.values()}
+    found = {name: find_highest(tactile, quantity) for name, quantity in quantities.items()}
+    maps = {quantity: _shown(tactile, quantity) for quantity in quantities.values()}
     if (warm := found["warm_spot"]) is not None:
         sweep.measure(warm)
-    rows = [{"seed": seed} | _judge(thing, felt, found[name]) for name, thing in TARGETS.items()]
+    rows = [{"seed": seed} | _judge(thing, tactile, found[name]) for name, thing in TARGETS.items()]
     return {"targets": rows, "seconds": seconds, "maps": maps}
 
 
@@ -95,13 +95,13 @@ class Sweep:
     """Simulated fingers that explore a scene by a script, and their map.
 
     Attributes:
-        felt: the map.
+        map: the map.
         time_s: virtual time.
     """
 
     def __init__(self, scene: Scene, seed: int, fingers: tuple[str, ...]) -> None:
         """Draw a session's sensors, tissue and contacts from the seed."""
-        self.felt, self.time_s = TactileMap(), 0.0
+        self.map, self.time_s = TactileMap(), 0.0
         self._scene, self._seed, self._fingers = scene, seed, fingers
         self._remote = RemoteFingers(scene, seed, fingers)
 
@@ -138,7 +138,7 @@ class Sweep:
         touch = self._remote.move(hand.x_m, hand.y_m, hand.z_m)
         self.time_s += TICK_S
         if round(self.time_s / TICK_S) % PACKET_EVERY == 0:
-            self.felt.add(self.time_s, touch.rows, touch.summaries)
+            self.map.add(self.time_s, touch.rows, touch.summaries)
 
 
 def _durations(segments: list[Segment]) -> dict[str, float]:
@@ -149,8 +149,8 @@ def _durations(segments: list[Segment]) -> dict[str, float]:
     return {"strokes": strokes_s, "presses": rests_s - strokes_s, "rests": whole_s - rests_s, "whole": whole_s}
 
 
-def _judge(thing: SceneObject, felt: TactileMap, found: Found | None) -> dict[str, Any]:
-    row = judged(thing, felt, found)
+def _judge(thing: SceneObject, tactile: TactileMap, found: Found | None) -> dict[str, Any]:
+    row = judged(thing, tactile, found)
     good = row["value"] is not None and row["place_error_mm"] <= 1e3 * GOAL_M
     if row["quantity"] == "temperature":
         good = good and abs(row["error"]) <= GOAL_K
@@ -168,9 +168,9 @@ def _problem(row: dict[str, Any]) -> str:
     )
 
 
-def _shown(felt: TactileMap, quantity: str) -> dict[str, Any] | None:
+def _shown(tactile: TactileMap, quantity: str) -> dict[str, Any] | None:
     """Return the map for the figure, with None for cells without a value; return None without a map."""
-    whole = picture(felt, quantity)
+    whole = picture(tactile, quantity)
     if whole is None:
         return None
     return {
@@ -178,6 +178,6 @@ def _shown(felt: TactileMap, quantity: str) -> dict[str, Any] | None:
         "near_m": whole.near_m,
         "value": [[None if math.isnan(v) else round(v, 5) for v in line] for line in whole.value.tolist()],
         "confidence": whole.confidence.tolist(),
-        "legend": felt.legend(quantity),
+        "legend": tactile.legend(quantity),
         "confident_sd": CONFIDENT_SD[quantity],
     }

@@ -1,4 +1,4 @@
-"""Figure of the stability study: regions, felt stiffness against delay, stability limits, and energy produced."""
+"""Figure of the stability study: regions, displayed stiffness against delay, stability limits, and energy produced."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -60,7 +60,7 @@ def _draw_region(axes: Axes, name: str, rows: Rows, borders: Rows, cap_n_m: floa
         )
         axes.legend(loc="upper right", frameon=True)
     elif name == "local model":
-        axes.axhline(cap_n_m, color=BLACK, linestyle="--", label=f"felt no stiffer than {cap_n_m:g} N/m")
+        axes.axhline(cap_n_m, color=BLACK, linestyle="--", label=f"displayed no stiffer than {cap_n_m:g} N/m")
         axes.legend(loc="upper right", frameon=True)
     axes.set_xticks(range(len(trips)), [f"{trip:g}" for trip in trips])
     axes.set_yscale("log")
@@ -80,13 +80,13 @@ def _draw_accuracy(axes: Axes, rows: Rows) -> None:
     shown = min(walls, key=lambda wall: abs(wall - 500.0))
     for name, (colour, mark) in WAYS.items():
         mine = where(rows, architecture=name, hand=HAND, link=LINK, wall_n_m=shown)
-        felt = [row["felt_n_m"] / shown - 1.0 if row["stable"] and row["felt_n_m"] else np.nan for row in mine]
-        axes.plot([row["round_trip_ms"] for row in mine], felt, color=colour, marker=mark, ms=5, label=name)
+        errors = [row["felt_n_m"] / shown - 1.0 if row["stable"] and row["felt_n_m"] else np.nan for row in mine]
+        axes.plot([row["round_trip_ms"] for row in mine], errors, color=colour, marker=mark, ms=5, label=name)
     axes.axhspan(-JND, JND, color=PALE, zorder=0)
     axes.set_xscale("symlog", linthresh=10.0)
     plain_ticks(axes.xaxis, (0, 10, 20, 50, 100, 200, 400))
     axes.set_ylim(-1.0, 0.5)
-    axes.set(xlabel="round trip (ms)", ylabel="error of the felt stiffness")
+    axes.set(xlabel="round trip (ms)", ylabel="error of the displayed stiffness")
     axes.set_title(f"Wall of {shown:g} N/m; grey: below JND (23 %);\nno mark: oscillates", loc="left")
     axes.legend(fontsize=7.5)
 

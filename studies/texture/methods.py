@@ -13,7 +13,7 @@ from remote_site.texture.calibration.texture_calibration import TextureFit, fit_
 from remote_site.texture.recorded.stroke_playback import StrokeBlock
 from remote_site.texture.texture_law import TextureLaw
 from studies.texture.baselines import band_powers, classifiers, moments
-from studies.texture.paper_method import PaperClasses, PaperFelt, paper_felt
+from studies.texture.paper_method import PaperClasses, PaperState, paper_states
 from studies.texture.strokes import Drawn, stroke_blocks, stroking
 
 Array = NDArray[np.float64]
@@ -37,13 +37,13 @@ def learn(drawn: Sequence[Drawn], times_s: Sequence[float]) -> Learned:
     fit = fit_surfaces([LabelledStroke(f"stroke {k}", one.surface, one.even) for k, one in enumerate(drawn)], {})
     plain = anything(TextureLaw())
     blocks = [stroke_blocks(one, plain) for one in drawn]
-    ends: dict[str, list[PaperFelt]] = {}
-    for one, felt in zip(drawn, blocks, strict=True):
-        ends.setdefault(one.surface, []).append(paper_felt(one.even, [block.mode for block in felt])[-1])
+    ends: dict[str, list[PaperState]] = {}
+    for one, own in zip(drawn, blocks, strict=True):
+        ends.setdefault(one.surface, []).append(paper_states(one.even, [block.mode for block in own])[-1])
     names = [one.surface for one in drawn]
     classic = {}
     for time_s in times_s:
-        signals = [signal_of(one, felt, time_s) for one, felt in zip(drawn, blocks, strict=True)]
+        signals = [signal_of(one, own, time_s) for one, own in zip(drawn, blocks, strict=True)]
         forest, discriminant = classifiers().values()
         classic[BANDS, time_s] = forest.fit(np.array([band_powers(s, RATE_HZ) for s in signals]), names)
         classic[MOMENTS, time_s] = discriminant.fit(np.array([moments(s) for s in signals]), names)
@@ -67,13 +67,13 @@ def answers(one: Drawn, learned: Learned, times_s: Sequence[float]) -> tuple[dic
     blocks = stroke_blocks(one, learned.fit.table)
     spent = [0.0, (perf_counter() - begin) / (len(one.even.time_s) / RATE_HZ), 0.0, 0.0]
     begin = perf_counter()
-    course = paper_felt(one.even, [block.mode for block in blocks])
+    course = paper_states(one.even, [block.mode for block in blocks])
     spent[0] = (perf_counter() - begin) / (len(course) * 0.005)
-    felt = stroking(blocks)
+    stroked = stroking(blocks)
     found = {}
     for time_s in times_s:
-        last = min(round(time_s / 0.005), len(felt)) - 1
-        found[SHIPPED, time_s] = felt[last].texture.best
+        last = min(round(time_s / 0.005), len(stroked)) - 1
+        found[SHIPPED, time_s] = stroked[last].texture.best
         found[PAPER, time_s] = learned.paper.surface(course[last])
         signal = signal_of(one, blocks, time_s)
         begin = perf_counter()

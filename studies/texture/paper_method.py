@@ -56,7 +56,7 @@ class PaperRoughness:
 
 
 @dataclass(frozen=True, slots=True)
-class PaperFelt:
+class PaperState:
     """State of the paper's method at a time: mean, V, and patterns.
 
     Attributes:
@@ -73,10 +73,10 @@ class PaperFelt:
     patterns_m: tuple[float, ...]
 
 
-def paper_felt(stroke: EvenStroke, modes: Sequence[ExplorationMode]) -> list[PaperFelt]:
+def paper_states(stroke: EvenStroke, modes: Sequence[ExplorationMode]) -> list[PaperState]:
     """States over a stroke, one for each 5 ms of stroking; `modes` are those of the stroke's blocks."""
     roughness, way_m = PaperRoughness(), 0.0
-    begun_s, begun_m, found = list[float](), list[float](), list[PaperFelt]()
+    begun_s, begun_m, found = list[float](), list[float](), list[PaperState]()
     for number, mode in enumerate(modes):
         if mode is not ExplorationMode.STROKING:
             continue
@@ -87,14 +87,14 @@ def paper_felt(stroke: EvenStroke, modes: Sequence[ExplorationMode]) -> list[Pap
         if roughness.began:
             begun_s.append(time_s)
             begun_m.append(way_m)
-        found.append(PaperFelt(time_s, roughness.mean_v, roughness.pattern, tuple(begun_s), tuple(begun_m)))
+        found.append(PaperState(time_s, roughness.mean_v, roughness.pattern, tuple(begun_s), tuple(begun_m)))
     return found
 
 
 class PaperClasses:
     """Hard intervals of the mean, and the distances of patterns, learned from labelled strokes."""
 
-    def __init__(self, strokes: Mapping[str, Sequence[PaperFelt]]) -> None:
+    def __init__(self, strokes: Mapping[str, Sequence[PaperState]]) -> None:
         """Learn from the states at the end of each surface's strokes."""
         self._period_m: dict[str, float] = {}
         self._mean: dict[str, float] = {}
@@ -104,15 +104,15 @@ class PaperClasses:
                 self._period_m[name] = float(np.median(periods))
             self._mean[name] = float(np.median([math.log(max(end.mean_v, 1e-6)) for end in ends]))
 
-    def surface(self, felt: PaperFelt) -> str:
+    def surface(self, state: PaperState) -> str:
         """The surface in whose interval the stroke falls; borders lie midway in logarithms."""
-        period_m = _period_m(felt)
+        period_m = _period_m(state)
         if period_m is not None and self._period_m:
             return min(self._period_m, key=lambda name: abs(math.log(period_m / self._period_m[name])))
         plain = {name: mean for name, mean in self._mean.items() if name not in self._period_m} or self._mean
-        return min(plain, key=lambda name: abs(math.log(max(felt.mean_v, 1e-6)) - plain[name]))
+        return min(plain, key=lambda name: abs(math.log(max(state.mean_v, 1e-6)) - plain[name]))
 
 
-def _period_m(felt: PaperFelt) -> float | None:
+def _period_m(state: PaperState) -> float | None:
     """Median distance of patterns, m; None where there are too few."""
-    return float(np.median(np.diff(felt.patterns_m))) if len(felt.patterns_m) >= PATTERNED else None
+    return float(np.median(np.diff(state.patterns_m))) if len(state.patterns_m) >= PATTERNED else None

@@ -22,7 +22,7 @@ from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Progress
 from studies.texture.figure import plot
 from studies.texture.methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
-from studies.texture.paper_method import PaperRoughness, paper_felt
+from studies.texture.paper_method import PaperRoughness, paper_states
 from studies.texture.strokes import Asked, Drawn, changes, grooves_counted, stroke_blocks, strokes, stroking
 from teletaction.make_tables import STROKED
 
@@ -126,8 +126,8 @@ def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tupl
     for one in (each.drawn() for each in asked):
         names, _ = answers(one, learned, TIMES_S)
         blocks = stroke_blocks(one, learned.fit.table)
-        course = paper_felt(one.even, [block.mode for block in blocks])
-        felt = [block.texture.roughness_v for block in stroking(blocks) if block.texture.valid]
+        course = paper_states(one.even, [block.mode for block in blocks])
+        after_v = [block.texture.roughness_v for block in stroking(blocks) if block.texture.valid]
         yield (
             names,
             {
@@ -135,7 +135,7 @@ def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tupl
                 "speed_mm_s": round(one.speed_mm_s, 1),
                 "force_n": round(one.force_n, 2),
                 "before_v": course[-1].mean_v,
-                "after_v": float(np.sqrt(np.mean(np.square(felt[len(felt) // 3 :])))),
+                "after_v": float(np.sqrt(np.mean(np.square(after_v[len(after_v) // 3 :])))),
             },
         )
 
@@ -259,7 +259,7 @@ def _grooves(table: SurfaceTable, number: int, repeats: int, seed: int) -> Itera
             begin_s = stroking(blocks)[0].begin_s
             detected = {
                 SHIPPED: [impulse.time_s for block in blocks for impulse in block.texture.impulses],
-                PAPER: list(paper_felt(one.even, [block.mode for block in blocks])[-1].patterns_s),
+                PAPER: list(paper_states(one.even, [block.mode for block in blocks])[-1].patterns_s),
             }
             for method, times_s in detected.items():
                 counts[method] += grooves_counted(one, begin_s, times_s)
@@ -279,9 +279,9 @@ def _course(table: SurfaceTable, before: str, after: str, seed: int) -> Iterator
     """Stroke from one surface to another; yield the course that shows the paper's latching hold and drifting mean."""
     trace = simulate_stroke(before, 5000 + seed, 60.0, 1.5, length_m=0.24, then=after)
     one = Drawn(before, after, 60.0, 1.5, trace)
-    felt = stroking(stroke_blocks(one, table))
+    stroked = stroking(stroke_blocks(one, table))
     paper, course = PaperRoughness(), []
-    for block in felt:
+    for block in stroked:
         first = int(np.searchsorted(one.even.time_s, block.begin_s))
         paper.step(one.even.signal_v[first : first + 10])
         course.append((paper.mean_v, paper.pattern))
@@ -289,8 +289,8 @@ def _course(table: SurfaceTable, before: str, after: str, seed: int) -> Iterator
     yield {
         "before": before,
         "after": after,
-        "after_border_s": [round(block.end_s - trace.border_s, 4) for block in felt],
+        "after_border_s": [round(block.end_s - trace.border_s, 4) for block in stroked],
         "paper_v": [mean_v for mean_v, _ in course],
         "held": [held for _, held in course],
-        "shipped_v": [block.texture.roughness_v if block.texture.valid else None for block in felt],
+        "shipped_v": [block.texture.roughness_v if block.texture.valid else None for block in stroked],
     }

@@ -71,7 +71,7 @@ def rate_rows() -> Iterator[dict[str, Any]]:
             yield {"object": name, "times_as_fast": times, "error_k": error.largest_k, "at_s": error.at_s}
 
 
-def told_apart_rows() -> Iterator[dict[str, Any]]:
+def colder_rows() -> Iterator[dict[str, Any]]:
     """Share of answers that the first of two objects is colder, on the objects themselves and by each strategy."""
     at, object_c = round(DWELL_S / STEP_S), TEMPERATURES_C[0]
     for pair, names in PAIRS.items():

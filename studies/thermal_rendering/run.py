@@ -24,7 +24,7 @@ from studies.running import Progress, tables_of
 from studies.thermal_rendering.figure import plot
 from studies.thermal_rendering.naive_inverse import inverse_rows
 from studies.thermal_rendering.plate_in_loop import loop_pieces
-from studies.thermal_rendering.plate_strategies import rate_rows, strategy_rows, told_apart_rows
+from studies.thermal_rendering.plate_strategies import colder_rows, rate_rows, strategy_rows
 from studies.thermal_rendering.reference_finger import felt_course
 from teletaction.session.step_cost import quickest_s
 
@@ -81,7 +81,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     pieces: dict[str, list[Piece]] = {
         "rates": [(rate_rows, ())],
         "strategies": [(strategy_rows, ())],
-        "told_apart": [(told_apart_rows, ())],
+        "told_apart": [(colder_rows, ())],
         "inverse": [(inverse_rows, (seed,))],
         "loop": loop_pieces(seed=seed, **few),
     }

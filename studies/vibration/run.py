@@ -46,7 +46,7 @@ GROOVE_RAD_S = 400.0
 STROKE_M_S, STROKE_N = 0.05, 2.0
 ALONE, COMPENSATED, EARLY, LIMIT = "alone", "compensated", "started early", "limit"
 OTHERS = {
-    "as told": MOTOR,
+    "as modelled": MOTOR,
     "inertia -20 %": replace(MOTOR, inertia_kg_m2=0.8 * MOTOR.inertia_kg_m2),
     "inertia +20 %": replace(MOTOR, inertia_kg_m2=1.2 * MOTOR.inertia_kg_m2),
     "resistance -15 %": replace(MOTOR, resistance_ohm=0.85 * MOTOR.resistance_ohm),

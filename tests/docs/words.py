@@ -18,6 +18,8 @@ SEARCHED = (
     "docs/howto/*.md",
     "robustness/**/*.py",
     "sim_sensors/**/*.py",
+    "studies/**/*.py",
+    "benchmarks/**/*.py",
 )
 """Patterns of the files to search. Add a clean part of the code with a line such as `common/**/*.py`."""
 _TEXTS = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}

@@ -35,10 +35,10 @@ def two() -> Iterator[Workers]:
 
 
 def test_the_results_are_the_same_to_the_last_bit_here_and_in_processes(two: Workers) -> None:
-    told: list[float] = []
-    expected = working(here)(PIECES, told.append)
+    shares: list[float] = []
+    expected = working(here)(PIECES, shares.append)
     assert expected == [drawn(*arguments) for _, arguments in PIECES]
-    assert told == [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]
+    assert shares == [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]
     assert working(two)(PIECES) == expected
     assert working(two)(PIECES[::-1]) == expected[::-1]
 
@@ -80,14 +80,14 @@ def test_rows_come_in_the_order_of_their_pieces_and_what_is_yielded_is_a_list() 
 
 
 def test_what_was_done_is_not_done_again(tmp_path: Path) -> None:
-    kept, told = KeptPieces(tmp_path / "kept"), []
+    kept, shares = KeptPieces(tmp_path / "kept"), []
     pieces: list[Piece] = [(noted, (tmp_path, name, name == "b")) for name in "abc"]
     with pytest.raises(RuntimeError, match="interrupted"):
         working(here, kept)(pieces)
     (tmp_path / "mended").touch()
-    assert working(here, kept)(pieces, told.append) == ["a", "b", "c"]
+    assert working(here, kept)(pieces, shares.append) == ["a", "b", "c"]
     assert [(tmp_path / name).read_text() for name in "abc"] == [LINES, 2 * LINES, LINES]
-    assert told == [1 / 3, 2 / 3, 1.0]
+    assert shares == [1 / 3, 2 / 3, 1.0]
     kept.forget()
     assert not (tmp_path / "kept").exists()
 
@@ -148,7 +148,7 @@ def test_a_study_writes_the_same_file_with_any_number_of_processes(tmp_path: Pat
         out = tmp_path / processes
         assert main(["study", "plain", "--seed", "3", "--processes", processes, "--out", str(out)]) == 0
         written.append((out / "plain.json").read_bytes())
-        assert sorted(path.name for path in out.iterdir()) == ["plain.json", "plain.png"], "no piece is kept for ever"
+        assert sorted(path.name for path in out.iterdir()) == ["plain.json", "plain.png"], "no piece is kept"
     assert written[0] == written[1]
     assert json.loads(written[0])["numbers"] == [[0, 1, 0, 1, 2]]
 
@@ -175,11 +175,11 @@ def test_a_run_that_is_ended_goes_on_where_it_was_and_comes_to_the_same(
         running.send_signal(number)
         assert running.wait(20.0) == code
     assert not (tmp_path / "out" / "groove-spacing.json").exists()
-    told: list[float | str] = []
-    registry.run_study("groove-spacing", tmp_path / "out", progress=told.append)
-    assert told[0] >= 2 / 14
-    registry.run_study("groove-spacing", tmp_path / "anew")
-    written = [(tmp_path / out / "groove-spacing.json").read_bytes() for out in ("out", "anew")]
+    shares: list[float | str] = []
+    registry.run_study("groove-spacing", tmp_path / "out", progress=shares.append)
+    assert shares[0] >= 2 / 14
+    registry.run_study("groove-spacing", tmp_path / "second")
+    written = [(tmp_path / out / "groove-spacing.json").read_bytes() for out in ("out", "second")]
     assert written[0] == written[1]
     assert not kept.exists()
 

@@ -18,7 +18,7 @@ from tests.commands import command, one_line
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """The only study there is: `plain`; what it was asked is kept."""
     asked: list[object] = []
 
@@ -41,7 +41,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[object]:
 
 
 @pytest.fixture
-def problems(told: list[object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def problems(asked: list[object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What a second study finds wrong, which runs before `plain`: `strict`."""
     found: list[str] = []
     module = ModuleType("strict_study", "What it shows.")
@@ -53,11 +53,11 @@ def problems(told: list[object], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def test_a_study_fills_its_folder(told: list[object], tmp_path: Path) -> None:
+def test_a_study_fills_its_folder(asked: list[object], tmp_path: Path) -> None:
     out = tmp_path / "new" / "out"
     said = command("study", "plain", "--quick", "--seed", 3, "--out", out)
     assert (said.code, said.out) == (0, "")
-    assert told == [(True, 3)]
+    assert asked == [(True, 3)]
     assert json.loads((out / "plain.json").read_text())["rows"][0] == {"a": 1, "b": None}
     with (out / "plain-rows.csv").open(newline="") as file:
         assert list(csv.DictReader(file)) == [{"a": "1", "b": ""}, {"a": "2", "b": "x,y"}]
@@ -67,12 +67,12 @@ def test_a_study_fills_its_folder(told: list[object], tmp_path: Path) -> None:
 
 
 def test_on_a_terminal_a_line_tells_how_far_it_is(
-    told: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    asked: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     assert main(["study", "--all", "--out", str(tmp_path)]) == 0
     err = capsys.readouterr().err
-    assert told == [(False, 0)]
+    assert asked == [(False, 0)]
     assert "plain: 50%" in err
     assert "plain: in words" in err
     assert err.count("\n") == 2, "where plain was written, and the overview"
@@ -84,26 +84,26 @@ def test_problems_that_a_study_finds_are_said_and_a_failure(problems: list[str],
     problems += ["it grew", "it stopped"]
     bad = command("study", "strict", "--out", tmp_path)
     assert (bad.code, bad.out) == (1, "")
-    _, *told, last = bad.err.splitlines()
-    assert told == ["strict: it grew", "strict: it stopped"]
+    _, *problem_lines, last = bad.err.splitlines()
+    assert problem_lines == ["strict: it grew", "strict: it stopped"]
     assert last == "teletaction: problems found: 2"
     assert json.loads((tmp_path / "strict.json").read_text()) == {"quick": False, "seed": 0, "problems": problems}
     assert (tmp_path / "strict.png").read_text() == "drawn"
 
 
 def test_what_one_study_finds_wrong_does_not_keep_another_from_running(
-    problems: list[str], told: list[object], tmp_path: Path
+    problems: list[str], asked: list[object], tmp_path: Path
 ) -> None:
     problems.append("it grew")
     assert main(["study", "--all", "--out", str(tmp_path)]) == 1
-    assert told == [(False, 0)]
+    assert asked == [(False, 0)]
     assert (tmp_path / "plain.json").exists()
     assert {path.name for path in tmp_path.glob("overview.*")} == {"overview.csv", "overview.png"}
 
 
-def test_the_list_says_what_each_shows(told: list[object]) -> None:
+def test_the_list_says_what_each_shows(asked: list[object]) -> None:
     assert command("study", "--list").said == (0, "plain: What it shows.\n", "")
-    assert told == []
+    assert asked == []
 
 
 @pytest.mark.parametrize(
@@ -117,11 +117,11 @@ def test_the_list_says_what_each_shows(told: list[object]) -> None:
     ],
 )
 def test_a_wrong_request_is_one_line_and_exit_2(
-    told: list[object], arguments: list[str], words: tuple[str, ...]
+    asked: list[object], arguments: list[str], words: tuple[str, ...]
 ) -> None:
     line = one_line(command("study", *arguments), 2)
     assert all(word in line for word in words)
-    assert told == []
+    assert asked == []
 
 
 @pytest.mark.parametrize("name", registry.STUDIES)
@@ -162,19 +162,19 @@ def interrupted(*arguments: str) -> None:
 
 
 def test_all_studies_continue_where_they_were_interrupted(
-    problems: list[str], told: list[object], tmp_path: Path
+    problems: list[str], asked: list[object], tmp_path: Path
 ) -> None:
     problems.append("it grew")
     interrupted("--quick", "--out", str(tmp_path))
     assert main(["study", "--all", "--quick", "--out", str(tmp_path)]) == 1, "what was wrong still is"
-    assert told == [(True, 0)]
+    assert asked == [(True, 0)]
     assert not (tmp_path / "strict.json").exists(), "it was not run again"
     assert main(["study", "--all", "--quick", "--out", str(tmp_path)]) == 1
-    assert (tmp_path / "strict.json").exists(), "a run that came to its end begins anew"
+    assert (tmp_path / "strict.json").exists(), "a run that came to its end begins again"
 
 
 @pytest.mark.usefixtures("problems")
-def test_another_seed_begins_anew(tmp_path: Path) -> None:
+def test_another_seed_begins_again(tmp_path: Path) -> None:
     interrupted("--out", str(tmp_path))
     assert main(["study", "--all", "--seed", "2", "--out", str(tmp_path)]) == 0
     assert json.loads((tmp_path / "strict.json").read_text())["seed"] == 2

@@ -18,10 +18,10 @@ def test_five_bare_springs_push_as_hard_as_their_depth() -> None:
     heights = dict(zip(FINGERS, (1.0, 0.0, -0.5, -2.0, -10.24), strict=True))
     pushed = bare_springs(bytes(FrameSender("FingerHeights").encode(heights).data))
     forces = FrameReceiver("FingerForces")
-    told = forces._packing.unpack(pushed)[0]
+    forces_sent = forces._packing.unpack(pushed)[0]
     wanted = [min(10.0, max(0.0, -1e-3 * STIFFNESS_N_M * height)) for height in heights.values()]
-    assert [told[finger] for finger in FINGERS] == pytest.approx(wanted, abs=0.006)
-    assert told["enabled"] == 1.0
+    assert [forces_sent[finger] for finger in FINGERS] == pytest.approx(wanted, abs=0.006)
+    assert forces_sent["enabled"] == 1.0
 
 
 @pytest.mark.long

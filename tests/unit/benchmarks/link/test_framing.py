@@ -1,4 +1,4 @@
-"""What the study says a packet takes on the wire, counted on a real connection."""
+"""Bytes of a packet on the wire as the study computes them, counted on a real connection."""
 
 import socket
 import threading

@@ -1,4 +1,4 @@
-"""How many sessions a machine carries: what does not fit is told, with what is lacking, and nobody is silent on it."""
+"""Sessions on one machine: loops that do not keep their rates are reported, with the lacking resource."""
 
 import os
 from pathlib import Path
@@ -24,8 +24,8 @@ RECORDED = Recorded({}, {})
 
 
 def seen(at_s: float, hz: float, behind: str = "", state: str = "engaged", works: float = 0.3) -> Look:
-    """A process whose loop has made so many of its 500 ticks a second since time 0."""
-    told = {
+    """A process whose loop has made this rate of ticks, of 500 a second, since time 0."""
+    found = {
         "time_ns": round(at_s * 1e9),
         "loop": {"period_ms": 2.0, "ticks": round(at_s * hz)},
         "behind": behind,
@@ -37,11 +37,11 @@ def seen(at_s: float, hz: float, behind: str = "", state: str = "engaged", works
         "superseded": {"motion": round(at_s), "touch": round(2 * at_s)},
         "refused": {"motion": {"age": 3}, "touch": {}, "damaged": {}},
     }
-    return Look(at_s, told, works * at_s, 0.9 * works * at_s, 0.5 * at_s, 60.0)
+    return Look(at_s, found, works * at_s, 0.9 * works * at_s, 0.5 * at_s, 60.0)
 
 
 def stage(*sessions: dict[str, Any], idle: float = 0.5) -> Stage:
-    """Sessions as told by how their processes differ from well ones."""
+    """Sessions by the differences of their processes from usual ones."""
     sides = [
         [{name: seen(at_s, **{"hz": 500.0, **each.get(name, {})}) for name in PROCESSES} for each in sessions]
         for at_s in (100.0, 100.0 + SECONDS)
@@ -117,8 +117,8 @@ def test_age_and_lateness_are_read_from_the_recordings(tmp_path: Path) -> None:
     read = Recorded.read(tmp_path)
     assert read.lateness("remote", 1.0, 3.0, 0.002) == {"off_p50_us": 0.0, "off_p99_us": pytest.approx(1000.0)}
     assert read.lateness("operator", 1.0, 3.0, 0.002) == {"off_p50_us": None, "off_p99_us": None}
-    told = read.arrivals("motion", 1.5, 2.5)
-    assert told == {"age_p50_ms": 3.0, "age_p99_ms": 3.0, "longest_gap_ms": 10.0, "gap_share": 0.0}
+    found = read.arrivals("motion", 1.5, 2.5)
+    assert found == {"age_p50_ms": 3.0, "age_p99_ms": 3.0, "longest_gap_ms": 10.0, "gap_share": 0.0}
     assert read.arrivals("motion", 2.0, 4.0)["gap_share"] == pytest.approx(0.45, abs=0.01)
     assert Recorded.read(tmp_path / "never began").times_s == {}
 

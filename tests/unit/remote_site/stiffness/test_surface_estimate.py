@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
 from remote_site.stiffness.surface_estimate import UNKNOWN_LN_SD, SurfaceEstimate
-from studies.surface_identification.pressed_surface import STEPS, TICK_S, Felt, sense
+from studies.surface_identification.pressed_surface import STEPS, TICK_S, Touches, sense
 from studies.surface_identification.scenes import (
     HAND_STEP_M,
     STROKE_M_S,
@@ -25,14 +25,14 @@ SEEDS = {100.0: 81_101, 200.0: 81_102, 500.0: 81_103, 1000.0: 81_104, 2000.0: 81
 PRESSES = 8
 
 
-def identified(felt: Felt, seed: int, steps: str = "12 bits") -> list[Identified]:
+def identified(felt: Touches, seed: int, steps: str = "12 bits") -> list[Identified]:
     force_n, z_m = sense(felt, np.random.default_rng(seed), STEPS[steps])
     x_m = np.round(felt.x_m / HAND_STEP_M) * HAND_STEP_M
     return [identify(*columns) for columns in zip(force_n.T, z_m.T, x_m.T, strict=True)]
 
 
 @cache
-def presses(stiffness_n_m: float) -> Felt:
+def presses(stiffness_n_m: float) -> Touches:
     return pressed(np.full(PRESSES, stiffness_n_m), np.random.default_rng(SEEDS[stiffness_n_m]))[0]
 
 

@@ -31,12 +31,12 @@ def test_each_kind_of_scene_gets_the_right_modes(kind: str) -> None:
     right = ticks = 0
     for seed in SEEDS:
         explored = scene(kind, seed)
-        told = listen(METHODS[MACHINE], explored, sense(explored, JUDGED, np.random.default_rng(seed)))
-        right += int(np.count_nonzero(told.mode == explored.mode))
+        reported = listen(METHODS[MACHINE], explored, sense(explored, JUDGED, np.random.default_rng(seed)))
+        right += int(np.count_nonzero(reported.mode == explored.mode))
         ticks += len(explored.mode)
-        assert longest_run(wrong_switches(explored.mode, told.mode)) <= 1
-        assert len(told.taps) == len(explored.landings)
-    # An arm that goes on shaking after a stroke is told from a turn a quarter of a second after it.
+        assert longest_run(wrong_switches(explored.mode, reported.mode)) <= 1
+        assert len(reported.taps) == len(explored.landings)
+    # Shaking after a stroke is distinguished from a turn a quarter of a second later.
     assert right / ticks >= (0.96 if kind == "shaking arm" else 0.98)
 
 
@@ -61,14 +61,14 @@ def test_the_speed_of_a_tap_is_that_before_the_impact() -> None:
 
 def test_the_judge_knows_wrong_from_late() -> None:
     explored = scene("strokes", 90_100)
-    told = listen(METHODS[MACHINE], explored, sense(explored, 1.0, np.random.default_rng(0)))
+    reported = listen(METHODS[MACHINE], explored, sense(explored, 1.0, np.random.default_rng(0)))
     assert wrong_switches(explored.mode, explored.mode) == [False] * int(np.count_nonzero(np.diff(explored.mode)))
     late = np.roll(explored.mode, 10)
     late[:10] = explored.mode[0]
     assert not any(wrong_switches(explored.mode, late))
     assert any(wrong_switches(explored.mode, (explored.mode + 1) % 4))
     assert longest_run([True, False, True, True, False]) == 2
-    assert all(late_s is not None and late_s < 0.2 for _, late_s, _ in latencies(explored.mode, told))
+    assert all(late_s is not None and late_s < 0.2 for _, late_s, _ in latencies(explored.mode, reported))
 
 
 @pytest.mark.long

@@ -94,10 +94,10 @@ def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Pa
         pytest.skip(f"no recordings in {folder()}; TELETACTION_DATA names the folder that holds thermal_contact")
     for path in found:
         (tmp_path / path.name).write_bytes(path.read_bytes())
-    told: list[float] = []
-    data = run(folder=tmp_path, quick=True, progress=told.append)
+    shares: list[float] = []
+    data = run(folder=tmp_path, quick=True, progress=shares.append)
     assert data["sets"] == [1]
-    assert told == [0.0, 1 / 3, 2 / 3, 1.0]
+    assert shares == [0.0, 1 / 3, 2 / 3, 1.0]
     judged = {path.name for path in found if path.name.startswith("set01")}
     rows = data["accuracy"]
     for method, sensors in (("linear", 2), ("estimator", 3)):

@@ -9,7 +9,7 @@ import pytest
 
 from sim_sensors.physics.fingertip import Fingertip
 from studies.surface_identification.figure import draw_breath, draw_errors, draw_jitter, draw_nodule
-from studies.surface_identification.pressed_surface import TICK_S, feel, minimum_jerk
+from studies.surface_identification.pressed_surface import TICK_S, minimum_jerk, simulate
 from studies.surface_identification.run import run, tables
 from tests.unit.studies.written import draw_panels, write_tables
 
@@ -61,12 +61,12 @@ def test_the_physics_is_that_of_the_simulated_fingertip() -> None:
     def setpoint_m(t_s: float) -> np.ndarray:
         return 2e-3 - 5e-3 * minimum_jerk(np.array([t_s / 0.3]))
 
-    felt = feel(0.6, setpoint_m, lambda _: np.array([800.0]))
+    touches = simulate(0.6, setpoint_m, lambda _: np.array([800.0]))
     tip = Fingertip(2e-3)
-    for tick in range(len(felt.force_n) - 1):
+    for tick in range(len(touches.force_n) - 1):
         tip.step(TICK_S, float(setpoint_m(tick * TICK_S)[0]), 0.0, 800.0)
-    assert tip.z_m == pytest.approx(felt.z_m[-1, 0], abs=2e-6)
-    assert tip.force_n == pytest.approx(felt.force_n[-1, 0], abs=0.01)
+    assert tip.z_m == pytest.approx(touches.z_m[-1, 0], abs=2e-6)
+    assert tip.force_n == pytest.approx(touches.force_n[-1, 0], abs=0.01)
 
 
 @pytest.mark.long

@@ -191,10 +191,10 @@ def test_a_goal_that_is_missed_is_said_to_be() -> None:
 @pytest.mark.long
 @pytest.mark.timeout(240)  # some ten seconds, but on a machine that is busy with something else
 def test_a_tiny_run_has_all_parts(tmp_path: Path) -> None:
-    told: list[float] = []
-    data = measure(TINY, 0, told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    progress: list[float] = []
+    data = measure(TINY, 0, progress.append)
+    assert progress == sorted(progress)
+    assert progress[-1] == 1.0
     assert json.loads(json.dumps(data)) == data
     methods = {row["method"] for row in data["accuracy"]}
     assert methods >= {"paper", "good exponential", "1 finger", "2 equal", "5 staggered", "network"}
