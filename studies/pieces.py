@@ -71,10 +71,16 @@ def working(workers: Workers = here, kept: KeptPieces | None = None) -> Work:
     return work
 
 
+def results_of(pieces: Mapping[str, Sequence[Piece]], work: Work, progress: ReportShare) -> dict[str, list[Any]]:
+    """Run pieces, all at once; returns the results of each name, in the order of its pieces."""
+    done = iter(work([piece for each in pieces.values() for piece in each], progress))
+    return {name: [next(done) for _ in each] for name, each in pieces.items()}
+
+
 def rows_of(pieces: Mapping[str, Sequence[Piece]], work: Work, progress: ReportShare) -> dict[str, list[Any]]:
     """Run pieces that make rows, all at once; returns all rows of each name, in the order of its pieces."""
-    done = iter(work([piece for each in pieces.values() for piece in each], progress))
-    return {name: [row for _ in each for row in next(done)] for name, each in pieces.items()}
+    found = results_of(pieces, work, progress)
+    return {name: [row for rows in results for row in rows] for name, results in found.items()}
 
 
 def part_of(progress: ReportShare, begin: float, end: float) -> ReportShare:

@@ -1,11 +1,12 @@
 """Maps the failures of identification: small difference, noise, lost contact, scattering contacts, foreign materials.
 
-Each map has a list of pieces over its varied conditions, and rows made of their answers.
+Each map has a list of cells over its varied conditions, and rows made of their answers.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,57 +47,67 @@ class Axes:
     seconds: float = SECONDS
 
 
-def difference_pieces(axes: Axes, tables: dict[float, str], seed: int) -> list[Piece]:
-    """Return pieces over difference x noise x time, one for each difference and material."""
+class Cell(NamedTuple):
+    """A cell of a map: its columns for each answer of a piece, and its pieces, which answer a list for each."""
+
+    columns: Sequence[Mapping[str, Any]]
+    pieces: Sequence[Piece]
+
+
+def difference_cells(axes: Axes, tables: dict[float, str], seed: int) -> list[Cell]:
+    """Return cells over difference x noise x time."""
     return [
-        (with_noise, (_situation(axes, name, seed, offset_c=(above_k, above_k)), tables, axes.times_s))
-        for above_k in (PREHEAT_K - difference_k for difference_k in axes.differences_k)
-        for name in FOUR
+        Cell(
+            [{"difference_k": difference_k, "noise_k": noise_k} for noise_k in axes.noises_k],
+            [
+                (with_noise, (_situation(axes, name, seed, offset_c=(above_k, above_k)), tables, axes.times_s))
+                for name in FOUR
+            ],
+        )
+        for difference_k, above_k in ((each, PREHEAT_K - each) for each in axes.differences_k)
     ]
 
 
-def difference_rows(axes: Axes, found: Sequence[list[tuple[float, list[Answered]]]]) -> list[dict[str, Any]]:
-    """Return the rows from the results of `difference_pieces`."""
-    rows = []
-    for place, difference_k in enumerate(axes.differences_k):
-        cell = found[place * len(FOUR) : (place + 1) * len(FOUR)]
-        for number, noise_k in enumerate(axes.noises_k):
-            answers = [answer for each in cell for answer in each[number][1]]
-            rows += shares(answers, difference_k=difference_k, noise_k=noise_k)
-    return rows
-
-
-def change_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
-    """Return pieces with a lost or changed contact, one for each change and material."""
+def change_cells(axes: Axes, table: str, seed: int) -> list[Cell]:
+    """Return cells with a lost or changed contact."""
     return [
-        (in_session, (_situation(axes, name, seed, later=change), table, axes.times_s))
-        for change in axes.changes
-        for name in FOUR
+        Cell(
+            [{"change_s": at_s, "force_share": share}],
+            [(in_session, (_situation(axes, name, seed, later=(at_s, share)), table, axes.times_s)) for name in FOUR],
+        )
+        for at_s, share in axes.changes
     ]
 
 
-def change_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Return the rows from the results of `change_pieces`."""
-    rows = []
-    for place, (at_s, share) in enumerate(axes.changes):
-        rows += shares(_cell(found, place), change_s=at_s, force_share=share)
-    return rows
-
-
-def spread_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
-    """Return pieces with another scatter of contacts than in calibration, one for each spread and material."""
+def spread_cells(axes: Axes, table: str, seed: int) -> list[Cell]:
+    """Return cells with another scatter of contacts than in calibration."""
     return [
-        (one_finger, (_situation(axes, name, seed, contact_spread=spread), table, axes.times_s))
+        Cell(
+            [{"contact_spread": spread}],
+            [(one_finger, (_situation(axes, name, seed, contact_spread=spread), table, axes.times_s)) for name in FOUR],
+        )
         for spread in axes.spreads
-        for name in FOUR
     ]
 
 
-def spread_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Return the rows from the results of `spread_pieces`."""
-    rows = []
-    for place, spread in enumerate(axes.spreads):
-        rows += shares(_cell(found, place), contact_spread=spread)
+def foreign_cells(axes: Axes, table: str, seed: int) -> list[Cell]:
+    """Return cells with uncalibrated materials; every `identified` is wrong, and `right` has no meaning."""
+    return [
+        Cell(
+            [{"material": name, "away_ln": round(away_ln, 3)}],
+            [(one_finger, (_situation(axes, name, seed), table, axes.times_s))],
+        )
+        for name, away_ln in foreign_materials(axes)
+    ]
+
+
+def cell_rows(cells: Sequence[Cell], found: Sequence[Sequence[Sequence[Answered]]]) -> list[dict[str, Any]]:
+    """Return the rows of the cells from the results of all their pieces."""
+    done, rows = iter(found), list[dict[str, Any]]()
+    for cell in cells:
+        results = [next(done) for _ in cell.pieces]
+        for columns, answers in zip(cell.columns, zip(*results, strict=True), strict=True):
+            rows += shares(list(chain(*answers)), **columns)
     return rows
 
 
@@ -113,19 +124,6 @@ def foreign_materials(axes: Axes) -> list[tuple[str, float]]:
     return [away[place] for place in places]
 
 
-def foreign_pieces(axes: Axes, table: str, seed: int) -> list[Piece]:
-    """Return pieces with uncalibrated materials, one for each."""
-    return [(one_finger, (_situation(axes, name, seed), table, axes.times_s)) for name, _ in foreign_materials(axes)]
-
-
-def foreign_rows(axes: Axes, found: Sequence[list[Answered]]) -> list[dict[str, Any]]:
-    """Return the rows from the results of `foreign_pieces`; every `identified` is wrong, and `right` has no meaning."""
-    rows = []
-    for (name, away_ln), answers in zip(foreign_materials(axes), found, strict=True):
-        rows += shares(answers, material=name, away_ln=round(away_ln, 3))
-    return rows
-
-
 def default_noise(axes: Axes) -> float:
     """Return the simulator's own noise, K; raise ValueError if the map lacks it, because other maps use its table."""
     if NOISE_C not in axes.noises_k:
@@ -135,7 +133,3 @@ def default_noise(axes: Axes) -> float:
 
 def _situation(axes: Axes, name: str, seed: int, **how: Any) -> Situation:
     return Situation(name, seed, axes.touches, seconds=axes.seconds, **how)
-
-
-def _cell(found: Sequence[list[Answered]], place: int) -> list[Answered]:
-    return [answer for each in found[place * len(FOUR) : (place + 1) * len(FOUR)] for answer in each]

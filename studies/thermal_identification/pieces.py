@@ -110,25 +110,25 @@ def by_network(network: Network, method: str, tested: Examples, t_s: float) -> l
     ]
 
 
-def with_noise(
-    situation: Situation, tables: Mapping[float, str], times_s: Sequence[float]
-) -> list[tuple[float, list[Answered]]]:
+def with_noise(situation: Situation, tables: Mapping[float, str], times_s: Sequence[float]) -> list[list[Answered]]:
     """Return answers to the same touches with several noises, K, each with the table of a sensor of that noise."""
     hands = touched(situation)
-    found = []
-    for noise_k, table in tables.items():
-        knowledge = knowledge_of(table)
-        noisy = noisier(hands, noise_k, situation.seed)
-        found.append((noise_k, [a for hand in noisy for a in by_fingers(knowledge, hand, {ONE: 1}, times_s)]))
-    return found
+    return [
+        [
+            answer
+            for hand in noisier(hands, noise_k, situation.seed)
+            for answer in by_fingers(knowledge_of(table), hand, {ONE: 1}, times_s)
+        ]
+        for noise_k, table in tables.items()
+    ]
 
 
-def one_finger(situation: Situation, table: str, times_s: Sequence[float]) -> list[Answered]:
-    """Return the answers to touches of one finger."""
-    return with_noise(situation, {NOISE_C: table}, times_s)[0][1]
+def one_finger(situation: Situation, table: str, times_s: Sequence[float]) -> list[list[Answered]]:
+    """Return the answers to touches of one finger, in a list of one element."""
+    return with_noise(situation, {NOISE_C: table}, times_s)
 
 
-def in_session(situation: Situation, table: str, times_s: Sequence[float]) -> list[Answered]:
+def in_session(situation: Situation, table: str, times_s: Sequence[float]) -> list[list[Answered]]:
     """Return the answers of the product's whole identification, which detects changes of contact, to one finger."""
     knowledge = knowledge_of(table)
-    return [answer for hand in touched(situation) for answer in by_product(knowledge, ONE, hand, times_s)]
+    return [[answer for hand in touched(situation) for answer in by_product(knowledge, ONE, hand, times_s)]]

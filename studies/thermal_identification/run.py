@@ -13,7 +13,7 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_hypotheses import FOREIGN
 from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, ReportShare, Work, one_thread, part_of
+from studies.pieces import HERE, Piece, ReportShare, Work, one_thread, part_of, results_of
 from studies.running import Progress, tables_of
 from studies.thermal_identification import maps
 from studies.thermal_identification.answers import Answered, knowledge_of
@@ -244,39 +244,38 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
         return calibrate, (names, sizes.calibration, calibration_seed, noise_k, sizes.calibration_s, times_s)
 
     sets = _materials(sizes)
-    pieces: list[Piece] = [
-        (calibrate, (largest, sizes.cost_calibration, calibration_seed, usual, _COST_CALIBRATION_S, ())),
-        *(calibration(names, usual, sizes.times_s) for names in sets.values()),
-        *(calibration(FOUR, noise_k) for noise_k in noises_k),
-    ]
-    calibrations = len(pieces)
-    labels = []
-    for what, names, touches, preheats_k in (
-        ("4", FOUR, sizes.learning[0], EQUAL_K[:1]),
-        ("12", TWELVE, sizes.learning[1] if len(TWELVE) in sets else 0, EQUAL_K[:1]),
-        ("two", FOUR, sizes.learning[2], STAGGERED_K[:2]),
-    ):
+    pieces: dict[str, list[Piece]] = {
+        "largest": [(calibrate, (largest, sizes.cost_calibration, calibration_seed, usual, _COST_CALIBRATION_S, ()))],
+        "sets": [calibration(names, usual, sizes.times_s) for names in sets.values()],
+        "noises": [calibration(FOUR, noise_k) for noise_k in noises_k],
+    }
+    learning = {
+        "4": (FOUR, sizes.learning[0], EQUAL_K[:1], 0),
+        "12": (TWELVE, sizes.learning[1] if len(TWELVE) in sets else 0, EQUAL_K[:1], 0),
+        "two": (FOUR, sizes.learning[2], STAGGERED_K[:2], 1000),
+    }
+    for what, (names, touches, preheats_k, more) in learning.items():
         times_s = [t for t in sizes.network_times_s if what != "two" or t <= sizes.hand_times_s[-1]]
-        for name in names:
-            for number, part in enumerate(_chunks(touches, _CHUNK)):
-                own = learning_seed + number + (1000 if what == "two" else 0)
-                pieces.append((examples, (Situation(name, own, part, preheats_k, seconds=sizes.seconds), times_s)))
-                labels.append(what)
-    learned = len(pieces)
-    pieces += [(bounds, (name, plates_k, sizes.times_s)) for name in FOUR for plates_k in (EQUAL_K, STAGGERED_K)]
-    done = work(pieces, progress)
-    parts: dict[str, list[Examples]] = {}
-    for what, each in zip(labels, done[calibrations:learned], strict=True):
-        parts.setdefault(what, []).append(each)
-    by_count = dict(zip(sets, done[1 : 1 + len(sets)], strict=True))
-    noisy = zip(noises_k, done[1 + len(sets) : calibrations], strict=True)
-    plates = ("equal", "staggered") * len(FOUR)
+        pieces[what] = [
+            (examples, (Situation(name, learning_seed + more + n, part, preheats_k, seconds=sizes.seconds), times_s))
+            for name in names
+            for n, part in enumerate(_chunks(touches, _CHUNK))
+        ]
+    plates = {"equal": EQUAL_K, "staggered": STAGGERED_K}
+    pieces["bounds"] = [(bounds, (name, plates_k, sizes.times_s)) for name in FOUR for plates_k in plates.values()]
+    done = results_of(pieces, work, progress)
+    by_count = dict(zip(sets, done["sets"], strict=True))
+    noisy = zip(noises_k, done["noises"], strict=True)
     return _Prepared(
         by_count,
         {usual: by_count[len(FOUR)].table} | {noise_k: each.table for noise_k, each in noisy},
-        done[0].table,
-        {what: Examples.together(each) for what, each in parts.items()},
-        [{"plates": which} | row for which, rows in zip(plates, done[learned:], strict=True) for row in rows],
+        done["largest"][0].table,
+        {what: Examples.together(done[what]) for what in learning if done[what]},
+        [
+            {"plates": which} | row
+            for which, rows in zip((*plates,) * len(FOUR), done["bounds"], strict=True)
+            for row in rows
+        ],
     )
 
 
@@ -292,12 +291,14 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: R
         pieces[f"hands {count}"] = _hand_pieces(sizes, seed, names, sizes.hands[place], prepared.by_count[count])
         pieces[f"one {count}"] = _one_pieces(sizes, seed, names, sizes.test[place], prepared.by_count[count])
     axes, map_seed, table = sizes.maps, _seed(seed, "maps"), prepared.by_count[len(FOUR)].table
-    pieces["difference"] = maps.difference_pieces(axes, prepared.by_noise, map_seed)
-    pieces["contact"] = maps.change_pieces(axes, table, map_seed)
-    pieces["spread"] = maps.spread_pieces(axes, table, map_seed)
-    pieces["untrained"] = maps.foreign_pieces(axes, table, map_seed)
-    done = iter(work([piece for each in pieces.values() for piece in each], progress))
-    results = {what: [next(done) for _ in each] for what, each in pieces.items()}
+    cells = {
+        "difference": maps.difference_cells(axes, prepared.by_noise, map_seed),
+        "contact": maps.change_cells(axes, table, map_seed),
+        "spread": maps.spread_cells(axes, table, map_seed),
+        "untrained": maps.foreign_cells(axes, table, map_seed),
+    }
+    pieces |= {name: [piece for cell in each for piece in cell.pieces] for name, each in cells.items()}
+    results = results_of(pieces, work, progress)
     networks = dict(zip(keys, results["networks"], strict=True))
     answers: dict[int, list[Answered]] = {}
     for count in prepared.by_count:
@@ -312,13 +313,8 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: R
                 answers[count] += by_network(networks["two", t_s], NETWORK_TWO, staggered, t_s)
     return _Found(
         answers,
-        [answer for each in results["untrained"] for answer in each],
-        {
-            "difference": maps.difference_rows(axes, results["difference"]),
-            "contact": maps.change_rows(axes, results["contact"]),
-            "spread": maps.spread_rows(axes, results["spread"]),
-            "untrained": maps.foreign_rows(axes, results["untrained"]),
-        },
+        [answer for each in results["untrained"] for answers_k in each for answer in answers_k],
+        {name: maps.cell_rows(each, results[name]) for name, each in cells.items()},
         {t_s: network for (what, t_s), network in networks.items() if what == str(len(FOUR))},
     )
 
