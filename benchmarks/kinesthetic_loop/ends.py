@@ -9,8 +9,6 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from subprocess import DEVNULL, Popen
@@ -42,6 +40,9 @@ class DeviceEnd(Protocol):
 
     def arrivals_s(self) -> list[float]:
         """Time at which each frame of forces reached the device so far, by its own clock, s; NaN where unknown."""
+
+    def close(self) -> None:
+        """End the device."""
 
 
 class VirtualEnd:
@@ -89,12 +90,13 @@ class VirtualEnd:
 class GatewayEnd:
     """The simulator's process with a hand that works on a scene; a listener receives every frame on its bus."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self) -> None:
+        self._folder = TemporaryDirectory(prefix="kinesthetic-")
         first = free_port_block(6)
         self.address = CanAddress(interface="socketcand", host=HOST, port=first)
         tacttips = {finger: f"tcp:{HOST}:{first + 1 + n}" for n, finger in enumerate(("index",))}
         config = SimOperatorConfig.model_validate({"fingers": ("index",), "tacttip": tacttips, "can_port": first})
-        path = folder / "sim-operator.toml"
+        path = Path(self._folder.name) / "sim-operator.toml"
         path.write_text(to_toml(config), "utf-8")
         command = [sys.executable, "-m", "sim_sensors", "operator", "--config", str(path)]
         self._process = Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
@@ -125,6 +127,7 @@ class GatewayEnd:
         self._listener.close()
         self._process.terminate()
         self._process.wait()
+        self._folder.cleanup()
 
     def _listen(self, port: int) -> socket.socket:
         deadline_s = time.monotonic() + _OPEN_S
@@ -142,24 +145,3 @@ class GatewayEnd:
             connection.recv(64)
         connection.setblocking(False)
         return connection
-
-
-@contextmanager
-def virtual_end() -> Iterator[DeviceEnd]:
-    """The emulated exoskeleton on a virtual bus."""
-    end = VirtualEnd()
-    try:
-        yield end
-    finally:
-        end.close()
-
-
-@contextmanager
-def gateway_end() -> Iterator[DeviceEnd]:
-    """The exoskeleton of the simulator's process."""
-    with TemporaryDirectory(prefix="kinesthetic-") as folder:
-        end = GatewayEnd(Path(folder))
-        try:
-            yield end
-        finally:
-            end.close()

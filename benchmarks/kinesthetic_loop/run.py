@@ -8,13 +8,13 @@ loop of five springs takes turns with them, so that other load on the machine af
 import logging
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from benchmarks.kinesthetic_loop.ends import DeviceEnd, gateway_end, virtual_end
+from benchmarks.kinesthetic_loop.ends import DeviceEnd, GatewayEnd, VirtualEnd
 from benchmarks.kinesthetic_loop.figure import plot
 from benchmarks.kinesthetic_loop.step import PARTS, STIFFNESS_N_M, BareStep, KinestheticStep, part_costs_us
 from common.faults.texts import fault_text
@@ -141,7 +141,7 @@ def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _lanes(bus: str, opened: ExitStack) -> list[Lane]:
-    end = opened.enter_context(virtual_end() if bus == "virtual" else gateway_end())
+    end: DeviceEnd = opened.enter_context(closing(VirtualEnd() if bus == "virtual" else GatewayEnd()))
     step = KinestheticStep(end.address)
     opened.callback(step.exoskeleton.line.close)
     deadline_s = time.monotonic() + _CONNECT_S

@@ -22,7 +22,7 @@ import zmq
 from benchmarks.link.bare import BareCurve, PlainTcp
 from benchmarks.link.ends import EndLost, Place, ends, pipe
 from benchmarks.link.packets import USUAL_EVENTS, next_touch, touch_parts
-from benchmarks.link.ways import Arrival, BareReceiver, BareSender, LinkReceiver, LinkSender, Receiver, Sender
+from benchmarks.link.ways import Arrival, Receiver, Sender, bare_receiver, bare_sender, link_receiver, link_sender
 from common.link.keys import load_keys
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.streams import STREAMS
@@ -45,10 +45,10 @@ def _send(line: Connection, place: Place, receiver: Connection, seed: int, round
     body = next_touch(like, 10_000, time.monotonic_ns()).encode()
     curve = BareCurve(place.bare_address(0), zmq.PUB, load_keys(place.remote_keys))
     senders: dict[str, Sender] = {
-        LINK: LinkSender(place, like),
-        BUSY_CURVE: BareSender(curve, body, like),
-        CURVE: BareSender(curve, body),
-        TCP: BareSender(PlainTcp.serve(place.host, place.bare_port(1)), body),
+        LINK: link_sender(place, like),
+        BUSY_CURVE: bare_sender(curve, body, like),
+        CURVE: bare_sender(curve, body),
+        TCP: bare_sender(PlainTcp.serve(place.host, place.bare_port(1)), body),
     }
     loop = PeriodicLoop(1.0 / STREAMS["touch"].rate_hz)
     chance, sequence = Random(seed), 0
@@ -81,10 +81,10 @@ def _receive(_: Connection, place: Place, sender: Connection) -> None:
     server_key = load_keys(place.remote_keys).public
     curve = BareCurve(place.bare_address(0), zmq.SUB, load_keys(place.operator_keys), server_key)
     receivers: dict[str, Receiver] = {
-        LINK: LinkReceiver(place),
-        BUSY_CURVE: BareReceiver(curve, next_touch(touch_parts(), 0, 0).encode()),
-        CURVE: BareReceiver(curve),
-        TCP: BareReceiver(_connect(place)),
+        LINK: link_receiver(place),
+        BUSY_CURVE: bare_receiver(curve, next_touch(touch_parts(), 0, 0).encode()),
+        CURVE: bare_receiver(curve),
+        TCP: bare_receiver(_connect(place)),
     }
     while (turn := sender.recv()) is not None:
         way, last = turn

@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
 import zmq
 
@@ -55,113 +55,85 @@ class Load:
         return max(self.touch_hz, self.motion_hz)
 
 
-class _End(Protocol):
-    def send(self, sequence: int) -> None: ...
+class _End(NamedTuple):
+    """One end, called in each tick: sends a numbered packet, and receives one; a loop alone does nothing."""
 
-    def receive(self) -> bool: ...
-
-    def close(self) -> None: ...
-
-
-class _LinkRemote:
-    def __init__(self, place: Place, load: Load):
-        keys, trusted = load_keys(place.remote_keys), TrustedKeys(place.remote_keys)
-        self._link = RemoteLink(place.host, place.base_port, keys, trusted)
-        self._like, self._observed = touch_parts(load.touching), load.observers
-        self._acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
-
-    def send(self, sequence: int) -> None:
-        packet = next_touch(self._like, sequence, time.monotonic_ns()).encode()
-        self._link.send_latest("touch", packet)
-        if self._observed:
-            self._link.send_latest("observed", packet)
-
-    def receive(self) -> bool:
-        packet = self._link.receive_latest("motion")
-        if packet is None:
-            return False
-        return self._acceptance.accept(Motion.decode(packet), SESSION, time.monotonic_ns(), 0, 0)
-
-    def close(self) -> None:
-        self._link.close()
+    send: Callable[[int], object] = lambda _: None
+    receive: Callable[[], bool] = lambda: False
+    close: Callable[[], None] = lambda: None
 
 
-class _LinkClient:
-    """An operator, or a read-only client that sends nothing."""
+def _link_remote(place: Place, load: Load) -> _End:
+    link = RemoteLink(place.host, place.base_port, load_keys(place.remote_keys), TrustedKeys(place.remote_keys))
+    like = touch_parts(load.touching)
+    streams = ("touch", "observed") if load.observers else ("touch",)
 
-    def __init__(self, place: Place, role: Role):
-        keys = place.operator_keys if role is Role.PARTNER else place.observer_keys
-        server_key = load_keys(place.remote_keys).public
-        self._link = OperatorLink(place.host, place.base_port, load_keys(keys), server_key, role)
-        self._stream = "touch" if role is Role.PARTNER else "observed"
-        self._acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
+    def send(sequence: int) -> None:
+        packet = next_touch(like, sequence, time.monotonic_ns()).encode()
+        for stream in streams:
+            link.send_latest(stream, packet)
 
-    def send(self, sequence: int) -> None:
-        self._link.send_latest("motion", next_motion(sequence, time.monotonic_ns()).encode())
-
-    def receive(self) -> bool:
-        packet = self._link.receive_latest(self._stream)
-        if packet is None:
-            return False
-        return self._acceptance.accept(Touch.decode(packet), SESSION, time.monotonic_ns(), 0, 0)
-
-    def close(self) -> None:
-        self._link.close()
+    return _End(send, _accepted(lambda: link.receive_latest("motion"), Motion), link.close)
 
 
-class _BareEnd:
-    def __init__(self, outgoing: BareCurve, incoming: BareCurve, message: bytes):
-        self._outgoing, self._incoming, self._message = outgoing, incoming, message
+def _link_client(place: Place, role: Role) -> _End:
+    """Return the end of an operator, or of a read-only client that sends nothing."""
+    partner = role is Role.PARTNER
+    keys = load_keys(place.operator_keys if partner else place.observer_keys)
+    link = OperatorLink(place.host, place.base_port, keys, load_keys(place.remote_keys).public, role)
+    stream = "touch" if partner else "observed"
 
-    def send(self, _: int) -> None:
-        self._outgoing.send(self._message)
+    def send(sequence: int) -> None:
+        link.send_latest("motion", next_motion(sequence, time.monotonic_ns()).encode())
 
-    def receive(self) -> bool:
-        return self._incoming.receive_now() is not None
-
-    def close(self) -> None:
-        self._outgoing.close()
-        self._incoming.close()
+    return _End(send, _accepted(lambda: link.receive_latest(stream), Touch), link.close)
 
 
-class _NoEnd:
-    def send(self, _: int) -> None:
-        return
+def _accepted(receive: Callable[[], bytes | None], kind: type[Motion | Touch]) -> Callable[[], bool]:
+    """Return a function that receives a packet and returns whether there is one that a site accepts."""
+    acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
 
-    def receive(self) -> bool:
-        return False
+    def received() -> bool:
+        packet = receive()
+        return packet is not None and acceptance.accept(kind.decode(packet), SESSION, time.monotonic_ns(), 0, 0)
 
-    def close(self) -> None:
-        return
+    return received
 
 
-def _bare_end(place: Place, load: Load, remote: bool) -> _BareEnd:
-    touch = next_touch(touch_parts(load.touching), 10_000, 10**15).encode()
-    motion = next_motion(10_000, 10**15).encode()
+def _bare_end(place: Place, load: Load, remote: bool) -> _End:
     server, client = load_keys(place.remote_keys), load_keys(place.operator_keys)
     touches, motions = place.bare_address(0), place.bare_address(1)
     if remote:
-        return _BareEnd(BareCurve(touches, zmq.PUB, server), BareCurve(motions, zmq.PULL, server), touch)
-    public = server.public
-    return _BareEnd(BareCurve(motions, zmq.PUSH, client, public), BareCurve(touches, zmq.SUB, client, public), motion)
+        message = next_touch(touch_parts(load.touching), 10_000, 10**15).encode()
+        outgoing, incoming = BareCurve(touches, zmq.PUB, server), BareCurve(motions, zmq.PULL, server)
+    else:
+        message = next_motion(10_000, 10**15).encode()
+        outgoing = BareCurve(motions, zmq.PUSH, client, server.public)
+        incoming = BareCurve(touches, zmq.SUB, client, server.public)
+
+    def close() -> None:
+        outgoing.close()
+        incoming.close()
+
+    return _End(lambda _: outgoing.send(message), lambda: incoming.receive_now() is not None, close)
 
 
 def _run_remote(line: Connection, place: Place, load: Load, seconds: float) -> None:
-    end: _End = _NoEnd()
+    end = _End()
     if load.way != LOOP:
-        end = _LinkRemote(place, load) if load.way == LINK else _bare_end(place, load, remote=True)
+        end = _link_remote(place, load) if load.way == LINK else _bare_end(place, load, remote=True)
     _run(line, end, load.loop_hz, round(load.loop_hz / load.touch_hz), seconds)
 
 
 def _run_operator(line: Connection, place: Place, load: Load, seconds: float) -> None:
-    end: _End = _NoEnd()
+    end = _End()
     if load.way != LOOP:
-        end = _LinkClient(place, Role.PARTNER) if load.way == LINK else _bare_end(place, load, remote=False)
+        end = _link_client(place, Role.PARTNER) if load.way == LINK else _bare_end(place, load, remote=False)
     _run(line, end, load.loop_hz, round(load.loop_hz / load.motion_hz), seconds)
 
 
 def _run_observer(line: Connection, place: Place, seconds: float) -> None:
-    _run(line, _LinkClient(place, Role.OBSERVER), OBSERVER_HZ, 0, seconds)
+    _run(line, _link_client(place, Role.OBSERVER), OBSERVER_HZ, 0, seconds)
 
 
 def _run(line: Connection, end: _End, loop_hz: float, send_every: int, seconds: float) -> None:

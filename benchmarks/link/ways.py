@@ -1,7 +1,8 @@
 """Ways to send a touch packet from one process to another: the product's own classes, and bare sockets."""
 
 import time
-from typing import Protocol
+from collections.abc import Callable
+from typing import NamedTuple
 
 from benchmarks.link.bare import BareCurve, PlainTcp, numbered, read_number
 from benchmarks.link.ends import EndLost, Place
@@ -18,108 +19,75 @@ Arrival = tuple[int, int]
 """Number of a message, and the time from which it could be acted on, ns."""
 
 
-class Sender(Protocol):
-    """Sends numbered messages."""
+class Sender(NamedTuple):
+    """Encodes and sends a message with a number; closes its socket."""
 
-    def send(self, sequence: int) -> Departure:
-        """Encode and send a message."""
-
-    def close(self) -> None:
-        """Close the socket."""
+    send: Callable[[int], Departure]
+    close: Callable[[], None]
 
 
-class Receiver(Protocol):
-    """Receives the messages of a sender."""
+class Receiver(NamedTuple):
+    """Receives the next message within a time, s; closes its socket."""
 
-    def receive(self, seconds: float) -> Arrival | None:
-        """The next message within `seconds`."""
-
-    def close(self) -> None:
-        """Close the socket."""
+    receive: Callable[[float], Arrival | None]
+    close: Callable[[], None]
 
 
-class LinkSender:
-    """The remote site's end of the product's link."""
+def link_sender(place: Place, like: Touch) -> Sender:
+    """Return the remote site's end of the product's link."""
+    link = RemoteLink(place.host, place.base_port, load_keys(place.remote_keys), TrustedKeys(place.remote_keys))
 
-    def __init__(self, place: Place, like: Touch):
-        self._link = RemoteLink(
-            place.host, place.base_port, load_keys(place.remote_keys), TrustedKeys(place.remote_keys)
-        )
-        self._like = like
-
-    def send(self, sequence: int) -> Departure:
-        """Encode one packet and send it."""
-        touch = next_touch(self._like, sequence, time.monotonic_ns())
+    def send(sequence: int) -> Departure:
+        touch = next_touch(like, sequence, time.monotonic_ns())
         begin_ns = time.monotonic_ns()
         packet = touch.encode()
         encoded_ns = time.monotonic_ns()
-        self._link.send_latest("touch", packet)
+        link.send_latest("touch", packet)
         return begin_ns, encoded_ns
 
-    def close(self) -> None:
-        """Close the link."""
-        self._link.close()
+    return Sender(send, link.close)
 
 
-class LinkReceiver:
-    """The operator site's end of the product's link."""
+def link_receiver(place: Place) -> Receiver:
+    """Return the operator site's end of the product's link; it decodes, checks and accepts each packet."""
+    remote_key = load_keys(place.remote_keys).public
+    link = OperatorLink(place.host, place.base_port, load_keys(place.operator_keys), remote_key)
+    acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
 
-    def __init__(self, place: Place):
-        remote_key = load_keys(place.remote_keys).public
-        self._link = OperatorLink(place.host, place.base_port, load_keys(place.operator_keys), remote_key)
-        self._acceptance = PacketFilter(round(AGE_MAX_S * 1e9))
-
-    def receive(self, seconds: float) -> Arrival | None:
-        """The next packet, decoded, checked and accepted."""
-        if (packet := self._link.wait_for_latest("touch", seconds)) is None:
+    def receive(seconds: float) -> Arrival | None:
+        if (packet := link.wait_for_latest("touch", seconds)) is None:
             return None
         touch = Touch.decode(packet)
-        if not self._acceptance.accept(touch, SESSION, time.monotonic_ns(), 0, 0):
-            raise EndLost(f"a packet was refused: {dict(self._acceptance.refused)}")
+        if not acceptance.accept(touch, SESSION, time.monotonic_ns(), 0, 0):
+            raise EndLost(f"a packet was refused: {dict(acceptance.refused)}")
         return touch.sequence, time.monotonic_ns()
 
-    def close(self) -> None:
-        """Close the link."""
-        self._link.close()
+    return Receiver(receive, link.close)
 
 
-class BareSender:
-    """Sends numbered messages over a bare socket."""
+def bare_sender(socket: BareCurve | PlainTcp, body: bytes, busy_with: Touch | None = None) -> Sender:
+    """Return an end that sends messages as long as `body`; with `busy_with`, it encodes that packet before each."""
 
-    def __init__(self, socket: BareCurve | PlainTcp, body: bytes, busy_with: Touch | None = None):
-        """Send messages as long as `body`; with `busy_with`, encode that packet before each of them."""
-        self._socket, self._body, self._busy_with = socket, body, busy_with
-
-    def send(self, sequence: int) -> Departure:
-        """Send one message."""
-        if self._busy_with is not None:
-            next_touch(self._busy_with, sequence, time.monotonic_ns()).encode()
-        message = numbered(self._body, sequence)
+    def send(sequence: int) -> Departure:
+        if busy_with is not None:
+            next_touch(busy_with, sequence, time.monotonic_ns()).encode()
+        message = numbered(body, sequence)
         encoded_ns = time.monotonic_ns()
-        self._socket.send(message)
+        socket.send(message)
         return encoded_ns, encoded_ns
 
-    def close(self) -> None:
-        """Close the socket."""
-        self._socket.close()
+    return Sender(send, socket.close)
 
 
-class BareReceiver:
-    """Receives numbered messages from a bare socket."""
+def bare_receiver(socket: BareCurve | PlainTcp, busy_with: bytes | None = None) -> Receiver:
+    """Return an end that receives messages; with `busy_with`, it decodes that packet after each."""
 
-    def __init__(self, socket: BareCurve | PlainTcp, busy_with: bytes | None = None):
-        """Receive messages; with `busy_with`, decode that packet after each of them."""
-        self._socket, self._busy_with = socket, busy_with
-
-    def receive(self, seconds: float) -> Arrival | None:
-        """The next message."""
-        if (message := self._socket.receive(seconds)) is None:
+    def receive(seconds: float) -> Arrival | None:
+        if (message := socket.receive(seconds)) is None:
             return None
         end_ns = time.monotonic_ns()
-        if self._busy_with is not None:
-            Touch.decode(self._busy_with)
+        if busy_with is not None:
+            Touch.decode(busy_with)
         return read_number(message), end_ns
 
-    def close(self) -> None:
-        """Close the socket."""
-        self._socket.close()
+    return Receiver(receive, socket.close)

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.kinesthetic_loop.run import measure, plot, tables
 from benchmarks.kinesthetic_loop.step import STIFFNESS_N_M, bare_springs
-from common.buses.can_frames import FrameReceiver, FrameSender
+from common.buses.can_frames import FrameSender, database
 from common.fingers import FINGERS
 from tests.unit.studies.written import draw_figure
 
@@ -17,11 +17,10 @@ MOST_SPRINGS = 10.0
 def test_five_bare_springs_push_as_hard_as_their_depth() -> None:
     heights = dict(zip(FINGERS, (1.0, 0.0, -0.5, -2.0, -10.24), strict=True))
     pushed = bare_springs(bytes(FrameSender("FingerHeights").encode(heights).data))
-    forces = FrameReceiver("FingerForces")
-    forces_sent = forces._packing.unpack(pushed)[0]
+    forces = database().get_message_by_name("FingerForces").decode(pushed)
     wanted = [min(10.0, max(0.0, -1e-3 * STIFFNESS_N_M * height)) for height in heights.values()]
-    assert [forces_sent[finger] for finger in FINGERS] == pytest.approx(wanted, abs=0.006)
-    assert forces_sent["enabled"] == 1.0
+    assert [forces[finger] for finger in FINGERS] == pytest.approx(wanted, abs=0.006)
+    assert forces["enabled"] == 1.0
 
 
 @pytest.mark.long
