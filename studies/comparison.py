@@ -49,17 +49,12 @@ def compare_folders(old: Path, new: Path, names: Sequence[str] = tuple(STUDIES))
         there = [file.exists() for file in files]
         if all(there):
             compared += 1
-            changes += compare(name, *_of_one_kind(files), declared(name))
+            changes += compare(name, *_of_one_kind(files), study(name).COMPARED)
         elif any(there):
             alone.append(name)
     if not compared:
         raise ValueError(f"{old} and {new} have no study in common")
     return changes, alone
-
-
-def declared(name: str) -> tuple[Compared, ...]:
-    """Numbers by which runs of a study are compared."""
-    return tuple(study(name).COMPARED)
 
 
 def compare(name: str, old: Mapping[str, Any], new: Mapping[str, Any], numbers: Iterable[Compared]) -> Iterator[Change]:

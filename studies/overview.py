@@ -7,12 +7,10 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from teletaction.plotting.figure_style import BLUE, GREY, STYLE, absent, plain_ticks
+from studies.drawing import figure_file
+from teletaction.plotting.figure_style import BLUE, GREY, absent, plain_ticks
 
 _COLUMNS = 3
 _MARKS = "osD^vPX<>*"
@@ -67,10 +65,8 @@ def overview_rows(parts: Mapping[str, Part | None]) -> list[dict[str, Any]]:
 
 def plot(parts: Mapping[str, Part | None], path: Path) -> None:
     """Draw the parts as PNG, with a note for each study that was not run."""
-    with mpl.rc_context(STYLE):
-        lines = -(-len(parts) // _COLUMNS)
-        figure = Figure(figsize=(13.0, 4.2 * lines), layout="constrained")
-        FigureCanvasAgg(figure)
+    lines = -(-len(parts) // _COLUMNS)
+    with figure_file(path, 13.0, 4.2 * lines) as figure:
         figure.suptitle(
             "Speed against accuracy: further down and to the left is better; ours in blue, baselines hollow"
         )
@@ -83,7 +79,6 @@ def plot(parts: Mapping[str, Part | None], path: Path) -> None:
                 draw(axes, part)
         for axes in places[len(parts) :]:
             axes.set_axis_off()
-        figure.savefig(path, dpi=150)
 
 
 def draw(axes: Axes, part: Part) -> None:

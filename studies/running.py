@@ -1,6 +1,8 @@
 """Defines what each study shares with its caller: progress, missing requirements, and tables."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 Progress = Callable[[float | str], object]
@@ -11,6 +13,13 @@ Tables = Mapping[str, Sequence[Mapping[str, Any]]]
 
 class Unavailable(ValueError):
     """A requirement of a study is missing; the message names it and how to supply it."""
+
+
+def data_folder(needed: str) -> Path:
+    """Return the folder that TELETACTION_DATA names; raise Unavailable, with the needed folders, if it is not set."""
+    if not (named := os.environ.get("TELETACTION_DATA")):
+        raise Unavailable(f"TELETACTION_DATA has to name the folder that holds {needed}")
+    return Path(named)
 
 
 def tables_of(*names: str) -> Callable[[Mapping[str, Any]], Tables]:

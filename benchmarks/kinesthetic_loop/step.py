@@ -21,6 +21,7 @@ from operator_site.devices.exoskeleton import Exoskeleton
 from operator_site.force.passive_contact import PassiveContact
 from operator_site.safety.force_limits import ForceLimits
 from operator_site.safety.sampled_wall import SampledWall
+from teletaction.session.step_cost import quickest_s
 
 _SITE = RenderingConfig()
 WALL = SampledWall(_SITE.exoskeleton_damping_n_s_m, 0.001, _SITE.exoskeleton_delay_s)
@@ -192,22 +193,13 @@ def part_costs_us(repeat: int) -> dict[str, float]:
     def limit() -> None:
         let_through(limits, 1e-3 * next(turn), 1e-3, 0.0, [0.49] * len(FINGERS), [-0.001] * len(FINGERS))
 
-    return {
-        "bare springs": _best_us(lambda: bare_springs(frames[0]), repeat),
-        "cantools decode": _best_us(lambda: measured.decode(frames[0]), repeat),
-        "cantools encode": _best_us(lambda: pushed.encode(signed, strict=False), repeat),
-        "decode": _best_us(lambda: receiver.decode(frames[next(turn) % 16]), repeat),
-        "encode": _best_us(lambda: forces.encode(values), repeat),
-        "contacts": _best_us(push, repeat),
-        "limits": _best_us(limit, repeat),
+    calls: dict[str, Callable[[], object]] = {
+        "bare springs": lambda: bare_springs(frames[0]),
+        "cantools decode": lambda: measured.decode(frames[0]),
+        "cantools encode": lambda: pushed.encode(signed, strict=False),
+        "decode": lambda: receiver.decode(frames[next(turn) % 16]),
+        "encode": lambda: forces.encode(values),
+        "contacts": push,
+        "limits": limit,
     }
-
-
-def _best_us(call: Callable[[], object], repeat: int) -> float:
-    best_s = math.inf
-    for _ in range(5):
-        began_s = time.perf_counter()
-        for _ in range(repeat):
-            call()
-        best_s = min(best_s, time.perf_counter() - began_s)
-    return best_s / repeat * 1e6
+    return {name: 1e6 * quickest_s(call, repeat, rounds=5) for name, call in calls.items()}

@@ -68,7 +68,7 @@ class End:
     process: BaseProcess
     line: Connection
 
-    def hear(self, seconds: float = 0.0) -> Any:
+    def receive(self, seconds: float = 0.0) -> Any:
         """Next message of the process, within `seconds` and ANSWER_S; raises EndLost."""
         try:
             if self.line.poll(seconds + ANSWER_S):

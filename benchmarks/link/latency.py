@@ -129,12 +129,12 @@ def measure(rounds: int, seed: int, progress: Callable[[float], object] = lambda
             one_end.close()
             other_end.close()
             for number in range(rounds * len(WAYS)):
-                way, taken = sender.hear()
+                way, taken = sender.receive()
                 blocks[way].append([encoded_to_checked_ns for encoded_to_checked_ns, _ in taken])
                 if way == LINK:
                     blocks[WITH_ENCODING].append([with_encoding_ns for _, with_encoding_ns in taken])
                 progress((number + 1) / (rounds * len(WAYS)))
-            size = int(sender.hear())
+            size = int(sender.receive())
     return {"message_bytes": size, "rate_hz": STREAMS["touch"].rate_hz, "events": USUAL_EVENTS, **summary(blocks)}
 
 

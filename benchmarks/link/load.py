@@ -174,10 +174,10 @@ def measure(load: Load, seconds: float) -> dict[str, Any]:
             *observers,
         ) as running:
             for end in running:
-                end.hear()
+                end.receive()
             for end in running:
                 end.line.send("go")
-            found = [end.hear(_SETTLE_S + seconds) for end in running]
+            found = [end.receive(_SETTLE_S + seconds) for end in running]
     remote, operator, *others = found
     if load.way != LOOP and not all(each["received_hz"] for each in found):
         raise EndLost(f"{load}: an end received nothing")

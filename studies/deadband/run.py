@@ -84,7 +84,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "limit_mm": 1e3 * LIMIT_M,
         "refresh_ms": 1e3 * REFRESH_S,
         "repeats": REPEATS,
-        "problems": _problems(found),
+        "problems": problems(found),
         **found,
     }
 
@@ -145,7 +145,8 @@ def _gaps(seed: int) -> Iterator[Row]:
             }
 
 
-def _problems(found: Mapping[str, list[Row]]) -> list[str]:
+def problems(found: Mapping[str, list[Row]]) -> list[str]:
+    """Return a line for each goal that the rows miss."""
     return [*_too_many(found["recordings"]), *_too_far_off(found["loss"]), *_gone_too_often(found["gaps"])]
 
 

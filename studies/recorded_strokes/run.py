@@ -10,7 +10,6 @@ treated as follows:
 - One pressure setting in turn is left out. Choices were made with tables of one setting tried on another.
 """
 
-import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +27,7 @@ from remote_site.traces.trace_files import StrokeTrace, read_stroke
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_strokes.figure import plot
-from studies.running import Progress, Unavailable
+from studies.running import Progress, Unavailable, data_folder
 from studies.texture.baselines import band_powers, classifiers, moments
 
 __all__ = ["plot", "run", "tables"]
@@ -80,9 +79,7 @@ def run(
         ValueError: a recording cannot be read.
     """
     if folder is None:
-        if not (data := os.environ.get("TELETACTION_DATA")):
-            raise Unavailable("TELETACTION_DATA has to name the folder that holds groove_boards and fabric_strokes")
-        folder = Path(data)
+        folder = data_folder("groove_boards and fabric_strokes")
     board_strokes = read_strokes(folder / "groove_boards", BOARD)
     fabrics = read_strokes(folder / "fabric_strokes", FABRIC)
     methods: list[Piece] = [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)]

@@ -15,7 +15,6 @@ of its touches. Cooled wood counts as wood. Flaws of the data:
   (`even`). An even prior aims at `balanced`, the mean of metal's share and wood's.
 """
 
-import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -34,7 +33,7 @@ from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_touches.figure import plot
-from studies.running import Progress, Unavailable, tables_of
+from studies.running import Progress, Unavailable, data_folder, tables_of
 
 __all__ = ["plot", "run", "tables"]
 
@@ -93,9 +92,7 @@ def run(
         ValueError: a recording cannot be read.
     """
     if folder is None:
-        if not (data := os.environ.get("TELETACTION_DATA")):
-            raise Unavailable("TELETACTION_DATA has to name the folder that holds thermal_contact")
-        folder = Path(data) / "thermal_contact"
+        folder = data_folder("thermal_contact") / "thermal_contact"
     touches = read_touches(folder, seed)
     groups = sorted({touch.group for touch in touches})[: 1 if quick else None]
     judges = (_judge_linear, _judge_heated, _judge_both)

@@ -23,20 +23,6 @@ _SIZE = 100
 Update = Callable[[int], object]
 
 
-class Baseline:
-    """Unit of cost, described by BASELINE."""
-
-    def __init__(self) -> None:
-        chance = np.random.default_rng(0)
-        self._left, self._right = chance.standard_normal((2, _SIZE, _SIZE))
-
-    def time_s(self) -> float:
-        """Return the time of one product, s."""
-        begin_s = perf_counter()
-        np.matmul(self._left, self._right)
-        return perf_counter() - begin_s
-
-
 def cost(updates: Sequence[Callable[[], Update]], readings: int) -> tuple[dict[str, float], dict[str, float]]:
     """Time updates in alternation with the baseline; return early, late and overall costs, in baselines and in us.
 
@@ -44,12 +30,15 @@ def cost(updates: Sequence[Callable[[], Update]], readings: int) -> tuple[dict[s
         updates: functions that each return an update for reading k of a touch, 1 <= k <= `readings`.
         readings: number of readings after contact.
     """
-    baseline, unit_s = Baseline(), list[float]()
+    left, right = np.random.default_rng(0).standard_normal((2, _SIZE, _SIZE))
+    unit_s = list[float]()
     took_s = np.empty((len(updates), readings))
     for row, make in zip(took_s, updates, strict=True):
         update = make()
         for k in range(1, readings + 1):
-            unit_s.append(baseline.time_s())
+            begin_s = perf_counter()
+            np.matmul(left, right)
+            unit_s.append(perf_counter() - begin_s)
             begin_s = perf_counter()
             update(k)
             row[k - 1] = perf_counter() - begin_s

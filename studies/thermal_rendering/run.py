@@ -50,8 +50,8 @@ SUBSTEPS = (1, 2, 5, 10, 20, 50)
 """Numbers of steps of the Euler methods within 10 ms."""
 SOLVERS = ("RK45", "LSODA", "BDF")
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6)
-RUNGE_KUTTA_REACH = 3.3
-"""Length of RK45's stability region on the negative real axis (Dormand & Prince 1980); explicit Euler's is 2."""
+REACH = {EXPLICIT_EULER: 2.0, "RK45": 3.3}
+"""Length of a method's stability region on the negative real axis (RK45: Dormand & Prince 1980)."""
 tables = tables_of("models", "integrators", "rates", "strategies", "told_apart", "inverse", "loop")
 COMPARED = (
     Compared("models", "share_of_tolerance", "less", ("object", "model"), absolute=0.01, relative=0.02),
@@ -159,9 +159,7 @@ def _integrators(unit_us: float, seconds: float) -> Iterator[dict[str, Any]]:
                 "error_k": error if error < 1e3 else None,
                 "step_us": us,
                 "products": us / unit_us,
-                "diverges_above_s": {EXPLICIT_EULER: 2.0, "RK45": RUNGE_KUTTA_REACH}.get(method, np.inf) / fastest_per_s
-                if method in {EXPLICIT_EULER, "RK45"}
-                else None,
+                "diverges_above_s": REACH[method] / fastest_per_s if method in REACH else None,
             }
 
 

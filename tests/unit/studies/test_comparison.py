@@ -61,7 +61,7 @@ def test_what_is_better_may_be_less_or_the_same() -> None:
     assert changed(borders={"share": 0.9}) == {"borders share": "worse"} == changed(borders={"share": 1.1})
 
 
-def test_rows_that_cannot_be_told_apart_are_an_error() -> None:
+def test_rows_of_one_name_are_an_error() -> None:
     with pytest.raises(ValueError, match=r"accuracy right: several rows of one name"):
         Compared("accuracy", "right", "more").numbers(DATA)
 
@@ -152,6 +152,6 @@ def test_files_that_cannot_be_compared_are_one_line_and_exit_2(
     assert "no study in common" in one_line(command("study", "--compare", folders[0], folders[0] / "none"), 2)
 
 
-def test_a_change_tells_all_of_it() -> None:
+def test_a_change_has_all_its_numbers() -> None:
     (change, *_) = compare("made-up", DATA, DATA | {"borders": {"share": 0.9}}, [BORDER])
     assert change == Change("made-up", "borders share", 1.0, 0.9, 0.05, "worse")

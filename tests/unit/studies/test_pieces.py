@@ -164,9 +164,7 @@ def test_a_cluster_that_is_not_there_is_one_line_and_exit_2(tmp_path: Path, monk
 
 @pytest.mark.session
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)])
-def test_a_run_that_is_ended_goes_on_where_it_was_and_comes_to_the_same(
-    number: signal.Signals, code: int, tmp_path: Path
-) -> None:
+def test_a_run_that_is_ended_continues_and_gives_the_same(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """The command is killed, or interrupted as by Ctrl-C, when some pieces are done; its processes end with it."""
     command = [sys.executable, "-m", "teletaction", "study", "groove-spacing", "--processes", "2", "--out"]
     kept = tmp_path / "out" / registry.PIECES / "groove-spacing"

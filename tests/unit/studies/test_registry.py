@@ -66,7 +66,7 @@ def test_a_study_fills_its_folder(asked: list[object], tmp_path: Path) -> None:
     assert "50%" not in said.err
 
 
-def test_on_a_terminal_a_line_tells_how_far_it_is(
+def test_on_a_terminal_a_line_shows_the_progress(
     asked: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
@@ -135,7 +135,7 @@ def test_each_study_has_what_the_registry_asks_for(name: str) -> None:
     assert len(line) < 120
 
 
-def test_all_studies_go_on_past_one_that_lacks_something_and_that_one_alone_does_not(
+def test_all_studies_continue_past_one_that_lacks_something_and_that_one_alone_fails(
     problems: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def run(**_: object) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from itertools import islice
 from benchmarks.consoles.run import WAYS, more_than, orders
 
 
-def test_what_is_more_is_told_turn_by_turn() -> None:
+def test_excess_is_counted_turn_by_turn() -> None:
     without = [{"off_us": 100.0}, {"off_us": 300.0}, {"off_us": 200.0}]
     assert more_than([{"off_us": 130.0}, {"off_us": 270.0}, {"off_us": 203.0}], without) == {
         "off_us": {"median": 3.0, "least": -30.0, "most": 30.0, "turns": 2.0}

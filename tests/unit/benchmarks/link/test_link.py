@@ -72,7 +72,7 @@ def test_the_same_seed_gives_the_same_ages() -> None:
     assert ages_on(network, 3.0, 7) != ages_on(network, 3.0, 8)
 
 
-def test_silence_counts_from_the_gap_and_the_age_goes_on() -> None:
+def test_silence_counts_from_the_gap_and_the_age_grows() -> None:
     clock = ClockOffset()
     clock.add(0, 0, 0, 0)
     age = Age(PacketFilter(DEFAULT_MS * MS))
@@ -105,7 +105,7 @@ def test_the_grid_covers_the_ranges_and_no_jitter_exceeds_its_delay(quick: bool)
     assert len(set(networks)) == len(networks)
 
 
-def test_the_summary_tells_quantiles_and_ratios_to_bare_sockets() -> None:
+def test_the_summary_has_quantiles_and_ratios_to_bare_sockets() -> None:
     bare = [list(range(1000, 101_000, 1000))] * 2
     double = [[2 * value for value in block] for block in bare]
     ends = {latency.CURVE: bare, latency.BUSY_CURVE: double}
@@ -116,7 +116,7 @@ def test_the_summary_tells_quantiles_and_ratios_to_bare_sockets() -> None:
     assert (plain["to_busy"], mixed["to_busy"]) == (0.5, 0.668)
 
 
-def test_the_loads_ratio_is_told_with_and_without_the_loop_itself() -> None:
+def test_the_loads_ratio_is_given_with_and_without_the_loop_itself() -> None:
     shares = {load.LINK: 0.30, load.CURVE: 0.20, load.LOOP: 0.10}
     rows = [{"way": way, "all_cpu": share} for _ in range(3) for way, share in shares.items()]
     found = load.ratios(rows)

@@ -61,7 +61,7 @@ def test_sessions_that_fit_have_nothing_to_say() -> None:
     assert does_not_fit(counted, loops) == silent(loops) == []
 
 
-def test_what_does_not_fit_is_told_with_the_process_and_what_is_lacking() -> None:
+def test_a_loop_that_does_not_fit_is_reported_with_the_lacking_resource() -> None:
     remote = {"remote": {"hz": 300.0, "behind": "300 of 500 ticks a second"}}
     for idle, waits, lacking in (
         (0.01, 0.5, "lacks processors: 1% of processor time is idle, "),
@@ -87,7 +87,7 @@ def test_a_process_that_is_behind_and_says_nothing_is_a_problem() -> None:
     ]
 
 
-def test_a_session_that_has_fallen_and_one_that_never_came_are_told() -> None:
+def test_a_session_that_has_fallen_and_one_that_never_came_are_reported() -> None:
     some = stage({}, {"remote": {"state": "fault"}}, {})
     del some.end[2]["operator"]
     loops = some.loops([RECORDED] * 3)

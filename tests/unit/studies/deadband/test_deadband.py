@@ -43,7 +43,7 @@ def test_a_still_hand_costs_a_refresh_every_12_ms(reckoning: str) -> None:
     assert sent(STILL, reckoning, 1e-4).sum() == pytest.approx(1000.0 / HZ / REFRESH_S, abs=2 + REPEATS)
 
 
-def test_an_even_motion_costs_as_little_as_rest_where_the_hand_goes_on_and_every_step_where_it_is_held() -> None:
+def test_an_even_motion_costs_as_little_as_rest_with_dead_reckoning_and_every_step_without() -> None:
     under_way = slice(20, None)  # until two packets are 8 ms apart no speed is known
     assert sent(EVEN, "linear", 1e-4)[under_way].sum() <= sent(STILL, "linear", 1e-4)[under_way].sum() + 1
     assert sent(EVEN, "hold", 1e-4)[under_way].sum() > 500
@@ -72,7 +72,7 @@ def test_the_first_packet_is_never_lost_and_a_loss_is_the_share_it_is_said_to_be
     assert arrives.mean() == pytest.approx(0.8, abs=0.01)
 
 
-def test_telling_a_change_again_and_going_on_shorten_what_a_loss_leaves() -> None:
+def test_repeats_and_dead_reckoning_shorten_the_error_after_a_loss() -> None:
     rows = [
         row for way in ("hold", "linear") for repeats in (0, 1) for row in lossy_rows([SWAYING], way, repeats, 3, 1)
     ]
@@ -144,7 +144,7 @@ def test_missed_goals_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
         "mended_p99_mm": 0.6,
     }
     gap = {"loss": 0.2, "refresh_ms": 1e3 * REFRESH_S, "in_an_hour": 0.6}
-    problems = deadband._problems({"recordings": [row], "loss": [lossy], "gaps": [gap]})
+    problems = deadband.problems({"recordings": [row], "loss": [lossy], "gaps": [gap]})
     assert [problem.partition(":")[0] for problem in problems[:4]] == [
         "recorded motions",
         "made",

@@ -97,7 +97,7 @@ def test_a_remote_object_is_felt_later_than_a_virtual_one() -> None:
     assert felt[AT_3_S] == pytest.approx(virtual()["wood"][AT_3_S], abs=0.15)
 
 
-def test_a_tap_and_grooves_reach_the_motor_and_a_stroke_goes_on() -> None:
+def test_a_tap_and_grooves_reach_the_motor_and_a_stroke_continues() -> None:
     course = stroke("widely_grooved_pvc")
     at_rest = (course.time_s > 0.45) & (course.time_s < REST_S)
     tapped = course.time_s < 0.45
@@ -118,7 +118,7 @@ def test_a_motor_left_to_itself_smooths_the_grooves_that_a_driven_one_shows() ->
     assert abs(np.log(motor_features(driven, TICK_S).ln_period / motor_features(wanted, TICK_S).ln_period)) < 0.05
 
 
-def test_grooves_that_come_slowly_enough_are_told_apart() -> None:
+def test_grooves_that_come_slowly_enough_are_resolved() -> None:
     name = "closely_grooved_pvc"
     surface = VirtualSurface.of(name, profile(name).grooves_m)
     course = rendered_stroke(surface, stroke_m_s=SLOW_M_S)
@@ -179,7 +179,7 @@ def test_every_real_cell_of_table_2_is_inside_the_paper_s_interval() -> None:
     assert {row["pair"] for row in data()["answers"]} == set(PAIRS)
 
 
-def test_oak_cannot_be_told_from_pvc_and_a_faster_plate_tells_more() -> None:
+def test_oak_feels_like_pvc_and_a_faster_plate_distinguishes_more() -> None:
     def colder(varied: str, pair: str, side: str, value: str) -> float:
         (row,) = (
             row

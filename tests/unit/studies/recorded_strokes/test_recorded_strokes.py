@@ -13,7 +13,7 @@ from tests.slow_strokes import folder_of
 
 
 @pytest.mark.long
-def test_fabrics_at_another_pressure_are_told_better_than_by_the_classic_methods():
+def test_fabrics_at_another_pressure_are_named_better_than_by_the_classic_methods():
     try:
         strokes = read_strokes(folder() / "fabric_strokes", FABRIC)
     except Unavailable as absent:

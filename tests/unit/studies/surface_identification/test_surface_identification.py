@@ -20,13 +20,13 @@ def data() -> dict[str, Any]:
 
 
 @pytest.mark.long
-def test_one_press_tells_the_stiffness() -> None:
+def test_one_press_identifies_the_stiffness() -> None:
     assert all(row["error_most"] <= 0.15 for row in data()["presses"])
     assert sum(row["known"] for row in data()["presses"]) >= 0.97 * sum(row["count"] for row in data()["presses"])
 
 
 @pytest.mark.long
-def test_what_is_told_as_known_is_right_and_before_that_it_is_too_little() -> None:
+def test_a_known_stiffness_is_right_and_before_that_it_is_too_small() -> None:
     for row in data()["known"]:
         assert row["share_right_when_known"] >= 0.999
         assert row["harder_n"] <= 0.05
@@ -35,7 +35,7 @@ def test_what_is_told_as_known_is_right_and_before_that_it_is_too_little() -> No
 
 
 @pytest.mark.long
-def test_the_told_surface_is_quiet_and_not_late() -> None:
+def test_the_identified_surface_is_quiet_and_not_late() -> None:
     assert all(row["told_mm"] < 0.03 and row["told_mm"] < 0.6 * row["raw_mm"] for row in data()["jitter"])
     assert all(row["lag_ms"] <= 30.0 for row in data()["moving"])
     soft = [row for row in data()["moving"] if row["stiffness_n_m"] < 3000.0]
@@ -44,7 +44,7 @@ def test_the_told_surface_is_quiet_and_not_late() -> None:
 
 
 @pytest.mark.long
-def test_a_nodule_and_a_slope_are_told_apart() -> None:
+def test_a_nodule_and_a_slope_are_identified() -> None:
     for row in data()["nodule"]:
         assert (row["onto_ms"] if row["onto_ms"] is not None else np.inf) <= 50.0
         assert (row["off_ms"] if row["off_ms"] is not None else np.inf) <= 50.0

@@ -140,7 +140,7 @@ def made(depth_m: np.ndarray) -> Course:
 
 
 @pytest.mark.parametrize(("hz", "dies_per_s", "swings"), [(8.0, 0.0, True), (8.0, -1.0, True), (8.0, 1.0, False)])
-def test_what_swings_is_told_from_what_dies_out(hz, dies_per_s, swings):
+def test_a_lasting_oscillation_is_distinguished_from_a_decaying_one(hz, dies_per_s, swings):
     t_s = 0.001 * np.arange(6000)
     depth = 1e-3 * np.exp(-dies_per_s * (t_s - 4.0)) * np.sin(2.0 * np.pi * hz * t_s) + 0.001 * t_s
     amplitude_m, frequency_hz = swing(made(depth))

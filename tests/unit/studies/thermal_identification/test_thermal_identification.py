@@ -143,7 +143,7 @@ def test_the_bound_falls_with_time_and_fingers_and_staggered_plates_tell_the_tem
     assert reading_noise_k() > NOISE_C
 
 
-def test_noise_is_added_up_to_what_is_told(hands: list[Hand]) -> None:
+def test_noise_is_added_up_to_the_wanted_one(hands: list[Hand]) -> None:
     assert noisier(hands, NOISE_C, 1) == hands
     before, after = hands[0].fingers[0].trace.sensor_c, noisier(hands, 0.2, 1)[0].fingers[0].trace.sensor_c
     assert np.std(after - before) == pytest.approx(np.sqrt(0.2**2 - NOISE_C**2), rel=0.15)

@@ -34,7 +34,7 @@ def test_a_known_contact_is_felt_when_it_happens_and_nothing_is_faster_than_the_
 
 
 @pytest.mark.long
-def test_grooves_are_told_apart_until_they_fold() -> None:
+def test_grooves_are_resolved_until_they_fold() -> None:
     for row in by_way("impulses", "rendered"):
         assert (row["depth"] > 0.4) if row["rate_hz"] <= 15.0 else (row["rate_hz"] < 20.0 or row["depth"] < 0.01)
     assert by_way("impulses", ALONE)[-1]["depth"] < 0.2
