@@ -74,20 +74,16 @@ class _Count:
     """Counts of one method at one level of noise, over all scenes."""
 
     def __init__(self) -> None:
-        self.ticks, self.right = Counter[str](), Counter[str]()
+        self.number, self.ticks, self.right, self.never = (Counter[str]() for _ in range(4))
         self.confusion = Counter[tuple[int, int]]()
-        self.true_switches = self.switches = self.wrong = self.longest_run = 0
+        self.longest_run = 0
         self.late_s: dict[str, list[float]] = defaultdict(list)
-        self.never = Counter[str]()
-        self.contacts = self.soon = self.stood_still = self.invented_taps = 0
         self.taps: list[tuple[float, float]] = []
 
     def add(self, more: "_Count") -> None:
         """Add another count to this one."""
-        for counted in ("ticks", "right", "confusion", "never"):
+        for counted in ("number", "ticks", "right", "never", "confusion"):
             getattr(self, counted).update(getattr(more, counted))
-        for counted in ("true_switches", "switches", "wrong", "contacts", "soon", "stood_still", "invented_taps"):
-            setattr(self, counted, getattr(self, counted) + getattr(more, counted))
         for name, late_s in more.late_s.items():
             self.late_s[name] += late_s
         self.longest_run = max(self.longest_run, more.longest_run)
@@ -99,9 +95,9 @@ class _Count:
         self.right[kind] += int(np.count_nonzero(reported.mode == true))
         self.confusion.update(zip(true.tolist(), reported.mode.tolist(), strict=True))
         wrong = wrong_switches(true, reported.mode)
-        self.true_switches += int(np.count_nonzero(np.diff(true)))
-        self.switches += len(wrong)
-        self.wrong += sum(wrong)
+        self.number["true switches"] += int(np.count_nonzero(np.diff(true)))
+        self.number["switches"] += len(wrong)
+        self.number["wrong switches"] += sum(wrong)
         self.longest_run = max(self.longest_run, longest_run(wrong))
         for name, late_s, stood_still in latencies(true, reported):
             if late_s is None:
@@ -109,12 +105,11 @@ class _Count:
             else:
                 self.late_s[name].append(late_s)
             if name == "contact":
-                self.contacts += not stood_still
-                self.stood_still += stood_still
-                self.soon += not stood_still and late_s is not None and late_s <= SOON_S
+                self.number["stood still" if stood_still else "contacts"] += 1
+                self.number["soon"] += not stood_still and late_s is not None and late_s <= SOON_S
         speeds = list(tap_speeds(explored, reported))
         self.taps += [(true_m_s, m_s) for true_m_s, m_s in speeds if m_s is not None]
-        self.invented_taps += max(0, len(reported.taps) - len(speeds))
+        self.number["invented taps"] += max(0, len(reported.taps) - len(speeds))
 
 
 _Counts = dict[tuple[str, float], _Count]
@@ -158,13 +153,13 @@ def _rows(
 def _level(count: _Count) -> Iterator[dict[str, Any]]:
     yield {
         "right": sum(count.right.values()) / sum(count.ticks.values()),
-        "true_switches": count.true_switches,
-        "switches": count.switches,
-        "wrong_switches": count.wrong,
+        "true_switches": count.number["true switches"],
+        "switches": count.number["switches"],
+        "wrong_switches": count.number["wrong switches"],
         "longest_wrong_run": count.longest_run,
-        "contacts_within_5_ms": count.soon / count.contacts if count.contacts else None,
-        "contacts_while_the_loop_stood_still": count.stood_still,
-        "invented_taps": count.invented_taps,
+        "contacts_within_5_ms": count.number["soon"] / count.number["contacts"] if count.number["contacts"] else None,
+        "contacts_while_the_loop_stood_still": count.number["stood still"],
+        "invented_taps": count.number["invented taps"],
     }
 
 

@@ -5,7 +5,7 @@ matrix of delays, walls, hands, periods and links. It also calculates the analyt
 round trips and hands.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from studies.compared import Compared
@@ -54,7 +54,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     matrix = QUICK if quick else FULL
     pieces: dict[str, list[Piece]] = {
         "borders": [(_borders, (trips_s, seed)) for trips_s in (QUICK_BORDER_S if quick else BORDER_S)],
-        "walls": [(_walls, ([period_s],)) for period_s in (PERIODS_S[:1] if quick else PERIODS_S)],
+        "walls": [(_walls, (period_s,)) for period_s in (PERIODS_S[:1] if quick else PERIODS_S)],
         "recorded": recorded_pieces(quick, seed),
         "matrix": matrix_pieces(matrix, seed),
     }
@@ -78,15 +78,14 @@ def _borders(trips_s: tuple[float, ...], seed: int) -> Iterator[dict[str, Any]]:
         }
 
 
-def _walls(periods_s: Sequence[float]) -> Iterator[dict[str, Any]]:
+def _walls(period_s: float) -> Iterator[dict[str, Any]]:
     """Yield the largest stable virtual wall of the device alone, calculated and simulated."""
-    for period_s in periods_s:
-        yield {
-            "period_ms": 1e3 * period_s,
-            "bound_n_m": 2.0 * DEVICE_NS_M / period_s,
-            "worked_out_n_m": sampled_wall_n_m(FREE, period_s),
-            "simulated_n_m": simulated_wall_n_m(period_s),
-        }
+    yield {
+        "period_ms": 1e3 * period_s,
+        "bound_n_m": 2.0 * DEVICE_NS_M / period_s,
+        "worked_out_n_m": sampled_wall_n_m(FREE, period_s),
+        "simulated_n_m": simulated_wall_n_m(period_s),
+    }
 
 
 def _problems(data: Mapping[str, Any]) -> Iterator[str]:

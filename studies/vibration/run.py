@@ -7,7 +7,7 @@ motor's true speed every millisecond.
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -66,9 +66,9 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     del seed
     every = 3 if quick else 1
     pieces: dict[str, list[Piece]] = {
-        "taps": [(_taps, ((attack_rpm,),)) for attack_rpm in ATTACKS_RPM[::every]],
+        "taps": [(_taps, (attack_rpm,)) for attack_rpm in ATTACKS_RPM[::every]],
         "courses": [(_courses, ())],
-        "impulses": [(_impulses, ((rate_hz,),)) for rate_hz in RATES_HZ[::every]],
+        "impulses": [(_impulses, (rate_hz,)) for rate_hz in RATES_HZ[::every]],
         "scales": [(_scales, ())],
         "motors": [(_motors, ())],
     }
@@ -160,18 +160,17 @@ def _ways(attack_rpm: float) -> dict[str, tuple[Floats, Floats]]:
     }
 
 
-def _taps(attacks_rpm: Sequence[float]) -> Iterator[dict[str, Any]]:
+def _taps(attack_rpm: float) -> Iterator[dict[str, Any]]:
     after_s = TICK_S * (np.arange(round(TAP_SECONDS / TICK_S)) + 1) - CONTACT_S
-    for attack in attacks_rpm:
-        for way, (_, speed) in _ways(attack).items():
-            intensity = (speed / attack) ** 2
-            near = after_s[intensity >= 1.0 - NEAR]
-            yield {
-                "attack_rpm": attack,
-                "way": way,
-                "peak_intensity_share": float(intensity.max()),
-                "near_after_s": float(near[0]) if len(near) else None,
-            }
+    for way, (_, speed) in _ways(attack_rpm).items():
+        intensity = (speed / attack_rpm) ** 2
+        near = after_s[intensity >= 1.0 - NEAR]
+        yield {
+            "attack_rpm": attack_rpm,
+            "way": way,
+            "peak_intensity_share": float(intensity.max()),
+            "near_after_s": float(near[0]) if len(near) else None,
+        }
 
 
 def _courses() -> Iterator[dict[str, Any]]:
@@ -179,35 +178,34 @@ def _courses() -> Iterator[dict[str, Any]]:
         yield {"way": way, "tick_s": TICK_S, "contact_s": CONTACT_S, "asked": asked.tolist(), "speed": speed.tolist()}
 
 
-def _impulses(rates_hz: Sequence[float]) -> Iterator[dict[str, Any]]:
+def _impulses(rate_hz: float) -> Iterator[dict[str, Any]]:
     """Yield the dip of the speed between the grooves of a stroke, relative to its maximum."""
     ticks = round(2.0 / TICK_S)
-    for rate_hz in rates_hz:
-        finger, folding, plain, crossed = FingerVibration(), [], [], 0
-        for tick in range(ticks):
-            t_s, events = tick * TICK_S, []
-            while crossed / rate_hz <= t_s + 1e-9:
-                events.append(Event(crossed + 1, EventKind.GROOVE, 0, round(1e9 * crossed / rate_hz), 0, GROOVE_RAD_S))
-                crossed += 1
-            stroking = {"speed_m_s": STROKE_M_S, "force_n": STROKE_N, "surface": PLASTIC}
-            folding.append(finger.step(t_s, ExplorationMode.STROKING, events=events, **stroking))  # type: ignore[arg-type]
-            left = sum(math.exp(-PLASTIC.b_groove_per_s * (t_s - n / rate_hz)) for n in range(crossed))
-            bias = PLASTIC.k_stroke_v * STROKE_M_S + PLASTIC.k_stroke_f * STROKE_N
-            plain.append(min(MOTOR_MAX_RPM, (bias + GROOVE_RAD_S * left) / RPM_TO_RAD_S))
-        shown = {
-            "asked": np.array(plain),
-            ALONE: _turning(_commanded(np.array(plain), _held)),
-            COMPENSATED: _turning(_commanded(np.array(plain), MotorDrive().step)),
-            "rendered": _turning(_commanded(np.array(folding), MotorDrive().step)),
+    finger, folding, plain, crossed = FingerVibration(), [], [], 0
+    for tick in range(ticks):
+        t_s, events = tick * TICK_S, []
+        while crossed / rate_hz <= t_s + 1e-9:
+            events.append(Event(crossed + 1, EventKind.GROOVE, 0, round(1e9 * crossed / rate_hz), 0, GROOVE_RAD_S))
+            crossed += 1
+        stroking = {"speed_m_s": STROKE_M_S, "force_n": STROKE_N, "surface": PLASTIC}
+        folding.append(finger.step(t_s, ExplorationMode.STROKING, events=events, **stroking))  # type: ignore[arg-type]
+        left = sum(math.exp(-PLASTIC.b_groove_per_s * (t_s - n / rate_hz)) for n in range(crossed))
+        bias = PLASTIC.k_stroke_v * STROKE_M_S + PLASTIC.k_stroke_f * STROKE_N
+        plain.append(min(MOTOR_MAX_RPM, (bias + GROOVE_RAD_S * left) / RPM_TO_RAD_S))
+    shown = {
+        "asked": np.array(plain),
+        ALONE: _turning(_commanded(np.array(plain), _held)),
+        COMPENSATED: _turning(_commanded(np.array(plain), MotorDrive().step)),
+        "rendered": _turning(_commanded(np.array(folding), MotorDrive().step)),
+    }
+    for way, speed in shown.items():
+        late = speed[ticks // 2 :]
+        yield {
+            "rate_hz": rate_hz,
+            "way": way,
+            "depth": float((late.max() - late.min()) / late.max()),
+            "mean_rpm": float(late.mean()),
         }
-        for way, speed in shown.items():
-            late = speed[ticks // 2 :]
-            yield {
-                "rate_hz": rate_hz,
-                "way": way,
-                "depth": float((late.max() - late.min()) / late.max()),
-                "mean_rpm": float(late.mean()),
-            }
 
 
 def _scales() -> Iterator[dict[str, Any]]:
