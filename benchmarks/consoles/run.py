@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,12 +98,23 @@ def tables(data: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
     return {"ways": [{"way": way} | row for way, row in data["ways"].items()]}
 
 
+class Interval(NamedTuple):
+    """A measured interval: its way, begin and end on the monotonic clock, s, processor time of each process, s, and
+    whether the loop had real-time priority at its end."""
+
+    way: str
+    begin_s: float
+    end_s: float
+    used_s: dict[str, float]
+    real_time: bool
+
+
 class Watched:
-    """One session, and the intervals of it in which something was measured."""
+    """One session, and its measured intervals."""
 
     def __init__(self, folder: Path, seed: int):
         self._folder = folder
-        self._stretches: list[tuple[str, float, float, dict[str, float], bool]] = []
+        self._intervals: list[Interval] = []
         self._pages: list[dict[str, int]] = []
         self._configurations = prepare(
             DemoOptions(seconds=3600.0, fingers=5, scene="phantom_sweep", seed=seed, console=True), folder
@@ -139,17 +150,13 @@ class Watched:
                         if way in _LOOKED_AT:
                             there.enter_context(self._looking(address))
                     if way in ORDINARY_WAYS:
-                        self._put_loop_in_line()
+                        take_ordinary(self._loop())  # until the loop was late and is on time again
                     time.sleep(_SETTLE_S)
-                    self._stretch(way, seconds)
+                    self._measure(way, seconds)
 
     def has_real_time(self) -> bool:
         """Whether the loop's thread has real-time priority."""
         return policy(self._loop()) == os.SCHED_RR
-
-    def _put_loop_in_line(self) -> None:
-        """Give the loop's thread ordinary priority; it lasts until the loop was late and is on time again."""
-        take_ordinary(self._loop())
 
     def _loop(self) -> int:
         return self._processes.running["virtual"].pid  # a process's first thread has its number
@@ -182,18 +189,18 @@ class Watched:
         ways: dict[str, Any] = {}
         late: dict[str, Any] = {}
         turns: dict[str, list[Row]] = {}
-        for way in dict.fromkeys(stretch[0] for stretch in self._stretches):
-            stretches = [stretch for stretch in self._stretches if stretch[0] == way]
-            apart = [np.diff(times_s[(begin < times_s) & (times_s < end)]) for _, begin, end, *_ in stretches]
+        for way in dict.fromkeys(each.way for each in self._intervals):
+            mine = [each for each in self._intervals if each.way == way]
+            apart = [np.diff(times_s[(each.begin_s < times_s) & (times_s < each.end_s)]) for each in mine]
             turns[way] = [lateness(ticks_s, period_s) for ticks_s in apart]
             all_s = np.concatenate(apart)
             off_us = np.abs(all_s - period_s) * 1e6
             late[way] = [round(float(value), 1) for value in np.quantile(off_us, np.linspace(0.0, 1.0, 201))]
-            seconds = sum(end - begin for _, begin, end, *_ in stretches)
-            used = {name: sum(stretch[3].get(name, 0.0) for stretch in stretches) / seconds for name in _ACCOUNTED}
+            seconds = sum(each.end_s - each.begin_s for each in mine)
+            used = {name: sum(each.used_s.get(name, 0.0) for each in mine) / seconds for name in _ACCOUNTED}
             ways[way] = {
                 "ticks": len(all_s),
-                "real_time_share": round(sum(first for *_, first in stretches) / len(stretches), 3),
+                "real_time_share": round(sum(each.real_time for each in mine) / len(mine), 3),
                 **lateness(all_s, period_s),
                 **{f"{name}_core": round(used[name], 3) for name in _ACCOUNTED},
             }
@@ -213,11 +220,11 @@ class Watched:
             "problems": problems,
         }
 
-    def _stretch(self, way: str, seconds: float) -> None:
+    def _measure(self, way: str, seconds: float) -> None:
         begin_s, before = time.monotonic(), self._used()
         time.sleep(seconds)
         used = {name: value - before.get(name, 0.0) for name, value in self._used().items()}
-        self._stretches.append((way, begin_s, time.monotonic(), used, self.has_real_time()))
+        self._intervals.append(Interval(way, begin_s, time.monotonic(), used, self.has_real_time()))
 
     def _used(self) -> dict[str, float]:
         """Processor time of each process so far, s."""
@@ -251,8 +258,8 @@ class Watched:
         finally:
             self._processes.running.pop("pages", None)
             pages.send_signal(signal.SIGTERM)
-            said, _ = pages.communicate()
-        self._pages += json.loads(said)
+            printed, _ = pages.communicate()
+        self._pages += json.loads(printed)
 
     def _wait(self, process: str, ready: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         """Wait until the status of a process satisfies `ready`; raises TimeoutError."""

@@ -70,9 +70,7 @@ def _draw_latency(axes: Axes, latency: Mapping[str, Any]) -> None:
         axes.plot(latency["one_way_us"][row["way"]], latency["quantiles"], color=colour, linestyle=dash, label=label)
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, (10, 20, 50, 100, 200, 500, 1000, 3000))
-    axes.set_xlim(8.0, 3000.0)
-    axes.set_ylim(0.0, 1.0)
-    axes.set(xlabel="one way (µs)", ylabel="share of messages")
+    axes.set(xlim=(8.0, 3000.0), ylim=(0.0, 1.0), xlabel="one way (µs)", ylabel="share of messages")
     axes.set_title(f"{latency['message_bytes']} bytes at {latency['rate_hz']:.0f} Hz, with medians", loc="left")
     _keys_below(axes, columns=1)
 
@@ -108,9 +106,8 @@ def _draw_scaling(axes: Axes, scaling: Rows, varied: str, name: str, label: str)
     axes.plot(
         values, [_PERCENT * row["remote_cpu"] for row in rows], "s--", color=BLUE, markersize=3.5, label="remote end"
     )
-    axes.set_xlabel(label)
-    axes.set_ylim(0.0, 1.1 * max((_PERCENT * row["all_cpu"] for row in scaling), default=1.0))
-    axes.set_xlim(0.0, None)
+    axes.set(xlabel=label, ylim=(0.0, 1.1 * max((_PERCENT * row["all_cpu"] for row in scaling), default=1.0)))
+    axes.set(xlim=(0.0, None))
 
 
 def _draw_failures(figure: Any, age: Rows) -> None:

@@ -65,8 +65,7 @@ def _names(axes: Axes, rows: Rows) -> None:
             for end in ("low", "high")
         ]
         axes.errorbar(cost, shares, ends, fmt="o-", capsize=2.0, color=colour, label=f"named {kind}ly (95 %)")
-    axes.set_ylim(-0.02, 1.02)
-    axes.set_ylabel(f"share of touches, after {END_S:g} s")
+    axes.set(ylim=(-0.02, 1.02), ylabel=f"share of touches, after {END_S:g} s")
     _budget(axes, rows)
     axes.set_title("identification by its cost: names", loc="left")
 
@@ -77,8 +76,7 @@ def _times(axes: Axes, rows: Rows) -> None:
         axes.plot(cost, [row[column] for row in rows], style, color=BLUE, label=f"time to name rightly, {label}")
     errors_k = [row["object_rms_k"] for row in rows]
     axes.plot(cost, errors_k, "s-", color=ORANGE, label="object's temperature, rms error (K)")
-    axes.set_ylim(0.0, END_S)
-    axes.set_ylabel("time to name (s), error (K)")
+    axes.set(ylim=(0.0, END_S), ylabel="time to name (s), error (K)")
     _budget(axes, rows)
     axes.set_title("identification by its cost: time and temperature", loc="left")
 

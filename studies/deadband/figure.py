@@ -68,8 +68,7 @@ def _draw_sweep(axes: Axes, data: Data, motion: str) -> None:
     axes.set(xscale="log", yscale="log")
     plain_ticks(axes.xaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1))
     plain_ticks(axes.yaxis, _SHARES)
-    axes.set_ylim(5.0, _HEADROOM)
-    axes.set(xlabel="largest error (mm)", ylabel="packets sent (% of the ticks); grey: goal")
+    axes.set(ylim=(5.0, _HEADROOM), xlabel="largest error (mm)", ylabel="packets sent (% of the ticks); grey: goal")
     axes.legend(loc="upper right")
 
 
@@ -86,8 +85,7 @@ def _draw_touch(axes: Axes, data: Data) -> None:
     axes.axvline(100.0 * FORCE_WEBER, color=BLACK, linestyle=":", label="7 %: JND of force")
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, _SHARES)
-    axes.set_ylim(5.0, _HEADROOM)
-    axes.set(xlabel="step, share of the force (%)", ylabel="packets sent (% of the ticks)")
+    axes.set(ylim=(5.0, _HEADROOM), xlabel="step, share of the force (%)", ylabel="packets sent (% of the ticks)")
     axes.legend()
 
 
@@ -126,9 +124,7 @@ def _draw_above(axes: Axes, data: Data) -> None:
                     longest, (at, share), (aside, 3), textcoords="offset points", ha=side, color=colour, fontsize=8
                 )
     axes.set_xticks([0, 1, 2])
-    axes.set_xlim(-0.3, 2.3)
-    axes.set_ylim(-0.1)
-    axes.set(xlabel="repeats of each change", ylabel="share of the time (%)")
+    axes.set(xlim=(-0.3, 2.3), ylim=(-0.1, None), xlabel="repeats of each change", ylabel="share of the time (%)")
     axes.legend()
 
 
@@ -144,6 +140,5 @@ def _draw_gaps(axes: Axes, data: Data) -> None:
     axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="the refresh")
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, (0.001, 0.01, 0.1, 1, 10, 100, 1000))
-    axes.set_ylim(1e-4, 1e4)
-    axes.set(xlabel="refresh (ms); dots: drawn", ylabel="times in an hour")
+    axes.set(ylim=(1e-4, 1e4), xlabel="refresh (ms); dots: drawn", ylabel="times in an hour")
     axes.legend()

@@ -40,9 +40,7 @@ def draw_time_right(axes: Axes, data: Data) -> None:
     axes.axvspan(0.75, JUDGED, color=PALE, zorder=0)
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, sorted({row["noise"] for row in data["levels"]}))
-    axes.set_xlim(0.75, 13.0)
-    axes.set_ylim(None, 101.5)
-    axes.set(xlabel="noise / nominal", ylabel="time in the right mode (%)")
+    axes.set(xlim=(0.75, 13.0), ylim=(None, 101.5), xlabel="noise / nominal", ylabel="time in the right mode (%)")
     axes.set_title("Modes; numbers: % of switches that were wrong", loc="left")
     axes.legend(loc="lower left")
 
@@ -81,8 +79,7 @@ def draw_tap_speeds(axes: Axes, data: Data) -> None:
             )
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, (20, 50, 100, 200))
-    axes.set_ylim(0.0, None)
-    axes.set(xlabel="approach speed (mm/s)", ylabel="error, 95 % of the taps (%)")
+    axes.set(ylim=(0.0, None), xlabel="approach speed (mm/s)", ylabel="error, 95 % of the taps (%)")
     axes.set_title("Taps: speed before the impact", loc="left")
     axes.legend()
 

@@ -73,8 +73,7 @@ def _draw_answers(axes: Axes, rows: Rows) -> None:
             axes.plot(place + shift, row["predicted_percent"], mark, color=colour, ms=7, zorder=3, label=label)
     axes.set_xticks(range(len(pairs)), pairs)
     axes.grid(visible=False, axis="x")
-    axes.set_ylim(0.0, 104.0)
-    axes.set_ylabel("first object is felt colder (% of answers)")
+    axes.set(ylim=(0.0, 104.0), ylabel="first object is felt colder (% of answers)")
     axes.set_title(f"Table 2 after {_USUAL_S:g} s; grey: the paper's share and its 95 % interval", loc="left")
     axes.legend(loc="lower left")
 
@@ -92,8 +91,7 @@ def _draw_ablations(axes: Axes, rows: Rows) -> None:
     names = [f"{varied} {value}".strip() for varied, value in cases]
     axes.set_yticks(range(len(cases)), names)
     axes.invert_yaxis()
-    axes.set_xlim(0.0, 100.0)
-    axes.set_xlabel("first object is felt colder (% of answers)")
+    axes.set(xlim=(0.0, 100.0), xlabel="first object is felt colder (% of answers)")
     axes.set_title("What it depends on, after 3 s; filled: real, open: ideal plate", loc="left")
     keys = [
         Line2D([], [], color=colour, marker=mark, linestyle="none", label=pair)

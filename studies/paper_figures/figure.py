@@ -51,9 +51,8 @@ def _draw_motor(axes: Axes, rows: Rows) -> None:
     axes.plot(times_s, [row["wanted_rpm"] for row in rows], color=GREY, linewidth=1.0, label="wanted")
     axes.plot(times_s, [row["motor_rpm"] for row in rows], color=BLUE, linewidth=1.6, label="simulated motor")
     axes.axhline(MOTOR_FLOOR_RPM, color=BLACK, linestyle=":", linewidth=0.9, label="slower is not felt")
-    axes.set_xlim(times_s[0], times_s[-1])
-    axes.set_ylim(0.0, 1.02 * highest)
-    axes.set(xlabel="time (s)", ylabel="speed of the motor (rpm)")
+    axes.set(xlim=(times_s[0], times_s[-1]), ylim=(0.0, 1.02 * highest), xlabel="time (s)")
+    axes.set(ylabel="speed of the motor (rpm)")
     axes.set_title("Fig. 4: tapping, then stroking PVC with grooves 8 mm apart at 50 mm/s", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1)
 
@@ -87,8 +86,7 @@ def _draw_temperature(axes: Axes, data: Data) -> None:
     _curve(axes, rows, "object_c", color=BLUE, label="object, this project, ± 1 SD")
     axes.axhline(data["object_c"], color=BLACK, linestyle="--", linewidth=0.9, label="object, true")
     _mark(axes, data)
-    axes.set_ylim(data["object_c"] - 3.0, max(row["sensor_c"] for row in rows) + 0.5)
-    axes.set_ylabel("temperature (°C)")
+    axes.set(ylim=(data["object_c"] - 3.0, max(row["sensor_c"] for row in rows) + 0.5), ylabel="temperature (°C)")
     axes.set_title("Fig. 13: aluminium touched by the remote sensor", loc="left")
     axes.legend(loc="upper right", **_OPAQUE)
 
@@ -111,8 +109,7 @@ def _draw_rate(axes: Axes, data: Data) -> None:
             color=GREEN,
         )
     _mark(axes, data)
-    axes.set_yscale("log")
-    axes.set_ylim(0.1, 4.0)
+    axes.set(yscale="log", ylim=(0.1, 4.0))
     plain_ticks(axes.yaxis, (0.1, 0.2, 0.5, 1, 2, 4))
     axes.set_title("Quantities that identify the material", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.08), **_OPAQUE)
@@ -131,5 +128,4 @@ def _mark(axes: Axes, data: Data) -> None:
     """Mark the time at which the paper takes its values."""
     axes.axvline(data["paper_s"], color=PLUM, linestyle=":", linewidth=1.2)
     axes.text(data["paper_s"] + 0.08, 0.02, "paper: 7 s", color=PLUM, transform=axes.get_xaxis_transform())
-    axes.set_xlim(0.0, data["identification"][-1]["time_s"])
-    axes.set_xlabel("time since contact (s)")
+    axes.set(xlim=(0.0, data["identification"][-1]["time_s"]), xlabel="time since contact (s)")

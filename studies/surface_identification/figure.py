@@ -40,8 +40,7 @@ def draw_errors(axes: Axes, data: Data) -> None:
     plain_ticks(axes.xaxis, sorted({row["stiffness_n_m"] for row in data["presses"]}))
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, (0.1, 0.3, 1, 3, 10, 30))
-    axes.set_ylim(0.05, 35.0)
-    axes.set(xlabel="stiffness (N/m)", ylabel="error after one press (%)")
+    axes.set(ylim=(0.05, 35.0), xlabel="stiffness (N/m)", ylabel="error after one press (%)")
     axes.set_title("One press of 2 to 5 N; a mark for each 1 N of force", loc="left")
     axes.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, -0.02))
 
@@ -66,8 +65,7 @@ def draw_breath(axes: Axes, data: Data) -> None:
     axes.plot(course["along"], course["true_mm"], color=GREY, linewidth=2.5, label="true")
     axes.plot(course["along"], course["told_mm"], color=BLUE, label="identified")
     row = next(row for row in data["moving"] if row["stiffness_n_m"] == 500.0)
-    axes.set_ylim(-1.6, 1.6)
-    axes.set(xlabel="time (s)", ylabel="height of the surface (mm)")
+    axes.set(ylim=(-1.6, 1.6), xlabel="time (s)", ylabel="height of the surface (mm)")
     axes.set_title(f"500 N/m, breathing by {row['moves']}; identified {row['lag_ms']:.0f} ms late", loc="left")
     axes.legend(loc="upper right")
 
@@ -77,7 +75,6 @@ def draw_nodule(axes: Axes, data: Data) -> None:
     course = data["courses"]["nodule"]
     axes.plot(course["along"], course["true_n_m"], color=GREY, linewidth=2.5, label="true")
     axes.plot(course["along"], course["told_n_m"], color=BLUE, label="identified")
-    axes.set_ylim(0.0, None)
-    axes.set(xlabel="distance along the stroke (mm), at 30 mm/s", ylabel="stiffness (N/m)")
+    axes.set(ylim=(0.0, None), xlabel="distance along the stroke (mm), at 30 mm/s", ylabel="stiffness (N/m)")
     axes.set_title("From tissue over a nodule with edges of 2 mm", loc="left")
     axes.legend(loc="upper right")

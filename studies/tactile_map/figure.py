@@ -65,9 +65,8 @@ def _draw_places(axes: Axes, data: Data) -> None:
             axes.plot(row["place_error_mm"], names.index(row["target"]), "o", color=BLUE, alpha=0.8)
     axes.axvline(1e3 * data["goals"]["place_m"], color=GREY, linestyle="--")
     axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
-    axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.set_xlim(left=0.0)
-    axes.set_xlabel("error of place, mm (one dot per session; dashed: goal)")
+    axes.set(ylim=(len(names) - 0.5, -0.5), xlim=(0.0, None))
+    axes.set(xlabel="error of place, mm (one dot per session; dashed: goal)")
 
 
 def _draw_values(axes: Axes, data: Data, quantity: str) -> None:
@@ -81,5 +80,4 @@ def _draw_values(axes: Axes, data: Data, quantity: str) -> None:
         axes.axvline(edge, color=GREY, linestyle="--")
     axes.axvline(0.0, color=BLACK, linewidth=0.8)
     axes.set_yticks(range(len(rows)), [f"seed {row['seed']}" for row in rows])
-    axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_xlabel(f"error of {quantity}, {unit} (bars: ± claimed sd; dashed: goal)")
+    axes.set(ylim=(len(rows) - 0.5, -0.5), xlabel=f"error of {quantity}, {unit} (bars: ± claimed sd; dashed: goal)")

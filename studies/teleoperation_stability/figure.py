@@ -85,8 +85,7 @@ def _draw_accuracy(axes: Axes, rows: Rows) -> None:
     axes.axhspan(-JND, JND, color=PALE, zorder=0)
     axes.set_xscale("symlog", linthresh=10.0)
     plain_ticks(axes.xaxis, (0, 10, 20, 50, 100, 200, 400))
-    axes.set_ylim(-1.0, 0.5)
-    axes.set(xlabel="round trip (ms)", ylabel="error of the displayed stiffness")
+    axes.set(ylim=(-1.0, 0.5), xlabel="round trip (ms)", ylabel="error of the displayed stiffness")
     axes.set_title(f"Wall of {shown:g} N/m; grey: below JND (23 %);\nno mark: oscillates", loc="left")
     axes.legend(fontsize=7.5)
 
@@ -98,8 +97,7 @@ def _draw_energy(axes: Axes, rows: Rows) -> None:
     axes.axvline(1.0, color=BLACK, linestyle=":")
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, (0.01, 0.1, 1, 10, 100, 1000))
-    axes.set_ylim(0.0, 1.02)
-    axes.set(xlabel="energy produced at the operator (mJ)", ylabel="share of all runs")
+    axes.set(ylim=(0.0, 1.02), xlabel="energy produced at the operator (mJ)", ylabel="share of all runs")
     axes.set_title("All runs; dotted: 1 mJ", loc="left")
 
 

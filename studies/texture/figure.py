@@ -88,8 +88,7 @@ def _draw_grooves(axes: Axes, rows: Rows, what: str, unit: float, label: str) ->
         plain_ticks(axes.xaxis, sorted({unit * row["value"] for row in rows if row["against"] == what}))
     axes.set_yscale("symlog", linthresh=1.0)
     plain_ticks(axes.yaxis, (0, 1, 10, 100))
-    axes.set_ylim(-0.05, 150.0)
-    axes.set(xlabel=label, ylabel="of the grooves crossed (%)")
+    axes.set(ylim=(-0.05, 150.0), xlabel=label, ylabel="of the grooves crossed (%)")
     axes.set_title(f"Grooves against {label.partition(' (')[0]}", loc="left")
     if what == "speed_mm_s":
         axes.legend(fontsize=8)

@@ -125,8 +125,7 @@ def _draw_errors(axes: Axes, rows: Rows, bounds: Rows) -> None:
     time_axis(axes, times)
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0))
-    axes.set_ylim(0.02, 8.0)
-    axes.set_ylabel("object's temperature, rms error (K)")
+    axes.set(ylim=(0.02, 8.0), ylabel="object's temperature, rms error (K)")
     axes.set_title("4 materials, object within ±3 K of ambient", loc="left")
 
 
@@ -215,9 +214,7 @@ def _draw_scaling(axes: Axes, rows: Rows) -> None:
     axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
     axes.set_xlabel("calibrated materials")
     axes.set_xticks(counts)
-    axes.set_ylabel("ms per update, one finger (limit 1)")
-    axes.set_ylim(0.0, None)
-    axes.set_xlim(0.0, None)
+    axes.set(ylabel="ms per update, one finger (limit 1)", ylim=(0.0, None), xlim=(0.0, None))
     axes.set_title("cost and number of materials", loc="left")
     _keys_below(axes, 1)
 

@@ -106,6 +106,5 @@ def _draw_bars(axes: Axes, rows: Rows, labels: Sequence[str]) -> None:
             start += _PERCENT * share
     axes.set_yticks(range(len(rows)), labels, fontsize=8)
     axes.invert_yaxis()
-    axes.set_xlim(0.0, 100.0)
-    axes.set_xlabel("share of touches (%)")
+    axes.set(xlim=(0.0, 100.0), xlabel="share of touches (%)")
     axes.grid(axis="y", visible=False)

@@ -34,9 +34,8 @@ def _draw_course(axes: Axes, rows: Rows) -> None:
     axes.plot(after_ms, asked["asked"], color=GREY, linestyle="--", drawstyle="steps-post", label="asked for (Eq. 1)")
     for row in rows:
         axes.plot(after_ms + 1e3 * row["tick_s"], row["speed"], color=_WAYS[row["way"]][0], label=row["way"])
-    axes.set_xlim(-40.0, 200.0)
-    axes.set_ylim(-200.0, 1.1 * max(asked["asked"]))
-    axes.set(xlabel="time since contact (ms)", ylabel="motor speed (rpm)")
+    axes.set(xlim=(-40.0, 200.0), ylim=(-200.0, 1.1 * max(asked["asked"])), xlabel="time since contact (ms)")
+    axes.set(ylabel="motor speed (rpm)")
     axes.set_title("One tap", loc="left")
     axes.legend()
 
@@ -48,8 +47,7 @@ def _draw_taps(axes: Axes, rows: Rows) -> None:
         label = _label(way, mine)
         curve(axes, mine, "attack_rpm", "peak_intensity_share", color=colour, marker=mark, ms=5, label=label)
     axes.axhspan(0.8, 1.2, color=PALE, zorder=0)
-    axes.set_ylim(0.0, 1.35)
-    axes.set(xlabel="attack of the tap (rpm)", ylabel="peak of the felt intensity / wanted")
+    axes.set(ylim=(0.0, 1.35), xlabel="attack of the tap (rpm)", ylabel="peak of the felt intensity / wanted")
     axes.set_title("All taps; grey: within a fifth", loc="left")
     axes.legend(loc="center", bbox_to_anchor=(0.5, 0.42))
 
@@ -73,8 +71,7 @@ def _draw_impulses(axes: Axes, rows: Rows) -> None:
     axes.axvline(20.0, color=GREY, linestyle=":")
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, (2, 4, 6, 10, 15, 20, 30, 40))
-    axes.set_ylim(0.0, 0.8)
-    axes.set(xlabel="grooves crossed in a second", ylabel="dip of the speed between grooves / its top")
+    axes.set(ylim=(0.0, 0.8), xlabel="grooves crossed in a second", ylabel="dip of the speed between grooves / its top")
     axes.set_title("Grooves; grey: a dip too small to be felt", loc="left")
     axes.legend(loc="center left", bbox_to_anchor=(0.02, 0.46))
 
