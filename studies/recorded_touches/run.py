@@ -18,6 +18,7 @@ of its touches. Cooled wood counts as wood. Flaws of the data:
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -48,7 +49,6 @@ NOISE_K = 0.05
 STEP_K = 100.0 / 4095.0
 METAL, WOOD = "metal", "wood"
 HEATED, HELPED, BOTH = "heated", "heated, calibrated beside the unheated one", "both"
-SENSORS = (HEATED, HELPED, BOTH)
 PRIORS = ("counted", "even")
 _BEFORE_S, _BLOCK_S, _READING_S = 0.25, 0.25, 0.01
 _SHRINKAGE = 0.003
@@ -95,7 +95,11 @@ def run(
         folder = data_folder("thermal_contact") / "thermal_contact"
     touches = read_touches(folder, seed)
     groups = sorted({touch.group for touch in touches})[: 1 if quick else None]
-    judges = (_judge_linear, _judge_heated, _judge_both)
+    judges: tuple[Judge, ...] = (
+        _judge_linear,
+        partial(_judge_estimator, all_sensors=(HEATED,)),
+        partial(_judge_estimator, all_sensors=(HELPED, BOTH)),
+    )
     pieces: list[Piece] = [(_judge_set, (judge, touches, group)) for group in groups for judge in judges]
     answers = [row for rows in work(pieces, progress) for row in rows]
     return {
@@ -220,14 +224,6 @@ def _judge_linear(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: fl
             asked = np.stack([linear_features(touch.trace, t_s, sensors) for touch in judged])
             for touch, score in zip(judged, linear_score(features, metal, asked), strict=True):
                 yield from _answers("linear", sensors, touch, t_s, float(score) + ln_odds, ln_odds)
-
-
-def _judge_heated(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
-    return _judge_estimator(learned, judged, ln_odds, (HEATED,))
-
-
-def _judge_both(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
-    return _judge_estimator(learned, judged, ln_odds, (HELPED, BOTH))
 
 
 def _judge_estimator(

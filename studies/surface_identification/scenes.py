@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +25,10 @@ HAND_STEP_M = 2e-5
 """Resolution of the hand's position in its CAN frame, m."""
 
 
-@dataclass(frozen=True, slots=True)
-class Identified:
+class Identified(NamedTuple):
     """Identified surface of one finger, (ticks,) each; 0 without contact."""
 
     stiffness_n_m: Floats
-    ln_sd: Floats
     surface_m: Floats
     damping_n_s_m: Floats
     slope: Floats
@@ -42,18 +40,10 @@ def identify(force_n: Floats, z_m: Floats, x_m: Floats) -> Identified:
     surface, rows = SurfaceEstimate(), []
     for tick, (newton, z, x) in enumerate(zip(force_n.tolist(), z_m.tolist(), x_m.tolist(), strict=True)):
         surface.step(TICK_S * tick, newton, x, 0.0, z)
-        rows.append(
-            (
-                surface.stiffness_n_m,
-                surface.stiffness_ln_sd,
-                surface.surface_z_m,
-                surface.damping_n_s_m,
-                surface.slope_x,
-                surface.known,
-            )
-        )
-    stiffness, ln_sd, surface_m, damping, slope, known = np.array(rows).T
-    return Identified(stiffness, ln_sd, surface_m, damping, slope, known.astype(bool))
+        known = surface.stiffness_n_m, surface.surface_z_m, surface.damping_n_s_m, surface.slope_x
+        rows.append((*known, surface.known))
+    *columns, known_at = np.array(rows).T
+    return Identified(*columns, known_at.astype(bool))
 
 
 def pressed(

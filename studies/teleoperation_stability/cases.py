@@ -46,10 +46,6 @@ class Cases:
     def __len__(self) -> int:
         return len(self.wall_n_m)
 
-    def with_walls(self, wall_n_m: Floats) -> "Cases":
-        """Return the same runs with other wall stiffnesses, N/m."""
-        return Cases(self.hand_kg, self.hand_ns_m, self.hand_n_m, wall_n_m, self.breath_m)
-
 
 def cases(runs: Iterable[tuple[Hand, float, float]]) -> Cases:
     """Build runs from (hand, stiffness of the wall in N/m, breath in m)."""
