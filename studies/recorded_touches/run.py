@@ -17,7 +17,7 @@ of its touches. Cooled wood counts as wood. Flaws of the data:
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -61,10 +61,11 @@ COMPARED = (Compared("accuracy", "share", "more", ("method", "sensors", "prior",
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """One recording with added noise: its file, its set, its material, and the room temperature, C."""
+    """One recording with added noise: its file, its set, its class, its material, and the room temperature, C."""
 
     file: str
     group: int
+    kind: str
     material: str
     trace: ThermalTrace
     room_c: float
@@ -152,30 +153,29 @@ def read_touches(folder: Path, seed: int) -> list[Touch]:
     Raises:
         ValueError: see `run`.
     """
-    paths = sorted(path for path in folder.glob("*.csv") if _NAME.fullmatch(path.stem))
-    if not paths:
+    named = [(path, match) for path in sorted(folder.glob("*.csv")) if (match := _NAME.fullmatch(path.stem))]
+    if not named:
         raise Unavailable(f"{folder}: no recordings named setNN_CLASS_K.csv")
     random = np.random.default_rng(seed)
-    traces = [read_thermal(path) for path in paths]
+    traces = [read_thermal(path) for path, _ in named]
     before: dict[int, list[float]] = {}
-    for path, trace in zip(paths, traces, strict=True):
-        before.setdefault(_group(path), []).append(float(np.median(_beside(trace)[: _count(_BEFORE_S)])))
+    for (_, match), trace in zip(named, traces, strict=True):
+        before.setdefault(int(match[1]), []).append(float(np.median(_beside(trace)[: _count(_BEFORE_S)])))
     return [
         Touch(
             file=path.name,
-            group=_group(path),
-            material=METAL if METAL in path.stem else WOOD,
-            trace=ThermalTrace(
-                trace.name,
-                trace.time_s,
-                _noisy(trace.sensor_c, random),
-                trace.force_n,
-                None,
-                _noisy(_beside(trace), random),
+            group=int(match[1]),
+            kind=match[2],
+            material=METAL if METAL in match[2] else WOOD,
+            trace=replace(
+                trace,
+                sensor_c=_noisy(trace.sensor_c, random),
+                ambient_c=None,
+                reference_c=_noisy(_beside(trace), random),
             ),
-            room_c=float(np.median(before[_group(path)])),
+            room_c=float(np.median(before[int(match[1])])),
         )
-        for path, trace in zip(paths, traces, strict=True)
+        for (path, match), trace in zip(named, traces, strict=True)
     ]
 
 
@@ -256,7 +256,7 @@ def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, 
             "prior": prior,
             "t_s": t_s,
             "file": touch.file,
-            "class": _class(touch.file),
+            "class": touch.kind,
             "material": touch.material,
             "said": METAL if score > less else WOOD,
             "ln_odds_metal": round(score - less, 3),
@@ -298,15 +298,3 @@ def _beside(trace: ThermalTrace) -> Array:
 
 def _count(seconds: float) -> int:
     return round(seconds / _READING_S)
-
-
-def _group(path: Path) -> int:
-    named = _NAME.fullmatch(path.stem)
-    assert named is not None
-    return int(named[1])
-
-
-def _class(file: str) -> str:
-    named = _NAME.fullmatch(Path(file).stem)
-    assert named is not None
-    return named[2]
