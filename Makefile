@@ -73,7 +73,8 @@ long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening'
 
 # Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
-MEASURED := tests/system/test_overload.py tests/unit/benchmarks/link/test_link.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
+MEASURED := tests/system/test_overload.py tests/unit/benchmarks/link/test_link.py \
+	tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
 	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))

@@ -1,11 +1,10 @@
 """Panels of the study of exploration modes: time in the right mode against noise, latency of switches, tap speed."""
 
 from pathlib import Path
-from typing import Any
 
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, Rows, curve, figure_file, where
+from studies.drawing import Data, curve, figure_file, where
 from studies.exploration_modes.judge import JUDGED, MACHINE, PLAIN
 from teletaction.plotting.figure_style import BLUE, GREY, PALE, RED, plain_ticks
 
@@ -49,7 +48,7 @@ def draw_latencies(axes: Axes, data: Data) -> None:
     """Latency of reported switches at three times the noise: median, 5 to 95 %."""
     for method, shift in ((MACHINE, -0.15), (PLAIN, 0.15)):
         for place, name in enumerate(_SWITCHES):
-            row = next((r for r in _judged(data["latencies"], method) if r["switch"] == name), None)
+            row = next((r for r in where(data["latencies"], method=method, noise=JUDGED) if r["switch"] == name), None)
             if row is not None:
                 low, middle, high = (1e3 * row[at] for at in ("p5_s", "p50_s", "p95_s"))
                 axes.plot([low, high], [place + shift] * 2, color=_COLOURS[method], linewidth=2.0)
@@ -82,7 +81,3 @@ def draw_tap_speeds(axes: Axes, data: Data) -> None:
     axes.set(ylim=(0.0, None), xlabel="approach speed (mm/s)", ylabel="error, 95 % of the taps (%)")
     axes.set_title("Taps: speed before the impact", loc="left")
     axes.legend()
-
-
-def _judged(rows: Rows, method: str) -> list[dict[str, Any]]:
-    return where(rows, method=method, noise=JUDGED)

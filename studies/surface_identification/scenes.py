@@ -42,8 +42,8 @@ def identify(force_n: Floats, z_m: Floats, x_m: Floats) -> Identified:
         surface.step(TICK_S * tick, newton, x, 0.0, z)
         known = surface.stiffness_n_m, surface.surface_z_m, surface.damping_n_s_m, surface.slope_x
         rows.append((*known, surface.known))
-    *columns, known_at = np.array(rows).T
-    return Identified(*columns, known_at.astype(bool))
+    stiffness, surface_m, damping, slope, known_at = np.array(rows).T
+    return Identified(stiffness, surface_m, damping, slope, known_at.astype(bool))
 
 
 def pressed(

@@ -1,7 +1,6 @@
 """Figure of the tactile map: the maps of one sweep, and the errors of place and value in all sweeps."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,18 +22,14 @@ def plot(data: Data, path: Path) -> None:
         grid = figure.add_gridspec(
             2, 3, height_ratios=(2.0, 1.0), left=0.08, right=0.94, top=0.93, bottom=0.08, wspace=0.45, hspace=0.28
         )
-        for column, row in enumerate(_first(data)):
+        for column, row in enumerate(where(data["targets"], seed=data["targets"][0]["seed"])):
             _draw_map(figure.add_subplot(grid[0, column]), data, row)
         _draw_places(figure.add_subplot(grid[1, 0]), data)
         for column, quantity in enumerate(("temperature", "stiffness"), 1):
             _draw_values(figure.add_subplot(grid[1, column]), data, quantity)
 
 
-def _first(data: dict[str, Any]) -> list[dict[str, Any]]:
-    return where(data["targets"], seed=data["targets"][0]["seed"])
-
-
-def _draw_map(axes: Axes, data: Data, row: dict[str, Any]) -> None:
+def _draw_map(axes: Axes, data: Data, row: Data) -> None:
     shown, quantity = data["maps"][row["quantity"]], row["quantity"]
     if shown is None:
         return
