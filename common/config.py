@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from common import limits
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.files.printable import printable
 from common.files.read_files import NotToml, read_toml
 from common.fingers import FINGERS

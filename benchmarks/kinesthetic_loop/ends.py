@@ -18,8 +18,8 @@ from typing import Protocol
 import can
 import numpy as np
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import database
-from common.buses.can_port import CanAddress
 from common.config import SimOperatorConfig, to_toml
 from sim_sensors.devices.exoskeleton import Exoskeleton
 from teletaction.session.demo_files import HOST, free_port_block

@@ -11,8 +11,8 @@ from typing import cast
 
 import can
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender, database
-from common.buses.can_port import CanAddress
 from common.config import RenderingConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS

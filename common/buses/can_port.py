@@ -2,24 +2,20 @@
 
 import errno
 import logging
-import re
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 import can
-from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from common.buses.can_address import CanAddress
 from common.buses.can_controller import CanController
-from common.buses.can_frames import BadFrame, FrameReceiver, SentFrame
-from common.buses.duplicate_sender import DuplicateSender
+from common.buses.can_frames import BadFrame, FrameReceiver, SentFrame, packing
 from common.buses.frame_error_rate import FrameErrorRate
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus, TakenFrame, taken_frame
 from common.buses.wiring import SYSTEM, Opener, Wiring
 from common.faults.fault import Fault, FaultCode
-from common.link.host_name import is_ipv6
 from common.link.rate_limiter import RateLimiters
 
 log = logging.getLogger(__name__)
@@ -32,61 +28,46 @@ _FULL_CODES = (errno.ENOBUFS, errno.EAGAIN)
 _FULL_WORDS = "Transmit buffer full"
 """What python-can raises without a code for a socket that takes nothing at the moment."""
 
-_GATEWAY = re.compile(r"socketcand://(?P<host>\[[^\]]*\]|[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
-_LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
+SETTLING = 500
+"""Frames of a new connection that count for nothing: an earlier connection may have left them. They take 0.4 s."""
+CLEAR_AFTER = 1000
+"""Number of frames without one of this host's own after which the fault of a second sender ends."""
 
 
-class CanAddress(BaseModel):
-    """Where a CAN bus is: `socketcan` for hardware, `socketcand` for a gateway, `virtual` within one process."""
+class DuplicateSender:
+    """Finds a second sender of this host's frames, which devices would obey: a bus returns no frame to its sender.
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    interface: Literal["socketcan", "socketcand", "virtual"]
-    channel: str = "can0"
-    host: str = "127.0.0.1"
-    port: int = Field(default=29536, ge=1, le=65535)
-
-    @field_validator("host")
-    @classmethod
-    def _not_ipv6(cls, host: str) -> str:
-        if is_ipv6(host):
-            raise ValueError("a CAN gateway needs a name or an IPv4 address: python-can has no IPv6")
-        return host
-
-    def __str__(self) -> str:
-        return (
-            f"{self.interface}://{self.host}:{self.port}/{self.channel}"
-            if self.interface == "socketcand"
-            else (f"{self.interface}:{self.channel}")
-        )
-
-    def open(self) -> can.BusABC:
-        """Open the bus; may block for a moment.
-
-        Raises:
-            DeviceAbsent: it cannot be opened.
-        """
-        try:
-            if self.interface == "socketcand":
-                return GatewayBus(self.channel, self.host, self.port)
-            return can.Bus(interface=self.interface, channel=self.channel)
-        except (can.CanError, OSError, TimeoutError) as error:
-            raise DeviceAbsent(f"CAN {self}: {error}") from None
-
-
-def can_address(text: str) -> CanAddress | None:
-    """The CAN address that a text is, written as `str(CanAddress)` writes it; None where it is none.
-
-    Raises:
-        ValueError: it begins as one, and is not.
+    Attributes:
+        heard: own frames that came after a connection had settled, in all connections.
     """
-    interface = next((each for each in ("socketcand", "socketcan", "virtual") if text.startswith(f"{each}:")), None)
-    if interface is None:
-        return None
-    found = _GATEWAY.fullmatch(text) if interface == "socketcand" else _LOCAL.fullmatch(text)
-    if found is None:
-        raise ValueError(f"{text}: a CAN bus is socketcan:CHANNEL or socketcand://HOST:PORT/CHANNEL")
-    return CanAddress.model_validate({"interface": interface, **found.groupdict()})
+
+    def __init__(self, names: Sequence[str]) -> None:
+        """`names`: the frames that this host sends."""
+        self.heard = 0
+        self._names = {packing(name).frame_id: name for name in names}
+        self.begin()
+
+    def begin(self) -> None:
+        """Start a new connection."""
+        self._seen = 0
+        self._last: tuple[int, str] | None = None
+
+    def step(self, frame_id: int) -> bool:
+        """Take one frame; return whether it has an identifier that only this host may send."""
+        self._seen += 1
+        if frame_id not in self._names:
+            return False
+        if self._seen > SETTLING:
+            self.heard += 1
+            self._last = self._seen, self._names[frame_id]
+        return True
+
+    @property
+    def fault(self) -> Fault | None:
+        """The second sender's fault; None without a second sender."""
+        if self._last is None or self._seen - self._last[0] > CLEAR_AFTER:
+            return None
+        return Fault(FaultCode.FOREIGN_FRAMES, self._last[1])
 
 
 @dataclass(slots=True)

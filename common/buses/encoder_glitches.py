@@ -46,17 +46,17 @@ class EncoderGlitches:
         self.refused = 0
         self._names = names
         self._fastest_m_s = fastest_m_s
-        self._place_m: Sequence[float] = ()
+        self._place_m: tuple[float, ...] = ()
         self._sent_s = math.nan
         self._suspects: dict[int, _Suspect] = {}
 
-    def step(self, sent_s: float, read_m: Sequence[float]) -> tuple[float, Sequence[float]]:
+    def step(self, sent_s: float, read_m: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
         """Take a frame's readings, m; returns the time since the frame before, s, and the places to act on, m.
 
         Args:
             sent_s: when the frame was on the bus, by the bus's clock, s: a site that stood still reads late, and
                 a gateway that did sends late, but neither makes a finger fast.
-            read_m: what each encoder reads, finite; it must not be changed later.
+            read_m: what each encoder reads, finite.
         """
         dt_s, self._sent_s = sent_s - self._sent_s, sent_s
         self.faults = []

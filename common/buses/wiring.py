@@ -4,15 +4,13 @@
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import can
 
 from common.buses.background_opener import BackgroundOpener
+from common.buses.can_address import CanAddress
 from common.buses.serial_port import Port, open_port
-
-if TYPE_CHECKING:
-    from common.buses.can_port import CanAddress
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -44,7 +42,7 @@ class Wiring(Protocol):
             DeviceAbsent: there is no device, or another program uses it.
         """
 
-    def open_bus(self, address: "CanAddress") -> can.BusABC:
+    def open_bus(self, address: CanAddress) -> can.BusABC:
         """Open a CAN bus; raises DeviceAbsent."""
 
     def opener(self, opens: Callable[[], T], discard: Callable[[T], object]) -> Opener[T]:
@@ -58,7 +56,7 @@ class SystemWiring:
         """As `Wiring.open_port`."""
         return open_port(address, baud)
 
-    def open_bus(self, address: "CanAddress") -> can.BusABC:
+    def open_bus(self, address: CanAddress) -> can.BusABC:
         """As `Wiring.open_bus`."""
         return address.open()
 

@@ -3,16 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanPort
+from common.buses.can_port import CanPort
 from common.buses.drive_monitor import DriveMonitor, ForceMonitor, ReportMonitor
+from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderGlitches
 from common.buses.wiring import SYSTEM, Wiring
-from common.faults.fault import Fault, FaultCode
+from common.faults.fault import AXES, Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock, Witness
 from common.timing.timeouts import FRAME_S
-from operator_site.devices.encoder_checks import EncoderChecks
+from operator_site.devices.stuck_joint import StuckJoints
 
 _MM = 1000.0
 _NEVER = float("-inf")
@@ -63,7 +65,7 @@ class Exoskeleton:
         self._clock = HostClock() if clock is None else clock
         self._witness = Witness()
         self._taking_part = [finger in fingers for finger in FINGERS]
-        self._encoders = EncoderChecks(self._taking_part)
+        self._begin_checks()
         self._forces = FrameSender("FingerForces")
         self._forces_obey = ForceMonitor()
         self._enabled_obeys = DriveMonitor(FaultCode.DRIVES_UNASKED)
@@ -77,21 +79,28 @@ class Exoskeleton:
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
         )
         if stood_still or self.stood_still_s > 0.0:
-            self._encoders = EncoderChecks(self._taking_part)
-        hand, encoders = self.hand, self._encoders
-        # Each frame counts: an encoder that jumps now and again is found by a late site, too.
+            self._begin_checks()
+        hand = self.hand
+        # Each frame counts, so that a late site also finds an encoder that jumps from time to time.
         for sent_s, (x_mm, y_mm) in came.get("HandPose", ()):
-            hand.x_m, hand.y_m = encoders.pose(sent_s, x_mm / _MM, y_mm / _MM)
+            _, (hand.x_m, hand.y_m) = self._pose_glitches.step(sent_s, (x_mm / _MM, y_mm / _MM))
             hand.pose_s = t_s
         for sent_s, heights_mm in came.get("FingerHeights", ()):
-            z_m = tuple([height_mm / _MM for height_mm in heights_mm])
-            hand.z_m = encoders.heights(sent_s, z_m, self.pushing.force_n)
+            read_m = tuple([height_mm / _MM for height_mm in heights_mm])
+            dt_s, hand.z_m = self._height_glitches.step(sent_s, read_m)
+            self._stuck_joints.step(dt_s, read_m, (hand.x_m, hand.y_m), self.pushing.force_n)
             hand.heights_s = t_s
         self._state_comes.step(self.receivers[0].taken, self.receivers[2].taken)
         if states := came.get("ExoskeletonState"):
             *force_n, enabled = states[-1][1]
             self._take_state(t_s + self.stood_still_s, tuple(force_n), enabled > 0.0)
         return hand
+
+    def _begin_checks(self) -> None:
+        """Check encoders and joints without a memory of earlier frames."""
+        self._pose_glitches = EncoderGlitches(AXES, HAND_M_S)
+        self._height_glitches = EncoderGlitches(FINGERS, FINGER_M_S)
+        self._stuck_joints = StuckJoints(self._taking_part)
 
     def _take_state(self, t_s: float, force_n: tuple[float, ...], enabled: bool) -> None:
         """Take what it reports to apply, and compare it with what it was sent."""
@@ -115,7 +124,7 @@ class Exoskeleton:
         if here:
             if unreported := self._state_comes.fault:
                 found.append(unreported)
-            found += self._encoders.faults
+            found += self._pose_glitches.faults + self._height_glitches.faults + self._stuck_joints.faults
         return found
 
     def unconfirmed(self, since_s: float) -> str:

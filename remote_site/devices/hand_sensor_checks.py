@@ -30,11 +30,11 @@ class HandSensorChecks:
         _, (x_m, y_m) = self._pose.step(sent_s, (x_m, y_m))
         return x_m, y_m
 
-    def heights(self, sent_s: float, z_m: Sequence[float]) -> tuple[float, ...]:
+    def heights(self, sent_s: float, z_m: tuple[float, ...]) -> tuple[float, ...]:
         """The heights to act on, (5,), m, for those that were on the bus at `sent_s`, s."""
         _, believed_m = self._heights.step(sent_s, z_m)
         self._z_m = believed_m
-        return tuple(believed_m)
+        return believed_m
 
     def servos(self, sent_s: float, z_m: Sequence[float]) -> None:
         """Hold the newest heights (5,), m, as they were read, against the set-points and forces that are in effect.

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanPort
+from common.buses.can_port import CanPort
 from common.buses.drive_monitor import DriveMonitor, ReportMonitor
 from common.buses.wiring import SYSTEM, Wiring
 from common.faults.fault import Fault, FaultCode

@@ -5,7 +5,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
-from common.buses.can_port import can_address
+from common.buses.can_address import can_address
 from common.buses.serial_messages import DeviceKind
 from common.buses.serial_port import DeviceAbsent
 from teletaction.conformance.checklist import Checklist, Driven, How, Trial, Tried, Unsafe, Verdict

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.buses.serial_device import open_line
 from common.buses.serial_messages import Identity
 from common.buses.serial_port import DeviceAbsent

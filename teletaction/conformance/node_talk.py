@@ -9,8 +9,8 @@ from typing import Protocol
 
 import can
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameSender, frame_crc, packing
-from common.buses.can_port import CanAddress
 from common.buses.serial_port import DeviceAbsent
 from teletaction.conformance.checklist import NotApplicable
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver
-from common.buses.can_port import CanAddress, CanPort
+from common.buses.can_port import CanPort
 from common.buses.serial_device import open_line
 from common.buses.serial_messages import DeviceKind
 from common.config import OperatorConfig, RemoteConfig, load_site

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.config import (
     CalibrationConfig,
     ConsoleConfig,

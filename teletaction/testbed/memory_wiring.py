@@ -8,7 +8,7 @@ from typing import Generic, TypeVar
 
 import can
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.buses.serial_port import DeviceAbsent, Port
 from common.buses.wiring import Opener
 from sim_sensors.ports.node_bus import Node, NodeBus

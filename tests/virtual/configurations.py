@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.config import (
     CalibrationConfig,
     FingerName,

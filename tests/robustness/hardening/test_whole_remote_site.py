@@ -12,7 +12,7 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.config import CalibrationConfig, RemoteConfig, RemoteLinkConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS

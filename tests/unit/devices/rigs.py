@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from sim_sensors.devices.can_node import CanNode
 from sim_sensors.devices.exoskeleton import Exoskeleton
 from sim_sensors.devices.telemanipulator import Telemanipulator

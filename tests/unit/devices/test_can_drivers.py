@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import sim_sensors.devices.can_node
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.buses.serial_port import DeviceAbsent
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS

@@ -7,8 +7,8 @@ import can
 import numpy as np
 import pytest
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameSender
-from common.buses.can_port import CanAddress
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
 from common.buses.thermometry import ntc_c

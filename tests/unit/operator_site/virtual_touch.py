@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.config import OperatorConfig, OperatorLinkConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS

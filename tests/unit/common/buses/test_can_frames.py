@@ -1,14 +1,19 @@
 import contextlib
 import math
 
+import cantools
 import pytest
+from cantools.database.can import Database
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.can_frames import BadFrame, FrameReceiver, FrameSender, database
+from common.buses.can_frames import BadFrame, CanSignals, FrameReceiver, FrameSender, database
 from common.fingers import FINGERS
 
-FRAMES = [message.name for message in database().messages]
+MESSAGES = {message.name: message for message in database().messages}
+PACKINGS = {name: CanSignals(message) for name, message in MESSAGES.items()}
+OWN = ("counter", "crc")
+FRAMES = list(MESSAGES)
 WITH_CRC = [m.name for m in database().messages if any(s.name == "crc" for s in m.signals)]
 names = st.sampled_from(FRAMES)
 BITS_OF_8_BYTES = 135
@@ -134,3 +139,32 @@ def test_every_frame_of_five_values_names_all_fingers() -> None:
     for message in fives:
         by_start = sorted((s.start, s.name) for s in message.signals if s.name in FINGERS)
         assert tuple(name for _, name in by_start) == FINGERS
+
+
+@given(st.sampled_from(sorted(MESSAGES)), st.integers(0, 15), st.data())
+def test_what_is_packed_is_what_cantools_packs(name: str, counter: int, data: st.DataObject) -> None:
+    signals = [signal for signal in MESSAGES[name].signals if signal.name not in OWN]
+    values = {s.name: data.draw(st.floats(-20.0, 20.0) | st.floats(-1e9, 1e9), s.name) for s in signals}
+    clipped = {s.name: min(max(values[s.name], float(s.minimum or 0)), float(s.maximum or 0)) for s in signals}
+    crc = {"crc": 0} if PACKINGS[name].has_crc else {}
+    assert PACKINGS[name].pack(values, counter) == MESSAGES[name].encode(
+        {**clipped, "counter": counter, **crc}, strict=False
+    )
+
+
+@given(st.sampled_from(sorted(MESSAGES)), st.binary(min_size=8, max_size=8))
+def test_what_is_unpacked_is_what_cantools_unpacks(name: str, data: bytes) -> None:
+    decoded = MESSAGES[name].decode(data)
+    assert isinstance(decoded, dict)
+    counter = decoded["counter"]
+    assert PACKINGS[name].unpack(data) == ({key: value for key, value in decoded.items() if key not in OWN}, counter)
+
+
+@pytest.mark.parametrize("signal", ["0|16@0- (0.02,0)", "0|16@1- (0.02,5)"])
+def test_a_description_that_it_cannot_pack_is_refused(signal: str) -> None:
+    described = cantools.database.load_string(
+        f'BO_ 256 Pose: 8 it\n SG_ x : {signal} [-1|1] "mm" us\n SG_ counter : 48|4@1+ (1,0) [0|15] "" us\n', "dbc"
+    )
+    assert isinstance(described, Database)
+    with pytest.raises(ValueError, match=r"Pose\.x: an integer in Intel byte order without offset is needed"):
+        CanSignals(described.messages[0])

@@ -11,8 +11,9 @@ import can
 import pytest
 from can.interfaces.socketcan import SocketcanBus
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanPort
+from common.buses.can_port import CanPort
 from common.buses.frame_error_rate import MOST
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS

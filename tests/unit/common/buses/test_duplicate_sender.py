@@ -1,6 +1,6 @@
 """A second sender of one's own frames is found, and what an earlier connection left on its way is not one."""
 
-from common.buses.duplicate_sender import CLEAR_AFTER, SETTLING, DuplicateSender
+from common.buses.can_port import CLEAR_AFTER, SETTLING, DuplicateSender
 from common.faults.fault import Fault, FaultCode
 
 OWN, OTHER = 0x110, 0x100

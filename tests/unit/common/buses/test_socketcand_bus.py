@@ -11,8 +11,9 @@ import can
 import pytest
 
 import common.buses.socketcand_bus
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanAddress, CanPort
+from common.buses.can_port import CanPort
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus, TakenFrame
 from common.buses.tcp_options import DEAD_S

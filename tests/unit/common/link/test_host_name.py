@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from common.buses.can_port import CanAddress, can_address
+from common.buses.can_address import CanAddress, can_address
 from common.buses.serial_port import open_port
 from common.link import host_name
 from common.link.bind_address import check_bind

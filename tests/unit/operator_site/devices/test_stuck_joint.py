@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.faults.fault import Fault, FaultCode
+from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderGlitches
+from common.faults.fault import AXES, Fault, FaultCode
 from common.fingers import FINGERS
 from common.scenes.scene import SCENES, load_scene
-from operator_site.devices.encoder_checks import EncoderChecks
 from operator_site.devices.stuck_joint import LIVELY_S, PUSHED_N, STILL_S, STOP_M, StuckJoints
 from sim_sensors.operator_hand.hand import ScriptedHand
 
@@ -35,12 +35,14 @@ def worked(scene: str, seed: int, wall_n_m: float) -> list[Frame]:
 
 
 def watch(frames: list[Frame], taking_part: tuple[bool, ...] = (True,) * 5) -> list[tuple[float, list[Fault]]]:
-    encoders, told = EncoderChecks(taking_part), []
+    pose, heights = EncoderGlitches(AXES, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
+    joints, found = StuckJoints(taking_part), []
     for sent_s, x_m, y_m, z_m, force_n in frames:
-        encoders.pose(sent_s, x_m, y_m)
-        encoders.heights(sent_s, z_m, force_n)
-        told.append((sent_s, encoders.faults))
-    return told
+        pose.step(sent_s, (x_m, y_m))
+        dt_s, _ = heights.step(sent_s, tuple(z_m))
+        joints.step(dt_s, z_m, (x_m, y_m), force_n)
+        found.append((sent_s, pose.faults + heights.faults + joints.faults))
+    return found
 
 
 def freeze(frames: list[Frame], finger: int, from_s: float) -> list[Frame]:

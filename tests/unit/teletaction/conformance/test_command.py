@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from common.buses.can_port import can_address
+from common.buses.can_address import can_address
 from sim_sensors.devices.exoskeleton import Exoskeleton
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver
-from common.buses.can_port import CanAddress
 from common.buses.serial_device import open_line
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import DeviceKind

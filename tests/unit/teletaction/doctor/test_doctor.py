@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from common.buses.can_port import CanAddress
+from common.buses.can_address import CanAddress
 from common.buses.serial_port import DeviceAbsent
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.ports.select_loop import SelectLoop
