@@ -7,8 +7,6 @@ from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from common.buses.device_startup import wait_for_devices
 from common.config import OperatorConfig, to_toml
 from common.faults.fault import contained
@@ -28,8 +26,7 @@ from common.runtime.site_loop import run_site_loop
 from common.site_status import site_figures, staleness
 from common.timing.standstill import HostClock
 from common.timing.timeouts import TICK_AGE_S
-from common.wire.messages import MotionRow
-from common.wire.packets import Floats, LinkState
+from common.wire.packets import LinkState
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from operator_site.gated_rendering import GatedRendering, RenderingInput
@@ -48,7 +45,6 @@ log = logging.getLogger(__name__)
 
 _HAND_AGE_S = 0.020
 """An older pose of the hand is not sent: the remote site notices the gap and stops."""
-_NOWHERE: Floats = np.array([MotionRow(0.0, 0.0, 0.0)] * len(FINGERS), dtype=np.float32)
 _GATE_RESTS_S = 2.0 * TICK_AGE_S
 """A gate that raised is not stepped for this long, s: after more than TICK_AGE_S it begins from neutral."""
 
@@ -228,14 +224,13 @@ class OperatorSite:
             with self.contain.step("motion"):
                 return self._send_motion(now_ns, now_s, hand)
         with self.contain.step("motion"):
-            return self.client.send_motion(now_ns, _NOWHERE)
+            return self.client.send_motion(now_ns, 0.0, 0.0, [0.0] * len(FINGERS))
         return None
 
     def _send_motion(self, now_ns: int, now_s: float, hand: Hand) -> bytes | None:
         if now_s - hand.oldest_s > _HAND_AGE_S:
             return None
-        block: Floats = np.array([MotionRow(hand.x_m, hand.y_m, z_m) for z_m in hand.z_m], dtype=np.float32)
-        packet = self.client.send_motion(now_ns, block)
+        packet = self.client.send_motion(now_ns, hand.x_m, hand.y_m, hand.z_m)
         self.motions_sent += packet is not None
         return packet
 

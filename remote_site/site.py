@@ -17,19 +17,18 @@ from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.link.capabilities import capabilities
 from common.link.clock_offset import ReadClock
-from common.link.deadband import Deadband
+from common.link.deadband import Deadband, Places, touch_perceptible
 from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.link.link import RemoteLink
 from common.link.link_sides import RemoteSide
 from common.link.local_control import LocalControl, LocalControlSocket
-from common.link.perception_thresholds import touch_perceptible
 from common.recording.recorder import Recorder
 from common.runtime.containment import Containment, MakeContainment
 from common.runtime.site_loop import run_site_loop
 from common.site_status import recording_stopped, site_figures, staleness
 from common.timing.standstill import HostClock
 from common.timing.timeouts import TICK_AGE_S
-from common.wire.messages import Motion, MotionRow, Touch
+from common.wire.messages import Motion, Touch
 from common.wire.packets import LinkState
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.devices import RemoteDevices
@@ -45,8 +44,6 @@ from remote_site.site_recording import SiteRecording, open_recorder
 
 log = logging.getLogger(__name__)
 
-Place = list[MotionRow]
-"""Of five fingertips, x, y and z, m."""
 HAND = FINGERS.index("middle")
 """The finger whose place is the hand's."""
 _ZEROS = (0.0,) * len(FINGERS)
@@ -124,7 +121,7 @@ class RemoteSite:
             heater_drive = self.heating.step(sensed_now, self.perception.touches)
         followed = None
         with contain.step("follow"):
-            followed = self._place(now_ns)
+            followed = self._places(now_ns)
         command = self._command = self._commanded(sensed_now, followed, heater_drive)
         self._limited = command.limited
         if command.fault is not None:
@@ -166,7 +163,7 @@ class RemoteSite:
             return answer_desk(self.server, now_ns, not_ready, verb, details)
 
     def _commanded(
-        self, now: SensorFrame, followed: tuple[float, Place] | None, heater_drive: list[float]
+        self, now: SensorFrame, followed: tuple[float, Places] | None, heater_drive: list[float]
     ) -> GatedCommand:
         """What may reach the devices; where the gate has raised, released where it stands, and heaters off."""
         fault = self.server.session.fault
@@ -225,15 +222,17 @@ class RemoteSite:
             self._hand_of, self._hand = motion, HandPlace(motion.time_ns, hand.x_m, hand.y_m)
         return self._hand
 
-    def _place(self, now_ns: int) -> tuple[float, Place] | None:
+    def _places(self, now_ns: int) -> tuple[float, Places] | None:
         """How old the newest motion is, s, and where the operator's fingertips are by it; None where none is to act."""
         server = self.server
         gap_ns = server.acceptance.gap_ns(now_ns) if server.both_engaged else None
-        if gap_ns is None or gap_ns > self._gap_ns or (place_m := server.place_m(now_ns)) is None:
+        if gap_ns is None or gap_ns > self._gap_ns or (places := server.places(now_ns)) is None:
             return None
-        return gap_ns * 1e-9, [MotionRow(*row) for row in place_m.tolist()]
+        return gap_ns * 1e-9, places
 
-    def _gated(self, now: SensorFrame, followed: tuple[float, Place] | None, heater_drive: list[float]) -> GatedCommand:
+    def _gated(
+        self, now: SensorFrame, followed: tuple[float, Places] | None, heater_drive: list[float]
+    ) -> GatedCommand:
         devices = self._devices
         in_contact = [False] * len(FINGERS)
         for finger, touch in self.perception.touches.items():

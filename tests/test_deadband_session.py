@@ -9,10 +9,8 @@ import pytest
 
 from common.limits import GAP_S
 from common.link.capabilities import capabilities
-from common.link.dead_reckoning import ONWARDS_S
-from common.link.deadband import Deadband
+from common.link.deadband import HEIGHT_M, ONWARDS_S, PLANE_M, Deadband
 from common.link.link import OperatorLink, RemoteLink
-from common.link.perception_thresholds import HEIGHT_M, PLANE_M
 from common.timing.timeouts import REFRESH_S
 from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Touch
 from common.wire.packets import Floats, LinkState
@@ -57,10 +55,6 @@ class Pair:
         assert self.client.both_engaged
         assert self.server.both_engaged
 
-    def block(self, t_s: float) -> Floats:
-        """Where the hand is."""
-        return np.tile(np.array(self.hand(t_s), np.float32), (5, 1))
-
     def run(self, seconds: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """Let time pass; returns how far the remote end is off in each tick, as a share of FELT_M."""
         off = []
@@ -75,12 +69,13 @@ class Pair:
                 RemoteEnd(self.network).send_latest("touch", touch.encode())
             operator_ns = round((100.0 + self.time_s) * 1e9)
             self.client.step(operator_ns, "")
-            if self.client.send_motion(operator_ns, self.block(self.time_s)) is not None:
+            x_m, y_m, z_m = self.hand(self.time_s)
+            if self.client.send_motion(operator_ns, x_m, y_m, [z_m] * 5) is not None:
                 self.sent.append(self.time_s)
-            place_m = self.server.place_m(round((7000.0 + self.time_s) * 1e9))
+            places = self.server.places(round((7000.0 + self.time_s) * 1e9))
             # What is sent in one tick is there in the next.
-            true_m = self.block(self.time_s - TICK_S)
-            off.append(math.inf if place_m is None else float(np.abs(place_m - true_m).max()) / FELT_M)
+            true_m = np.array(self.hand(self.time_s - TICK_S), np.float32)
+            off.append(math.inf if places is None else float(np.abs(places - true_m).max()) / FELT_M)
         return np.array(off)
 
 
@@ -131,9 +126,9 @@ def test_a_hand_that_is_no_longer_heard_of_stands_after_two_refreshes() -> None:
     pair = Pair(at_work)
     pair.network.impair(TO_REMOTE, "motion", cut=True)
     pair.run(ONWARDS_S + 2 * TICK_S)
-    stands = pair.server.place_m(round((7000.0 + pair.time_s) * 1e9))
+    stands = pair.server.places(round((7000.0 + pair.time_s) * 1e9))
     pair.run(0.05)
-    after = pair.server.place_m(round((7000.0 + pair.time_s) * 1e9))
+    after = pair.server.places(round((7000.0 + pair.time_s) * 1e9))
     assert stands is not None
     assert after is not None
     np.testing.assert_allclose(after, stands, atol=1e-12)
@@ -157,7 +152,7 @@ def test_each_session_begins_with_a_packet() -> None:
     ident = pair.server.session.ident
     pair.network.impair(cut=True)
     pair.run(2.0)
-    assert pair.server.place_m(0) is None or pair.server.session.ident == 0
+    assert pair.server.places(0) is None or pair.server.session.ident == 0
     pair.network.heal()
     pair.run(2.0)
     assert pair.server.session.ident not in (0, ident)

@@ -25,7 +25,7 @@ CLOCK_APART_NS = 7_200 * SECOND + 123
 """The two hosts were not started at the same time."""
 HOT = Fault(FaultCode.SENSOR_PLATE_TOO_HOT, "index", value=42.3, limit=42.0)
 TOUCH_NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
-AT_REST = np.zeros((5, 3), np.float32)
+AT_REST = (0.0, 0.0, (0.0,) * 5)
 
 
 class Keys(Protocol):
@@ -71,7 +71,7 @@ class Pair:
 
     def turn_operator(self) -> None:
         self.client.step(self.operator_now(), self.operator_missing)
-        self.client.send_motion(self.operator_now(), AT_REST)
+        self.client.send_motion(self.operator_now(), *AT_REST)
 
     def until(self, done: Callable[[], object], seconds: float = 8.0) -> None:
         deadline = time.monotonic() + seconds
@@ -321,7 +321,7 @@ def test_an_operator_who_feels_nothing_moves_nothing_and_stays_engaged(make: Cal
     pair.client.acceptance.last_ns -= SECOND // 5  # nothing came for so long
 
     def blind() -> bool:
-        packet = pair.client.send_motion(pair.operator_now(), AT_REST)
+        packet = pair.client.send_motion(pair.operator_now(), *AT_REST)
         assert packet is not None
         assert Motion.decode(packet).state is LinkState.CONNECTED
         pair.server.step(pair.remote_now(), "")

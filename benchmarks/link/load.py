@@ -84,7 +84,7 @@ def _link_client(place: Place, role: Role) -> _End:
     stream = "touch" if partner else "observed"
 
     def send(sequence: int) -> None:
-        link.send_latest("motion", next_motion(sequence, time.monotonic_ns()).encode())
+        link.send_latest("motion", next_motion(sequence, time.monotonic_ns()))
 
     return _End(send, _accepted(lambda: link.receive_latest(stream), Touch), link.close)
 
@@ -107,7 +107,7 @@ def _bare_end(place: Place, load: Load, remote: bool) -> _End:
         message = next_touch(touch_parts(load.touching), 10_000, 10**15).encode()
         outgoing, incoming = BareCurve(touches, zmq.PUB, server), BareCurve(motions, zmq.PULL, server)
     else:
-        message = next_motion(10_000, 10**15).encode()
+        message = next_motion(10_000, 10**15)
         outgoing = BareCurve(motions, zmq.PUSH, client, server.public)
         incoming = BareCurve(touches, zmq.SUB, client, server.public)
 

@@ -2,20 +2,18 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from common.wire.messages import (
     MAX_EVENTS,
-    MOTION_BLOCK,
     NO_TOUCH,
     Event,
     EventKind,
     ExplorationMode,
-    Motion,
     ThermalReason,
     ThermalStatus,
     Touch,
     TouchRow,
+    motion_packet,
+    pack_hand,
     pack_rows,
 )
 from common.wire.packets import LinkState, N
@@ -94,12 +92,12 @@ def next_touch(like: Touch, sequence: int, time_ns: int) -> Touch:
     )
 
 
-def next_motion(sequence: int, time_ns: int) -> Motion:
+def next_motion(sequence: int, time_ns: int) -> bytes:
     """A motion packet of fingertips that do not move."""
-    return Motion(SESSION, sequence, time_ns, LinkState.ENGAGED, _AT_REST)
+    return motion_packet(SESSION, sequence, time_ns, LinkState.ENGAGED, _AT_REST)
 
 
-_AT_REST = MOTION_BLOCK.to_bytes(np.full((N, 3), 0.005, dtype=np.float32))
+_AT_REST = pack_hand(0.005, 0.005, [0.005] * N)
 
 
 def framed_bytes(packet: int) -> int:
@@ -116,7 +114,7 @@ def wire_bytes(packet: int) -> int:
 def size_table(rates_hz: Sequence[float]) -> list[dict[str, float]]:
     """Bytes of a packet and of a second of packets, touch and motion, for each number of touching fingers."""
     rows = []
-    motion = wire_bytes(len(next_motion(10_000, _FIRST_NS).encode()))
+    motion = wire_bytes(len(next_motion(10_000, _FIRST_NS)))
     for touching in range(N + 1):
         packet = len(next_touch(touch_parts(touching), 10_000, _FIRST_NS).encode())
         for rate_hz in rates_hz:

@@ -13,8 +13,7 @@ from typing import Annotated, Any, NamedTuple, Self, get_type_hints
 
 from msgspec import Meta, Struct
 
-from common.wire.finger_block import FingerBlock
-from common.wire.packets import BadPacket, Floats, Integer, LinkState, N, Name, Packet, pack, unpack
+from common.wire.packets import BadPacket, FingerBlock, Floats, Integer, LinkState, N, Name, Packet, pack, unpack
 from common.wire.touch_summary import NO_SUMMARIES, TouchSummary, pack_summaries, read_summaries
 
 EVENT_MAX = 2000.0
@@ -205,7 +204,7 @@ TOUCH_BLOCK = FingerBlock(
 )
 TOUCH_LOW, TOUCH_HIGH = TOUCH_BLOCK.low, TOUCH_BLOCK.high
 _MOTION_ROW, _TOUCH_ROW = (struct.Struct(f"<{len(fields)}f") for fields in (MOTION_FIELDS, TOUCH_FIELDS))
-_TOUCH_ROWS = struct.Struct(f"<{N * len(TOUCH_FIELDS)}f")
+_MOTION_ROWS, _TOUCH_ROWS = (struct.Struct(f"<{N * len(fields)}f") for fields in (MOTION_FIELDS, TOUCH_FIELDS))
 
 
 def pack_rows(rows: Iterable[TouchRow]) -> bytes:
@@ -234,33 +233,55 @@ class Event(NamedTuple):
     name: Name = ""
 
 
-class Motion(Packet, frozen=True):
-    """Where the operator's fingertips are, m; `floats` are the bytes of a `MOTION_BLOCK`."""
+class _MotionPacket(Packet, frozen=True):
+    """A motion on the wire; `floats` are the bytes of a `MOTION_BLOCK`."""
 
     state: LinkState
     floats: bytes
 
+
+def pack_hand(x_m: float, y_m: float, z_m: Iterable[float]) -> bytes:
+    """Return the bytes of a `MOTION_BLOCK` from the hand's place and five fingertips' heights, m; not checked yet.
+
+    Raises:
+        OverflowError: a value is too large for 32 bits.
+    """
+    return _MOTION_ROWS.pack(*chain.from_iterable([(x_m, y_m, height_m) for height_m in z_m]))
+
+
+def motion_rows(floats: bytes) -> tuple[MotionRow, ...]:
+    """Return the row of each finger from the bytes of a `MOTION_BLOCK`, as the far side reads them."""
+    return tuple(map(MotionRow._make, _MOTION_ROW.iter_unpack(floats)))
+
+
+def motion_packet(session: int, sequence: int, time_ns: int, state: LinkState, floats: bytes) -> bytes:
+    """Return the packet of a motion; `floats` are the bytes of a `MOTION_BLOCK`.
+
+    Raises:
+        BadPacket: a value is out of range.
+    """
+    return _MotionPacket(session, sequence, time_ns, state, MOTION_BLOCK.check(floats)).encode()
+
+
+class Motion(NamedTuple):
+    """Where the operator's fingertips are."""
+
+    session: int
+    sequence: int
+    time_ns: int
+    state: LinkState
+    rows: tuple[MotionRow, ...]
+
     def encode(self) -> bytes:
-        """Packet bytes; raises BadPacket on a value out of range."""
-        MOTION_BLOCK.check(self.floats)
-        return super().encode()
+        """Return the packet's bytes; raises BadPacket on a value out of range."""
+        return motion_packet(*self[:4], _MOTION_ROWS.pack(*chain.from_iterable(self.rows)))
 
     @classmethod
     def decode(cls, packet: bytes) -> Self:
         """Check and unpack; raises BadPacket."""
-        motion = super().decode(packet)
-        MOTION_BLOCK.check(motion.floats)
-        return motion
-
-    @property
-    def block(self) -> Floats:
-        """(5, 3) of `MotionRow`, m; read only."""
-        return MOTION_BLOCK.array(self.floats)
-
-    @property
-    def rows(self) -> tuple[MotionRow, ...]:
-        """The row of each finger."""
-        return tuple(map(MotionRow._make, _MOTION_ROW.iter_unpack(self.floats)))
+        sent = _MotionPacket.decode(packet)
+        rows = motion_rows(MOTION_BLOCK.check(sent.floats))
+        return cls(sent.session, sent.sequence, sent.time_ns, sent.state, rows)
 
 
 class Touch(NamedTuple):

@@ -2,6 +2,7 @@
 
 import logging
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,17 +10,15 @@ from common.faults.fault import Fault, read_fault
 from common.limits import AGE_MAX_S, GAP_S
 from common.link.capabilities import OBSERVER, OPERATOR, disagreement, misreading
 from common.link.clock_offset import ClockOffset, ReadClock
-from common.link.dead_reckoning import DeadReckoning
-from common.link.deadband import Deadband
+from common.link.deadband import Deadband, DeadReckoning, motion_perceptible
 from common.link.emergency_stop import Unconfirmed
 from common.link.link_sides import OperatorSide
 from common.link.packet_filter import PacketFilter
-from common.link.perception_thresholds import motion_perceptible
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Session
 from common.timing.timeouts import SESSION_SILENCE_S
-from common.wire.messages import MOTION_BLOCK, Motion, Touch
-from common.wire.packets import BadPacket, Floats, LinkState, WrongVersion
+from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
+from common.wire.packets import BadPacket, LinkState, WrongVersion
 from common.wire.session_messages import Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
@@ -85,9 +84,9 @@ class SessionClient:
     _sequence: int = 0
     """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
     _motion_sequence: int = 0
-    _told: DeadReckoning = field(default_factory=DeadReckoning)
-    """Where the remote site takes the hand to be, were nothing lost."""
-    _told_state: LinkState = LinkState.DISCONNECTED
+    _expected: DeadReckoning = field(default_factory=DeadReckoning)
+    """The remote site's estimate of the hand, as if no packet were lost."""
+    _sent_state: LinkState = LinkState.DISCONNECTED
     _now_ns: int = _LONG_AGO_NS
     _asked_ns: dict[str, int] = field(default_factory=dict)
     _asked: dict[int, str] = field(default_factory=dict)
@@ -190,22 +189,31 @@ class SessionClient:
             self.refusal = ""
         return not slow
 
-    def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
-        """Send the fingertips' places (5, 3), m; returns the packet, None without a session or where it was spared."""
+    def send_motion(self, now_ns: int, x_m: float, y_m: float, z_m: Sequence[float]) -> bytes | None:
+        """Send the hand's place and the fingertips' heights (5,), m.
+
+        Returns:
+            The packet; None without a session, or where the deadband omits it.
+
+        Raises:
+            BadPacket, OverflowError: a value is out of range.
+        """
         if not self.session.ident:
             return None
         state = self.session.state
         if state is LinkState.ENGAGED and not self._feels(now_ns):
-            state = LinkState.CONNECTED  # who feels nothing must not move anything
+            state = LinkState.CONNECTED  # a hand without touch must not move anything
+        floats = pack_hand(x_m, y_m, z_m)
         if self.deadband is not None:
-            now_s, told_m = now_ns * 1e-9, self._told.at(now_ns * 1e-9)
-            felt = state is not self._told_state or told_m is None or motion_perceptible(told_m, block)
-            if not self.deadband.step(now_s, felt):
+            now_s, rows = now_ns * 1e-9, motion_rows(floats)
+            expected = self._expected.at(now_s)
+            changed = state is not self._sent_state or expected is None or motion_perceptible(expected, rows)
+            if not self.deadband.step(now_s, changed):
                 return None
-            self._told.take(now_s, block)
-            self._told_state = state
+            self._expected.take(now_s, rows)
+            self._sent_state = state
         self._motion_sequence += 1
-        packet = Motion(self.session.ident, self._motion_sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
+        packet = motion_packet(self.session.ident, self._motion_sequence, now_ns, state, floats)
         self.link.send_latest("motion", packet)
         return packet
 
@@ -349,7 +357,7 @@ class SessionClient:
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = 0
-        self._told = DeadReckoning()
+        self._expected = DeadReckoning()
         self._heard_ns = now_ns
         return ""
 

@@ -1,5 +1,6 @@
 """What the operator site needs of its session, whoever is at the other end of it: a remote site, or a scene."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from common.faults.fault import Fault
@@ -7,7 +8,6 @@ from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import Unconfirmed
 from common.site_status import SessionEnd
 from common.wire.messages import Touch
-from common.wire.packets import Floats
 
 
 class SessionProtocol(SessionEnd, Protocol):
@@ -51,8 +51,8 @@ class SessionProtocol(SessionEnd, Protocol):
     def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed) -> None:
         """Go on by one tick; see `SessionClient.step`."""
 
-    def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
-        """Say where the fingertips are, (5, 3), m; returns the packet, None where none was sent."""
+    def send_motion(self, now_ns: int, x_m: float, y_m: float, z_m: Sequence[float]) -> bytes | None:
+        """Send the hand's place and the fingertips' heights (5,), m; return the packet, None where none was sent."""
 
     def stop(self, now_ns: int) -> None:
         """Emergency stop: latch at once."""

@@ -1,6 +1,7 @@
 """Runs the session with a virtual environment, without a remote site."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from common.faults.fault import Fault, FaultCode
@@ -9,8 +10,8 @@ from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
 from common.link.packet_filter import PacketFilter
 from common.link.session_state import Session
-from common.wire.messages import MOTION_BLOCK, Motion, Touch
-from common.wire.packets import Floats, LinkState
+from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
+from common.wire.packets import LinkState
 from operator_site.virtual.virtual_environment import VirtualEnvironment
 
 _IDENT = 1
@@ -78,17 +79,18 @@ class VirtualSession:
         if self.want_engaged and not session.engaged and not not_ready:
             session.engage()
 
-    def send_motion(self, now_ns: int, block: Floats) -> bytes | None:
-        """Touch with the fingertips at these places (5, 3), m; return the motion packet, None without a session."""
+    def send_motion(self, now_ns: int, x_m: float, y_m: float, z_m: Sequence[float]) -> bytes | None:
+        """Touch with the hand at this place and the fingertips at these heights (5,), m; return the motion packet."""
         ident, state = self.session.ident, self.session.state
         if not ident:
             return None
         self._sequence += 1
-        (x_m, y_m, _), *_ = places = block.tolist()
-        self.environment.step(now_ns * 1e-9, x_m, y_m, [z_m for _, _, z_m in places])
+        floats = pack_hand(x_m, y_m, z_m)
+        rows = motion_rows(floats)
+        self.environment.step(now_ns * 1e-9, rows[0].x_m, rows[0].y_m, [row.z_m for row in rows])
         self.touch = self.environment.packet(ident, self._sequence, now_ns, state)
         self.acceptance.accept(self.touch, ident, now_ns, offset_ns=0, uncertainty_ns=0)
-        return Motion(ident, self._sequence, now_ns, state, MOTION_BLOCK.to_bytes(block)).encode()
+        return motion_packet(ident, self._sequence, now_ns, state, floats)
 
     def stop(self, now_ns: int) -> None:
         """Latch an emergency stop at once."""

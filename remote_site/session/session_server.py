@@ -7,15 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from common.faults.fault import Fault, FaultCode
 from common.limits import AGE_MAX_S, GAP_S
 from common.link.capabilities import OBSERVER, disagreement
 from common.link.clock_offset import ReadClock
 from common.link.curve import Received, may_stop
-from common.link.dead_reckoning import DeadReckoning
+from common.link.deadband import DeadReckoning, Places
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
 from common.link.keys import fingerprint
 from common.link.link_sides import RemoteSide
@@ -133,10 +130,10 @@ class SessionServer:
         motion = self.motion
         return motion is not None and self.session.state is motion.state is LinkState.ENGAGED
 
-    def place_m(self, now_ns: int) -> NDArray[np.float64] | None:
-        """Where the operator's fingertips are by the newest motions, (5, 3), m; None before the first of the session.
+    def places(self, now_ns: int) -> Places | None:
+        """Return where the operator's fingertips are now by the newest motions; None before the session's first motion.
 
-        Time counts from when the newest arrived: what it was late on the way stays late.
+        Time counts from the arrival of the newest: its delay on the way remains.
         """
         gap_ns = self.acceptance.gap_ns(now_ns)
         if self.motion is None or gap_ns is None:
@@ -212,7 +209,7 @@ class SessionServer:
         offset_ns = -self._offset_ns
         if self.acceptance.accept(motion, self.session.ident, now_ns, offset_ns, self._uncertainty_ns):
             self.motion = motion
-            self._hand.take(motion.time_ns * 1e-9, motion.block)
+            self._hand.take(motion.time_ns * 1e-9, motion.rows)
             at_least_ns = motion.time_ns - offset_ns - (self._uncertainty_ns or 0) - FUTURE_TOLERANCE_NS
             if (second := self._connections.used_twice(at_least_ns)) is not None:
                 self.session.latch(Fault(FaultCode.KEY_USED_TWICE))

@@ -6,8 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from common.link.dead_reckoning import DeadReckoning
-from common.link.deadband import REPEATS, Deadband
+from common.link.deadband import REPEATS, Deadband, DeadReckoning, Places
 from studies.deadband.courses import Course
 
 Floats = NDArray[np.float64]
@@ -17,10 +16,10 @@ Ticks = NDArray[np.bool_]
 class Reckoning(Protocol):
     """Estimate of a place between packets, at either end."""
 
-    def take(self, t_s: float, place_m: NDArray[np.float32]) -> None:
+    def take(self, t_s: float, places: Places) -> None:
         """Take a packet."""
 
-    def at(self, t_s: float) -> Floats | None:
+    def at(self, t_s: float) -> Places | None:
         """The estimate at a time, m; None before the first packet."""
 
 
@@ -28,13 +27,13 @@ class Hold:
     """Holds the last received value."""
 
     def __init__(self) -> None:
-        self._last: Floats | None = None
+        self._last: Places | None = None
 
-    def take(self, t_s: float, place_m: NDArray[np.float32]) -> None:
+    def take(self, t_s: float, places: Places) -> None:
         """Take a packet."""
-        self._last = place_m.astype(np.float64)
+        self._last = places
 
-    def at(self, t_s: float) -> Floats | None:
+    def at(self, t_s: float) -> Places | None:
         """The last received value, m."""
         return self._last
 
@@ -57,9 +56,9 @@ def sent(course: Course, reckoning: str, step_m: NDArray[np.float64] | float, re
     for tick, place_m in enumerate(course.place_m):
         t_s = tick * period_s
         believed = receiver.at(t_s)
-        perceptible = believed is None or bool((np.abs(place_m - believed) > step_m).any())
+        perceptible = believed is None or bool((np.abs(place_m - np.array(believed)) > step_m).any())
         if deadband.step(t_s, perceptible):
-            receiver.take(t_s, place_m)
+            receiver.take(t_s, place_m.tolist())
             found[tick] = True
     return found
 
@@ -76,7 +75,7 @@ def received_m(course: Course, reckoning: str, arrives: Ticks) -> Floats:
     found = np.empty(course.place_m.shape)
     for tick, place_m in enumerate(course.place_m):
         if arrives[tick]:
-            believed.take(tick * period_s, place_m)
+            believed.take(tick * period_s, place_m.tolist())
         found[tick] = believed.at(tick * period_s)
     return found
 

@@ -14,6 +14,7 @@ from studies.touches.teleoperation import SCENE
 Places = NDArray[np.float32]
 
 RECORDED_HZ = 1000.0
+_ALONG_X = np.array([1.0, 0.0, 0.0], np.float32)
 
 
 class Course(NamedTuple):
@@ -31,7 +32,7 @@ class Course(NamedTuple):
 def recorded() -> list[Course]:
     """Place of every recorded leader at the end of its lever; empty where there are no recordings."""
     return [
-        Course(path.stem, RECORDED_HZ, (LEVER_M * _columns(path)[1]).astype(np.float32)[:, None, None])
+        Course(path.stem, RECORDED_HZ, (LEVER_M * _columns(path)[1]).astype(np.float32)[:, None, None] * _ALONG_X)
         for path in _files()
     ]
 

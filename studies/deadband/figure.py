@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from common.link.perception_thresholds import FORCE_WEBER, HEIGHT_M
+from common.link.deadband import FORCE_WEBER, HEIGHT_M
 from studies.drawing import Data, curve, figure_file, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, absent, plain_ticks
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.link.perception_thresholds import HEIGHT_M
+from common.link.deadband import HEIGHT_M
 from common.timing.timeouts import REFRESH_S
 from studies.deadband.channel import Floats, Ticks, error_m, kept, sent
 from studies.deadband.courses import Course

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from common.limits import GAP_S
-from common.link.deadband import REPEATS
-from common.link.perception_thresholds import HEIGHT_M
+from common.link.deadband import HEIGHT_M, REPEATS
 from common.timing.timeouts import REFRESH_S
 from studies.compared import Compared
 from studies.deadband.channel import RECKONINGS, error_m, sent

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
-from common.link.deadband import Deadband
-from common.link.perception_thresholds import TOUCH_STEPS, touch_perceptible
+from common.link.deadband import TOUCH_STEPS, Deadband, touch_perceptible
 from common.scenes.scene import load_scene
 from sim_sensors.operator_hand.hand import ScriptedHand
 from studies.touches.teleoperation import SCENE

@@ -4,10 +4,8 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any, Protocol
 
-import numpy as np
-
 from common.link.capabilities import capabilities
-from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.messages import Touch, motion_packet, pack_hand
 from common.wire.packets import MAX_PACKET, BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
 
@@ -72,9 +70,9 @@ class Attacker:
     def move(self, ahead: int = 1) -> None:
         """Send the hand to FAR_M, `ahead` sequence numbers further."""
         self._motions += ahead
-        block = np.full((5, 3), (FAR_M, FAR_M, -0.01), np.float32)
-        motion = Motion(self.ident, self._motions, self._now_ns(), LinkState.ENGAGED, MOTION_BLOCK.to_bytes(block))
-        self.line.send("motion", motion.encode())
+        far = pack_hand(FAR_M, FAR_M, [-0.01] * 5)
+        packet = motion_packet(self.ident, self._motions, self._now_ns(), LinkState.ENGAGED, far)
+        self.line.send("motion", packet)
 
     def flood(self, size: str) -> None:
         """Many packets to every stream, `small` valid ones or the `largest`."""

@@ -15,12 +15,11 @@ from itertools import count
 from pathlib import Path
 from random import Random
 
-import numpy as np
 import zmq
 
 from common.link.curve import prepare_socket, use_curve
 from common.link.keys import load_keys
-from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.messages import Touch, motion_packet, pack_hand
 from common.wire.packets import MAX_PACKET, BadPacket, LinkState
 from common.wire.session_messages import Heartbeat, Request
 from tests.robustness.adversary.parties import COPY
@@ -39,9 +38,7 @@ def forged(target: str, role: str, ident: int, number: int, size: int) -> bytes:
     """A packet that asks for what its sender may not; of `size` bytes where that is not 0."""
     now_ns = time.monotonic_ns()
     if target == "motion" and not size:
-        block = np.zeros((5, 3), np.float32)
-        block[:, 0] = AWAY_M
-        return Motion(ident, 10_000 + number, now_ns, LinkState.ENGAGED, MOTION_BLOCK.to_bytes(block)).encode()
+        return motion_packet(ident, 10_000 + number, now_ns, LinkState.ENGAGED, pack_hand(AWAY_M, 0.0, [0.0] * 5))
     if target == "heartbeat" and not size:
         return Heartbeat(ident, number, now_ns, LinkState.ENGAGED, now_ns, 0, HOUR_NS, 1).encode()
     if target in ("control", "desk"):

@@ -55,7 +55,7 @@ class Victim:
         self._feed.step(now_ns)
         server = self._served.server
         if server.motion is not None:
-            self._moved_m = max(self._moved_m, float(abs(server.motion.block).max()))
+            self._moved_m = max(self._moved_m, *(abs(place_m) for row in server.motion.rows for place_m in row))
         if server.session.state is LinkState.FAULT:
             self._faults.add(fault_text(server.session.fault))
             if self._stop_ns and server.stopping.asked_ns is not None:

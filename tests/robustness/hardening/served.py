@@ -16,7 +16,7 @@ from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SessionServer
 
 TOUCH_NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
-AT_REST = np.zeros((5, 3), np.float32)
+AT_REST = (0.0, 0.0, (0.0,) * 5)
 
 
 class Keys(Protocol):
@@ -52,7 +52,7 @@ class Served:
             self.remote_link.send_latest("touch", touch.encode())
         now_ns = time.monotonic_ns()  # one time a tick of the operator's site, for what it takes and what it sends
         self.client.step(now_ns, "")
-        self.client.send_motion(now_ns, AT_REST)
+        self.client.send_motion(now_ns, *AT_REST)
         self.longest_gap_ns = max(self.longest_gap_ns, self.client.acceptance.gap_ns(now_ns) or 0)
 
     def run(self, until: "subprocess.Popen[bytes] | None", seconds: float) -> PeriodicLoop:

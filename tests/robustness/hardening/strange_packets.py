@@ -8,9 +8,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from common.link.capabilities import capabilities
-from common.wire.finger_block import FingerBlock
 from common.wire.messages import EVENT_MAX, MAX_EVENTS, MOTION_BLOCK, TOUCH_BLOCK, Event, EventKind, explains
-from common.wire.packets import MAX_INTEGER, MAX_TEXT, LinkState, N
+from common.wire.packets import MAX_INTEGER, MAX_TEXT, FingerBlock, LinkState, N
 from common.wire.session_messages import REQUESTS
 from common.wire.touch_summary import NO_SUMMARIES, TouchSummary
 

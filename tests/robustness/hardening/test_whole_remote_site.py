@@ -21,7 +21,7 @@ from common.link.link import RemoteLink
 from common.link.session_state import Refused
 from common.recording.recorder import Recorder
 from common.timing.tick_age import TickAge
-from common.wire.messages import MOTION_BLOCK, Motion, Touch
+from common.wire.messages import MOTION_BLOCK, Touch, motion_packet
 from common.wire.packets import BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
 from remote_site.devices.devices import RemoteDevices
@@ -199,7 +199,7 @@ class RemoteAgainstOperators(RuleBasedStateMachine):
         self.motions += 1
         # The operator found (remote - operator); its own time is this site's less that.
         time_ns = min(2**63 - 1, max(0, self.now_ns - self.offset_ns - late_ms * MS))
-        self.far.come("motion", OPERATOR, Motion(self.ident, self.motions, time_ns, state, floats).encode())
+        self.far.come("motion", OPERATOR, motion_packet(self.ident, self.motions, time_ns, state, floats))
 
     @rule(gap_ms=gaps_ms)
     def tick(self, gap_ms: int) -> None:

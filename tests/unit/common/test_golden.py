@@ -23,7 +23,7 @@ from common.buses.serial_messages import (
 from common.buses.thermometry import ntc_c, ssr_c
 from common.fingers import FINGERS
 from common.link.capabilities import LAYOUT
-from common.wire.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch
+from common.wire.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch, motion_rows
 from common.wire.packets import SCHEMA_VERSION, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
 from common.wire.touch_summary import NOTHING, TouchSummary
@@ -127,7 +127,7 @@ TOLD = (NOTHING, TouchSummary((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.
 BEAT = (2, T, -5_000_000, 150_001)
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {
-    "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, MOTION_BLOCK.tobytes()),
+    "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, motion_rows(MOTION_BLOCK.tobytes())),
     "touch": Touch(
         SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK.tobytes(), ("", "pvc", "", "", ""), EVENTS, TOLD
     ),

@@ -5,7 +5,6 @@ import pytest
 
 from common.fingers import FINGERS
 from common.wire.messages import (
-    MOTION_BLOCK,
     NO_TOUCH,
     TOUCH_BLOCK,
     Motion,
@@ -13,6 +12,8 @@ from common.wire.messages import (
     Touch,
     TouchRow,
     columns,
+    motion_packet,
+    pack_hand,
     pack_rows,
 )
 from common.wire.packets import LinkState
@@ -38,8 +39,9 @@ def test_the_rows_of_a_touch_come_back_by_name() -> None:
 
 def test_the_rows_of_a_motion_come_back_by_name() -> None:
     rows = tuple(MotionRow(0.25, -0.5, 2.0**-finger * 1e-2) for finger in range(N))
-    motion = Motion(1, 1, 1, LinkState.ENGAGED, MOTION_BLOCK.to_bytes(np.array(rows, np.float32)))
-    assert np.array_equal(Motion.decode(motion.encode()).rows, np.array(rows, np.float32))
+    packet = Motion(1, 1, 1, LinkState.ENGAGED, rows).encode()
+    assert np.array_equal(Motion.decode(packet).rows, np.array(rows, np.float32))
+    assert packet == motion_packet(1, 1, 1, LinkState.ENGAGED, pack_hand(0.25, -0.5, [row.z_m for row in rows]))
 
 
 def test_a_finger_that_is_not_in_use_is_zeros() -> None:

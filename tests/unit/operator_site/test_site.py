@@ -95,7 +95,7 @@ class ScriptedClient(SessionClient):
         self.touch, self.touch_packet = touch, touch.encode()
         self.acceptance.last_ns = now_ns
 
-    def send_motion(self, now_ns: int, block: object) -> None:
+    def send_motion(self, now_ns: int, x_m: float, y_m: float, z_m: object) -> None:
         return None
 
 

@@ -133,7 +133,7 @@ def test_packets_of_the_study_are_good_ones_and_carry_what_they_should() -> None
             assert (touch.block.any(axis=1)).sum() == touching
             assert sum(name != "" for name in touch.materials) == touching
             assert len({event.ident for event in touch.events}) == events
-    assert Motion.decode(next_motion(7, 9).encode()).sequence == 7
+    assert Motion.decode(next_motion(7, 9)).sequence == 7
     for touching, events in ((6, 0), (-1, 0), (5, MAX_EVENTS + 1)):
         with pytest.raises(ValueError, match="fingers"):
             touch_parts(touching, events)

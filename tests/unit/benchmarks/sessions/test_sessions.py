@@ -113,7 +113,7 @@ def test_age_and_lateness_are_read_from_the_recordings(tmp_path: Path) -> None:
             time_ns = 10**9 + tick * 2_000_000 + (1_000_000 if tick % 10 == 9 else 0)
             recorder.write("remote/gate", time_ns, msgpack.packb([]))
             if tick % 5 == 0:
-                recorder.write("remote/motion", time_ns, next_motion(tick, time_ns - 3_000_000).encode())
+                recorder.write("remote/motion", time_ns, next_motion(tick, time_ns - 3_000_000))
     read = Recorded.read(tmp_path)
     assert read.lateness("remote", 1.0, 3.0, 0.002) == {"off_p50_us": 0.0, "off_p99_us": pytest.approx(1000.0)}
     assert read.lateness("operator", 1.0, 3.0, 0.002) == {"off_p50_us": None, "off_p99_us": None}

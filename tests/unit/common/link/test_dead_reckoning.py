@@ -4,36 +4,28 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from common.link.dead_reckoning import ONWARDS_S, TOGETHER_S, DeadReckoning
-from common.link.deadband import Deadband
-from common.link.perception_thresholds import HEIGHT_M, PLANE_M, motion_perceptible
+from common.link.deadband import HEIGHT_M, ONWARDS_S, PLANE_M, TOGETHER_S, Deadband, DeadReckoning, motion_perceptible
 from common.timing.timeouts import REFRESH_S
+from common.wire.messages import MotionRow
 
 TICK_S = 0.002
 HALF_RANGE_M = np.array([0.66, 0.66, 0.0103])
-Places = NDArray[np.float32]
-
-
-def block(x_m: float, z_m: float = 0.0) -> Places:
-    """All fingers at one place."""
-    return np.tile(np.array([x_m, 0.0, z_m], np.float32), (5, 1))
 
 
 def after(*packets: tuple[float, float]) -> DeadReckoning:
-    """A prediction that was told x at some times."""
+    """A prediction that has taken packets: time and x of all fingers."""
     prediction = DeadReckoning()
     for t_s, x_m in packets:
-        prediction.take(t_s, block(x_m))
+        prediction.take(t_s, [MotionRow(x_m, 0.0, 0.0)] * 5)
     return prediction
 
 
 def x_at(prediction: DeadReckoning, t_s: float) -> float:
-    """Where it takes x to be."""
-    place = prediction.at(t_s)
-    assert place is not None
-    return float(place[0, 0])
+    """The predicted x."""
+    places = prediction.at(t_s)
+    assert places is not None
+    return places[0].x_m
 
 
 def test_it_goes_on_at_the_speed_between_the_last_packets_and_stands_after_two_refreshes() -> None:
@@ -41,7 +33,7 @@ def test_it_goes_on_at_the_speed_between_the_last_packets_and_stands_after_two_r
     assert x_at(prediction, 1.012) == pytest.approx(0.1012)
     assert x_at(prediction, 1.020) == pytest.approx(0.1020, abs=1e-7)
     assert x_at(prediction, 1.012 + ONWARDS_S) == x_at(prediction, 2.0) == pytest.approx(0.1012 + 0.1 * ONWARDS_S)
-    assert x_at(prediction, 1.0) == pytest.approx(0.1012), "never back beyond what was told"
+    assert x_at(prediction, 1.0) == pytest.approx(0.1012), "never back beyond the last packet"
 
 
 def test_there_is_a_speed_only_between_packets_that_belong_together() -> None:
@@ -68,13 +60,13 @@ def test_without_loss_no_receiver_is_ever_further_off_than_what_may_be_felt(
     for tick, (*steps, size) in enumerate(walk):
         t_s = 1e6 + tick_s * tick
         place = np.clip(place + size * np.reshape(steps, (5, 3)) * HALF_RANGE_M, -HALF_RANGE_M, HALF_RANGE_M)
-        true = place.astype(np.float32)
-        told = sender.at(t_s)
-        if deadband.step(t_s, told is None or motion_perceptible(told, true)):
+        true = [MotionRow(*row) for row in place.astype(np.float32).tolist()]
+        expected = sender.at(t_s)
+        if deadband.step(t_s, expected is None or motion_perceptible(expected, true)):
             sender.take(t_s, true)
             receiver.take(t_s, true)
             sent_s = t_s
         there = receiver.at(t_s)
         assert there is not None
-        assert (np.abs(there - true) <= np.array([PLANE_M, PLANE_M, HEIGHT_M]) + 1e-7).all()
+        assert (np.abs(np.subtract(there, true)) <= np.array([PLANE_M, PLANE_M, HEIGHT_M]) + 1e-7).all()
         assert t_s - sent_s <= REFRESH_S + 0.25 * tick_s

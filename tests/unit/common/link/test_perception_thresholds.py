@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.link.perception_thresholds import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_perceptible, touch_perceptible
-from common.wire.messages import NO_TOUCH, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, Touch, pack_rows
+from common.link.deadband import HEIGHT_M, PLANE_M, TOUCH_STEPS, motion_perceptible, touch_perceptible
+from common.wire.messages import NO_TOUCH, TOUCH_FIELDS, TOUCH_RANGES, Event, EventKind, MotionRow, Touch, pack_rows
 from common.wire.packets import LinkState
 
 INDEX = 1
@@ -56,10 +56,8 @@ def test_a_number_is_news_exactly_when_it_differs_by_more_than_its_step(name: st
 @pytest.mark.parametrize(("column", "step_m"), [(0, PLANE_M), (1, PLANE_M), (2, HEIGHT_M)])
 @pytest.mark.parametrize("finger", range(5))
 def test_motion_is_felt_in_any_direction_of_any_finger(finger: int, column: int, step_m: float) -> None:
-    told = np.zeros((5, 3))
-    for sign in (-1.0, 1.0):
-        true = np.zeros((5, 3), np.float32)
-        true[finger, column] = sign * 0.99 * step_m
-        assert not motion_perceptible(told, true)
-        true[finger, column] = sign * 1.01 * step_m
-        assert motion_perceptible(told, true)
+    expected = [MotionRow(0.0, 0.0, 0.0)] * 5
+    for share in (-1.01, -0.99, 0.99, 1.01):
+        true = np.zeros((5, 3))
+        true[finger, column] = share * step_m
+        assert motion_perceptible(expected, [MotionRow(*row) for row in true.tolist()]) is (abs(share) > 1.0)

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from common.wire.finger_block import FingerBlock
-from common.wire.packets import BadPacket, N
+from common.wire.packets import BadPacket, FingerBlock, N
 
 BLOCK = FingerBlock({"from_zero": (0, 10.5), "symmetric": (-0.66, 0.66), "both": (-50, 150), "code": (0, 3)}, ["code"])
 COLUMNS = len(BLOCK.names)

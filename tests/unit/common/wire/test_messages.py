@@ -22,6 +22,7 @@ from common.wire.messages import (
     ThermalStatus,
     Touch,
     explains,
+    motion_packet,
 )
 from common.wire.packets import MAX_PACKET, SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.wire.session_messages import REQUESTS, Answer, Heartbeat, Request
@@ -185,7 +186,7 @@ def test_each_motion_column_out_of_range_is_neither_taken_nor_sent(
         with pytest.raises(BadPacket, match="middle"):
             Motion.decode(msgpack.packb(fields))
         with pytest.raises(BadPacket, match="middle"):
-            Motion(1, 1, 1, LinkState.ENGAGED, fields[5]).encode()
+            motion_packet(1, 1, 1, LinkState.ENGAGED, fields[5])
 
 
 def _put(fields: list[Any], index: int, value: float) -> None:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from common.config import ObserverConfig, OperatorLinkConfig
@@ -23,7 +22,7 @@ from tests.conftest import Keys
 from tests.unit.operator_site.touches import touch
 from tests.waiting import PATIENCE_S, wait_until
 
-AT_REST = np.zeros((5, 3), np.float32)
+AT_REST = (0.0, 0.0, (0.0,) * 5)
 
 
 def pressed(**more: float) -> Touch:
@@ -88,7 +87,7 @@ class Session:
             if self.observed:
                 self.link.send_latest("observed", packet)
         self.operator.step(time.monotonic_ns(), "")
-        self.operator.send_motion(time.monotonic_ns(), AT_REST)
+        self.operator.send_motion(time.monotonic_ns(), *AT_REST)
 
     def until(self, done: Callable[[], object]) -> None:
         """Take turns until something is reached; between two the sockets' own threads get the processor."""

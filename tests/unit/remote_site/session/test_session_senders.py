@@ -4,7 +4,6 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-import numpy as np
 import pytest
 
 from common.faults.fault import Fault, FaultCode
@@ -12,7 +11,7 @@ from common.limits import GAP_S
 from common.link.capabilities import capabilities
 from common.link.curve import Received
 from common.link.link import RemoteLink
-from common.wire.messages import MOTION_BLOCK, Motion
+from common.wire.messages import motion_packet, pack_hand
 from common.wire.packets import LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
 from remote_site.session.session_server import EXPELLED_S, PACKETS_AT_ONCE, SILENCE_NS, SessionServer
@@ -98,11 +97,10 @@ class Remote:
         late_ns: int = 0,
     ) -> None:
         self.motions += sequence is None
-        block = np.zeros((5, 3), np.float32)
-        block[:, 0] = x_m
         number = self.motions if sequence is None else sequence
-        motion = Motion(self.ident, number, self.now_ns - late_ns, LinkState.ENGAGED, MOTION_BLOCK.to_bytes(block))
-        self.arrive("motion", key, motion.encode(), connection)
+        hand = pack_hand(x_m, 0.0, [0.0] * 5)
+        packet = motion_packet(self.ident, number, self.now_ns - late_ns, LinkState.ENGAGED, hand)
+        self.arrive("motion", key, packet, connection)
 
     def step(self, ns: int = TICK_NS) -> None:
         self.now_ns += ns
@@ -136,7 +134,7 @@ def working() -> Remote:
 
 def x_m(remote: Remote) -> float:
     assert remote.server.motion is not None
-    return float(remote.server.motion.block[0][0])
+    return remote.server.motion.rows[0].x_m
 
 
 def test_motion_of_a_second_operator_moves_nothing_and_its_connection_is_ended(working: Remote) -> None:
@@ -163,7 +161,7 @@ def test_after_a_second_operator_has_left_the_rightful_one_moves_on(working: Rem
 def test_who_sends_motion_before_hello_is_ignored_and_becomes_the_operator_all_the_same() -> None:
     remote = Remote()
     for _ in range(20):
-        remote.arrive("motion", OPERATOR, Motion(0, 1, remote.now_ns, LinkState.CONNECTED, bytes(60)).encode())
+        remote.arrive("motion", OPERATOR, motion_packet(0, 1, remote.now_ns, LinkState.CONNECTED, bytes(60)))
         remote.step()
     assert remote.link.expelled == []
     remote.ask("hello", **ABLE, role="operator")

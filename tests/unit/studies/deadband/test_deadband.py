@@ -25,7 +25,7 @@ RECORDINGS = pytest.mark.skipif(not (folder() / "bilateral_1dof").is_dir(), reas
 
 
 def course(place_m: list[float]) -> Course:
-    return Course("made", HZ, np.array(place_m, dtype=np.float32)[:, None, None])
+    return Course("made", HZ, np.array([[(x_m, 0.0, 0.0)] for x_m in place_m], dtype=np.float32))
 
 
 STILL = course([0.01] * 1000)
