@@ -16,14 +16,12 @@ from common.link.authenticator import Authenticator
 from common.link.bind_address import check_bind
 from common.link.curve import (
     MOST_AT_ONCE,
+    CurveSockets,
     Inbox,
     LinkProblem,
     Received,
-    end_connection,
-    is_open,
+    Sender,
     prepare_publisher,
-    prepare_socket,
-    receive_newest,
     receive_requests,
     send_answer,
     serve_curve,
@@ -32,6 +30,7 @@ from common.link.curve import (
 from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
 from common.link.keys import KeyPair, Role, TrustedKeys
 from common.link.subscriptions import Subscriptions
+from common.link.tcp_connections import end_connection, is_open
 from common.wire.streams import STREAMS, Direction, Stream
 
 # Motion and touch have one sender and one reader; only the stream for observers may have several readers.
@@ -50,68 +49,11 @@ _CLIENT_TYPE = {
 _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 """Directions that an observer's key may use; the session judges an observer's requests."""
 _LAST_REQUEST_MS = 100
-_DONTWAIT = int(zmq.DONTWAIT)
 _UNSENT = 8
 """Maximum number of requests that wait to be sent; further ones fail."""
 
 
-class _Link:
-    """Sockets of one side. Only `wait_for_latest` blocks."""
-
-    def __init__(self) -> None:
-        self._context = zmq.Context()
-        self._sockets: dict[str, zmq.Socket[bytes]] = {}
-        self._inboxes: dict[str, Inbox] = {}
-
-    def _socket(self, stream: Stream, kind: int) -> "zmq.Socket[bytes]":
-        socket = self._context.socket(kind)
-        prepare_socket(socket)
-        if stream.latest_only:
-            socket.setsockopt(zmq.CONFLATE, 1)
-        if kind == zmq.SUB:
-            socket.setsockopt(zmq.SUBSCRIBE, b"")
-        return socket
-
-    def close(self) -> None:
-        """Close all sockets at once; drop unsent packets."""
-        self._context.destroy(linger=0)
-
-    def send_latest(self, stream: str, packet: bytes) -> None:
-        """Send on a latest-only stream, replacing an unsent older packet; does nothing where the far side refused us.
-
-        A packet that is written just when the one before is read waits for the next write. One of 14 measured bursts of
-        300 packets ended so. Therefore these streams never pause, and what must arrive is sent again.
-        """
-        socket = self._sockets.get(stream)
-        if socket is not None:
-            try:
-                socket.send(packet, _DONTWAIT)
-            except zmq.Again:
-                return
-
-    def receive_latest(self, stream: str) -> bytes | None:
-        """Return the newest unread packet of a latest-only stream; None where there is none."""
-        inbox = self._inboxes.get(stream)
-        frames = None if inbox is None else inbox.take()
-        return frames[0].bytes if frames else None
-
-    def wait_for_latest(self, stream: str, seconds: float) -> bytes | None:
-        """Return the newest unread packet of a latest-only stream, or the next one within `seconds`, s; else None.
-
-        It blocks the caller. It is for tools; a site's loop must never wait.
-        """
-        socket = self._sockets.get(stream)
-        if socket is None:
-            return None
-        self._inboxes[stream].stale()
-        socket.setsockopt(zmq.RCVTIMEO, round(seconds * 1e3))
-        try:
-            return socket.recv()
-        except zmq.Again:
-            return None
-
-
-class RemoteLink(_Link):
+class RemoteLink(CurveSockets):
     """The remote site's side: binds, and serves trusted keys only."""
 
     def __init__(self, host: str, base_port: int, keys: KeyPair, trusted: TrustedKeys):
@@ -150,22 +92,17 @@ class RemoteLink(_Link):
         inbox = self._inboxes.get(stream)
         return [] if inbox is None else receive_requests(inbox)
 
-    def motions(self) -> list[Received]:
-        """Return the newest unread motion of each connection, at most MOST_AT_ONCE."""
-        inbox = self._inboxes.get("motion")
-        return [] if inbox is None else receive_newest(inbox)
-
-    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
-        """End the connection that `received` came on; refuse its key at this stream for a while.
+    def expel(self, stream: str, sender: Sender, refuse_s: float = 0.0) -> None:
+        """End a sender's connection to a stream; refuse its key there for a while.
 
         Args:
             stream: name of the stream.
-            received: a packet of that connection.
+            sender: sender of a packet of that connection.
             refuse_s: duration of status 300 for the key's handshakes, s; the client's library retries by itself.
         """
         if refuse_s > 0.0:
-            self._authenticator.refuse(stream, received.key, refuse_s)
-        end_connection(received.connection, self._base_port + STREAMS[stream].port)
+            self._authenticator.refuse(stream, sender.key, refuse_s)
+        end_connection(sender.connection, self._base_port + STREAMS[stream].port)
 
     def forgive(self, key: str) -> None:
         """Serve a key again that was refused for a while."""
@@ -249,7 +186,7 @@ class RemoteLink(_Link):
         self.close()
 
 
-class OperatorLink(_Link):
+class OperatorLink(CurveSockets):
     """The side that connects when the remote site is there: an operator or an observer."""
 
     def __init__(self, host: str, base_port: int, keys: KeyPair, remote_public_key: str, role: Role = Role.PARTNER):

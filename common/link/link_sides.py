@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Protocol
 
-from common.link.curve import Received
+from common.link.curve import Received, Sender
 
 
 class RemoteSide(Protocol):
@@ -20,8 +20,8 @@ class RemoteSide(Protocol):
     def requests(self, stream: str) -> list[Received]:
         """Return clients' packets of a request stream; emergency stops first."""
 
-    def motions(self) -> list[Received]:
-        """Return the newest unread motion of each connection."""
+    def newest_of_each(self, stream: str) -> list[Received]:
+        """Return the newest unread packet of each connection of a latest-only stream."""
 
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send on a latest-only stream, replacing an unsent older packet."""
@@ -29,8 +29,8 @@ class RemoteSide(Protocol):
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Answer one client; a client that is gone gets no answer."""
 
-    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
-        """End the connection that `received` came on, and refuse its key at this stream for `refuse_s`, s."""
+    def expel(self, stream: str, sender: Sender, refuse_s: float = 0.0) -> None:
+        """End a sender's connection to a stream, and refuse its key there for `refuse_s`, s."""
 
     def forgive(self, key: str) -> None:
         """Serve a key again that was refused for a while."""

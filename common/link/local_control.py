@@ -71,8 +71,7 @@ class LocalControlSocket:
 
     def serve(self, now_ns: int, do: Do) -> None:
         """Carry out what was asked since the last call, and answer."""
-        for received in receive_requests(self._inbox, _AT_ONCE):
-            who, packet = received.who, received.packet
+        for sender, packet in receive_requests(self._inbox, _AT_ONCE):
             try:
                 request = Request.decode(packet)
             except BadPacket:
@@ -82,7 +81,7 @@ class LocalControlSocket:
                 told = do(request.verb, request.details)
             except (Refused, BadPacket) as error:  # the latter: more than a packet to the far site can hold
                 refused = str(error)[:LONGEST_REFUSAL]
-            send_answer(self._socket, who, Answer(0, request.sequence, now_ns, refused, told).encode())
+            send_answer(self._socket, sender.who, Answer(0, request.sequence, now_ns, refused, told).encode())
             self._inbox.stale()
 
     def close(self) -> None:

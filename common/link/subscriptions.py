@@ -9,9 +9,14 @@ from dataclasses import dataclass
 
 import zmq
 
-from common.link.curve import end_strange_readers, subscriptions
+from common.link.tcp_connections import end_talkers
 
 log = logging.getLogger(__name__)
+
+_TOPICS_COUNT = 116
+"""Option ZMQ_TOPICS_COUNT of libzmq from 4.3.5 on, which pyzmq does not name."""
+_MOST_OF_A_READER = 2048
+"""Maximum number of bytes that a reader sends: a handshake of 700, a subscription to everything, and its end."""
 
 
 @dataclass(slots=True)
@@ -32,8 +37,13 @@ class Subscriptions:
     def step(self) -> None:
         """End connections of readers with excess subscriptions when the socket's number of subscriptions has grown."""
         count = subscriptions(self.socket)
-        if count > self._known and (ended := end_strange_readers(self.local_port)):
+        if count > self._known and (ended := end_talkers(self.local_port, _MOST_OF_A_READER)):
             if not self.ended:
                 log.warning("ended a connection to port %d: its reader subscribes repeatedly", self.local_port)
             self.ended += ended
         self._known = max(1, count)
+
+
+def subscriptions(socket: "zmq.Socket[bytes]") -> int:
+    """Return how many different subscriptions a PUB socket has received, those of closed connections included."""
+    return int(socket.getsockopt(_TOPICS_COUNT))

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from common.limits import GAP_S
-from common.link.curve import Received
+from common.link.curve import Received, Sender
 from common.wire.streams import STREAMS
 
 SILENT_S: Mapping[str, float] = {"motion": GAP_S, "heartbeat": 5.0 / STREAMS["heartbeat"].rate_hz, "control": math.inf}
@@ -22,7 +22,7 @@ SILENT_S: Mapping[str, float] = {"motion": GAP_S, "heartbeat": 5.0 / STREAMS["he
 class _Line:
     """The connection that owns a stream."""
 
-    received: Received
+    sender: Sender
     heard_ns: int
 
 
@@ -39,8 +39,8 @@ class OperatorConnections:
         self._lines: dict[str, _Line] = {}
         self._rival: _Line | None = None
 
-    def begin(self, hello: Received, now_ns: int) -> None:
-        """Begin a session; the connection of its hello owns the stream of requests."""
+    def begin(self, hello: Sender, now_ns: int) -> None:
+        """Begin a session; the connection of its hello's sender owns the stream of requests."""
         self._lines = {"control": _Line(hello, now_ns)}
         self._rival = None
 
@@ -53,25 +53,23 @@ class OperatorConnections:
     def answers_to(self) -> bytes:
         """Routing identity for answers to the operator; empty without a session."""
         line = self._lines.get("control")
-        return b"" if line is None else line.received.who
+        return b"" if line is None else line.sender.who
 
-    def own(self, stream: str, received: Received, now_ns: int) -> bool:
+    def own(self, stream: str, sender: Sender, now_ns: int) -> bool:
         """Return whether a packet with the operator's key came on the connection that owns this stream."""
         line = self._lines.get(stream)
         if line is None:
-            self._lines[stream] = _Line(received, now_ns)
+            self._lines[stream] = _Line(sender, now_ns)
             return True
-        if line.received.connection != received.connection:
+        if line.sender.connection != sender.connection:
             silent = now_ns - line.heard_ns > SILENT_S[stream] * 1e9
-            if not silent and self._is_open(stream, line.received.connection):
-                if stream == "motion" and (
-                    self._rival is None or self._rival.received.connection != received.connection
-                ):
-                    self._rival = _Line(received, now_ns)
+            if not silent and self._is_open(stream, line.sender.connection):
+                if stream == "motion" and (self._rival is None or self._rival.sender.connection != sender.connection):
+                    self._rival = _Line(sender, now_ns)
                 return False
             if stream == "motion":
                 self._rival = None
-        line.received, line.heard_ns = received, now_ns
+        line.sender, line.heard_ns = sender, now_ns
         return True
 
     def own_first(self, stream: str, packets: list[Received]) -> list[Received]:
@@ -82,11 +80,11 @@ class OperatorConnections:
         line = self._lines.get(stream)
         if line is None or len(packets) < 2:
             return packets
-        own = line.received.connection
-        return sorted(packets, key=lambda received: received.connection != own)
+        own = line.sender.connection
+        return sorted(packets, key=lambda received: received[0].connection != own)
 
-    def used_twice(self, sent_ns: int) -> Received | None:
-        """Return a packet of a second sender with the operator's key, if a motion of the first proves a second sender.
+    def used_twice(self, sent_ns: int) -> Sender | None:
+        """Return the second sender with the operator's key, if a motion of the first proves a second sender.
 
         Args:
             sent_ns: earliest time at which the operator's own connection sent its motion, ns of this site's clock.
@@ -95,4 +93,4 @@ class OperatorConnections:
         if rival is None or sent_ns <= rival.heard_ns:
             return None
         self._rival = None
-        return rival.received
+        return rival.sender

@@ -11,7 +11,7 @@ from common.faults.fault import Fault, FaultCode
 from common.limits import AGE_MAX_S, GAP_S
 from common.link.capabilities import OBSERVER, disagreement
 from common.link.clock_offset import ReadClock
-from common.link.curve import Received, may_stop
+from common.link.curve import Sender, may_stop
 from common.link.deadband import DeadReckoning, Places
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
 from common.link.keys import fingerprint
@@ -105,17 +105,17 @@ class SessionServer:
             self._end("the operator is silent")
         if self.observers:
             self.observers = {key: ns for key, ns in self.observers.items() if now_ns - ns <= SILENCE_NS}
-        for received in self.link.requests("control"):
-            if self._within_rate("control", received, now_ns):
-                self._control(received, now_ns, not_ready)
+        for sender, packet in self.link.requests("control"):
+            if self._within_rate("control", sender, packet, now_ns):
+                self._control(sender, packet, now_ns, not_ready)
         if beats := self.link.requests("heartbeat"):
-            for received in self._connections.own_first("heartbeat", beats):
-                if self._within_rate("heartbeat", received, now_ns):
+            for sender, packet in self._connections.own_first("heartbeat", beats):
+                if self._within_rate("heartbeat", sender, packet, now_ns):
                     with self.contain.step("heartbeat", latches=False):
-                        self._heartbeat(received, now_ns)
-        if motions := self.link.motions():
-            for received in self._connections.own_first("motion", motions):
-                self._motion(received, now_ns)
+                        self._heartbeat(sender, packet, now_ns)
+        if motions := self.link.newest_of_each("motion"):
+            for sender, packet in self._connections.own_first("motion", motions):
+                self._motion(sender, packet, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
         if why := self._motion_refused(now_ns):
             self._answer(self._connections.answers_to, 0, now_ns, why)
@@ -169,40 +169,40 @@ class SessionServer:
         self.operator = ""
         self._connections.end()
 
-    def _within_rate(self, stream: str, received: Received, now_ns: int) -> bool:
+    def _within_rate(self, stream: str, sender: Sender, packet: bytes, now_ns: int) -> bool:
         """Whether a key sends no more than it may; otherwise its connection is ended, and a stop still counts."""
-        operators = received.key == self.operator
-        own = operators and self._connections.own(stream, received, now_ns)
-        if self._rates.allows((stream, received.key, own), now_ns * 1e-9):
+        operators = sender.key == self.operator
+        own = operators and self._connections.own(stream, sender, now_ns)
+        if self._rates.allows((stream, sender.key, own), now_ns * 1e-9):
             return True
-        self._expel(stream, received, now_ns, f"sends more than {PACKETS_PER_S:g} packets a second")
-        return operators and stream == "control" and may_stop(received) and _is_stop(received)
+        self._expel(stream, sender, now_ns, f"sends more than {PACKETS_PER_S:g} packets a second")
+        return operators and stream == "control" and may_stop(packet) and _is_stop(packet)
 
-    def _expel(self, stream: str, received: Received, now_ns: int, why: str) -> None:
+    def _expel(self, stream: str, sender: Sender, now_ns: int, why: str) -> None:
         """End a connection; the operator's key may connect again at once."""
-        if not self._ended.allows((stream, received.key, received.connection), now_ns * 1e-9):
+        if not self._ended.allows((stream, sender.key, sender.connection), now_ns * 1e-9):
             return  # what was read of it before it ended
         self.expelled[stream] += 1
-        self._log(received.key, now_ns, f"ended a connection to {stream}: {why}")
-        self.link.expel(stream, received, 0.0 if received.key == self.operator else EXPELLED_S)
+        self._log(sender.key, now_ns, f"ended a connection to {stream}: {why}")
+        self.link.expel(stream, sender, 0.0 if sender.key == self.operator else EXPELLED_S)
 
     def _log(self, key: str, now_ns: int, text: str) -> None:
         """Log what came of a key, unless there was much of it before."""
         if self._lines_of_log.allows(key, now_ns * 1e-9):
             log.warning("%s: %s", fingerprint(key), text)
 
-    def _motion(self, received: Received, now_ns: int) -> None:
-        if received.key != self.operator:
+    def _motion(self, sender: Sender, packet: bytes, now_ns: int) -> None:
+        if sender.key != self.operator:
             self.acceptance.refused["key"] += 1
             if self.operator:
-                self._expel("motion", received, now_ns, "only the session's operator moves the telemanipulator")
+                self._expel("motion", sender, now_ns, "only the session's operator moves the telemanipulator")
             return
         try:
-            motion = Motion.decode(received.packet)
+            motion = Motion.decode(packet)
         except BadPacket as error:
             self._count_damaged("motion", error)
             return
-        if motion.session == self.session.ident and not self._connections.own("motion", received, now_ns):
+        if motion.session == self.session.ident and not self._connections.own("motion", sender, now_ns):
             self.acceptance.refused["connection"] += 1
             return
         # What the operator found is (remote - operator); a motion packet's sender is the operator.
@@ -234,21 +234,21 @@ class SessionServer:
             self._agreed_ns = heard_ns
         return heard_ns - self._agreed_ns > SETTLED_NS
 
-    def _heartbeat(self, received: Received, now_ns: int) -> None:
+    def _heartbeat(self, sender: Sender, packet: bytes, now_ns: int) -> None:
         try:
-            beat = Heartbeat.decode(received.packet)
+            beat = Heartbeat.decode(packet)
         except BadPacket as error:
             self._count_damaged("heartbeat", error)
             return
         if beat.session != self.session.ident or not self.session.ident:
             return
-        if received.key == self.operator:
-            if not self._connections.own("heartbeat", received, now_ns):
+        if sender.key == self.operator:
+            if not self._connections.own("heartbeat", sender, now_ns):
                 return
             self._heard_ns, self._unheard = now_ns, False
             self._offset_ns, self._uncertainty_ns = beat.offset_ns, beat.uncertainty_ns or None
-        elif received.key in self.observers:
-            self.observers[received.key] = now_ns
+        elif sender.key in self.observers:
+            self.observers[sender.key] = now_ns
         arrived_ns = now_ns if self.stamp_ns is None else self.stamp_ns()
         answer = Heartbeat(
             beat.session,
@@ -260,30 +260,30 @@ class SessionServer:
             beat.offset_ns,
             beat.uncertainty_ns,
         )
-        self.link.answer("heartbeat", received.who, answer.encode())
+        self.link.answer("heartbeat", sender.who, answer.encode())
 
-    def _control(self, received: Received, now_ns: int, not_ready: str) -> None:
+    def _control(self, sender: Sender, packet: bytes, now_ns: int, not_ready: str) -> None:
         try:
-            request = Request.decode(received.packet)
+            request = Request.decode(packet)
         except WrongVersion as error:
             # The far side cannot read this version either, but it reads from it which one this is.
             self._count_damaged("control", error)
-            self._answer(received.who, 0, now_ns, f"this site speaks schema version {SCHEMA_VERSION}")
+            self._answer(sender.who, 0, now_ns, f"this site speaks schema version {SCHEMA_VERSION}")
             return
         except BadPacket as error:
             self._count_damaged("control", error)
             return
         try:
             with self.contain.request("control"):
-                details = self._do(request, received, now_ns, not_ready)
+                details = self._do(request, sender, now_ns, not_ready)
         except (Refused, BadPacket) as error:
-            self._log(received.key, now_ns, f"refused {request.verb}: {error}")
-            self._answer(received.who, request.sequence, now_ns, str(error))
+            self._log(sender.key, now_ns, f"refused {request.verb}: {error}")
+            self._answer(sender.who, request.sequence, now_ns, str(error))
             return
         if request.verb == "estop":
-            self._stop_asked.append((received.who, request.sequence))  # answered once the devices confirm
+            self._stop_asked.append((sender.who, request.sequence))  # answered once the devices confirm
         else:
-            self._answer(received.who, request.sequence, now_ns, "", details)
+            self._answer(sender.who, request.sequence, now_ns, "", details)
 
     def _answer(
         self, who: bytes, sequence: int, now_ns: int, refused: str, details: dict[str, Any] | None = None
@@ -306,19 +306,19 @@ class SessionServer:
             self._answer(who, sequence, now_ns, "", told)
         self._stop_asked.clear()
 
-    def _do(self, request: Request, received: Received, now_ns: int, not_ready: str) -> dict[str, Any]:
+    def _do(self, request: Request, sender: Sender, now_ns: int, not_ready: str) -> dict[str, Any]:
         session = self.session
         if request.verb == "hello":
             observes = request.details.get("role") == OBSERVER
-            return self._observe(received.key, now_ns) if observes else self._hello(request, received, now_ns)
+            return self._observe(sender.key, now_ns) if observes else self._hello(request, sender, now_ns)
         if request.verb == "status":
             told = {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
             return {**told, "recording": self.recording_stopped()[:LONGEST_REFUSAL]}
-        self._check(request, received.key)
+        self._check(request, sender.key)
         if request.verb == "estop":  # whatever its sequence and connection
             self.stop(now_ns, here=False)
             return {}
-        if not self._connections.own("control", received, now_ns):
+        if not self._connections.own("control", sender, now_ns):
             raise Refused("the session's operator asks on another connection")
         if request.sequence <= self._asked:
             raise Refused("an old request")
@@ -367,8 +367,8 @@ class SessionServer:
         self.observers[key] = now_ns
         return {"session": self.session.ident, **self.capabilities}
 
-    def _hello(self, request: Request, received: Received, now_ns: int) -> dict[str, Any]:
-        key = received.key
+    def _hello(self, request: Request, sender: Sender, now_ns: int) -> dict[str, Any]:
+        key = sender.key
         if not self.link.may_operate(key):
             raise Refused("this key is trusted as an observer's only")
         if self.session.ident and not (key == self.operator and self._unheard):
@@ -379,7 +379,7 @@ class SessionServer:
         if self.session.ident:  # asked again before the answer was there: it is the same session
             return {"session": self.session.ident, **self.capabilities}
         self.operator, self._unheard, self._asked = key, True, request.sequence
-        self._connections.begin(received, now_ns)
+        self._connections.begin(sender, now_ns)
         self.link.forgive(key)
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
         self.motion = None
@@ -395,8 +395,8 @@ class SessionServer:
         log.debug("%s: %s", stream, error)
 
 
-def _is_stop(received: Received) -> bool:
+def _is_stop(packet: bytes) -> bool:
     try:
-        return Request.decode(received.packet).verb == "estop"
+        return Request.decode(packet).verb == "estop"
     except BadPacket:
         return False

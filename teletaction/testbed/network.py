@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 
-from common.link.curve import Received
+from common.link.curve import Received, Sender
 
 TO_REMOTE, TO_OPERATOR = "to remote", "to operator"
 STREAMS = {"motion": (TO_REMOTE,), "touch": (TO_OPERATOR,)} | dict.fromkeys(
@@ -204,7 +204,7 @@ class Visitor:
     def arriving(self, stream: str) -> list[Received]:
         """Return the packets sent since the last call."""
         packets = self._sent.pop(stream, [])
-        return [Received(self.who, self.key, packet, self.connection(stream)) for packet in packets]
+        return [(Sender(self.who, self.key, self.connection(stream)), packet) for packet in packets]
 
     def hear(self, stream: str, packet: bytes, kept: int = 1000) -> None:
         """Take a packet of the remote site; the newest `kept` are kept."""
@@ -229,20 +229,20 @@ class RemoteEnd:
     def requests(self, stream: str) -> list[Received]:
         """Return the operator's requests, followed by those of the visitors."""
         packets = self._network.receive(stream, TO_REMOTE)
-        found = [Received(b"operator", OPERATOR_KEY, packet, OPERATOR_CONNECTION) for packet in packets]
+        found = [(Sender(b"operator", OPERATOR_KEY, OPERATOR_CONNECTION), packet) for packet in packets]
         for visitor in self._network.visitors:
             found += visitor.arriving(stream)
         return found
 
-    def motions(self) -> list[Received]:
-        """Return the newest motion of each connection since the last call."""
-        return list({received.connection: received for received in self.requests("motion")}.values())
+    def newest_of_each(self, stream: str) -> list[Received]:
+        """Return the newest packet of each connection since the last call."""
+        return list({received[0].connection: received for received in self.requests(stream)}.values())
 
-    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
+    def expel(self, stream: str, sender: Sender, refuse_s: float = 0.0) -> None:
         """End a visitor's connection and record this."""
-        self.expelled.append((stream, received.key, refuse_s))
+        self.expelled.append((stream, sender.key, refuse_s))
         for visitor in self._network.visitors:
-            if visitor.connection(stream) == received.connection:
+            if visitor.connection(stream) == sender.connection:
                 visitor.expel(stream, refuse_s)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:

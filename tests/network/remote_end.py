@@ -42,12 +42,12 @@ def main(address: str, base_port: int, keys: Path) -> None:
         loop = PeriodicLoop(1.0 / STREAMS["touch"].rate_hz)
         while not select.select([sys.stdin], [], [], 0.0)[0]:
             loop.wait()
-            for who, _, packet, _ in link.requests("heartbeat"):
+            for sender, packet in link.requests("heartbeat"):
                 arrived_ns = now_ns()
                 asked = Heartbeat.decode(packet)
                 answer = (asked.sent_ns, arrived_ns, asked.offset_ns, asked.uncertainty_ns)
                 beat = Heartbeat(SESSION, asked.sequence, now_ns(), LinkState.ENGAGED, *answer)
-                link.answer("heartbeat", who, beat.encode())
+                link.answer("heartbeat", sender.who, beat.encode())
             sent += 1
             touch = Touch(SESSION, sent, now_ns(), LinkState.ENGAGED, TOUCH_BLOCK.to_bytes(block), ("",) * 5, ())
             link.send_latest("touch", touch.encode())

@@ -11,7 +11,7 @@ from cantools.database.can import Message
 
 from common.buses.can_frames import BadFrame, FrameReceiver
 from common.buses.serial_messages import BadPayload
-from common.link.curve import Received
+from common.link.curve import Received, Sender
 from common.wire.packets import BadPacket
 from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SessionServer
@@ -107,12 +107,12 @@ class OnePacket:
         return [self.packet] if stream == self._stream else []
 
     def requests(self, stream: str) -> list[Received]:
-        return [Received(b"who", OPERATOR, self.packet)] if stream == self._stream else []
+        return [(Sender(b"who", OPERATOR), self.packet)] if stream == self._stream else []
 
-    def motions(self) -> list[Received]:
-        return self.requests("motion")
+    def newest_of_each(self, stream: str) -> list[Received]:
+        return self.requests(stream)
 
-    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
+    def expel(self, stream: str, sender: Sender, refuse_s: float = 0.0) -> None:
         """There is no connection."""
 
     def is_open(self, stream: str, connection: int) -> bool:

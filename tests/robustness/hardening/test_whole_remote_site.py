@@ -16,7 +16,7 @@ from common.buses.can_address import CanAddress
 from common.config import CalibrationConfig, RemoteConfig, RemoteLinkConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS
-from common.link.curve import Received
+from common.link.curve import Received, Sender
 from common.link.link import RemoteLink
 from common.link.session_state import Refused
 from common.recording.recorder import Recorder
@@ -73,13 +73,13 @@ class FarSide:
 
     def come(self, stream: str, key: str, packet: bytes) -> None:
         """Let a packet of a key arrive before the next tick."""
-        self.coming[stream].append(Received(key.encode(), key, packet))
+        self.coming[stream].append((Sender(key.encode(), key), packet))
 
     def requests(self, stream: str) -> list[Received]:
         return self.coming.pop(stream, [])
 
-    def motions(self) -> list[Received]:
-        return self.coming.pop("motion", [])
+    def newest_of_each(self, stream: str) -> list[Received]:
+        return self.coming.pop(stream, [])
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         self.answers[stream] = [*self.answers[stream][-8:], packet]

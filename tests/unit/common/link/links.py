@@ -25,8 +25,8 @@ def ask(remote: RemoteLink, operator: OperatorLink, question: bytes = b"?", stre
 
     def asked_and_answered() -> bool:
         operator.send(stream, question)
-        for received in remote.requests(stream):
-            remote.answer(stream, received.who, received.packet + b"!")
+        for sender, packet in remote.requests(stream):
+            remote.answer(stream, sender.who, packet + b"!")
         return question + b"!" in operator.receive(stream)
 
     wait_until(asked_and_answered, "no answer came", every_s=0.001)

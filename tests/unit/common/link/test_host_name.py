@@ -170,7 +170,7 @@ def test_a_link_over_ipv6(host: str, keys: Keys, base_port: int) -> None:
         operator.send("control", b"once more")
         found: list[Any] = []
         wait_until(lambda: found.extend(remote.requests("control")) or found)
-        remote.expel("control", found[0])
+        remote.expel("control", found[0][0])
         ask(remote, operator, b"again")
 
 

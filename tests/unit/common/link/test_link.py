@@ -11,14 +11,14 @@ from common.link.curve import (
     Inbox,
     LinkProblem,
     Received,
-    end_connection,
     prepare_socket,
     receive_requests,
-    subscriptions,
     use_curve,
 )
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
+from common.link.subscriptions import subscriptions
+from common.link.tcp_connections import end_connection
 from common.wire.streams import STREAMS, Stream
 from tests.conftest import Keys
 from tests.unit.common.link.links import ask, operator_link, remote_link, touched
@@ -96,7 +96,7 @@ def test_latest_only_gives_the_newest_when_the_peer_was_absent(keys: Keys, base_
             assert remote.receive_latest("motion") is None
             wait_until(lambda: operator.send("control", b"now"))
             requests: list[bytes] = []
-            wait_until(lambda: requests.extend(r.packet for r in remote.requests("control")) or requests)
+            wait_until(lambda: requests.extend(packet for _, packet in remote.requests("control")) or requests)
             assert set(requests) == {b"now"}
 
 
@@ -211,16 +211,16 @@ def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys:
         def sent(number: bytes, *links: OperatorLink) -> bool:
             for link in links:
                 link.send_latest("motion", number)
-            newest.update({received.key: received for received in remote.motions()})
+            newest.update({received[0].key: received for received in remote.newest_of_each("motion")})
             return set(newest) == {rightful, other}
 
         wait_until(lambda: sent(b"1", operator, colleague))
-        assert newest[rightful].connection != newest[other].connection
+        assert newest[rightful][0].connection != newest[other][0].connection
         ended = newest.pop(other)
-        remote.expel("motion", ended, refuse_s=60.0)
+        remote.expel("motion", ended[0], refuse_s=60.0)
         wait_until(lambda: sent(b"2", operator) or remote.handshakes["expelled"] >= 2)
         newest.clear()
-        wait_until(lambda: newest.get(rightful, ended).packet == b"3" or sent(b"3", operator, colleague))
+        wait_until(lambda: newest.get(rightful, ended)[1] == b"3" or sent(b"3", operator, colleague))
         assert other not in newest
         assert not colleague.key_refused()
         ask(remote, operator)
@@ -235,11 +235,11 @@ def test_a_key_that_was_sent_away_is_back_after_its_time_or_at_once_when_it_is_f
 
         def moved() -> bool:
             operator.send_latest("motion", b"m")
-            found.extend(remote.motions())
+            found.extend(remote.newest_of_each("motion"))
             return bool(found)
 
         wait_until(moved)
-        first = found.pop()
+        first, _ = found.pop()
         assert remote.is_open("motion", first.connection)
         assert not remote.is_open("control", first.connection), "of another port"
         remote.expel("motion", first, refuse_s=refuse_s)
@@ -271,8 +271,8 @@ def test_a_connection_that_its_peer_closed_is_not_open(keys: Keys, base_port: in
         found: list[Received] = []
         with operator_link(keys, base_port) as operator:
             wait_until(lambda: (operator.send("control", b"?") and found.extend(remote.requests("control"))) or found)
-            assert remote.is_open("control", found[0].connection)
-        wait_until(lambda: not remote.is_open("control", found[0].connection))
+            assert remote.is_open("control", found[0][0].connection)
+        wait_until(lambda: not remote.is_open("control", found[0][0].connection))
 
 
 def test_no_socket_has_heartbeats_of_the_library_and_every_queue_is_bounded(keys: Keys, base_port: int) -> None:
@@ -302,7 +302,7 @@ def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> N
             return "0"
 
     found = receive_requests(cast(Inbox, Waiting()), most=4)
-    assert [received.packet for received in found] == [b"an estop", b"1", b"2", b"3"]
+    assert [packet for _, packet in found] == [b"an estop", b"1", b"2", b"3"]
 
 
 def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys, base_port: int) -> None:
@@ -315,8 +315,8 @@ def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys,
             heard: list[bytes] = []
 
             def all_heard(asked: list[bytes] = asked, heard: list[bytes] = heard) -> bool:
-                for received in remote.requests("control"):
-                    remote.answer("control", received.who, received.packet)
+                for sender, packet in remote.requests("control"):
+                    remote.answer("control", sender.who, packet)
                 heard.extend(operator.receive("control"))
                 return heard[-len(asked) :] == asked
 

@@ -9,7 +9,7 @@ import pytest
 from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 from common.link.capabilities import capabilities
-from common.link.curve import Received
+from common.link.curve import Received, Sender
 from common.link.link import RemoteLink
 from common.wire.messages import motion_packet, pack_hand
 from common.wire.packets import LinkState
@@ -38,8 +38,8 @@ class Link:
     def requests(self, stream: str) -> list[Received]:
         return self.coming.pop(stream, [])
 
-    def motions(self) -> list[Received]:
-        return self.coming.pop("motion", [])
+    def newest_of_each(self, stream: str) -> list[Received]:
+        return self.coming.pop(stream, [])
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         if stream == "control":
@@ -47,8 +47,8 @@ class Link:
         else:
             self.beats.append(who)
 
-    def expel(self, stream: str, received: Received, refuse_s: float = 0.0) -> None:
-        self.expelled.append((stream, received.key, received.connection, refuse_s))
+    def expel(self, stream: str, sender: Sender, refuse_s: float = 0.0) -> None:
+        self.expelled.append((stream, sender.key, sender.connection, refuse_s))
 
     def forgive(self, key: str) -> None:
         self.forgiven.append(key)
@@ -75,7 +75,7 @@ class Remote:
 
     def arrive(self, stream: str, key: str, packet: bytes, connection: int = OWN) -> None:
         who = f"{key[:8]} {connection}".encode()
-        self.link.coming[stream].append(Received(who, key, packet, connection))
+        self.link.coming[stream].append((Sender(who, key, connection), packet))
 
     def ask(
         self, verb: str, key: str = OPERATOR, connection: int = OWN, sequence: int | None = None, **given: Any

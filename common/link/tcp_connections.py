@@ -1,0 +1,70 @@
+"""TCP connections that sockets of the library have accepted in this process; the library cannot end a single one."""
+
+import contextlib
+import os
+import socket as sockets
+import sys
+from collections.abc import Iterator
+
+_BYTES_RECEIVED = 128
+"""Offset of tcpi_bytes_received, 8 bytes, in struct tcp_info, bytes, on every Linux from 4.1 on."""
+
+
+def is_open(connection: int, local_port: int) -> bool:
+    """Return whether a descriptor of this process is a TCP connection accepted at `local_port`."""
+    with _tcp_connection(connection, local_port) as end:
+        return end is not None
+
+
+def end_talkers(local_port: int, most_bytes: int) -> int:
+    """End each connection accepted at `local_port` that sent more than `most_bytes`; return how many."""
+    ended = 0
+    for name in os.listdir("/proc/self/fd"):
+        with _tcp_connection(int(name), local_port) as end, contextlib.suppress(OSError):
+            if end is not None and _received_bytes(end) > most_bytes:
+                end.shutdown(sockets.SHUT_RDWR)
+                ended += 1
+    return ended
+
+
+def _received_bytes(end: sockets.socket) -> int:
+    """Return how many bytes a TCP connection has received since it was made."""
+    info = end.getsockopt(sockets.IPPROTO_TCP, sockets.TCP_INFO, _BYTES_RECEIVED + 8)
+    return int.from_bytes(info[_BYTES_RECEIVED:], sys.byteorder)
+
+
+def end_connection(connection: int, local_port: int) -> None:
+    """End one TCP connection of this process; libzmq finds it closed, and the peer connects again.
+
+    The descriptor may have been closed and reused. Nothing happens unless it is a TCP socket of `local_port`.
+
+    Args:
+        connection: file descriptor of the connection.
+        local_port: port at which the connection was accepted.
+    """
+    with _tcp_connection(connection, local_port) as end, contextlib.suppress(OSError):
+        if end is not None:
+            end.shutdown(sockets.SHUT_RDWR)
+
+
+@contextlib.contextmanager
+def _tcp_connection(connection: int, local_port: int) -> Iterator[sockets.socket | None]:
+    """Yield a second descriptor of a connection accepted at `local_port`; None where it is something else."""
+    try:
+        descriptor = os.dup(connection)
+    except OSError:
+        yield None
+        return
+    try:
+        end = sockets.socket(fileno=descriptor)
+    except OSError:
+        os.close(descriptor)
+        yield None
+        return
+    with end:
+        try:
+            ours = end.type == sockets.SOCK_STREAM and end.getsockname()[1:2] == (local_port,)
+            end.getpeername()
+        except OSError:
+            ours = False
+        yield end if ours else None
