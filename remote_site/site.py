@@ -35,9 +35,9 @@ from remote_site.devices.devices import RemoteDevices
 from remote_site.devices.sensor_frame import HandPlace, SensorFrame
 from remote_site.heating import Heating
 from remote_site.identification.perception import Perception, nothing_touched
-from remote_site.safety.gated_command import GatedCommand
 from remote_site.safety.limit_flags import Limit, limit_names
 from remote_site.safety.patient_gate import PatientGate
+from remote_site.safety.setpoints import GatedCommand
 from remote_site.session.local_control import answer_desk
 from remote_site.session.session_server import SessionServer
 from remote_site.site_recording import SiteRecording, open_recorder

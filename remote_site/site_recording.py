@@ -13,7 +13,7 @@ from remote_site.calibrated_tables import load_tables
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.finger_identification import FingerIdentification
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
-from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.setpoints import GatedCommand
 
 SCHEMAS: dict[str, dict[str, object]] = {
     "remote/session": Happening.schema(),

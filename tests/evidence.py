@@ -140,7 +140,7 @@ HAZARDS = (
         ("CONTACT_FORCE_N",),
         (
             "remote_site.safety.patient_gate",
-            "remote_site.safety.height_setpoint",
+            "remote_site.safety.setpoints",
             "remote_site.devices.force_sensor_fault",
         ),
         (
@@ -167,8 +167,7 @@ HAZARDS = (
         "the remote hand jumps to where the operator's hand is",
         ("APPROACH_PLANE_M_S", "APPROACH_DOWN_M_S"),
         (
-            "remote_site.safety.approach_limiter",
-            "remote_site.safety.height_setpoint",
+            "remote_site.safety.setpoints",
             "remote_site.safety.sliding_extrema",
         ),
         (

@@ -12,7 +12,6 @@ from tests.places import ROOT
 RECORDS = {
     "operator_site.safety.gated_output",
     "operator_site.safety.limit_flags",
-    "remote_site.safety.gated_command",
     "remote_site.safety.limit_flags",
     "remote_site.safety.servo",
 }

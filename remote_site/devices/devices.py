@@ -15,7 +15,7 @@ from remote_site.devices.sensor_frame import HandPlace, PlateReading, SensorFram
 from remote_site.devices.telemanipulator import Telemanipulator
 from remote_site.devices.texture_sensor import TextureSensor
 from remote_site.devices.thermal_sensor import ThermalSensor
-from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.setpoints import GatedCommand
 
 _NEVER = -math.inf
 

@@ -11,31 +11,23 @@ from collections.abc import Sequence
 
 from common.faults.fault import TELEMANIPULATOR, Fault, FaultCode
 from common.fingers import FINGERS
-from common.limits import APPROACH_PLANE_M_S, CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
+from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
 from common.timing.timeouts import TICK_AGE_S
-from remote_site.safety.approach_limiter import ApproachLimiter
 from remote_site.safety.following_error import FollowingError
-from remote_site.safety.gated_command import GatedCommand
 from remote_site.safety.heater_limits import SENSOR_HIGH_C, HeaterLimits
-from remote_site.safety.height_setpoint import ROUNDING_M, TOUCHING_N, HeightSetpoint
 from remote_site.safety.limit_flags import (
-    APPROACH,
     DOSE,
     FORCE_UNKNOWN,
     HEATER_CONTACT,
     HEATER_RANGE,
     HEATER_TEST,
-    PLANE_RANGE,
-    PLANE_SPEED,
     RELEASED,
     SENSOR_TEMPERATURE,
     SENSOR_UNKNOWN,
 )
 from remote_site.safety.servo import LONGEST_TICK_S
+from remote_site.safety.setpoints import TOUCHING_N, GatedCommand, HeightSetpoint, PlaneSetpoint
 
-PLANE_RANGE_M = 0.655
-"""What the telemanipulator's frames can say."""
-PLANE_SPEED_M_S = 0.30
 _ALL = (True,) * len(FINGERS)
 
 
@@ -55,8 +47,7 @@ class PatientGate:
         self._ready = False
         self._live = False
         self._follow = FollowingError()
-        self._approach = ApproachLimiter(APPROACH_PLANE_M_S, PLANE_SPEED_M_S)
-        self._plane = (0.0, 0.0)
+        self._plane = PlaneSetpoint()
         self._fingers = [HeightSetpoint(contact_force_n) for _ in FINGERS]
         self._stopped_s = 0.0
         self._drive = [0.0] * len(FINGERS)
@@ -148,8 +139,8 @@ class PatientGate:
         self._live = live
         tick_s = min(LONGEST_TICK_S, dt_s)
         if live:
-            limits |= self._move_plane(tick_s, wanted_x_m, wanted_y_m)
-        limited, heights_m, hand_met = [limits] * len(FINGERS), [], self._approach.met
+            limits |= self._plane.follow(tick_s, wanted_x_m, wanted_y_m)
+        limited, heights_m, hand_met = [limits] * len(FINGERS), [], self._plane.met
         for number, finger in enumerate(self._fingers):
             pressed_n, plate_c = force_n[number] if known else math.nan, sensor_c[number]
             if live:
@@ -164,9 +155,10 @@ class PatientGate:
             heater.step(self._t_s, dt_s, self._drive[number], plate_c, sensor_age_s[number])
             self._drive[number], acted = self._heat(heater, allowed, heater_drive[number], plate_c)
             limited[number] |= acted
+        x_m, y_m = self._plane.x_m, self._plane.y_m
         if known:
-            self._follow.commanded(self._t_s, (*self._plane, *heights_m), not live)
-        return GatedCommand(self._ready, not live, *self._plane, heights_m, self._drive[:], limited, self._fault)
+            self._follow.commanded(self._t_s, (x_m, y_m, *heights_m), not live)
+        return GatedCommand(self._ready, not live, x_m, y_m, heights_m, self._drive[:], limited, self._fault)
 
     def _elapsed(self, t_s: float) -> float:
         if not math.isfinite(t_s):
@@ -214,24 +206,9 @@ class PatientGate:
         """Set-points begin where the hand is, not where it was last sent: it may have stopped by itself meanwhile."""
         self._ready = True
         x_m, y_m, *heights_m = measured
-        self._plane = (_within(x_m, PLANE_RANGE_M), _within(y_m, PLANE_RANGE_M))
-        self._approach.let_go()
+        self._plane.let_go(x_m, y_m)
         for finger, z_m in zip(self._fingers, heights_m, strict=True):
             finger.let_go(z_m)
-
-    def _move_plane(self, tick_s: float, wanted_x_m: float, wanted_y_m: float) -> int:
-        """Follow the hand along the bench in range and at limited speed; returns `Limit` bits of what acted."""
-        target_x_m, target_y_m = _within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M)
-        reach_m = self._approach.limit_m_s * tick_s
-        old_x_m, old_y_m = self._plane
-        x_m, y_m = old_x_m + _within(target_x_m - old_x_m, reach_m), old_y_m + _within(target_y_m - old_y_m, reach_m)
-        self._plane = (x_m, y_m)
-        left_m = max(abs(target_x_m - x_m), abs(target_y_m - y_m))
-        self._approach.step(tick_s, left_m)
-        acted = 0 if self._approach.met else APPROACH
-        if target_x_m != wanted_x_m or target_y_m != wanted_y_m:
-            acted |= PLANE_RANGE
-        return acted | PLANE_SPEED if left_m > ROUNDING_M else acted
 
     def _heat(self, heater: HeaterLimits, allowed: bool, wanted: float, sensor_c: float) -> tuple[float, int]:
         """A heater's drive, -1..1, and `Limit` bits of what acted."""
@@ -247,12 +224,6 @@ class PatientGate:
         elif heater.too_hot:
             acted |= SENSOR_TEMPERATURE
         elif allowed:
-            drive = _within(wanted, 1.0)
+            drive = min(1.0, max(-1.0, wanted))
             return drive, acted if drive == wanted else acted | HEATER_RANGE
         return 0.0, acted
-
-
-def _within(value: float, reach: float) -> float:
-    if -reach <= value <= reach:
-        return value
-    return reach if value > reach else -reach

@@ -46,7 +46,7 @@ def test_a_stroke_is_followed_smoothly_for_a_fifth_of_the_packets(session: Virtu
         session.tick()
         truth.append(session.now.x_m)
         hand_x.append(session.sim_operator.hand.x_m)
-        told.append(session.remote.gate._plane[0])
+        told.append(session.remote.gate._plane.x_m)
     for stream, was in enumerate(before):
         assert sent(session)[stream] - was < 0.2 * len(truth)
     lag = round(LAG_S / TICK_S)

@@ -21,7 +21,7 @@ from common.limits import (
 )
 from common.link.session_state import Refused
 from common.timing.timeouts import RETREAT_AFTER_S
-from remote_site.safety.height_setpoint import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
+from remote_site.safety.setpoints import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
 from robustness.fault_judge import HAND_STOP_S
 from robustness.fault_table import FREE, STROKING
 from robustness.virtual_fault_session import VirtualFaultSession

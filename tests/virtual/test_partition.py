@@ -4,7 +4,7 @@ import pytest
 
 from common.limits import FORCE_RAMP_UP_N_S, GAP_S
 from operator_site.session.session_client import SILENCE_NS
-from remote_site.safety.height_setpoint import CLEAR_HEIGHT_M, RETREAT_SPEED_M_S, STOP_S
+from remote_site.safety.setpoints import CLEAR_HEIGHT_M, RETREAT_SPEED_M_S, STOP_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.judge import SERVO_S, STILL_M
 from tests.virtual.session import TICK_S, Truth, VirtualSession

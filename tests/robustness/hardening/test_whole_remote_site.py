@@ -27,8 +27,7 @@ from common.wire.session_messages import Answer, Heartbeat, Request
 from remote_site.devices.devices import RemoteDevices
 from remote_site.devices.sensor_frame import HandPlace, PlateReading, SensorFrame
 from remote_site.devices.telemanipulator import Measured
-from remote_site.safety.gated_command import GatedCommand
-from remote_site.safety.patient_gate import PLANE_RANGE_M
+from remote_site.safety.setpoints import PLANE_RANGE_M, GatedCommand
 from remote_site.session.local_control import answer_desk
 from remote_site.site import RemoteSite
 from teletaction.session.demo_files import SURFACES, TABLES

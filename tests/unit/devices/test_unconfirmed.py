@@ -14,7 +14,7 @@ from common.fingers import FINGERS
 from operator_site.devices.devices import OperatorDevices
 from operator_site.safety.gated_output import GatedOutput, Outputs
 from remote_site.devices.devices import RemoteDevices
-from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.setpoints import GatedCommand
 from sim_sensors.devices.exoskeleton import Exoskeleton
 from sim_sensors.devices.tacttip import TactTip, ntc_counts
 from sim_sensors.devices.telemanipulator import Telemanipulator

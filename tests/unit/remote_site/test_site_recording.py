@@ -6,7 +6,7 @@ import pytest
 from common.fingers import FINGERS
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
 from remote_site.devices.sensor_frame import SensorFrame
-from remote_site.safety.gated_command import GatedCommand
+from remote_site.safety.setpoints import GatedCommand
 from remote_site.site_recording import SCHEMAS, SiteRecording
 from tests.unit.remote_site.shipped_tables import perception
 

@@ -13,7 +13,7 @@ from common.timing import timeouts as table
 from common.timing.timeouts import REFRESH_S, InconsistentTimeouts, check_ladder, in_ms, ladder
 from common.wire.streams import STREAMS
 from operator_site.session import session_client
-from remote_site.safety import height_setpoint
+from remote_site.safety import setpoints
 from remote_site.session import session_server
 from sim_sensors.devices import exoskeleton
 
@@ -98,7 +98,7 @@ def test_every_rung_covers_only_rungs_below_it_and_each_has_its_own_name() -> No
 
 def test_the_ladder_has_the_times_that_sites_and_devices_use() -> None:
     assert session_client.SILENCE_NS == session_server.SILENCE_NS == round(table.SESSION_SILENCE_S * 1e9)
-    assert height_setpoint.STOP_S == table.RETREAT_AFTER_S
+    assert setpoints.STOP_S == table.RETREAT_AFTER_S
     assert exoskeleton.RELEASE_S == table.FORCE_FALL_S
     for stream in STREAMS.values():
         assert not stream.latest_only or stream.rate_hz >= table.SLOWEST_RATE_HZ

@@ -13,9 +13,9 @@ from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import LEFT_J
 from common.scenes.scene import load_scene
-from remote_site.safety.gated_command import GatedCommand
 from remote_site.safety.limit_flags import Limit
 from remote_site.safety.patient_gate import PatientGate
+from remote_site.safety.setpoints import GatedCommand
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.physics.remote_world import RemoteWorld
 

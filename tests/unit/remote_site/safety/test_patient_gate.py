@@ -27,23 +27,25 @@ from common.limits import (
 )
 from common.safety.repeated_fault import REPEATED_S, ROUND_S, TEST_EVERY_S, WINDOW_S
 from common.timing.timeouts import TICK_AGE_S
-from remote_site.safety.approach_limiter import WIDEN_M_S2
 from remote_site.safety.following_error import HEIGHT_MARGIN_M, PERSIST_S, PLANE_MARGIN_M, STOPPING_S
 from remote_site.safety.heater_limits import SENSOR_HIGH_C, TEST_DRIVE
-from remote_site.safety.height_setpoint import (
+from remote_site.safety.limit_flags import Limit, limit_names
+from remote_site.safety.patient_gate import PatientGate
+from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
+from remote_site.safety.setpoints import (
     BRAKE_SHARE,
     CLEAR_HEIGHT_M,
     HEIGHT_HIGH_M,
     HEIGHT_LOW_M,
     HEIGHT_SPEED_M_S,
+    PLANE_RANGE_M,
+    PLANE_SPEED_M_S,
     RETREAT_SPEED_M_S,
     ROUNDING_M,
     STOP_S,
     TOUCHING_N,
+    WIDEN_M_S2,
 )
-from remote_site.safety.limit_flags import Limit, limit_names
-from remote_site.safety.patient_gate import PLANE_RANGE_M, PLANE_SPEED_M_S, PatientGate
-from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
 from remote_site.safety.sliding_extrema import MEMORY_S
 
 FAILED, FAILED_OTHERWISE = Fault(FaultCode.SENSOR_CUT_OUT, "index"), Fault(FaultCode.HEATER_UNASKED, "index")

@@ -1,25 +1,28 @@
-"""The set-point of one finger at its bounds, and which limits it says have acted."""
+"""Set-points at their bounds, the limits that act on them, and the slow approach after a release."""
 
 import math
 
 import pytest
 
 from common.limits import APPROACH_DOWN_M_S, CONTACT_FORCE_N, LEFT_J
-from remote_site.safety.height_setpoint import (
+from remote_site.safety.limit_flags import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
+from remote_site.safety.servo import SERVO_N_M
+from remote_site.safety.setpoints import (
     BRAKE_SHARE,
     CLEAR_HEIGHT_M,
     HEIGHT_HIGH_M,
     HEIGHT_LOW_M,
     HEIGHT_SPEED_M_S,
+    MET_M,
     REACTION_S,
     RETREAT_SPEED_M_S,
     ROUNDING_M,
     STOP_S,
     TOUCHING_N,
+    WIDEN_M_S2,
+    ApproachLimiter,
     HeightSetpoint,
 )
-from remote_site.safety.limit_flags import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
-from remote_site.safety.servo import SERVO_N_M
 
 DT, TOP_M = 0.002, HEIGHT_HIGH_M
 BRAKE_N = BRAKE_SHARE * CONTACT_FORCE_N
@@ -129,3 +132,20 @@ def test_the_room_for_work_decides_how_fast_it_goes_down(pressed_n: float) -> No
     finger = finger_at(0.0, LEFT_J - room_j)
     assert finger.follow(DT, -0.01, 0.0, pressed_n, True) == APPROACH | ENERGY
     assert finger.z_m == pytest.approx(-0.5 * DOWN_M)
+
+
+def test_it_stays_slow_until_it_has_met_and_then_reaches_full_speed() -> None:
+    approach = ApproachLimiter(0.1, 0.1 + 1.5 * WIDEN_M_S2)
+
+    def state() -> tuple[float, bool, bool]:
+        return approach.limit_m_s, approach.met, approach.settled
+
+    for _ in range(2):
+        assert state() == (0.1, False, False)
+        approach.step(1.0, math.nextafter(MET_M, 1.0))
+        assert state() == (0.1, False, False)
+        approach.step(1.0, MET_M)
+        assert state() == (pytest.approx(0.1 + WIDEN_M_S2), True, False)
+        approach.step(1.0, 1.0)  # it has met: how far it stays behind no longer counts
+        assert state() == (0.1 + 1.5 * WIDEN_M_S2, True, True)
+        approach.let_go()
