@@ -1,4 +1,4 @@
-"""Address of a CAN bus: as text, in a configuration, and how it is opened."""
+"""Reads, writes and opens the address of a CAN bus."""
 
 import re
 from typing import Literal
@@ -15,7 +15,7 @@ _LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
 
 
 class CanAddress(BaseModel):
-    """Where a CAN bus is: `socketcan` for hardware, `socketcand` for a gateway, `virtual` within one process."""
+    """Address of a CAN bus: `socketcan` for hardware, `socketcand` for a gateway, `virtual` within one process."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -53,10 +53,10 @@ class CanAddress(BaseModel):
 
 
 def can_address(text: str) -> CanAddress | None:
-    """The CAN address that a text is, written as `str(CanAddress)` writes it; None where it is none.
+    """Return the CAN address from its text, as `str(CanAddress)` writes it; None for another kind of address.
 
     Raises:
-        ValueError: it begins as one, and is not.
+        ValueError: the text begins as a CAN address and is none.
     """
     interface = next((each for each in ("socketcand", "socketcan", "virtual") if text.startswith(f"{each}:")), None)
     if interface is None:

@@ -1,4 +1,4 @@
-"""The CAN bus of one site: frames in and out without blocking, re-opened when the gateway was away."""
+"""Reads and writes the CAN bus of one site without blocking, and re-opens it when it was lost."""
 
 import errno
 import logging
@@ -21,12 +21,13 @@ from common.link.rate_limiter import RateLimiters
 log = logging.getLogger(__name__)
 
 _LINES_PER_S = 0.1
-"""Lines of log about one kind of error."""
+"""Maximum rate of log lines about one kind of error, 1/s."""
 _MOST_FRAMES = 200
-"""Frames read in one poll: a babbling bus must not hold the loop."""
+"""Maximum number of frames read in one poll: a babbling bus must not hold the loop."""
 _FULL_CODES = (errno.ENOBUFS, errno.EAGAIN)
+"""Error codes of a socket that takes no data now."""
 _FULL_WORDS = "Transmit buffer full"
-"""What python-can raises without a code for a socket that takes nothing at the moment."""
+"""Message that python-can raises without a code for a socket that takes no data now."""
 
 SETTLING = 500
 """Frames of a new connection that count for nothing: an earlier connection may have left them. They take 0.4 s."""
@@ -85,8 +86,8 @@ class CanPort:
     """Frames dropped because the gateway or the transmit queue took none."""
     controller: CanController = field(default_factory=CanController)
     came: dict[str, list[tuple[float, tuple[float, ...]]]] = field(default_factory=dict)
-    """Good frames of the last poll by name, oldest first: when each was on the bus, by the bus's clock, s, and its
-    values in the order of their bits."""
+    """Good frames of the last poll by name, oldest first: time on the bus's clock, s, and values in the order of their
+    bits."""
     readable: bool | None = None
     """See `ReadyLines`."""
     descriptor: int | None = None
@@ -94,7 +95,7 @@ class CanPort:
     """Whether the last poll has read all that waited."""
     _bus: can.BusABC | None = None
     _unread: list[TakenFrame] = field(default_factory=list)
-    """Frames that were taken from the bus, and are to be read by the next poll."""
+    """Frames taken from the bus for the next poll."""
     _opener: Opener[can.BusABC] = field(init=False)
     _by_id: dict[int, tuple[FrameReceiver, FrameErrorRate]] = field(init=False)
     _own: DuplicateSender = field(init=False)
@@ -114,12 +115,12 @@ class CanPort:
 
     @property
     def problem(self) -> Exception | None:
-        """Why the bus is not open; None while it is, or while it is being tried for the first time."""
+        """Reason why the bus is not open; None while it is open or the first attempt is under way."""
         return None if self.connected else self._opener.problem or self._lost
 
     @property
     def fault(self) -> Fault | None:
-        """What is wrong on the open bus; None when nothing is."""
+        """The fault of the open bus; None without one."""
         if self._bus is None:
             return None
         if self.controller.off:
@@ -132,7 +133,7 @@ class CanPort:
         return None
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells of this bus."""
+        """Return the figures of this bus for the status file."""
         return {
             "connected": self.connected,
             "times_lost": self.times_lost,
@@ -148,7 +149,7 @@ class CanPort:
         }
 
     def poll(self) -> dict[str, list[tuple[float, tuple[float, ...]]]]:
-        """Read what has come since the last call; returns `came`."""
+        """Read the frames that arrived since the last call; return `came`."""
         self.came = {}
         if self._bus is None:
             self._bus = self._opener.take()
@@ -169,7 +170,7 @@ class CanPort:
         return self.came
 
     def unread(self, name: str) -> int:
-        """How many frames of this name have come since the last poll, as far as the next one will read them."""
+        """Return how many frames of this name the next poll will read."""
         if self._bus is None or (self.readable is False and not self._unread):
             return 0
         try:
@@ -180,7 +181,7 @@ class CanPort:
         return sum(frame[1] == frame_id for frame in self._unread)
 
     def _gather(self, bus: can.BusABC) -> bool:
-        """Take frames from the bus, about as many as one poll reads; returns whether the bus has no more."""
+        """Take frames from the bus, about as many as one poll reads; return whether the bus has no more."""
         unread = self._unread
         while len(unread) < _MOST_FRAMES:
             if isinstance(bus, GatewayBus):
@@ -196,7 +197,7 @@ class CanPort:
         return False
 
     def send(self, *frames: SentFrame) -> None:
-        """Send frames; with no bus there, nothing happens."""
+        """Send frames; does nothing while the bus is not open."""
         bus, sent = self._bus, 0
         if bus is None:
             return
@@ -216,14 +217,14 @@ class CanPort:
                 log.warning("CAN %s: transmit queue full, %d frames not sent", self.address, self.unsent)
 
     def close(self) -> None:
-        """Close the bus and stop looking for it."""
+        """Close the bus and stop opening it."""
         self._opener.stop()
         if self._bus is not None:
             _shut_down(self._bus)
             self._bus = self.descriptor = None
 
     def _take(self, frames: Sequence[TakenFrame]) -> None:
-        """Check frames, and put the good ones into `came`."""
+        """Check frames and put the good ones into `came`."""
         by_id, own, controller, came = self._by_id, self._own, self.controller, self.came
         for sent_s, frame_id, data, _, is_error in frames:
             if is_error:
@@ -252,7 +253,7 @@ class CanPort:
                 log.warning("CAN %s: controller: %s", self.address, name)
 
     def _forget(self) -> None:
-        """A new connection: counters and damage begin anew. A bus that was off is so until it is heard."""
+        """Reset counters and error rates for a new connection; a bus that was off remains so until a frame arrives."""
         self._unread.clear()
         self._own.begin()
         for receiver in self.receivers:
@@ -270,7 +271,7 @@ class CanPort:
 
 
 def _queue_is_full(error: Exception) -> bool:
-    """Whether a frame was not sent because there was no room for it, on a bus that is there."""
+    """Return whether a frame was not sent because the transmit queue of an open bus was full."""
     if isinstance(error, can.CanTimeoutError):
         return True
     if isinstance(error, can.CanError):
@@ -279,7 +280,7 @@ def _queue_is_full(error: Exception) -> bool:
 
 
 def _descriptor(bus: can.BusABC) -> int | None:
-    """What the system can be asked about; a bus within one process has none."""
+    """Return the file descriptor of a bus; None for a bus within one process."""
     try:
         return bus.fileno()
     except NotImplementedError:

@@ -1,6 +1,6 @@
-"""Compares what a device reports of its outputs with what it was sent, and finds outputs that nobody asked for.
+"""Compares the outputs that a device reports with the commands, and finds outputs that were not commanded.
 
-No output at all is always right: the device's own time-out and limits may do so.
+No output at all is always right, because the device's own time-out and limits may turn it off.
 """
 
 import math
@@ -12,30 +12,30 @@ from common.faults.fault import UNITS, Fault, FaultCode
 from common.fingers import FINGERS
 
 MEMORY_S = 0.15
-"""A command may still be in force this long after the next one was sent: line, device, ramp, and its report back."""
+"""Time that a command may act after the next one was sent, s: line, device, ramp, and the report back."""
 PERSIST_S = 0.10
-"""Reports that are wrong for this long are a fault."""
+"""Duration of wrong reports that is a fault, s."""
 LONGEST_S = 0.02
-"""Of the time between two reports no more counts: a site that stood still meanwhile reads what is long over."""
+"""Maximum time that counts between two reports, s: after a standstill of the site, reports are outdated."""
 FORGIVEN = 0.5
-"""A right report takes away this share of what a wrong one adds: an output that is wrong by turns is found, too."""
+"""Share of the time of right reports that is subtracted, so that an alternating output is also found."""
 NEAR_N = 0.1
-"""A force this near to what was asked for is right, N."""
+"""Maximum difference between a right force and the commanded one, N."""
 UNREPORTED_FRAMES = 250
-"""A CAN node that sends its place so often, 0.5 s, and no state meanwhile, hides what its outputs do."""
+"""Number of place frames without a state frame, 0.5 s, after which a CAN node is faulty."""
 
 
 @dataclass(slots=True)
 class Doubt:
-    """Adds up for how long reports were wrong, as far as they were watched. Pure: times, s, in."""
+    """Adds up the time for which reports were wrong. Pure: times, s, in."""
 
     _wrong_s: float = 0.0
     _before_s: float | None = None
-    """Between the last right report and the first wrong one, s: it may have begun at the end of it. None: no doubt."""
+    """Time between the last right report and the first wrong one, s; None without doubt."""
     _reported_s: float | None = None
 
     def step(self, t_s: float, wrong: bool) -> bool:
-        """Take a report at its time; returns whether reports have been wrong for too long."""
+        """Take a report at its time; return whether reports have been wrong for too long."""
         if not (wrong or self._wrong_s):  # as nearly always: right, and so was all before it
             self._reported_s, self._before_s = t_s, None
             return False
@@ -56,19 +56,19 @@ class DriveMonitor:
     """Watches one output that takes one of the commanded values. Pure: numbers and times, s, in."""
 
     code: FaultCode
-    """Of an output that was not asked for."""
+    """Code of the fault of an output that was not commanded."""
     _commanded: deque[tuple[float, int]] = field(default_factory=deque)
     _doubt: Doubt = field(default_factory=Doubt)
 
     def commanded(self, t_s: float, drive: int) -> None:
-        """The device was sent a command; 0 is no output."""
+        """Take a command that was sent; 0 is no output."""
         if self._commanded and self._commanded[-1][1] == drive:
             return  # it stays in force
         self._commanded.append((t_s, drive))
         _forget(self._commanded, t_s)  # a device that is away for hours reports nothing, and still gets commands
 
     def reported(self, t_s: float, drive: int) -> Fault | None:
-        """The device reported what it applies; returns what is wrong with that, None when nothing is."""
+        """Take the reported output; return its fault, None without one."""
         _forget(self._commanded, t_s)
         wrong = drive != 0
         if wrong:
@@ -82,7 +82,7 @@ class DriveMonitor:
 
 
 class ForceMonitor:
-    """Watches the force on each finger. A drive may be on its way from one command to another: the range counts.
+    """Watches the force on each finger; between two commands every force in their range is right.
 
     Pure: forces, N, and times, s, in.
     """
@@ -92,7 +92,7 @@ class ForceMonitor:
         self._doubts = [Doubt() for _ in FINGERS]
 
     def commanded(self, t_s: float, force_n: Sequence[float]) -> None:
-        """The device was sent forces, (5,), N."""
+        """Take commanded forces, (5,), N."""
         commanded_n = tuple(force_n)
         if self._commanded and self._commanded[-1][1] == commanded_n:
             return  # they stay in force
@@ -100,7 +100,7 @@ class ForceMonitor:
         _forget(self._commanded, t_s)
 
     def reported(self, t_s: float, force_n: Sequence[float]) -> list[Fault]:
-        """The device reported the forces that it applies, (5,), N; returns what is wrong with them."""
+        """Take the reported forces, (5,), N; return their faults."""
         _forget(self._commanded, t_s)
         found = []
         for index, (finger, applied_n, doubt) in enumerate(zip(FINGERS, force_n, self._doubts, strict=True)):
@@ -114,10 +114,7 @@ class ForceMonitor:
         return found
 
     def _asked_n(self, index: int, applied_n: float) -> tuple[float, float]:
-        """The lowest and the highest force in effect of one finger, N; looks no further than to one near `applied_n`.
-
-        It is mostly near one of the newest.
-        """
+        """Return the lowest and highest force in effect of one finger, N; the search ends at one near `applied_n`."""
         low_n, high_n = math.inf, -math.inf
         for _, commanded_n in reversed(self._commanded):
             asked_n = commanded_n[index]
@@ -136,14 +133,14 @@ class ReportMonitor:
     _places_at_state: int = 0
 
     def step(self, places: int, states: int) -> None:
-        """Take how many frames with its place, and how many state frames, have come in all."""
+        """Take the numbers of place frames and state frames that have arrived in all."""
         self._places = places
         if states != self._states:
             self._states, self._places_at_state = states, places
 
     @property
     def fault(self) -> Fault | None:
-        """What is wrong; None when nothing is."""
+        """The fault of a node that reports no state; None without one."""
         missing = self._places - self._places_at_state > UNREPORTED_FRAMES
         return Fault(FaultCode.STATE_NOT_REPORTED) if missing else None
 

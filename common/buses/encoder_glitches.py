@@ -1,7 +1,7 @@
-"""Has an encoder jumped? A reading that nothing could have reached since the one before is not acted on.
+"""Replaces readings of an encoder that jumped further than its joint can move, and finds faulty encoders.
 
-A glitch comes back by itself: for as long as it may take, the last place that was believed stands for the reading, as
-it does where a frame is lost. Glitches again and again, or a place that does not come back, are a fault.
+A single glitch returns by itself. Until then the last believed place replaces the reading, as for a lost frame.
+Repeated glitches, or a place that does not return, are a fault.
 """
 
 import math
@@ -13,20 +13,25 @@ from common.faults.fault import Fault, FaultCode
 from common.timing.timeouts import FRAME_S
 
 FINGER_M_S = 2.0
-"""No finger in the exoskeleton is faster: 10 N of it and 10 N of the finger's own on 0.1 kg over half of its 20 mm."""
+"""Maximum speed of a finger, m/s: 10 N of the exoskeleton and 10 N of the finger act on 0.1 kg over 10 mm."""
 HAND_M_S = 3.0
-"""No hand that explores is faster."""
+"""Maximum speed of an exploring hand, m/s."""
 RETURN_S = 0.005
-"""A reading that is not back by then does not come back."""
+"""Maximum duration of a glitch, s; a longer one is a fault."""
 GLITCHES, WINDOW_S = 3, 1.0
-"""More of them in this time are a fault."""
+"""Maximum number of glitches within WINDOW_S, s; more are a fault."""
 UNSEEN_S = 0.100
-"""After a longer gap a place may be anywhere."""
+"""Maximum gap between two frames, s, across which places are compared."""
 
 
 @dataclass(slots=True)
 class _Suspect:
-    """An encoder that has jumped lately: when, s, and for how long it has been away, s; 0 when it is back."""
+    """An encoder with recent glitches.
+
+    Attributes:
+        glitches_s: times of the glitches, s.
+        away_s: duration of the present glitch, s; 0 without one.
+    """
 
     glitches_s: deque[float] = field(default_factory=lambda: deque(maxlen=GLITCHES + 1))
     away_s: float = 0.0
@@ -36,12 +41,12 @@ class EncoderGlitches:
     """Encoders that are read together, in one frame.
 
     Attributes:
-        faults: what is wrong with which as of the last frame; empty when all is well.
-        refused: readings that were not acted on.
+        faults: faults as of the last frame.
+        refused: number of replaced readings.
     """
 
     def __init__(self, names: Sequence[str], fastest_m_s: float) -> None:
-        """What each measures, as faults name it, and how fast it can move, m/s."""
+        """Watch encoders with these names in faults, and a maximum speed, m/s."""
         self.faults: list[Fault] = []
         self.refused = 0
         self._names = names
@@ -51,12 +56,11 @@ class EncoderGlitches:
         self._suspects: dict[int, _Suspect] = {}
 
     def step(self, sent_s: float, read_m: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
-        """Take a frame's readings, m; returns the time since the frame before, s, and the places to act on, m.
+        """Take a frame's readings, m; return the time since the frame before, s, and the places to act on, m.
 
         Args:
-            sent_s: when the frame was on the bus, by the bus's clock, s: a site that stood still reads late, and
-                a gateway that did sends late, but neither makes a finger fast.
-            read_m: what each encoder reads, finite.
+            sent_s: time of the frame on the bus's clock, s; a delay of site or gateway does not change it.
+            read_m: reading of each encoder, finite.
         """
         dt_s, self._sent_s = sent_s - self._sent_s, sent_s
         self.faults = []
@@ -72,7 +76,7 @@ class EncoderGlitches:
         return dt_s, read_m
 
     def _judge(self, number: int, dt_s: float, read_m: float, *, near: bool) -> float:
-        """The place to act on, of one encoder."""
+        """Return the place to act on of one encoder."""
         suspect = self._suspects.get(number)
         if suspect is None:
             if near:
@@ -88,14 +92,14 @@ class EncoderGlitches:
             suspect.away_s += dt_s
             self.refused += 1
         else:
-            del self._suspects[number]  # it begins anew from there: the fault is told
+            del self._suspects[number]  # the fault is reported, and the new place is believed
             jumped_mm = abs(read_m - place_m) * 1e3
             self.faults.append(Fault(FaultCode.ENCODER_JUMPED, self._names[number], value=jumped_mm))
             return read_m
-        lately = [t_s for t_s in suspect.glitches_s if self._sent_s - t_s <= WINDOW_S]
-        if len(lately) > GLITCHES:
-            times, most = float(len(lately)), float(GLITCHES)
+        recent = [t_s for t_s in suspect.glitches_s if self._sent_s - t_s <= WINDOW_S]
+        if len(recent) > GLITCHES:
+            times, most = float(len(recent)), float(GLITCHES)
             self.faults.append(Fault(FaultCode.ENCODER_JUMPS, self._names[number], value=times, limit=most))
-        elif not lately:
+        elif not recent:
             del self._suspects[number]
         return place_m

@@ -1,40 +1,40 @@
-"""How many of the last frames of one kind were damaged. Single ones are refused; many are a fault of their sender.
+"""Counts damaged frames among the last ones of a kind: single ones are refused, many are a fault of their sender.
 
-CAN's own checksum finds what happens on the wire. What still comes with a wrong CRC or a counter that stands still was
-wrong before it was sent.
+CAN's own checksum finds damage on the wire. A frame that arrives with a wrong CRC or an unchanged counter was wrong
+before it was sent.
 """
 
 from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 
 WINDOW = 50
-"""Frames looked back at: 0.1 s at 500 Hz."""
+"""Number of the last frames that are counted: 0.1 s at 500 Hz."""
 MOST = 10
-"""More of them are no accident."""
-_LATELY = (1 << WINDOW) - 1
+"""Maximum number of damaged frames within WINDOW; more are a fault."""
+_ALL = (1 << WINDOW) - 1
 
 
 class FrameErrorRate:
     """Watches one kind of frame.
 
     Attributes:
-        fault: what is wrong as of the last frame; None when nothing is.
+        fault: fault as of the last frame; None without one.
     """
 
     __slots__ = ("_good_s", "_history", "_name", "_seen", "fault")
 
     def __init__(self, name: str) -> None:
-        """A new connection; `name` is the frame's, for people."""
+        """Start a new connection; `name` is the frame's name in faults."""
         self.fault: Fault | None = None
         self._name = name
         self._history = self._seen = 0
         self._good_s: float | None = None
 
     def step(self, sent_s: float, damaged: bool) -> None:
-        """A frame came, damaged or not.
+        """Take a frame.
 
         Args:
-            sent_s: when it was on the bus, by the bus's clock, s.
+            sent_s: time of the frame on the bus's clock, s.
             damaged: whether it was refused.
         """
         if self._seen < WINDOW:
@@ -42,7 +42,7 @@ class FrameErrorRate:
         if not (damaged or self._history):  # as nearly always: good, and so were all before it
             self._good_s = sent_s
             return
-        self._history = (self._history << 1 | damaged) & _LATELY
+        self._history = (self._history << 1 | damaged) & _ALL
         if self._good_s is None or not damaged:
             self._good_s = sent_s
         if not self._history:

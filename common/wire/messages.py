@@ -1,7 +1,7 @@
-"""What the two sites stream to each other: where the operator's fingertips are, and what the remote ones touch.
+"""Packets that the sites stream to each other: motion of the operator's fingertips, and touch of the remote ones.
 
-Floats of all fingers travel as one block. The same checks run when a packet is made: nothing that the far side would
-refuse is sent.
+Floats of all fingers travel as one block. The same checks run when a packet is made, so that none is sent that the far
+side would refuse.
 """
 
 import struct
@@ -19,12 +19,12 @@ from common.wire.touch_summary import NO_SUMMARIES, TouchSummary, pack_summaries
 EVENT_MAX = 2000.0
 """Largest value of an event, in its own unit."""
 MAX_EVENTS = 40
-"""Events in one touch packet, newest last: five fingers cross up to 375 grooves in a second, and a link may be silent
-for 0.1 s."""
+"""Maximum number of events in a touch packet, newest last: five fingers cross up to 375 grooves in a second, and a link
+may be silent for 0.1 s."""
 
 
 class ExplorationMode(IntEnum):
-    """What a fingertip is doing (Kron & Schmidt 2003, section 3.1)."""
+    """Exploration mode of a fingertip (Kron & Schmidt 2003, section 3.1)."""
 
     FREE = 0
     TAPPING = 1
@@ -33,7 +33,7 @@ class ExplorationMode(IntEnum):
 
 
 class ThermalStatus(IntEnum):
-    """What can be said about an object's material."""
+    """Status of the identification of an object's material."""
 
     NONE = 0
     NO_CONTACT = 1
@@ -45,9 +45,9 @@ class ThermalStatus(IntEnum):
 
 
 class ThermalReason(IntEnum):
-    """Why a status is what it is: why nothing is named, or that what is named was found before.
+    """Reason of a status: why no material is named, or that the named one was found before.
 
-    A touch that ends keeps its status; the reason says how it ended.
+    A touch that ends keeps its status, and the reason says how it ended.
     """
 
     NONE = 0
@@ -70,7 +70,7 @@ class ThermalReason(IntEnum):
 
     @property
     def code(self) -> str:
-        """The reason as it stands in files, such as `no-difference`; empty for NONE."""
+        """The reason in files, such as `no-difference`; empty for NONE."""
         return self.name.lower().replace("_", "-") if self else ""
 
 
@@ -86,12 +86,12 @@ _EXPLAINS: dict[ThermalStatus, set[ThermalReason]] = {
 
 
 def explains(reason: int, status: int) -> bool:
-    """Whether a status may have this reason; NONE goes with each."""
+    """Return whether a status may have this reason; NONE is valid for each."""
     return not reason or ThermalReason(reason) in _EXPLAINS.get(ThermalStatus(status), ())
 
 
 class EventKind(IntEnum):
-    """Happenings that must not be lost with a superseded packet."""
+    """Kinds of events that must not be lost with a superseded packet."""
 
     TAP = 0
     GROOVE = 1
@@ -99,7 +99,7 @@ class EventKind(IntEnum):
 
 
 STIFFNESS_KNOWN_LN_SD = 0.06
-"""A stiffness with this standard deviation of its logarithm, or a larger one, is not yet known."""
+"""Standard deviation of ln(stiffness) from which on a stiffness is not yet known, 1."""
 
 
 def _codes(kind: type[IntEnum]) -> str:
@@ -116,7 +116,7 @@ class Column(NamedTuple):
 
 
 class MotionRow(NamedTuple):
-    """Where one fingertip of the operator is: the columns of a `MOTION_BLOCK` in order."""
+    """Place of one fingertip of the operator: the columns of a `MOTION_BLOCK` in order."""
 
     x_m: Annotated[float, Column(-0.66, 0.66, "m", "place of the hand")]
     y_m: Annotated[float, Column(-0.66, 0.66, "m", "likewise")]
@@ -124,7 +124,7 @@ class MotionRow(NamedTuple):
 
 
 class TouchRow(NamedTuple):
-    """What one remote finger touches: the columns of a `TOUCH_BLOCK` in order. Decoding enforces their ranges.
+    """Touch of one remote finger: the columns of a `TOUCH_BLOCK` in order. Decoding enforces their ranges.
 
     The table in `docs/protocols.md` follows from this definition.
     """
@@ -181,7 +181,7 @@ NO_TOUCH = TouchRow._make(0.0 for _ in TouchRow._fields)
 
 
 def columns(row: type[MotionRow] | type[TouchRow]) -> dict[str, Column]:
-    """The definition of each column of a row, in order."""
+    """Return the definition of each column of a row, in order."""
     return {name: hint.__metadata__[0] for name, hint in get_type_hints(row, include_extras=True).items()}
 
 
@@ -208,7 +208,7 @@ _MOTION_ROWS, _TOUCH_ROWS = (struct.Struct(f"<{N * len(fields)}f") for fields in
 
 
 def pack_rows(rows: Iterable[TouchRow]) -> bytes:
-    """Bytes of a `TOUCH_BLOCK` of five rows, whose values are not checked yet.
+    """Return the bytes of a `TOUCH_BLOCK` from five rows; values are not checked yet.
 
     Raises:
         OverflowError: a value is too large for 32 bits.
@@ -217,11 +217,16 @@ def pack_rows(rows: Iterable[TouchRow]) -> bytes:
 
 
 class Event(NamedTuple):
-    """One happening at a finger; `ident` is unique in the session, so each is played once.
+    """One event at a finger.
 
-    `value`: approach speed in m/s of a tap, amplitude in rad/s of a groove, probability of a material. `time_ns` is of
-    the remote site's clock; `hand_ns` of the operator's: the source time of the motion packet that the finger was
-    following then, 0 where it followed none.
+    Attributes:
+        ident: number, unique in the session, so that each event is played once.
+        kind: kind of the event.
+        finger: number of the finger.
+        time_ns: time on the remote site's clock, ns.
+        hand_ns: source time of the motion that the finger was following, on the operator's clock, ns; 0 without one.
+        value: approach speed of a tap, m/s; amplitude of a groove, rad/s; probability of a material.
+        name: name of the material.
     """
 
     ident: Integer
@@ -264,7 +269,7 @@ def motion_packet(session: int, sequence: int, time_ns: int, state: LinkState, f
 
 
 class Motion(NamedTuple):
-    """Where the operator's fingertips are."""
+    """Places of the operator's fingertips."""
 
     session: int
     sequence: int
@@ -285,9 +290,15 @@ class Motion(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What the remote fingers touch: bytes of a `TOUCH_BLOCK`, names of the likeliest materials, events.
+    """Touch of the remote fingers.
 
-    `summaries`, of each finger, is what a person reads of it at a slow pace.
+    Attributes:
+        session, sequence, time_ns: header, as of each `Packet`.
+        state: state of the remote site's session.
+        floats: bytes of a `TOUCH_BLOCK`.
+        materials: name of the likeliest material of each finger.
+        events: newest events, newest last.
+        summaries: summary of each finger for a person to read.
     """
 
     session: int
@@ -300,7 +311,7 @@ class Touch(NamedTuple):
     summaries: tuple[TouchSummary, ...] = NO_SUMMARIES
 
     def encode(self) -> bytes:
-        """Packet bytes; raises BadPacket on a value out of range."""
+        """Return the packet's bytes; raises BadPacket on a value out of range."""
         floats, news = TOUCH_BLOCK.check(self.floats), _pack_news(self.materials, self.events)
         header = self.session, self.sequence, self.time_ns, self.state
         return _TouchPacket(*header, floats, news, pack_summaries(self.summaries)).encode()
@@ -325,7 +336,7 @@ class Touch(NamedTuple):
 
 
 class _TouchPacket(Packet, frozen=True):
-    """A touch on the wire: names and events, and what changes slowly, are packed within it."""
+    """A touch on the wire, with packed names and events, and packed summaries."""
 
     state: LinkState
     floats: bytes
@@ -334,7 +345,7 @@ class _TouchPacket(Packet, frozen=True):
 
 
 class _News(Struct, array_like=True, forbid_unknown_fields=True, frozen=True):
-    """What a touch names and what happened."""
+    """Names and events of a touch."""
 
     materials: Annotated[tuple[Name, ...], Meta(min_length=N, max_length=N)]
     events: Annotated[tuple[Event, ...], Meta(max_length=MAX_EVENTS)]
@@ -343,8 +354,8 @@ class _News(Struct, array_like=True, forbid_unknown_fields=True, frozen=True):
 _VALUE = Event._fields.index("value")
 
 
-# Names and events stay the same for many packets: what was packed or read once is remembered. Reading them every time
-# would cost as much as all the rest of a packet.
+# Names and events stay the same for many packets, so the last results are cached. Reading them in each packet would
+# cost as much as the rest of the packet.
 @lru_cache(maxsize=64)
 def _pack_news(materials: tuple[str, ...], events: tuple[Event, ...]) -> bytes:
     return pack(_News(materials, events))

@@ -18,10 +18,10 @@ from common.wire.misfit import misfit
 
 SCHEMA_VERSION = 7
 MAX_PACKET = 6144
-"""No packet of this link is larger, bytes."""
+"""Maximum size of a packet, bytes."""
 MAX_INTEGER = 2**63 - 1
 MAX_TEXT = 40
-"""Characters of a name."""
+"""Maximum length of a name, characters."""
 
 Floats = NDArray[np.float32]
 N = len(FINGERS)
@@ -37,7 +37,7 @@ _decode = msgspec.msgpack.decode
 
 
 class BadPacket(ValueError):
-    """A packet that is not what the schema promises. The only error that decoding raises."""
+    """A packet that violates the schema; the only error that decoding raises."""
 
 
 class WrongVersion(BadPacket):
@@ -45,7 +45,7 @@ class WrongVersion(BadPacket):
 
 
 class LinkState(IntEnum):
-    """State of a site's session, as it travels in packets."""
+    """State of a site's session in packets."""
 
     DISCONNECTED = 0
     CONNECTED = 1
@@ -61,7 +61,7 @@ class Packet(Struct, array_like=True, forbid_unknown_fields=True, frozen=True, t
     time_ns: Integer
 
     def encode(self) -> bytes:
-        """Packet bytes; raises BadPacket where there would be more than MAX_PACKET."""
+        """Return the packet's bytes; raises BadPacket on more than MAX_PACKET bytes."""
         return pack(self)
 
     @classmethod
@@ -69,8 +69,8 @@ class Packet(Struct, array_like=True, forbid_unknown_fields=True, frozen=True, t
         """Check and unpack.
 
         Raises:
-            WrongVersion: it is of another schema version.
-            BadPacket: a field, or their number, is not what the schema promises.
+            WrongVersion: the packet has another schema version.
+            BadPacket: a field, or the number of fields, violates the schema.
         """
         _check_length(packet)
         try:
@@ -80,17 +80,16 @@ class Packet(Struct, array_like=True, forbid_unknown_fields=True, frozen=True, t
 
 
 class FingerBlock:
-    """Columns of a block (5, columns) of floats.
+    """Columns of a block (5, columns) of little-endian float32, each with its range.
 
-    A block is judged as one whole number whose 32-bit digits are its floats. As bits, floats without their signs are
-    ordered as their values are, infinity and NaN above all others: one subtraction from the largest block compares all
-    digits. That is quicker than comparing arrays after a pause, when nothing is in the processor's caches; even making
-    an array takes as long then as all of that, and is left to who reads the floats. What does not pass so is judged
-    again, float by float.
+    A check compares the block as one whole number whose 32-bit digits are its floats. As bits, floats without their
+    signs are ordered as their values are, infinity and NaN above all others. One subtraction from the largest block
+    compares all digits. After a pause, with cold caches, this takes no longer than creating an array. A block that
+    does not pass is checked again, float by float.
 
     Attributes:
-        names: of the columns, in order.
-        low, high: what each column may hold, float32 (columns,).
+        names: names of the columns, in order.
+        low, high: range of each column, float32 (columns,).
     """
 
     def __init__(
@@ -99,12 +98,12 @@ class FingerBlock:
         codes: Sequence[str] = (),
         agree: Callable[[Sequence[float]], bool] = lambda codes: True,
     ):
-        """A block of columns.
+        """Define a block.
 
         Args:
-            ranges: of each column.
-            codes: columns that stand for words and hold whole numbers.
-            agree: whether the codes of one finger, in the order of the columns, may stand together.
+            ranges: range of each column.
+            codes: columns that hold codes, which are whole numbers.
+            agree: returns whether the codes of one finger, in the order of the columns, are consistent.
         """
         self._agree = agree
         self.names = tuple(ranges)
@@ -112,7 +111,7 @@ class FingerBlock:
         self.high: Floats = np.array([high for _, high in ranges.values()], dtype=_FLOAT32)
         self._shape = (N, len(self.names))
         self._bytes = 4 * N * len(self.names)
-        # Where a column is symmetric, a float without its sign tells all; elsewhere a sign is not passed at once.
+        # In a symmetric column the sign does not matter; in another one, a sign leads to the check float by float.
         signed = self.low == -self.high
         self._signs = self._number([_SIGN] * len(self.names))
         self._magnitudes = self._number([_SIGN - 1 if either else 2 * _SIGN - 1 for either in signed])
@@ -122,21 +121,21 @@ class FingerBlock:
         self._known_codes: set[int] = set()
 
     def _number(self, digits: Sequence[int]) -> int:
-        """The whole number with these 32-bit digits for each finger, one for a column."""
+        """Return the whole number with these 32-bit digits for each finger, one for a column."""
         return int.from_bytes(np.tile(np.array(digits, dtype="<u4"), N).tobytes(), "little")
 
     def to_bytes(self, block: Floats) -> bytes:
-        """Bytes of a block, whose values are not judged yet; raises BadPacket on another shape or type."""
+        """Return the bytes of a block; values are not checked yet. Raises BadPacket on another shape or type."""
         if block.shape != self._shape or block.dtype != _FLOAT32:
             raise BadPacket(f"block: expected float32 {self._shape}, not {block.dtype} {block.shape}")
         return block.tobytes()
 
     def array(self, raw: bytes) -> Floats:
-        """The block (5, columns) that these bytes are; it cannot be written to."""
+        """Return the block (5, columns) of these bytes, read only."""
         return np.ndarray(self._shape, _FLOAT32, raw)
 
     def check(self, raw: object) -> bytes:
-        """`raw`, the bytes of a block; raises BadPacket where a value is not what its column may hold."""
+        """Return `raw`, the bytes of a block; raises BadPacket on a value out of its column's range."""
         if type(raw) is not bytes or len(raw) != self._bytes:
             raise BadPacket(f"block: expected {self._bytes} bytes")
         bits = int.from_bytes(raw, "little")
@@ -148,7 +147,7 @@ class FingerBlock:
         return raw
 
     def _judge(self, block: Floats) -> None:
-        """Raise BadPacket where a value is out of its range; NaN fails both comparisons."""
+        """Raise BadPacket on a value out of its range; NaN fails both comparisons."""
         wrong = np.argwhere(~((block >= self.low) & (block <= self.high)))
         if len(wrong):
             finger, column = wrong[0]
@@ -158,7 +157,7 @@ class FingerBlock:
             )
 
     def _learn(self, codes: int, block: Floats) -> None:
-        """Remember codes that are whole numbers and agree: the same ones come again and again; raises BadPacket."""
+        """Remember codes that are whole numbers and consistent, because they recur; raises BadPacket."""
         values = block[:, self._code_columns]
         if (values != np.round(values)).any():
             raise BadPacket(
@@ -173,14 +172,14 @@ class FingerBlock:
 
 
 def pack(value: object) -> bytes:
-    """MessagePack bytes of a packet or of a part of one; raises BadPacket where there would be more than MAX_PACKET."""
+    """Return the MessagePack bytes of a packet or a part of one; raises BadPacket on more than MAX_PACKET bytes."""
     packed = _encode(value)
     _check_length(packed)
     return packed
 
 
 def unpack(packed: bytes, kind: type[_T], name: str) -> _T:
-    """The value of a type that these bytes within a packet hold; raises BadPacket, with the name of the part."""
+    """Return the value of a type from bytes within a packet; raises BadPacket with the name of the part."""
     try:
         return _decode(packed, type=kind)
     except Exception as error:
@@ -193,14 +192,14 @@ def _check_length(packet: bytes) -> None:
 
 
 def _refusal(kind: type[Packet], packet: bytes, error: str) -> BadPacket:
-    """Why these bytes are no packet of this kind."""
+    """Return the reason why these bytes are no packet of this kind."""
     try:
         fields = _decode(packet, type=list[Raw])
         version: Any = _decode(fields[0]) if fields else None
     except Exception:
         return BadPacket(f"not a packet: {error}")
     if type(version) is not int or version != SCHEMA_VERSION:
-        # Only an integer is shown: something deeply nested cannot be.
+        # Only an integer is shown, because a deeply nested value cannot be.
         shown = version if type(version) is int else type(version).__name__
         return WrongVersion(f"schema version {shown}, this side speaks {SCHEMA_VERSION}")
     return BadPacket(misfit(("schema", *kind.__struct_fields__), error))
