@@ -1,4 +1,4 @@
-"""The operator site's loop: read the hand, render what the remote site touches, pass the gate, write."""
+"""The operator site's loop: read the hand, render the touch of the remote site, pass the gate, write."""
 
 import logging
 import math
@@ -44,18 +44,18 @@ from operator_site.site_recording import SCHEMAS, SiteRecording
 log = logging.getLogger(__name__)
 
 _HAND_AGE_S = 0.020
-"""An older pose of the hand is not sent: the remote site notices the gap and stops."""
+"""Maximum age of a pose that is sent, s; after a longer gap the remote site stops."""
 _GATE_RESTS_S = 2.0 * TICK_AGE_S
-"""A gate that raised is not stepped for this long, s: after more than TICK_AGE_S it begins from neutral."""
+"""Time for which a gate that raised is not stepped, s; after more than TICK_AGE_S it starts from neutral."""
 
 
 class OperatorSite:
-    """One tick at a time; everything that computes is pure and in its own file.
+    """Runs one tick at a time; all computation is pure and in other files.
 
-    What a step of the tick raises is contained: outputs go to neutral through the gate, and the fault latches. Where
-    the gate itself raises, neutral outputs are written past it, and it is not stepped again before it begins from
-    neutral by itself. What a device's driver raises leaves that device to its own time-out. A recording or a console
-    feed that raises is named and stops nothing.
+    An exception in a step of the tick is contained: outputs go to neutral through the gate, and the fault latches. If
+    the gate itself raises, neutral outputs are written without it, and it is stepped again only when it starts from
+    neutral. If a device's driver raises, the device's own time-out turns it off. An exception of recording or console
+    feed is reported and stops nothing.
     """
 
     def __init__(
@@ -68,16 +68,16 @@ class OperatorSite:
         feed: ConsoleFeed | None = None,
         containment: MakeContainment = Containment,
     ):
-        """Work with opened devices.
+        """Use opened devices.
 
         Args:
-            config: how to render.
+            config: configuration of the site.
             client: this site's end of a session, with a remote site or with a virtual environment.
-            devices: what is read and written.
-            recorder: opened with SCHEMAS; nothing is recorded without.
-            desk: nobody can ask for anything without.
-            feed: no console sees anything without.
-            containment: made with what latches a fault.
+            devices: devices to read and write.
+            recorder: recorder with SCHEMAS; None records nothing.
+            desk: source of local requests; None takes none.
+            feed: feed of consoles; None feeds none.
+            containment: creates the containment from the function that latches a fault.
         """
         self.client = client
         self._devices = devices
@@ -126,7 +126,7 @@ class OperatorSite:
                 self._feed.step(now_ns)
 
     def _serve(self, now_ns: int) -> None:
-        """Take what the person at the desk and the remote site sent, and go on with the session."""
+        """Take local requests and the packets of the remote site, and step the session."""
         client = self.client
         missing = self._devices.missing()
         not_ready = fault_text(self.rendering.fault) or missing
@@ -142,7 +142,7 @@ class OperatorSite:
             return answer_desk(self.client, self.attendance, now_ns, not_ready, verb, details)
 
     def _gated(self, now_ns: int, now_s: float) -> tuple[RenderingInput | None, GatedOutput]:
-        """What may reach the devices, and what it was rendered from; neutral and None where the gate has raised."""
+        """Return the input of rendering and the gate's output; None and neutral if the gate has raised."""
         given, fault = None, self.client.session.fault
         if not 0.0 <= now_s - self._gate_raised_s < _GATE_RESTS_S:
             with self.contain.step("gate"):
@@ -153,7 +153,7 @@ class OperatorSite:
         return None, released(fault)
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells."""
+        """Return the figures for the status file."""
         client = self.client
         limited = [limit_names(bits) for bits in self._limited]
         sent, spared = {"motion": self.motions_sent}, {"motion": client.spared}
@@ -187,13 +187,13 @@ class OperatorSite:
             },
         }
 
-    def tell(self, now_ns: int, figures: Mapping[str, object]) -> None:
-        """Put these figures into the recording, and before consoles."""
+    def publish(self, now_ns: int, figures: Mapping[str, object]) -> None:
+        """Send these figures to the recording and the consoles."""
         if self._recording is not None:
             self._recording.figures(now_ns, figures)
 
     def goodbye(self) -> None:
-        """Leave the session, so that nobody has to wait for the silence."""
+        """Leave the session, so that the next operator need not wait for a time-out."""
         with self.contain.step("goodbye", latches=False):
             self.client.goodbye(self._now_ns)
 
@@ -203,7 +203,7 @@ class OperatorSite:
         return RenderingInput(
             now_s,
             client.session.ident,
-            # The session was cleared by a person, and the gate with it.
+            # A person has cleared the session, and with it the gate.
             self.rendering.fault is not None and client.session.state is not LinkState.FAULT,
             client.both_engaged,
             client.acceptance.gap_ns(now_ns) if client.touch is not None else None,
@@ -219,7 +219,7 @@ class OperatorSite:
         )
 
     def _motion(self, now_ns: int, now_s: float, hand: Hand | None) -> bytes | None:
-        """Send motion; where reading or sending fails, that this site has a fault, and nothing of the hand."""
+        """Send the hand; if reading or sending fails, send a motion with this site's fault and no place."""
         if hand is not None:
             with self.contain.step("motion"):
                 return self._send_motion(now_ns, now_s, hand)
@@ -236,7 +236,7 @@ class OperatorSite:
 
 
 def session_with(link: OperatorSide, config: OperatorConfig, stamp_ns: ReadClock | None = None) -> SessionClient:
-    """This site's end of a session with the remote site at the other end of `link`."""
+    """Return this site's end of a session with the remote site at the other end of `link`."""
     plates = PLATE_PROFILES[config.rendering.profile]
     able = capabilities(
         config.fingers,
@@ -287,15 +287,15 @@ def run_operator_site(
     clock: HostClock | None = None,
     **about: str,
 ) -> None:
-    """Run the operator site until `stop()`, in whatever session `begin` begins once all devices are there.
+    """Run the operator site until `stop()`, in the session that `begin` opens after all devices have answered.
 
     Args:
-        config: of the site.
-        keys: of the site.
-        begin: opens what the session needs, to be closed in the end; also returns what is to be done each second.
-        stop: asked before each tick.
-        clock: of the site; its own by default.
-        about: what the recording says of the session beside its configuration.
+        config: configuration of the site.
+        keys: keys of the site.
+        begin: opens the session on a stack that closes it; also returns a function to call each second.
+        stop: returns whether to end; called before each tick.
+        clock: clock of the site; a new one by default.
+        about: further metadata of the recording.
     """
     with ExitStack() as opened:
         desk = opened.enter_context(LocalControlSocket(config.desk_port, keys))
@@ -318,7 +318,7 @@ def run_operator_site(
             stop,
             status=config.status,
             each_second=each_second,
-            report=site.tell,
+            report=site.publish,
             clock_ns=clock.now_ns,
         )
         site.goodbye()

@@ -45,20 +45,20 @@ from remote_site.site_recording import SiteRecording, open_recorder
 log = logging.getLogger(__name__)
 
 HAND = FINGERS.index("middle")
-"""The finger whose place is the hand's."""
+"""Number of the finger whose place is the hand's."""
 _ZEROS = (0.0,) * len(FINGERS)
 _NOTHING_NEW = (None,) * len(FINGERS)
 _GATE_RESTS_S = 2.0 * TICK_AGE_S
-"""A gate that raised is not stepped for this long, s: after more than TICK_AGE_S it begins from the measured place."""
+"""Time for which a gate that raised is not stepped, s; after more than TICK_AGE_S it starts from the measured place."""
 
 
 class RemoteSite:
-    """One tick at a time; everything that computes is pure and in its own file.
+    """Runs one tick at a time; all computation is pure and in other files.
 
-    What a step of the tick raises is contained: the gate is stepped with nobody engaged, and the fault latches. Where
-    the gate itself raises, the telemanipulator is released where it stands, heaters go off, and the gate is not
-    stepped again before it begins from the measured place. What a device's driver raises leaves that device to its own
-    time-out. A recording that raises is named and stops nothing.
+    An exception in a step of the tick is contained: the gate is stepped as not engaged, and the fault latches. If the
+    gate itself raises, the telemanipulator is released at its place, heaters go off, and the gate is stepped again
+    only when it starts from the measured place. If a device's driver raises, the device's own time-out turns it off.
+    An exception of the recording is reported and stops nothing.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class RemoteSite:
         self._link = link
         self._gap_ns = round(config.link.gap_s * 1e9)
         self._deadband = Deadband(1.0 / config.rate_hz) if config.link.deadband else None
-        self._told: Touch | None = None
+        self._sent: Touch | None = None
         self._limited: list[int] = []
         self._now_ns = 0
         self.touches_sent = 0
@@ -138,14 +138,14 @@ class RemoteSite:
         self.perception.work()
 
     def _read(self, now_s: float) -> SensorFrame:
-        """What the devices say; where reading fails, that nothing new was measured."""
+        """Return the readings of the devices; if reading fails, a frame without new measurements."""
         with self.contain.step("read"):
             return self._devices.read(now_s, self._followed())
         now_s += self._devices.tick.stood_still_ns * 1e-9
         return structs.replace(self._sensed, time_s=now_s, texture_counts=_NOTHING_NEW, plates=_NOTHING_NEW, hand=None)
 
     def _serve(self, now_ns: int) -> None:
-        """Take what the person at the desk and the operator sent, and go on with the session."""
+        """Take local requests and the packets of the operator, and step the session."""
         server = self.server
         missing = self._devices.missing()
         not_ready = fault_text(self.gate.fault) or missing
@@ -154,7 +154,7 @@ class RemoteSite:
         server.session.equipped(missing)
         server.step(now_ns, not_ready, self._devices.unconfirmed)
         if self.gate.fault is not None and server.session.state is not LinkState.FAULT:
-            self.gate.clear_fault()  # the session was cleared by a person, and the gate with it
+            self.gate.clear_fault()  # a person has cleared the session, and with it the gate
         for fault in self._devices.faults():
             self.gate.trip(fault)
 
@@ -165,7 +165,7 @@ class RemoteSite:
     def _commanded(
         self, now: SensorFrame, followed: tuple[float, Places] | None, heater_drive: list[float]
     ) -> GatedCommand:
-        """What may reach the devices; where the gate has raised, released where it stands, and heaters off."""
+        """Return the gate's command; if the gate has raised, release the telemanipulator and turn heaters off."""
         fault = self.server.session.fault
         if not 0.0 <= now.time_s - self._gate_raised_s < _GATE_RESTS_S:
             with self.contain.step("gate"):
@@ -176,7 +176,7 @@ class RemoteSite:
         return replace(self._command, released=True, heater_drive=[*_ZEROS], limited=limited, fault=fault)
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells."""
+        """Return the figures for the status file."""
         server = self.server
         limited = [limit_names(bits) for bits in self._limited]
         sent = {"touch": self.touches_sent}
@@ -206,14 +206,14 @@ class RemoteSite:
         }
 
     def recheck_keys(self) -> None:
-        """Take account of keys that were revoked; called once a second."""
+        """End the sessions of revoked keys; called once a second."""
         revoked = self._link.recheck_keys()
         if revoked:
             log.warning("revoked: %s", ", ".join(fingerprint(key) for key in revoked))
             self.server.cut(revoked)
 
     def _followed(self) -> HandPlace | None:
-        """The operator's hand as of the newest motion, while it is followed."""
+        """Return the operator's hand in the newest motion while it is followed; else None."""
         motion = self.server.motion
         if motion is None or not self.server.both_engaged:
             return None
@@ -223,7 +223,7 @@ class RemoteSite:
         return self._hand
 
     def _places(self, now_ns: int) -> tuple[float, Places] | None:
-        """How old the newest motion is, s, and where the operator's fingertips are by it; None where none is to act."""
+        """Return the age of the newest motion, s, and the fingertips' places now; None if no motion may act."""
         server = self.server
         gap_ns = server.acceptance.gap_ns(now_ns) if server.both_engaged else None
         if gap_ns is None or gap_ns > self._gap_ns or (places := server.places(now_ns)) is None:
@@ -259,26 +259,26 @@ class RemoteSite:
         )
 
     def _touch(self, now_ns: int) -> bytes | None:
-        """Send touch; where that fails, that this site has a fault, and that nothing is touched."""
+        """Send touch; if that fails, send a touch with this site's fault and without contact."""
         with self.contain.step("touch"):
-            return self._tell(now_ns, self.perception.packet)
+            return self._send_touch(now_ns, self.perception.packet)
         with self.contain.step("touch"):
-            return self._tell(now_ns, nothing_touched)
+            return self._send_touch(now_ns, nothing_touched)
         return None
 
-    def _tell(self, now_ns: int, packet_of: Callable[[int, int, int, LinkState], Touch]) -> bytes | None:
-        session, told = self.server.session, self._told
-        if told is not None and told.session != session.ident:
-            told = self._told = None
+    def _send_touch(self, now_ns: int, packet_of: Callable[[int, int, int, LinkState], Touch]) -> bytes | None:
+        session, sent = self.server.session, self._sent
+        if sent is not None and sent.session != session.ident:
+            sent = self._sent = None
         if not session.ident:
             return None
-        sequence = 1 if told is None else told.sequence + 1
+        sequence = 1 if sent is None else sent.sequence + 1
         touch = packet_of(session.ident, sequence, now_ns, session.state)
         if self._deadband is not None:
-            felt = told is None or touch_perceptible(told, touch)
-            if not self._deadband.step(now_ns * 1e-9, felt):
+            changed = sent is None or touch_perceptible(sent, touch)
+            if not self._deadband.step(now_ns * 1e-9, changed):
                 return None
-        self._told, packet = touch, touch.encode()
+        self._sent, packet = touch, touch.encode()
         self._link.send_latest("touch", packet)
         if self.server.observers:
             self._link.send_latest("observed", packet)

@@ -112,9 +112,9 @@ class Deadband:
         self._again = 0
         self.spared = 0
 
-    def step(self, t_s: float, felt: bool) -> bool:
-        """Return whether to send at `t_s`, s; `felt` is whether the far side would perceive the change."""
-        if felt:
+    def step(self, t_s: float, changed: bool) -> bool:
+        """Return whether to send at `t_s`, s; `changed` is whether the far side would perceive a change."""
+        if changed:
             self._again = 1 + self._repeats
         if not self._again and 0.0 <= t_s - self._sent_s <= self._quiet_s:  # a clock that was set back sends
             self.spared += 1

@@ -1,7 +1,7 @@
-"""The desk of a site: where a person at that site asks its process for something, above all for an emergency stop.
+"""Local control of a site: requests of a person at that site to its process, above all for an emergency stop.
 
-Requests and answers are those of the link's control stream, on a port of its own that is bound to loopback. Only the
-owner of the site's own secret key is let in: who may read that file may run the site as well.
+Requests and answers have the form of the link's control stream, on a separate port that is bound to loopback. Only the
+owner of the site's secret key is admitted, because that user may also run the site.
 """
 
 import time
@@ -30,21 +30,23 @@ from common.wire.session_messages import LONGEST_REFUSAL, Answer, Request
 HOST = "127.0.0.1"
 _DOMAIN = "desk"
 _PATIENCE_S = 1.0
+"""Maximum wait for an answer, s."""
 _OUTCOME_S = 2.0
-"""On the slowest link the far site's word of what came of a request takes 1.3 s."""
+"""Maximum wait for the outcome of a request, s; on the slowest link the far site's report takes 1.3 s."""
 _ASK_AGAIN_S = 0.05
+"""Time between two requests for the outcome, s."""
 _AT_ONCE = 16
-"""Requests that one tick carries out; the socket takes turns among those who ask."""
+"""Maximum number of requests in one tick; the socket takes turns among its clients."""
 
 Do = Callable[[str, dict[str, Any]], dict[str, Any]]
-"""Carries out a verb with its details, returns what to tell; raises Refused."""
+"""Carries out a verb with its details and returns the answer's details; raises Refused."""
 
 
 class LocalControl(Protocol):
-    """Takes requests of a person at the site: `LocalControlSocket` by a socket, a test bed's in memory."""
+    """Takes requests of a person at the site: `LocalControlSocket` has a socket, a test bed has memory."""
 
     def serve(self, now_ns: int, do: Do) -> None:
-        """Carry out what was asked since the last call, and answer."""
+        """Carry out and answer the requests since the last call."""
 
 
 class LocalControlSocket:
@@ -57,7 +59,7 @@ class LocalControlSocket:
             LinkProblem: the port is in use.
         """
         self._context = zmq.Context()
-        # However often something on this machine asks how it goes, a person's emergency stop gets through.
+        # Handshakes are not limited, so that frequent requests for the status never keep out an emergency stop.
         self._authenticator = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
         self._socket = self._context.socket(zmq.ROUTER)
         prepare_socket(self._socket)
@@ -70,22 +72,22 @@ class LocalControlSocket:
         self._inbox = Inbox(self._socket)
 
     def serve(self, now_ns: int, do: Do) -> None:
-        """Carry out what was asked since the last call, and answer."""
+        """Carry out and answer the requests since the last call."""
         for sender, packet in receive_requests(self._inbox, _AT_ONCE):
             try:
                 request = Request.decode(packet)
             except BadPacket:
                 continue
-            refused, told = "", {}
+            refused, details = "", {}
             try:
-                told = do(request.verb, request.details)
-            except (Refused, BadPacket) as error:  # the latter: more than a packet to the far site can hold
+                details = do(request.verb, request.details)
+            except (Refused, BadPacket) as error:  # BadPacket: too long for a packet to the far site
                 refused = str(error)[:LONGEST_REFUSAL]
-            send_answer(self._socket, sender.who, Answer(0, request.sequence, now_ns, refused, told).encode())
+            send_answer(self._socket, sender.who, Answer(0, request.sequence, now_ns, refused, details).encode())
             self._inbox.stale()
 
     def close(self) -> None:
-        """Give the port back."""
+        """Release the port."""
         self._authenticator.close()
         self._context.destroy(linger=0)
 
@@ -99,7 +101,7 @@ class LocalControlSocket:
 
 
 def stop_from_desk(port: int, keys: KeyPair) -> str:
-    """Ask a running site for an emergency stop; returns what its devices, and those of the far site, said of it.
+    """Ask a running site for an emergency stop; return what its devices and those of the far site confirm.
 
     Raises:
         LinkProblem: no site answers.
@@ -124,11 +126,11 @@ def clear_from_desk(port: int, keys: KeyPair) -> None:
     ask_desk(port, keys, "clear_fault")
     until_s = time.monotonic() + _OUTCOME_S
     while True:
-        told = ask_desk(port, keys, "status")
-        here, far = said_fault(told["fault"]), said_fault(told.get("remote_fault"))
+        status = ask_desk(port, keys, "status")
+        here, far = said_fault(status["fault"]), said_fault(status.get("remote_fault"))
         if not here and not far:
             return
-        if far and (refusal := told.get("refusal")):
+        if far and (refusal := status.get("refusal")):
             raise Refused(f"the far site says: {refusal}")
         if time.monotonic() >= until_s:
             raise Refused(f"still latched: {here or f'{far} (at the far site)'}")
@@ -136,11 +138,11 @@ def clear_from_desk(port: int, keys: KeyPair) -> None:
 
 
 def ask_desk(port: int, keys: KeyPair, verb: str, details: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Ask a running site on this machine for something; returns what it tells.
+    """Send a request to a running site on this machine; return the details of its answer.
 
     Raises:
         LinkProblem: no site answers there.
-        Refused: it will not, and says why.
+        Refused: the site refuses; the message says why.
     """
     context = zmq.Context()
     try:

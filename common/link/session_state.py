@@ -1,4 +1,4 @@
-"""The session's states, the same on both sites: disconnected, connected, engaged, fault (latched)."""
+"""Keeps the state of a session, alike on both sites: disconnected, connected, engaged, or fault (latched)."""
 
 import logging
 from collections.abc import Mapping
@@ -14,6 +14,7 @@ log = logging.getLogger(__name__)
 
 
 _SERIOUS = ("fault", "estop", "silent", "missing")
+"""Happenings that are logged as warnings."""
 
 
 class Refused(ValueError):
@@ -21,14 +22,14 @@ class Refused(ValueError):
 
 
 LONGEST_NOTE = 1000
-"""Characters of a note for the recording."""
+"""Maximum length of a note for the recording, characters."""
 
 
 def note_text(details: Mapping[str, object]) -> str:
-    """The text of a note, from the details of the request to record it; lines of printable characters.
+    """Return the text of a note from its request's details, as lines of printable characters.
 
     Raises:
-        Refused: there is none, or it is too long.
+        Refused: there is no text, or it is too long.
     """
     text = details.get("text")
     if not isinstance(text, str) or not 0 < len(text) <= LONGEST_NOTE:
@@ -37,7 +38,7 @@ def note_text(details: Mapping[str, object]) -> str:
 
 
 class Happening(Row):
-    """What became known of a session: its number (0 for none), and the far side's capabilities, or a fault."""
+    """A change of a session: its number (0 for none), a text such as the far side's capabilities, or a fault."""
 
     what: str
     """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete;
@@ -45,7 +46,7 @@ class Happening(Row):
     session: Whole
     text: str
     fault: Fault | None
-    """That was latched or cleared."""
+    """The fault that was latched or cleared."""
 
 
 @dataclass(slots=True)
@@ -56,11 +57,11 @@ class Session:
     ident: int = 0
     """Number of the session, chosen by the remote site at hello; 0 while there is none."""
     fault: Fault | None = None
-    """The latched one."""
+    """The latched fault; None without one."""
     paused: str | None = None
-    """Why it was disengaged, empty where a person here asked for it; None where it was not, or is engaged again."""
+    """Reason why the session was disengaged, empty if a person at this site asked for it; None while it was not."""
     cleared_here_only: bool = False
-    """The fault was latched by a person at this site, and only one at this site may clear it."""
+    """Whether a person at this site latched the fault; then only a person at this site may clear it."""
     _happened: list[Happening] = field(default_factory=list)
     _silent: bool = False
     _missing: str = ""
@@ -72,11 +73,11 @@ class Session:
 
     @property
     def silent(self) -> bool:
-        """Whether the far side's stream fell silent while engaged, and was not heard since."""
+        """Whether the far side's stream fell silent while engaged, and is still silent."""
         return self._silent
 
     def connect(self, ident: int, text: str = "") -> None:
-        """A far side said hello: a new session begins, not engaged. A latched fault stays.
+        """Begin a new session after the far side's hello, not engaged. A latched fault remains.
 
         Raises:
             ValueError: the session's number is not positive.
@@ -90,11 +91,11 @@ class Session:
         self.note("connected", text)
 
     def disconnect(self, why: str = "", *, left: bool = False) -> None:
-        """The far side is gone. A latched fault stays, and somebody may connect anew to clear it.
+        """End the session. A latched fault remains; a far side may connect again to clear it.
 
         Args:
-            why: for people to read.
-            left: it went on purpose.
+            why: reason for people to read.
+            left: whether the far side left on purpose.
         """
         if self.ident:
             self.note("left" if left else "disconnected", why)
@@ -121,7 +122,7 @@ class Session:
         """Bring outputs to neutral; always allowed.
 
         Args:
-            why: for people to read; empty where a person at this site's own desk asks for it.
+            why: reason for people to read; empty if a person at this site asks for it.
         """
         if self.state is LinkState.ENGAGED:
             self.state = LinkState.CONNECTED
@@ -129,11 +130,11 @@ class Session:
             self.note("disengaged", why)
 
     def latch(self, fault: Fault, *, cleared_here_only: bool = False) -> None:
-        """Latch a fault: neutral until it is deliberately cleared. The first fault is kept.
+        """Latch a fault: outputs stay neutral until a person clears it. The first fault is kept.
 
         Args:
-            fault: what is wrong.
-            cleared_here_only: a person at this site did it, and the far side must not undo it.
+            fault: the fault.
+            cleared_here_only: whether a person at this site latched it; then the far side must not clear it.
         """
         self.cleared_here_only = self.cleared_here_only or cleared_here_only
         if self.state is not LinkState.FAULT:
@@ -142,13 +143,13 @@ class Session:
             self.note("fault", fault=self.fault)
 
     def clear(self, *, here: bool = True) -> None:
-        """Clear a latched fault. Nothing moves by it: the session must be engaged again.
+        """Clear a latched fault. Outputs stay neutral until the session is engaged again.
 
         Args:
-            here: whether it is a person at this site who clears.
+            here: whether a person at this site clears it.
 
         Raises:
-            Refused: no fault is latched, or the far side asks for what only this site may do.
+            Refused: no fault is latched, or only this site may clear it and the far side asks.
         """
         if self.state is not LinkState.FAULT:
             raise Refused("no fault is latched")
@@ -163,9 +164,9 @@ class Session:
         """Note when a stream falls silent while engaged, and when it is heard again.
 
         Args:
-            gap_ns: since its last accepted packet; None before the first.
-            gap_s: silence that means safe state.
-            stream: its name.
+            gap_ns: time since its last accepted packet, ns; None before the first.
+            gap_s: silence that causes the safe state, s.
+            stream: name of the stream.
         """
         silent = gap_ns is None or not 0 <= gap_ns <= gap_s * 1e9
         if silent and not self._silent and self.engaged and gap_ns is not None:
@@ -176,13 +177,13 @@ class Session:
             self.note("heard", f"{stream} again")
 
     def equipped(self, missing: str) -> None:
-        """Note when a device is missing in a session, and when all are there again."""
+        """Note when a device is missing in a session, and when no device is missing any more."""
         if self.ident and missing != self._missing:
             self.note("missing" if missing else "complete", missing)
             self._missing = missing
 
     def note(self, what: str, text: str = "", fault: Fault | None = None) -> None:
-        """Log a happening, and keep it for the recording, its text as one printable line; a note keeps its lines."""
+        """Log a happening and keep it for the recording, its text as one printable line; a note keeps its lines."""
         level = logging.WARNING if what in _SERIOUS else logging.INFO
         said = printable_lines(text) if what == "note" else printable(text)
         shown = said or fault_text(fault)
@@ -190,6 +191,6 @@ class Session:
         self._happened.append(Happening(what, self.ident, said, fault))
 
     def take_happenings(self) -> list[Happening]:
-        """What happened since the last call."""
+        """Return the happenings since the last call."""
         happened, self._happened = self._happened, []
         return happened

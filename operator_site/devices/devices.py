@@ -1,4 +1,4 @@
-"""All devices of the operator site behind one read and one write; the gate's output is all that is written."""
+"""Reads and writes all devices of the operator site. Only the gate's output is written."""
 
 import math
 
@@ -20,7 +20,7 @@ class OperatorDevices:
     """Opens every device in the background; reading and writing never block."""
 
     def __init__(self, config: OperatorConfig, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
-        """Open them, reached by `wiring`; `clock` is the one that `read` is given times of."""
+        """Open the devices through `wiring`; `clock` gives the times of `read`."""
         clock = HostClock() if clock is None else clock
         self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers, clock, wiring)
         self.tacttips = {FINGERS.index(f): TactTip(f, address, clock, wiring) for f, address in config.tacttip.items()}
@@ -30,7 +30,7 @@ class OperatorDevices:
         self.tick = TickAge(clock, self._unread_s)
 
     def _unread_s(self) -> float:
-        """How long devices have taken for what waits to be read, s."""
+        """Return the time that devices took to send the unread data, s."""
         if not self._ready.look() and self.exoskeleton.line.drained:
             return 0.0
         return max(device.unread_s for device in self._witnesses)
@@ -40,7 +40,7 @@ class OperatorDevices:
         return [module.line for module in self.tacttips.values()]
 
     def missing(self) -> str:
-        """What keeps the site from working; empty when all devices are there."""
+        """Return which device is missing and why; empty when none is."""
         if why := self._no_exoskeleton():
             return f"exoskeleton: {why}"
         now_s = self.tick.began_s
@@ -50,7 +50,7 @@ class OperatorDevices:
         return ""
 
     def _no_exoskeleton(self) -> str:
-        """What keeps the exoskeleton from working; empty when nothing does."""
+        """Return why the exoskeleton is missing; empty when it is not."""
         line = self.exoskeleton.line
         if not line.connected:
             return str(line.problem or "opening")
@@ -58,18 +58,18 @@ class OperatorDevices:
         return "" if here else f"CAN {line.address} is open, but no positions come"
 
     def _no_module(self, module: TactTip) -> str:
-        """What keeps a module from working; empty when nothing does."""
+        """Return why a module is missing; empty when it is not."""
         if not module.line.connected:
             return str(module.line.problem or "opening")
         return "" if self.tick.began_s - module.measured_s <= GAP_S else "the line is open, but no reports come"
 
     def problems(self) -> list[Exception]:
-        """Why devices are not there, for those that have failed at least once."""
+        """Return the reasons why devices are not open, of those that have failed at least once."""
         lines = [self.exoskeleton.line.problem, *(line.problem for line in self.lines())]
         return [problem for problem in lines if problem is not None]
 
     def read(self, t_s: float) -> Hand:
-        """Take what all devices said since the last call; `tick` counts a standstill of the host that they show."""
+        """Read all devices; `tick` counts a standstill of the host that their reports show."""
         self.tick.begin(t_s)
         self._ready.look()
         stood_still_s = 0.0
@@ -81,14 +81,14 @@ class OperatorDevices:
         return hand
 
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:
-        """Each plate's last temperature (C, NaN where it is not to be believed) and its age, s."""
+        """Return each plate's last temperature, C, NaN where it is implausible, and its age, s."""
         plate_c, age_s = [math.nan] * len(FINGERS), [math.inf] * len(FINGERS)
         for finger, module in self.tacttips.items():
             plate_c[finger], age_s[finger] = module.plate_c, t_s - module.measured_s
         return plate_c, age_s
 
     def write(self, t_s: float, output: GatedOutput, engaged: bool) -> None:
-        """Send what the gate let through, but nothing once the tick that has read the devices is too old."""
+        """Send the gate's output, unless the tick that read the devices is too old."""
         if self.tick.in_time():
             self.exoskeleton.push(t_s, output.force_n, engaged)
         for finger, module in self.tacttips.items():
@@ -99,14 +99,14 @@ class OperatorDevices:
             module.drive(t_s, output.motor_rpm[finger], output.peltier_drive[finger])
 
     def unconfirmed(self, since_s: float) -> dict[str, str]:
-        """Why each device is not certain to have its outputs off since `since_s`; empty where its report says so."""
+        """Return why each device's outputs may not be off since `since_s`, s; empty where its report says so."""
         found = {"exoskeleton": self.exoskeleton.unconfirmed(since_s)}
         for module in self.tacttips.values():
             found[module.name] = module.unconfirmed(since_s)
         return found
 
     def faults(self) -> list[Fault]:
-        """What devices do that they must not, and what of them is broken; empty when all is well."""
+        """Return the faults of all devices."""
         now_s = self.tick.began_s
         found = [fault._replace(device=EXOSKELETON) for fault in self.exoskeleton.faults(now_s)]
         for module in self.tacttips.values():
@@ -115,7 +115,7 @@ class OperatorDevices:
         return found
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells of each device."""
+        """Return the figures of each device for the status file."""
         return {
             "exoskeleton": {**self.exoskeleton.line.figures(), "missing": self._no_exoskeleton()},
             **{
@@ -125,7 +125,7 @@ class OperatorDevices:
         }
 
     def close(self) -> None:
-        """Close every device; their own time-outs bring them to rest."""
+        """Close every device; its own time-out turns its outputs off."""
         self.exoskeleton.line.close()
         for line in self.lines():
             line.close()

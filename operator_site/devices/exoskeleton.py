@@ -22,7 +22,7 @@ _NEVER = float("-inf")
 
 @dataclass(slots=True)
 class Hand:
-    """Where the operator's hand and fingertips are; the newest of each frame, SI."""
+    """Place of the operator's hand, and heights of the fingertips, m, each from the newest frame of its kind, s."""
 
     x_m: float = 0.0
     y_m: float = 0.0
@@ -32,13 +32,13 @@ class Hand:
 
     @property
     def oldest_s(self) -> float:
-        """When the part that was measured longest ago came in, s; -inf until both came once."""
+        """Arrival time of the older part, s; -inf until both parts have arrived."""
         return min(self.pose_s, self.heights_s)
 
 
 @dataclass(slots=True)
 class Pushing:
-    """What the exoskeleton reported last that its outputs do."""
+    """Last report of the exoskeleton's outputs: force on each finger, N, and whether the drives are enabled."""
 
     force_n: tuple[float, ...] = (0.0,) * len(FINGERS)
     enabled: bool = False
@@ -55,13 +55,13 @@ class Exoskeleton:
         clock: HostClock | None = None,
         wiring: Wiring = SYSTEM,
     ):
-        """Open the bus at `address` in the background; `fingers` are in the exoskeleton, `clock` is that of `read`."""
+        """Open the bus at `address` in the background for these `fingers`; `clock` gives the times of `read`."""
         self.receivers = tuple(FrameReceiver(name) for name in ("HandPose", "FingerHeights", "ExoskeletonState"))
         self.line = CanPort(address, self.receivers, sends=("FingerForces",), wiring=wiring)
         self.hand = Hand()
         self.pushing = Pushing()
         self.stood_still_s = 0.0
-        """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        """Duration of a standstill of the host's clock before the last `read`, by the number of frames, s."""
         self._clock = HostClock() if clock is None else clock
         self._witness = Witness()
         self._taking_part = [finger in fingers for finger in FINGERS]
@@ -73,7 +73,7 @@ class Exoskeleton:
         self._disobeys: list[Fault] = []
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
-        """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
+        """Take the frames since the last call at `t_s`, s; after a standstill, earlier places no longer count."""
         came = self.line.poll()
         self.stood_still_s = self._witness.frames(
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
@@ -103,7 +103,7 @@ class Exoskeleton:
         self._stuck_joints = StuckJoints(self._taking_part)
 
     def _take_state(self, t_s: float, force_n: tuple[float, ...], enabled: bool) -> None:
-        """Take what it reports to apply, and compare it with what it was sent."""
+        """Compare the reported outputs with the commands."""
         self.pushing = Pushing(force_n, enabled, t_s)
         unasked = self._enabled_obeys.reported(t_s, enabled)
         self._disobeys = self._forces_obey.reported(t_s, force_n)
@@ -112,11 +112,11 @@ class Exoskeleton:
 
     @property
     def unread_s(self) -> float:
-        """How long the exoskeleton has taken for the frames that wait to be read, s."""
+        """Time that the exoskeleton took to send the unread frames, s."""
         return self.line.unread("HandPose") * FRAME_S
 
     def faults(self, t_s: float) -> list[Fault]:
-        """What is wrong on its bus, with its drives and encoders, at `t_s`; empty when all is well, or it is away."""
+        """Return the faults of bus, drives, encoders and joints at `t_s`, s; without reports, of the bus alone."""
         found = [self.line.fault] if self.line.fault else []
         here = self.line.connected and t_s - self.hand.oldest_s <= GAP_S
         if t_s - self.pushing.reported_s <= GAP_S:
@@ -128,7 +128,7 @@ class Exoskeleton:
         return found
 
     def unconfirmed(self, since_s: float) -> str:
-        """Why it is not certain that no finger is pushed; empty when the last report, after `since_s`, says so."""
+        """Return why a finger may still be pushed; empty when a report after `since_s`, s, excludes it."""
         if not self.line.connected:
             return "not connected"
         pushing = self.pushing
@@ -139,7 +139,7 @@ class Exoskeleton:
         return "enabled" if pushing.enabled else ""
 
     def push(self, t_s: float, force_n: list[float], enabled: bool) -> None:
-        """Send the force on each finger, N, and whether the session is engaged: not, and the drives stay off."""
+        """Send the force on each finger, N; without an engaged session, the drives stay off."""
         self._forces_obey.commanded(t_s, force_n if enabled else [0.0] * len(FINGERS))
         self._enabled_obeys.commanded(t_s, enabled)
         self.line.send(self._forces.next_frame([*force_n, float(enabled)]))

@@ -1,8 +1,8 @@
-"""The hot side of a fingertip module, from which water carries the heat that was pumped out of the plate.
+"""Watches the hot side of a fingertip module, from which water carries away the heat pumped out of the plate.
 
-Without water the plate is no longer cooled as it is driven, and a block that has become hot warms the plate when the
-drive stops: from about 75 C on to more than 42 C. That takes ten minutes of full cooling; the block tells of it within
-seconds, since only water can hold its temperature.
+Without water the plate is cooled less than commanded. A block above about 75 C warms the plate to more than 42 C when
+the drive stops. This takes ten minutes of full cooling. The block's temperature shows the loss within seconds, because
+only water can hold it.
 """
 
 import math
@@ -13,22 +13,23 @@ from operator_site.devices.ntc import ntc_fault
 
 WARMEST_C = 30.0
 COLDEST_C = 10.0
-"""The module's water has 15 to 25 C. With it full cooling, for as long as one likes, adds 1.2 K (0.8 K/W and at most
-1.5 W), full heating takes 0.4 K away, and the thermistor may be wrong by 1 K: 13.6 to 27.2 C is normal."""
+"""Limits of the hot side's temperature, C. The module's water has 15 to 25 C. Permanent full cooling adds 1.2 K (0.8
+K/W, at most 1.5 W), full heating subtracts 0.4 K, and the thermistor errs by at most 1 K: 13.6 to 27.2 C is normal."""
 MOVED_K = 2.5
+"""Maximum difference from the mean of the last MEMORY_S, K; with water no drive causes more than 1.6 K."""
 MEMORY_S = 60.0
-"""With water, no drive moves it further from where it was in the last minute than 1.6 K."""
+"""Time constant of the mean, s."""
 
 
 class HotSide:
-    """One module's hot side over time: `step` for each reading."""
+    """Hot side of one module: `step` for each reading."""
 
     def __init__(self) -> None:
         self._t_s = math.nan
         self._usual_c = math.nan
 
     def step(self, t_s: float, counts: int) -> Fault | None:
-        """What is wrong with the cooling when the thermistor reads `counts` at `t_s`; None when nothing."""
+        """Take the thermistor's counts at `t_s`, s; return the fault of the cooling, None without one."""
         broken = ntc_fault(counts, FaultCode.HOT_SIDE_THERMISTOR_SHORT, FaultCode.HOT_SIDE_THERMISTOR_OPEN)
         if broken is not None:
             return Fault(broken)

@@ -1,4 +1,4 @@
-"""NTC thermistors of a fingertip module: whether they are whole, and whether to believe what the plate's says."""
+"""Checks the NTC thermistors of a fingertip module, and the rate of change of the plate's temperature."""
 
 import math
 from collections import deque
@@ -8,40 +8,41 @@ from common.buses.thermometry import ntc_c
 from common.faults.fault import FaultCode
 
 SHORT_BELOW = 100
+"""Counts up to which the thermistor is shorted (about 143 C)."""
 OPEN_ABOVE = 3995
-"""Counts outside are a broken wire or a short, not a temperature (about 143 C and -43 C)."""
+"""Counts from which on the thermistor is open (about -43 C)."""
 RATE_LIMIT_K_S = 8.0
-"""Twice what the plate can do: a faster change is a fault of the sensor."""
+"""Maximum rate of change, K/s, twice the plate's; a faster change is a fault of the sensor."""
 RATE_WINDOW_S = 0.15
-"""Over which the rate is taken, so that noise of one sample, or its late arrival, is not taken for one."""
+"""Time over which the rate is measured, s, so that noise or delay of one sample is no fault."""
 SILENCE_S = 0.03
-"""After a longer pause readings arrive in a heap, too late: no rate can be told across it."""
+"""Maximum pause within a rate measurement, s; after a longer one, delayed readings arrive together."""
 HEAP_S = 0.002
-"""Readings that arrive this close together were waiting; only the last one's time is true."""
+"""Maximum interval of readings that were delayed, s; only the time of the last one is true."""
 
 
 def ntc_fault(counts: int, short: FaultCode, opened: FaultCode) -> FaultCode | None:
-    """Which of two faults makes a thermistor's counts no temperature; None when they are one."""
+    """Return which of two faults a thermistor's counts show; None when they are a temperature."""
     if counts <= SHORT_BELOW:
         return short
     return opened if counts >= OPEN_ABOVE else None
 
 
 class PlateReading(NamedTuple):
-    """A plate's temperature; NaN together with the fault where there is none."""
+    """A plate's temperature, C; NaN with the fault of its sensor."""
 
     plate_c: float
     fault: FaultCode | None
 
 
 class PlateSensor:
-    """One plate's sensor over time: `step` for each new reading."""
+    """Sensor of one plate: `step` for each new reading."""
 
     def __init__(self) -> None:
         self._recent: deque[tuple[float, float]] = deque()
 
     def step(self, t_s: float, counts: int) -> PlateReading:
-        """Judge the reading taken at `t_s`."""
+        """Check the reading taken at `t_s`, s."""
         broken = ntc_fault(counts, FaultCode.PLATE_THERMISTOR_SHORT, FaultCode.PLATE_THERMISTOR_OPEN)
         if broken is not None:
             return self._refuse(broken)

@@ -1,8 +1,9 @@
-"""Is a joint of the exoskeleton stuck, or its encoder? A living finger is never still.
+"""Finds a stuck joint of the exoskeleton, or a stuck encoder: a living finger is never still.
 
-It trembles, by some 0.02 mm at 8 to 11 Hz, and drifts; resting on something hard it still does, by less. So a height
-that is the same to the encoder's count of 0.005 mm for STILL_S is not of a living finger, while there is one: while
-the exoskeleton pushes it, or other fingers or the hand move. At the ends of its travel a finger may stand still.
+A finger trembles by about 0.02 mm at 8 to 11 Hz and drifts, less so while it rests on something hard. A height that
+stays within the encoder's count of 0.005 mm for STILL_S is therefore a fault while a hand is present. It is present
+while the exoskeleton pushes the finger, or other fingers or the hand move. At an end of its travel a finger may be
+still.
 """
 
 from collections.abc import Sequence
@@ -11,21 +12,22 @@ from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 
 STILL_S = 1.5
-"""Fingers of the simulated hand, in the air and on walls up to 1500 N/m, are still for 0.06 s at most; people vary."""
+"""Duration of stillness that is a fault, s. The simulated hand is still for at most 0.06 s; people vary."""
 LIVELY_S = 0.25
-"""A hand that moved within this is there: at least two periods of tremor."""
+"""Maximum time since the last movement of a hand that is present, s: at least two periods of tremor."""
 PUSHED_N = 0.3
+"""Force from which on the exoskeleton pushes a finger, N."""
 STOP_M = 0.0099
-"""Further from the middle of its travel a finger is at its stop."""
+"""Distance from the middle of its travel from which on a finger is at its stop, m."""
 LONGEST_S = 0.010
-"""Of a gap between two frames no more counts."""
+"""Maximum time that counts between two frames, s."""
 
 
 class StuckJoints:
     """Watches five fingers of one hand.
 
     Attributes:
-        stuck_s: how long each finger has been still while it should not have been, (5,), s.
+        stuck_s: duration for which each finger was still although it should move, (5,), s.
     """
 
     def __init__(self, taking_part: Sequence[bool] = (True,) * len(FINGERS)) -> None:
@@ -37,16 +39,16 @@ class StuckJoints:
         self._pose_m: Sequence[float] = ()
         self._since_s = [LIVELY_S] * n
         self._hand_s = LIVELY_S
-        """Since each finger's height has changed, and the hand's pose, s: at first there is nobody."""
+        """Time since the last change of each height, and of the hand's pose, s; at first no hand is present."""
 
     def step(self, dt_s: float, z_m: Sequence[float], pose_m: Sequence[float], pushed_n: Sequence[float]) -> None:
         """Take a frame of heights.
 
         Args:
-            dt_s: since the frame before, s; not above 0 where that is not known.
-            z_m: heights (5,), m, as they were read.
+            dt_s: time since the frame before, s; 0 or less where it is not known.
+            z_m: heights (5,), m, as read.
             pose_m: x and y of the hand, m.
-            pushed_n: what the exoskeleton pushes each finger with, (5,), N.
+            pushed_n: force of the exoskeleton on each finger, (5,), N.
         """
         passed_s = min(LONGEST_S, max(0.0, dt_s))
         before_m, self._z_m = self._z_m or z_m, z_m
@@ -65,7 +67,7 @@ class StuckJoints:
 
     @property
     def faults(self) -> list[Fault]:
-        """What is wrong with which finger; empty when all is well."""
+        """Faults of the fingers that are stuck now."""
         if max(self.stuck_s) < STILL_S:
             return []
         return [

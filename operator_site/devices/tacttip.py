@@ -1,4 +1,4 @@
-"""Driver of one TactTip fingertip module: motor and Peltier drives out, plate temperature and cooling in."""
+"""Drives one TactTip fingertip module: sends motor and Peltier drives, reads plate temperature and cooling."""
 
 import math
 
@@ -23,37 +23,37 @@ from operator_site.devices.ntc import PlateSensor
 from operator_site.vibration.motor_drive import MotorDrive
 
 _LEAST_INTERVAL_S = 0.004
-"""Rate budget of a module: 250 commands a second; switching the motor on or off never waits."""
+"""Minimum time between two commands, s; switching the motor on or off never waits."""
 _BYTES_PER_S = 100 * 19
-"""Of a module's reports on its line."""
+"""Bytes per second of a module's reports on its line, 1/s."""
 _NEVER = -math.inf
 _CUT_OUT, _STATE = DeviceFlag.THERMAL_CUT_OUT.value, MessageId.TACTTIP_STATE.value
 
 
 class TactTip:
-    """One module. `plate_c` is NaN where there is no believable reading."""
+    """One module. `plate_c`, C, is NaN without a plausible reading."""
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
-        """Open the module at `address` in the background; `clock` is the one that `read` is given times of."""
+        """Open the module at `address` in the background; `clock` gives the times of `read`."""
         self.line = SerialDevice(address, DeviceKind.TACTTIP, finger, wiring)
         self._finger = finger
         self.name = f"{finger} tacttip"
         self.damaged = 0
         self.plate_c = math.nan
         self.measured_s = _NEVER
-        """When the last reading came, s; -inf before the first."""
+        """Arrival time of the last reading, s; -inf before the first."""
         self.sensor_fault: FaultCode | None = None
         self.cooling_fault: Fault | None = None
-        """What is wrong with the hot side or its thermistor; None when nothing."""
+        """Fault of the hot side or its thermistor; None without one."""
         self.stood_still_s = 0.0
-        """For how long the host's clock stood still before the last `read`, as the module's own clock shows, s."""
+        """Duration of a standstill of the host's clock before the last `read`, by the module's clock, s."""
         self.cut_out = False
         self.disobeys: Fault | None = None
-        """An output that was not asked for; None when there is none."""
+        """Fault of an output that was not commanded; None without one."""
         self.faults: list[Fault] = []
-        """What the last report says of these; empty when all is well."""
+        """All faults as of the last report."""
         self.applied = (0, 0)
-        """What the module reported last that motor (mV) and Peltiers (thousandths) get."""
+        """Last reported drives of the motor, mV, and of the Peltiers, thousandths."""
         self._sensor, self._hot_side = PlateSensor(), HotSide()
         self._motor, self._peltier = DriveMonitor(FaultCode.MOTOR_UNASKED), DriveMonitor(FaultCode.PELTIER_UNASKED)
         self._motor_drive = MotorDrive()
@@ -63,7 +63,7 @@ class TactTip:
         self._sent_s = _NEVER
 
     def read(self, t_s: float) -> None:
-        """Take what came since the last call; it is judged by a time that counts what the host's clock did not."""
+        """Take the reports since the last call at `t_s`, s; the time of a standstill is added."""
         self.stood_still_s = 0.0
         if self.line.silent:
             return
@@ -106,11 +106,11 @@ class TactTip:
 
     @property
     def unread_s(self) -> float:
-        """How long the module has taken for the reports that wait to be read, s."""
+        """Time that the module took to send the unread reports, s."""
         return self.line.unread_bytes() / _BYTES_PER_S
 
     def unconfirmed(self, since_s: float) -> str:
-        """Why it is not certain that its drives are off; empty when the last report, after `since_s`, says so."""
+        """Return why its drives may still be on; empty when a report after `since_s`, s, excludes it."""
         if not self.line.connected:
             return "not connected"
         if not self.measured_s > since_s:
@@ -119,12 +119,12 @@ class TactTip:
         return f"motor at {motor} mV, Peltier drive {peltier / DRIVE_FULL:g}" if motor or peltier else ""
 
     def may_send(self, t_s: float, motor_rpm: float) -> bool:
-        """Whether the module's rate budget leaves room for a command now; one that switches the motor never waits."""
+        """Return whether a command may be sent now by its rate limit; one that switches the motor never waits."""
         # Less than 0: the clock was set back.
         return not 0.0 <= t_s - self._sent_s < _LEAST_INTERVAL_S or (motor_rpm > 0.0) is not self._turning
 
     def drive(self, t_s: float, motor_rpm: float, peltier_drive: float) -> None:
-        """Send drives within the module's rate budget, where they are news: motor speed in rpm, Peltier -1..1."""
+        """Send changed drives within the rate limit: motor speed, rpm, and Peltier drive, -1..1."""
         if not self.may_send(t_s, motor_rpm):
             return
         since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) is not self._turning

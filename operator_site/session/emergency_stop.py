@@ -10,56 +10,56 @@ from common.wire.packets import LinkState
 from common.wire.session_messages import LONGEST_REFUSAL, Answer
 
 REMOTE = "remote hand"
-"""All that the remote site moves and heats, as one device."""
+"""Name of all devices of the remote site as one device."""
 _ANSWER_NS = PATIENCE_NS + round(2e9 * AGE_MAX_S)
-"""On the slowest link the remote site's word of an emergency stop takes as long."""
+"""Maximum time of the remote site's answer to an emergency stop on the slowest link, ns."""
 _AGAIN_NS = 1_000_000_000
-"""A remote site that could not confirm is asked so much later whether it can now."""
+"""Time after which a remote site that could not confirm is asked again, ns."""
 
 
 @dataclass(slots=True)
 class SessionEmergencyStop:
-    """Waits for this site's devices and for the remote site. Pure: time is an argument, ns of this site's clock."""
+    """Waits for this site's devices and the remote site to confirm. Pure: time is an argument, ns."""
 
     session: Session
-    """Is latched by a stop, and what comes of it is noted there."""
+    """Session that a stop latches; it notes the outcome."""
     _devices: EmergencyStop = field(default_factory=EmergencyStop)
     _now_ns: int = 0
     _began_ns: int = 0
     _answered_ns: int = 0
     _asking: bool = False
-    """The remote site has not answered: it is to be asked, again and again."""
+    """Whether the remote site must still be asked, because it has not answered."""
     _remote_s: float | None = None
-    """How long after the stop the remote site was heard to confirm."""
+    """Time from the stop to the remote site's confirmation, s; None without one."""
     _with_remote: bool = False
     _here: str = ""
     _there: str = ""
 
     @property
     def outcome(self) -> str:
-        """What came of the last stop, at this site and at the remote one; empty while it is under way."""
+        """Outcome of the last stop at both sites; empty while it is under way."""
         done = self._here and self._there
         return f"here: {self._here}; remote site: {self._there}" if done else ""
 
     @property
     def ask_remote(self) -> bool:
-        """Whether the remote site has not answered, or has long ago not confirmed what is still latched."""
+        """Whether to ask the remote site: it has not answered, or could not confirm a stop that is still latched."""
         late = self._with_remote and self._remote_s is None and self.asked_ns is not None
         return self._asking or (late and self._now_ns - self._answered_ns > _AGAIN_NS)
 
     @property
     def asked_ns(self) -> int | None:
-        """When the stop that is latched was asked for; None where none is."""
+        """Time of the latched stop, ns; None without one."""
         return self._devices.asked_ns
 
     @property
     def after_s(self) -> dict[str, float | None]:
-        """How long after that each device confirmed, s, the remote site's as REMOTE; None while one has not."""
+        """Time until each device confirmed, s, with the remote site as REMOTE; None while one has not."""
         here = self._devices.after_s
         return {**here, REMOTE: self._remote_s} if self._with_remote and self.asked_ns is not None else here
 
     def begin(self, now_ns: int) -> None:
-        """Latch this site; without a session there is nobody else to ask."""
+        """Latch this site; in a session, also ask the remote site."""
         self.session.latch(Fault(FaultCode.OPERATOR_STOP))
         self._devices.ask(now_ns)
         self._began_ns, self._asking = now_ns, bool(self.session.ident)
@@ -68,7 +68,7 @@ class SessionEmergencyStop:
         self._there = "" if self._asking else "not connected"
 
     def step(self, now_ns: int, unconfirmed: Unconfirmed) -> None:
-        """Take what this site's devices say, and note when the remote site has let its time pass."""
+        """Check this site's devices, and note when the remote site has not answered in time."""
         self._now_ns = now_ns
         if self._devices.asked_ns is None and not self._asking:
             return
@@ -82,16 +82,16 @@ class SessionEmergencyStop:
             self._devices.forget()
 
     def answered(self, answer: Answer) -> None:
-        """Take the remote site's word; what it was not asked for counts for nothing, and no refusal is noted twice."""
+        """Take the remote site's answer; an unasked one is ignored, and no refusal is noted twice."""
         if not self.ask_remote:
             return
         first, self._asking, self._answered_ns = self._asking, False, self._now_ns
-        told = answer.details.get("unconfirmed")
+        unconfirmed = answer.details.get("unconfirmed")
         after_s = answer.details.get("after_s")
         if answer.refused or not isinstance(after_s, float):
             outcome = f"not confirmed, {answer.refused or 'it does not say how it went'}"
-        elif told:
-            outcome = f"not confirmed by {str(told)[:LONGEST_REFUSAL]} after {after_s * 1e3:.0f} ms"
+        elif unconfirmed:
+            outcome = f"not confirmed by {str(unconfirmed)[:LONGEST_REFUSAL]} after {after_s * 1e3:.0f} ms"
         else:
             self._remote_s = (self._now_ns - self._began_ns) * 1e-9
             outcome = f"stopped, confirmed by every device after {after_s * 1e3:.0f} ms"
@@ -99,7 +99,7 @@ class SessionEmergencyStop:
             self._note_remote(outcome)
 
     def remote_gone(self, why: str) -> None:
-        """The session is over: whoever has not answered by now never will."""
+        """End the wait for the remote site, because the session is over."""
         if self._asking:
             self._asking = False
             self._note_remote(f"not confirmed, {why}")

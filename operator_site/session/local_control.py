@@ -1,4 +1,4 @@
-"""What the person at the operator's desk may ask for."""
+"""Carries out the requests of a person at the operator's site."""
 
 from typing import Any
 
@@ -18,18 +18,18 @@ def answer_desk(
     verb: str,
     details: dict[str, Any],
 ) -> dict[str, Any]:
-    """Carry out what was asked; returns how the session is then.
+    """Carry out a request; return the state of the session afterwards.
 
     Args:
         client: this site's end of the session.
-        attendance: is told of consoles.
-        now_ns: this site's clock.
-        not_ready: the gate's fault, or else what is missing; empty when the site may engage.
-        verb: what is asked for.
-        details: what goes with it.
+        attendance: takes the reports of consoles.
+        now_ns: this site's clock, ns.
+        not_ready: the gate's fault, or the missing device; empty when the site may engage.
+        verb: verb of the request.
+        details: its arguments.
 
     Raises:
-        Refused: it cannot be done now, or not here.
+        Refused: the request is not allowed now, or not at this site.
     """
     session = client.session
     match verb:
@@ -54,9 +54,8 @@ def answer_desk(
             client.annotate(now_ns, note_text(details))
         case _:
             raise Refused(f"{verb} is not for the desk to ask")
-    told = desk_answer(verb, client, not_ready)
     return {
-        **told,
+        **desk_answer(verb, client, not_ready),
         "time_ns": now_ns,
         "remote_fault": client.remote_fault,
         "refusal": client.refusal,

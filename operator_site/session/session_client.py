@@ -1,4 +1,4 @@
-"""The operator site's end of the session: hello, clock comparison, engaging, and which touch may be rendered."""
+"""The operator site's end of the session: hello, clock comparison, engaging, motion out and touch in."""
 
 import logging
 from collections import Counter
@@ -27,62 +27,62 @@ from operator_site.session.remote_status import recording_stopped
 log = logging.getLogger(__name__)
 
 SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
-"""No answer to heartbeats for this long: the remote site is gone, say hello again."""
+"""Time without an answer to heartbeats after which the remote site counts as gone, ns; then hello is sent again."""
 LONGEST_DESCRIPTION = 80
-"""Characters of what the remote site says of its calibration."""
+"""Maximum length of the remote site's description of its calibration, characters."""
 _ASK_NS = 200_000_000
-"""Between two tries of the same request."""
+"""Time between two tries of a request, ns."""
 _STATUS_NS = 1_000_000_000
-"""Between two questions how the remote site is, while it has no fault."""
+"""Time between two requests for the status of a remote site without a fault, ns."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
 _LONG_AGO_NS = -(10**18)
 _PACKETS_PER_S, _PACKETS_AT_ONCE = 100.0, 200
-"""Answers, or heartbeats, that are read of the remote site: an honest one sends 20 heartbeats a second."""
+"""Maximum rate, 1/s, and burst of the remote site's answers, or heartbeats; it sends 20 heartbeats a second."""
 
 
 @dataclass(slots=True)
 class SessionClient:
-    """Finds the remote site again whenever it is gone. Time is an argument, ns of this site's monotonic clock.
+    """Keeps a session with the remote site, and starts a new one when it is lost. Time is an argument, ns.
 
-    With the role of an observer it takes the same touch packets from the observers' stream and never asks for more.
+    An observer receives the same touch packets on a separate stream, and requests nothing but the session.
     """
 
     link: OperatorSide
     capabilities: dict[str, Any]
     max_age_s: float
     want_engaged: bool
-    """Ask until both sites are engaged. A fault of either one ends the wish: engaging again is a deliberate act."""
+    """Whether to request engaging until both sites are engaged; a fault of either clears it."""
     engages_itself: bool = True
-    """Whether the wish outlives a lost session: where a person engaged, a person engages again."""
+    """Whether `want_engaged` survives a lost session; where a person engages, a person must engage again."""
     calibration: str = ""
-    """Hash that the remote site's calibration must have; empty for any."""
+    """Required hash of the remote site's calibration; empty for any."""
     role: str = OPERATOR
     gap_s: float = GAP_S
     stamp_ns: ReadClock | None = None
     deadband: Deadband | None = None
-    """Spares motion that would not be felt; without, every call sends."""
+    """Omits motion without a perceptible change; without it, every call sends."""
     session: Session = field(default_factory=Session)
     clock: ClockOffset = field(default_factory=ClockOffset)
     touch: Touch | None = None
     """The newest accepted touch of this session."""
     touch_packet: bytes = b""
-    """Its bytes as they came."""
+    """Received bytes of `touch`."""
     remote: dict[str, Any] = field(default_factory=dict)
-    """What the remote site said of itself at hello."""
+    """Capabilities of the remote site, from its answer to hello."""
     remote_fault: Fault | None = None
-    """The fault that is latched at the remote site."""
+    """The fault latched at the remote site; None without one."""
     remote_recording: str = ""
-    """Why the remote site's recording stopped; empty while it has not, or where that is not known."""
+    """Reason why the remote site's recording stopped; empty while it works or if unknown."""
     acceptance: PacketFilter = field(init=False)
     stopping: SessionEmergencyStop = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)
     refusal: str = ""
-    """Why the remote site refused the last hello, engage or clear_fault, or ended the last session, or this site will
-    not work with it; empty when nothing of these."""
+    """Reason why the remote site refused the last hello, engage or clear_fault, or ended the last session, or why this
+    site refuses the remote one; empty without any."""
     _ended: str = ""
-    """Why the remote site ended the last session; empty once this one is engaged."""
+    """Reason why the remote site ended the last session; empty once this one is engaged."""
     _sequence: int = 0
-    """Of requests and heartbeats: it goes on across sessions, so that no old answer is taken for a new one."""
+    """Number of the last request or heartbeat; it continues across sessions, so that an old answer is recognized."""
     _motion_sequence: int = 0
     _expected: DeadReckoning = field(default_factory=DeadReckoning)
     """The remote site's estimate of the hand, as if no packet were lost."""
@@ -107,28 +107,28 @@ class SessionClient:
 
     @property
     def stopped(self) -> str:
-        """What came of the last emergency stop, at this site and at the remote one; empty while it is under way."""
+        """Outcome of the last emergency stop at both sites; empty while it is under way."""
         return self.stopping.outcome
 
     @property
     def calibrated(self) -> str:
-        """What the remote site's numbers rest on, in its own words; empty where it does not say."""
+        """The remote site's description of its calibration; empty if unknown."""
         return str(self.remote.get("calibrated", ""))[:LONGEST_DESCRIPTION]
 
     @property
     def spared(self) -> int:
-        """Motions that were not sent because nothing of them would have been felt."""
+        """Number of motions omitted because no change was perceptible."""
         return 0 if self.deadband is None else self.deadband.spared
 
     def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
-        """Take what came, ask for what is missing.
+        """Take the received packets, and send heartbeats and due requests.
 
         Args:
-            now_ns: this site's clock.
-            not_ready: why the site may not engage, such as a missing device; empty when it may.
-            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
+            now_ns: this site's clock, ns.
+            not_ready: reason why the site may not engage, such as a missing device; empty when it may.
+            unconfirmed: returns for each device why its outputs may not be off since a time, s.
         """
-        if now_ns < self._now_ns:  # the clock was set back: what was timed by it is timed anew
+        if now_ns < self._now_ns:  # the clock was set back: earlier times are invalid
             self._asked_ns.clear()
             self._beat_ns, self._heard_ns = _LONG_AGO_NS, now_ns
         self._now_ns = now_ns
@@ -151,7 +151,7 @@ class SessionClient:
             self._ask("hello", now_ns, {**self.capabilities, "role": self.role})
 
     def _keep_up(self, now_ns: int, not_ready: str) -> None:
-        """What a session needs: heartbeats, and the requests that are still to be answered."""
+        """Send heartbeats, and repeat the requests without an answer."""
         if now_ns - self._beat_ns >= _BEAT_NS:
             self._beat_ns = now_ns
             self._beat(now_ns)
@@ -174,7 +174,7 @@ class SessionClient:
             self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
 
     def _in_time(self) -> bool:
-        """Whether the clocks are known well enough to tell young packets from old ones."""
+        """Return whether the clock offset is known well enough to judge the age of packets."""
         uncertainty_ns = self.clock.uncertainty_ns
         if uncertainty_ns is None:
             return False
@@ -201,7 +201,7 @@ class SessionClient:
         if not self.session.ident:
             return None
         state = self.session.state
-        if state is LinkState.ENGAGED and not self._feels(now_ns):
+        if state is LinkState.ENGAGED and not self._touch_arrives(now_ns):
             state = LinkState.CONNECTED  # a hand without touch must not move anything
         floats = pack_hand(x_m, y_m, z_m)
         if self.deadband is not None:
@@ -217,34 +217,34 @@ class SessionClient:
         self.link.send_latest("motion", packet)
         return packet
 
-    def _feels(self, now_ns: int) -> bool:
-        """Whether touch comes in: without it the operator's hand is blind."""
+    def _touch_arrives(self, now_ns: int) -> bool:
+        """Return whether touch arrives, without which the operator moves blindly."""
         gap_ns = self.acceptance.gap_ns(now_ns)
         return gap_ns is not None and 0 <= gap_ns <= self.gap_s * 1e9
 
     def request(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
-        """Send a control request; its answer is taken by a later `step`."""
+        """Send a control request; a later `step` takes its answer."""
         self._sequence += 1
         packet = Request(self.session.ident, self._sequence, now_ns, verb, details).encode()
         if self.link.send("control", packet):
             self._asked = {**dict(list(self._asked.items())[-20:]), self._sequence: verb}
 
     def stop(self, now_ns: int) -> None:
-        """Emergency stop of both sites: latch here at once, and ask the remote site until it has answered."""
+        """Stop both sites in an emergency: latch here at once, and ask the remote site until it answers."""
         self.want_engaged = False
         self.stopping.begin(now_ns)
 
     def disengage(self, now_ns: int, why: str = "") -> None:
-        """Bring both sites to neutral; engaging again is asked for anew."""
+        """Bring both sites to neutral; engaging again needs a new request."""
         self.want_engaged = False
         self.session.disengage(why)
         self.request("disengage", now_ns, {})
 
     def clear(self, now_ns: int) -> None:
-        """Clear the latched fault of this site, and of the remote one where that may be done from here.
+        """Clear the latched fault of this site, and of the remote one if it allows that.
 
         Raises:
-            Refused: neither has a fault.
+            Refused: neither site has a fault.
         """
         if self.remote_fault:
             self.refusal = ""
@@ -254,11 +254,11 @@ class SessionClient:
         self.session.clear()
 
     def annotate(self, now_ns: int, text: str) -> None:
-        """Have the remote site note something in its recording."""
+        """Request a note in the remote site's recording."""
         self.request("annotate", now_ns, {"text": text})
 
     def goodbye(self, now_ns: int) -> None:
-        """Leave, so that the next operator need not wait for the silence. Of an observer nobody minds."""
+        """Leave, so that the next operator need not wait for a time-out; an observer only stops."""
         if self.session.ident and self.role == OPERATOR:
             self.request("goodbye", now_ns, {})
 
@@ -274,7 +274,7 @@ class SessionClient:
             self.request(verb, now_ns, details)
 
     def _within_rate(self, stream: str, now_ns: int) -> list[bytes]:
-        """What came on a request stream; of a remote site that sends far too much, a part."""
+        """Return the packets of a request stream within the rate limit."""
         packets = self.link.receive(stream)
         if not packets:
             return packets
@@ -297,7 +297,7 @@ class SessionClient:
             return
         verb = self._asked.pop(answer.sequence, "")
         if verb == "hello" and self.session.ident:
-            return  # an earlier one was granted: the remote site was slow to answer, and was asked again
+            return  # an earlier request was granted, and this one repeated it
         if verb in ("hello", "engage"):
             refusal = answer.refused or self._welcomed(verb, answer, now_ns)
             if refusal and refusal != self.refusal:
@@ -324,7 +324,7 @@ class SessionClient:
         self.remote_recording = recording
 
     def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
-        """Take a granted hello or engage; returns why this site will not have it, empty when it will."""
+        """Take a granted hello or engage; return why this site refuses it, empty when it accepts."""
         if verb == "hello":
             return self._begin(answer, now_ns) or self._ended
         if answer.session == self.session.ident and self.session.state is LinkState.CONNECTED:
@@ -363,7 +363,7 @@ class SessionClient:
 
     def _objection(self, remote: dict[str, Any]) -> str:
         if self.role == OBSERVER:
-            return misreading(remote)  # it drives nothing: fingers and rates do not matter
+            return misreading(remote)  # without outputs, fingers and rates do not matter
         found = remote.get("calibration")
         if self.calibration and found != self.calibration:
             return f"the remote site is calibrated with {found}, this site expects {self.calibration}"
@@ -404,7 +404,7 @@ class SessionClient:
             self.touch, self.touch_packet = touch, packet
 
     def _remote_let_go(self) -> bool:
-        """Whether a fresh touch says that the remote site is not engaged although this side is."""
+        """Return whether a fresh touch reports that the remote site is not engaged although this site is."""
         heard_ns = self.acceptance.last_ns
         if not self.session.engaged or self.touch is None or heard_ns is None:
             return False

@@ -1,4 +1,4 @@
-"""What the operator site needs of its session, whoever is at the other end of it: a remote site, or a scene."""
+"""Interface of the operator site to its session, with a remote site or with a scene at the other end."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -14,7 +14,7 @@ class SessionProtocol(SessionEnd, Protocol):
     """The operator site's end of the session. Time is an argument, ns of this site's monotonic clock."""
 
     want_engaged: bool
-    """Engage as soon as everything is ready. A fault ends the wish: engaging again is a deliberate act."""
+    """Whether to engage as soon as everything is ready; a fault clears it, because engaging is a deliberate act."""
 
     @property
     def touch(self) -> Touch | None:
@@ -22,49 +22,49 @@ class SessionProtocol(SessionEnd, Protocol):
 
     @property
     def touch_packet(self) -> bytes:
-        """Its bytes."""
+        """Bytes of the newest touch."""
 
     @property
     def clock(self) -> ClockOffset:
-        """The other end's clock against this site's."""
+        """Offset of the other end's clock."""
 
     @property
     def remote_fault(self) -> Fault | None:
-        """The fault that is latched at the other end."""
+        """The fault latched at the other end; None without one."""
 
     @property
     def remote_recording(self) -> str:
-        """Why the recording at the other end stopped; empty while it has not, or where that is not known."""
+        """Reason why the recording at the other end stopped; empty while it works or if unknown."""
 
     @property
     def refusal(self) -> str:
-        """Why the other end will not; empty when it does."""
+        """Reason of the other end's last refusal; empty without one."""
 
     @property
     def calibrated(self) -> str:
-        """What the numbers of the other end rest on, for people; empty where it does not say."""
+        """Calibration of the other end, for people; empty if unknown."""
 
     @property
     def spared(self) -> int:
-        """Motions that were not sent because nothing of them would have been felt."""
+        """Number of motions omitted because no change was perceptible."""
 
     def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed) -> None:
-        """Go on by one tick; see `SessionClient.step`."""
+        """Take one tick; see `SessionClient.step`."""
 
     def send_motion(self, now_ns: int, x_m: float, y_m: float, z_m: Sequence[float]) -> bytes | None:
         """Send the hand's place and the fingertips' heights (5,), m; return the packet, None where none was sent."""
 
     def stop(self, now_ns: int) -> None:
-        """Emergency stop: latch at once."""
+        """Stop in an emergency: latch at once."""
 
     def disengage(self, now_ns: int, why: str = "") -> None:
-        """Bring everything to neutral; engaging again is asked for anew."""
+        """Bring all outputs to neutral; engaging again needs a new request."""
 
     def clear(self, now_ns: int) -> None:
-        """Clear the latched fault; raises Refused when there is none."""
+        """Clear the latched fault; raises Refused without one."""
 
     def annotate(self, now_ns: int, text: str) -> None:
-        """Note something for the recording."""
+        """Note a text for the recording."""
 
     def goodbye(self, now_ns: int) -> None:
-        """Leave."""
+        """Leave the session."""

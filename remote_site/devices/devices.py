@@ -1,4 +1,4 @@
-"""All devices of the remote site behind one read and one write; the gate's output is all that is written."""
+"""Reads and writes all devices of the remote site. Only the gate's output is written."""
 
 import math
 
@@ -24,7 +24,7 @@ class RemoteDevices:
     """Opens every device in the background; reading and writing never block."""
 
     def __init__(self, config: RemoteConfig, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
-        """Open them, reached by `wiring`; `clock` is the one that `read` is given times of."""
+        """Open the devices through `wiring`; `clock` gives the times of `read`."""
         clock = HostClock() if clock is None else clock
         self.telemanipulator = Telemanipulator(config.telemanipulator, config.fingers, clock, wiring)
         self.texture = {
@@ -35,7 +35,7 @@ class RemoteDevices:
         }
         self.sensor_c = [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
-        """Last reading of each sensor plate (NaN where it was implausible), and when it came."""
+        """Last reading of each sensor plate, C, NaN where implausible, and its arrival time, s."""
         sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
         self._sensors = sensors
         self._lines = [sensor.line for sensor in sensors]
@@ -43,7 +43,7 @@ class RemoteDevices:
         self.tick = TickAge(clock, self._unread_s)
 
     def _unread_s(self) -> float:
-        """How long devices have taken for what waits to be read, s."""
+        """Return the time that devices took to send the unread data, s."""
         if not self._ready.look() and self.telemanipulator.line.drained:
             return 0.0
         return max(device.unread_s for device in (self.telemanipulator, *self._sensors))
@@ -53,7 +53,7 @@ class RemoteDevices:
         return self._lines
 
     def missing(self) -> str:
-        """What keeps the site from working; empty when all devices are there."""
+        """Return which device is missing and why; empty when none is."""
         if not self.telemanipulator.line.connected:
             return f"telemanipulator: {self.telemanipulator.line.problem or 'opening'}"
         for line in self._lines:
@@ -68,14 +68,14 @@ class RemoteDevices:
         return ""
 
     def problems(self) -> list[Exception]:
-        """Why devices are not there, for those that have failed at least once."""
+        """Return the reasons why devices are not open, of those that have failed at least once."""
         lines = [self.telemanipulator.line.problem, *(line.problem for line in self.lines())]
         return [problem for problem in lines if problem is not None]
 
     def read(self, t_s: float, hand: HandPlace | None = None) -> SensorFrame:
-        """Take what all devices said since the last call, while the fingers follow `hand`.
+        """Read all devices while the fingers follow `hand`.
 
-        `tick` counts a standstill of the host that they show; what was sensed is of a time after it.
+        `tick` counts a standstill of the host that their reports show; the frame's time is after it.
         """
         self.tick.begin(t_s)
         self._ready.look()
@@ -96,15 +96,15 @@ class RemoteDevices:
         measured = self.telemanipulator.read(t_s, stood_still=stood_still_s > 0.0)
         self.tick.stood_still(max(stood_still_s, self.telemanipulator.stood_still_s))
         t_s = self.tick.began_s
-        # An old force is no force: without it there is no contact, and nothing of the last one is rendered.
+        # An old force counts as none: no contact is known, and none is rendered.
         known = t_s - measured.oldest_s <= GAP_S
         force_n = measured.force_n if known else (0.0,) * len(FINGERS)
         return SensorFrame(t_s, measured.x_m, measured.y_m, measured.z_m, force_n, tuple(texture), tuple(plates), hand)
 
     def write(self, command: GatedCommand, sensed: SensorFrame) -> None:
-        """Send what the gate let through: set-points each tick, heater drives at each sensor's own rate.
+        """Send set-points each tick, and heater drives at each sensor's own rate.
 
-        Nothing of it is sent once the tick that has read the devices is too old.
+        Nothing is sent if the tick that read the devices is too old.
         """
         if command.ready and self.tick.in_time():
             self.telemanipulator.move(sensed.time_s, command.x_m, command.y_m, command.z_m, released=command.released)
@@ -113,14 +113,14 @@ class RemoteDevices:
                 sensor.heat(sensed.time_s, command.heater_drive[finger])
 
     def unconfirmed(self, since_s: float) -> dict[str, str]:
-        """Why each device is not certain to have its outputs off since `since_s`; empty where its report says so."""
+        """Return why each device's outputs may not be off since `since_s`, s; empty where its report says so."""
         found = {"telemanipulator": self.telemanipulator.unconfirmed(since_s)}
         for sensor in self.thermal.values():
             found[f"{sensor.line.finger} {sensor.line.kind.name.lower()}"] = sensor.unconfirmed(since_s)
         return found
 
     def faults(self) -> list[Fault]:
-        """What devices do that they must not, and what of them is broken; empty when all is well."""
+        """Return the faults of all devices."""
         found = [fault._replace(device=TELEMANIPULATOR) for fault in self.telemanipulator.faults(self.tick.began_s)]
         for finger, sensor in self.thermal.items():
             if not (sensor.cut_out or sensor.disobeys) or self.tick.began_s - sensor.measured_s > GAP_S:
@@ -132,12 +132,12 @@ class RemoteDevices:
         return found
 
     def figures(self) -> dict[str, object]:
-        """What the status file tells of each device."""
+        """Return the figures of each device for the status file."""
         found: dict[str, object] = {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
         return {"telemanipulator": self.telemanipulator.line.figures(), **found}
 
     def close(self) -> None:
-        """Close every device; their own time-outs bring them to rest."""
+        """Close every device; its own time-out turns its outputs off."""
         self.telemanipulator.line.close()
         for line in self.lines():
             line.close()

@@ -1,11 +1,11 @@
-"""Is a contact force to be believed? What a fingertip's force sensor says is held against what its servo does.
+"""Finds a faulty force sensor of a fingertip by comparing its reading with the deflection of the finger's servo.
 
-    frozen    under load not one count of noise for FROZEN_S
-    dead      always the same too, while the finger is held above every place that it was sent to lately
-    biased    it says that the finger is pressed, but the servo is not bent by it
+    frozen    the reading under load is constant for FROZEN_S
+    dead      the reading is constant while the finger is held above all recent set-points
+    biased    the reading shows a force, but the servo is not deflected
 
-A finger on a servo of known stiffness rests at its set-point and what the force bends the servo. While set-points move
-it is at a mean of the recent ones, so that it is compared with the highest and the lowest of these.
+A finger on a servo of known stiffness rests at its set-point plus the deflection by the force. While set-points move,
+it is at a mean of the recent ones. So it is compared with the highest and the lowest of these.
 """
 
 from common.faults.fault import Fault, FaultCode
@@ -13,22 +13,22 @@ from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
 from remote_site.safety.sliding_extrema import MEMORY_S, SlidingExtrema
 
 LOADED_N = 0.15
-"""Below it a sensor may stay at 0: its noise is cut off there."""
+"""Force below which a sensor may stay at 0, N, because its noise is cut off there."""
 FROZEN_S = 0.25
-"""The sensor's noise is about a count, so that at 500 Hz its reading changes many times in this."""
+"""Duration of a constant reading that is frozen, s; with noise of about a count it changes many times in this time."""
 HELD_M = 0.0008
-"""So far above its set-points a finger is held by something, with 0.8 N."""
+"""Distance above its set-points from which on a finger is held by an object, m; it is 0.8 N."""
 BIAS_N, BIAS_SHARE = 0.25, 0.25
-"""Force that must not be missing in the servo, and share of it by which the servo's stiffness may be another."""
+"""Force, N, that the servo's deflection may lack, and relative error of the servo's stiffness."""
 PERSIST_S = 0.10
-"""So long the servo must disagree: a finger that comes down hard swings for less."""
+"""Duration of the disagreement that is a fault, s; the swing after a hard touch is shorter."""
 
 
 class ForceSensorFault:
-    """Watches one finger: `step` for what was measured, `commanded` for each set-point.
+    """Watches one finger: `step` for each reading, `commanded` for each set-point.
 
     Attributes:
-        fault: what is wrong as of the last reading; None when nothing is.
+        fault: fault as of the last reading; None without one.
     """
 
     __slots__ = ("_following_s", "_force_n", "_same_s", "_set_m", "_t_s", "_wrong_s", "fault")
@@ -42,7 +42,7 @@ class ForceSensorFault:
         self._same_s = self._wrong_s = 0.0
 
     def commanded(self, t_s: float, set_m: float, released: bool) -> None:
-        """A set-point was sent, m; released, the finger goes by itself."""
+        """Take a set-point, m, sent at `t_s`, s; when released, the finger moves by itself."""
         self._t_s = t_s
         if released:
             self._following_s = None
@@ -51,12 +51,12 @@ class ForceSensorFault:
         self._set_m.add(t_s, set_m)
 
     def step(self, dt_s: float, force_n: float, height_m: float) -> Fault | None:
-        """Take a reading; returns what is wrong, None when nothing is.
+        """Take a reading; return the fault, None without one.
 
         Args:
-            dt_s: since the reading before, s; not above 0 where that is not known.
+            dt_s: time since the reading before, s; 0 or less where it is not known.
             force_n: contact force, N.
-            height_m: of the finger, m.
+            height_m: height of the finger, m.
         """
         passed_s = dt_s if 0.0 <= dt_s <= LONGEST_TICK_S else LONGEST_TICK_S if dt_s > 0.0 else 0.0
         if force_n == self._force_n:
@@ -73,7 +73,7 @@ class ForceSensorFault:
         return self.fault
 
     def _servo_disagrees(self, force_n: float, height_m: float, frozen: bool) -> Fault | None:
-        """Compare with the servo, once all set-points that still act were followed."""
+        """Compare with the servo once the finger has followed all set-points that still act."""
         if self._following_s is None or self._t_s - self._following_s < MEMORY_S:
             return None
         if frozen and (held_m := height_m - self._set_m.highest) > HELD_M:

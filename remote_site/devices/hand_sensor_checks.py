@@ -10,10 +10,10 @@ from remote_site.devices.stuck_encoder import StuckEncoder
 
 
 class HandSensorChecks:
-    """Takes each frame's readings and each set-point, and gives the places to act on."""
+    """Takes each frame's readings and each set-point, and returns the places to act on."""
 
     def __init__(self, fingers: Sequence[str] = FINGERS) -> None:
-        """Watch all encoders for jumps, and the rest of the fingers that take part."""
+        """Check all encoders for jumps, and the fingers that take part for stuck encoders and faulty force sensors."""
         self._pose, self._heights = EncoderGlitches(AXES, HAND_M_S), EncoderGlitches(FINGERS, FINGER_M_S)
         taking_part = [FINGERS.index(finger) for finger in fingers]
         self._held = [(finger, StuckEncoder()) for finger in taking_part]
@@ -26,21 +26,21 @@ class HandSensorChecks:
         self._set_m: Sequence[float] | None = None
 
     def pose(self, sent_s: float, x_m: float, y_m: float) -> tuple[float, float]:
-        """The pose to act on, m, for one that was on the bus at `sent_s`, s."""
+        """Return the pose to act on, m, from a pose that was on the bus at `sent_s`, s."""
         _, (x_m, y_m) = self._pose.step(sent_s, (x_m, y_m))
         return x_m, y_m
 
     def heights(self, sent_s: float, z_m: tuple[float, ...]) -> tuple[float, ...]:
-        """The heights to act on, (5,), m, for those that were on the bus at `sent_s`, s."""
+        """Return the heights to act on, (5,), m, from heights that were on the bus at `sent_s`, s."""
         _, believed_m = self._heights.step(sent_s, z_m)
         self._z_m = believed_m
         return believed_m
 
     def servos(self, sent_s: float, z_m: Sequence[float]) -> None:
-        """Hold the newest heights (5,), m, as they were read, against the set-points and forces that are in effect.
+        """Compare the newest heights (5,), m, as read, with the present set-points and forces.
 
-        Heights that waited to be read are left out: they followed other set-points. `sent_s` is when they were on the
-        bus, s.
+        Heights that waited to be read are omitted: they followed other set-points. `sent_s` is their time on the bus,
+        s.
         """
         dt_s, self._height_sent_s = sent_s - self._height_sent_s, sent_s
         force_n, set_m, found = self._force_n, self._set_m, []
@@ -50,7 +50,7 @@ class HandSensorChecks:
         self._held_faults = found
 
     def forces(self, sent_s: float, force_n: Sequence[float]) -> None:
-        """Contact forces (5,), N, that were on the bus at `sent_s`, s; heights come before them."""
+        """Take contact forces (5,), N, that were on the bus at `sent_s`, s; heights must arrive before."""
         dt_s, self._force_sent_s, self._force_n = sent_s - self._force_sent_s, sent_s, force_n
         z_m, found = self._z_m, []
         for finger, sensor in self._sensors if z_m else ():
@@ -59,12 +59,12 @@ class HandSensorChecks:
         self._sensor_faults = found
 
     def commanded(self, t_s: float, z_m: Sequence[float], released: bool) -> None:
-        """Set-points (5,), m, are sent at `t_s`, s; released, the fingers go by themselves."""
+        """Take set-points (5,), m, sent at `t_s`, s; when released, the fingers move by themselves."""
         self._set_m = None if released else z_m
         for finger, sensor in self._sensors:
             sensor.commanded(t_s, z_m[finger], released)
 
     @property
     def faults(self) -> list[Fault]:
-        """What is wrong with which; empty when all is well."""
+        """All faults as of the last frames."""
         return self._pose.faults + self._heights.faults + self._held_faults + self._sensor_faults

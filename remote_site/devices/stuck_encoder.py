@@ -1,27 +1,28 @@
-"""Is an encoder of the telemanipulator stuck, or the joint that it measures?
+"""Finds a stuck encoder of the telemanipulator, or a stuck joint.
 
-A finger on a servo of known stiffness goes where its set-point and the contact force take it. When that place has moved
-further than friction and an unknown stiffness explain, and the reading is the same to the count, one of the two is
-stuck. A joint that moves but not where it was sent is for `telemanipulator_follow`.
+A finger on a servo of known stiffness is where its set-point and the contact force move it. If that place has moved
+further than friction and an error of the stiffness explain, and the reading is the same count, encoder or joint is
+stuck. A joint that moves to a wrong place is a following error.
 """
 
 from common.faults.fault import Fault, FaultCode
 from remote_site.safety.servo import LONGEST_TICK_S, SERVO_N_M
 
 FRICTION_M = 0.08e-3
-"""A servo's dry friction may hold a finger against this, and set-points are rounded to 0.02 mm."""
+"""Distance that a servo's dry friction may hold, m; set-points are rounded to 0.02 mm."""
 STIFFNESS_SHARE = 0.25
-"""The servo's stiffness may be another by this."""
+"""Relative error of the servo's stiffness."""
 SETTLE_S = 0.05
-"""Place and force are smoothed with it, against noise and the servo's lag."""
+"""Time constant of the filter of place and force, s, against noise and the servo's lag."""
 PERSIST_S = 0.25
+"""Duration of the disagreement that is a fault, s."""
 
 
 class StuckEncoder:
     """Watches one finger; `step` for each reading.
 
     Attributes:
-        fault: what is wrong as of the last reading; None when nothing is.
+        fault: fault as of the last reading; None without one.
     """
 
     __slots__ = ("_bent_m", "_from", "_height_m", "_same_s", "_set_m", "_wrong_s", "fault")
@@ -34,16 +35,16 @@ class StuckEncoder:
         self._same_s = self._wrong_s = 0.0
 
     def step(self, dt_s: float, height_m: float, force_n: float, set_m: float | None) -> Fault | None:
-        """Take a reading; returns what is wrong, None when nothing is.
+        """Take a reading; return the fault, None without one.
 
         Args:
-            dt_s: since the reading before, s; not above 0 where that is not known.
-            height_m: of the finger, m, as it was read.
+            dt_s: time since the reading before, s; 0 or less where it is not known.
+            height_m: height of the finger as read, m.
             force_n: contact force, N.
-            set_m: set-point that it follows, m; None while it follows none.
+            set_m: set-point that the finger follows, m; None while it follows none.
         """
         if set_m is None or height_m != self._height_m:
-            # What it stood at before it was sent anywhere is no reading of a finger that follows.
+            # A reading before the first set-point is not of a finger that follows.
             self._height_m = None if set_m is None else height_m
             self._set_m, self._bent_m = set_m or 0.0, force_n / SERVO_N_M
             if self._same_s:

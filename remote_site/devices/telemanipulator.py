@@ -1,4 +1,4 @@
-"""Driver of the telemanipulator on CAN: set-points out, positions and contact forces in."""
+"""Drives the telemanipulator on CAN: sends set-points, reads positions and contact forces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _NEVER = float("-inf")
 
 @dataclass(slots=True)
 class Measured:
-    """Where the remote hand is and what its fingers feel; the newest of each frame, SI."""
+    """Place of the remote hand, m, and contact forces, N, each from the newest frame of its kind."""
 
     x_m: float = 0.0
     y_m: float = 0.0
@@ -33,19 +33,23 @@ class Measured:
 
     @property
     def oldest_s(self) -> float:
-        """When the part that was measured longest ago came in, s; -inf until all parts came once."""
+        """Arrival time of the oldest part, s; -inf until all parts have arrived."""
         return min(self.pose_s, self.heights_s, self.force_s)
 
 
 @dataclass(slots=True)
 class Following:
-    """What the telemanipulator reported last that it does."""
+    """Last report of the telemanipulator's state.
+
+    Attributes:
+        released: whether it is in its safe state: the hand stays, and fingers only rise.
+        hand_alive, heights_alive: whether set-points of each kind reach it.
+        reported_s: time of the report, s; -inf before the first.
+    """
 
     released: bool = False
-    """In its safe state: the hand stays, fingers only rise."""
     hand_alive: bool = False
     heights_alive: bool = False
-    """Whether set-points of each kind reach it."""
     reported_s: float = _NEVER
 
 
@@ -59,14 +63,14 @@ class Telemanipulator:
         clock: HostClock | None = None,
         wiring: Wiring = SYSTEM,
     ):
-        """Open the bus at `address` in the background; `fingers` take part, `clock` is that of `read`."""
+        """Open the bus at `address` in the background for these `fingers`; `clock` gives the times of `read`."""
         frames = ("HandPoseMeasured", "FingerHeightsMeasured", "ContactForces", "TelemanipulatorState")
         self.receivers = tuple(FrameReceiver(name) for name in frames)
         self.line = CanPort(address, self.receivers, sends=("HandSetpoint", "HeightSetpoint"), wiring=wiring)
         self.measured = Measured()
         self.following = Following()
         self.stood_still_s = 0.0
-        """For how long the host's clock stood still before the last `read`, as the count of frames shows, s."""
+        """Duration of a standstill of the host's clock before the last `read`, by the number of frames, s."""
         self._clock = HostClock() if clock is None else clock
         self._witness = Witness()
         self._fingers = fingers
@@ -78,7 +82,7 @@ class Telemanipulator:
         self._disobeys: Fault | None = None
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
-        """Take what came since the last call, stamped with `t_s`; after a standstill places are judged anew."""
+        """Take the frames since the last call at `t_s`, s; after a standstill, earlier places no longer count."""
         came = self.line.poll()
         self.stood_still_s = self._witness.frames(
             self._clock.now_s(), self.receivers[0].taken, drained=self.line.drained
@@ -86,7 +90,7 @@ class Telemanipulator:
         if stood_still or self.stood_still_s > 0.0:
             self._watched = HandSensorChecks(self._fingers)
         measured, watched = self.measured, self._watched
-        # Each frame counts: an encoder that jumps now and again is found by a late site, too.
+        # Each frame counts, so that a late site also finds an encoder that jumps from time to time.
         for sent_s, (x_mm, y_mm) in came.get("HandPoseMeasured", ()):
             measured.x_m, measured.y_m = watched.pose(sent_s, x_mm / _MM, y_mm / _MM)
             measured.pose_s = t_s
@@ -110,11 +114,11 @@ class Telemanipulator:
 
     @property
     def unread_s(self) -> float:
-        """How long the telemanipulator has taken for the frames that wait to be read, s."""
+        """Time that the telemanipulator took to send the unread frames, s."""
         return self.line.unread("HandPoseMeasured") * FRAME_S
 
     def faults(self, t_s: float) -> list[Fault]:
-        """What is wrong on its bus and with its sensors, as of `t_s`; empty when all is well, or when it is away."""
+        """Return the faults of bus, drives and sensors at `t_s`, s; without reports, of the bus alone."""
         found = [self.line.fault] if self.line.fault else []
         here = self.line.connected and t_s - self.measured.oldest_s <= GAP_S
         if self._disobeys and t_s - self.following.reported_s <= GAP_S:
@@ -125,7 +129,7 @@ class Telemanipulator:
         return found + ([unreported] if unreported else []) + self._watched.faults
 
     def unconfirmed(self, since_s: float) -> str:
-        """Why it is not certain that it is released; empty when the last report, after `since_s`, says so."""
+        """Return why it may not be released; empty when a report after `since_s`, s, says that it is."""
         if not self.line.connected:
             return "not connected"
         if not self.following.reported_s > since_s:

@@ -1,9 +1,8 @@
-"""The patient-side gate: the last thing before the telemanipulator and the thermal sensors' heaters.
+"""The patient-side gate: limits every command to the telemanipulator and the thermal sensors' heaters.
 
-A warm plate and a robot touch a person here. Whatever is asked for, set-points stay in range and in speed, a finger
-that presses too hard is taken back, a silent operator means stop and then retreat, no plate is heated on skin, and a
-telemanipulator that does not obey is a fault. Pure: numbers and a time in, numbers out. A fault latches; only
-`clear_fault` ends it.
+A warm plate and a robot touch a person here. For any input, set-points stay within range and speed, and a finger that
+presses too hard rises. A silent operator causes a stop, then a retreat. No plate is heated on skin. A telemanipulator
+that does not obey is a fault. Pure: numbers and a time in, numbers out. A fault latches; only `clear_fault` ends it.
 """
 
 import math
@@ -32,10 +31,10 @@ _ALL = (True,) * len(FINGERS)
 
 
 class PatientGate:
-    """Keeps set-points, doses and the time of the last good motion."""
+    """Keeps set-points, doses and the latched fault."""
 
     def __init__(self, contact_force_n: float = CONTACT_FORCE_N) -> None:
-        """A gate with its own force limit, at most the table's.
+        """Use a force limit, at most CONTACT_FORCE_N.
 
         Raises:
             ValueError: the limit is not in 0..5 N.
@@ -56,12 +55,12 @@ class PatientGate:
 
     @property
     def fault(self) -> Fault | None:
-        """The latched fault, if any."""
+        """The latched fault; None without one."""
         return self._fault
 
     @property
     def left_mj(self) -> list[float]:
-        """Work that each finger has left in what it touches, beyond what may be left lastingly, mJ."""
+        """Work that each finger has left in the touched object beyond the permitted permanent power, mJ."""
         return [1e3 * finger.left.left_j for finger in self._fingers]
 
     def trip(self, fault: Fault) -> None:
@@ -78,7 +77,7 @@ class PatientGate:
         self._fault = self._fault or fault
 
     def clear_fault(self) -> None:
-        """End a latched fault: a deliberate act of a person. Doses are not forgotten."""
+        """End a latched fault, by a deliberate act of a person. Doses are kept."""
         self._fault = None
         self._follow = FollowingError()
         self._named.clear()
@@ -109,15 +108,15 @@ class PatientGate:
         Args:
             t_s: time on a steady clock, s.
             engaged: whether both sites agree that outputs may act.
-            motion_age_s: since the last accepted motion packet, s.
-            wanted_x_m, wanted_y_m, wanted_z_m: where the operator's hand and five fingertips are.
-            measured_x_m, measured_y_m, measured_z_m: where the telemanipulator is.
+            motion_age_s: time since the last accepted motion packet, s.
+            wanted_x_m, wanted_y_m, wanted_z_m: place of the operator's hand, and heights of five fingertips, m.
+            measured_x_m, measured_y_m, measured_z_m: place of the telemanipulator, m.
             force_n: contact force of each finger, N.
             force_age_s: age of the telemanipulator's measurements, s; infinite before the first.
             heater_drive: wanted drive of each sensor's heater, -1..1, positive heats.
             sensor_c: last reading of each sensor plate, C; NaN where it is implausible.
-            sensor_age_s: age of each reading, s; infinite: a finger without a sensor, which takes no part.
-            in_contact: whether each finger is known to touch.
+            sensor_age_s: age of each reading, s; infinite for a finger without a sensor, which takes no part.
+            in_contact: whether each finger touches an object.
         """
         dt_s = self._elapsed(t_s)
         self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
@@ -181,7 +180,7 @@ class PatientGate:
         force_n: Sequence[float],
         sensor_age_s: Sequence[float],
     ) -> bool:
-        """Whether it is known where the telemanipulator is and how hard it presses; and does it obey?"""
+        """Return whether place and forces are known; trip when the telemanipulator does not obey."""
         fresh = 0.0 <= age_s <= GAP_S
         if fresh and math.isfinite(sum(measured) + sum(force_n)):
             # A finger without a sensor takes no part.
@@ -192,7 +191,7 @@ class PatientGate:
             return True
         if fresh:
             self.trip(Fault(FaultCode.MEASUREMENT_NOT_FINITE, device=TELEMANIPULATOR))
-        self._follow = FollowingError()  # what was out of sight may stand anywhere
+        self._follow = FollowingError()  # after a gap the hand may be anywhere
         return False
 
     def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:
@@ -203,7 +202,7 @@ class PatientGate:
                 self.trip(wrong._replace(where=name))
 
     def _start_from(self, measured: tuple[float, ...]) -> None:
-        """Set-points begin where the hand is, not where it was last sent: it may have stopped by itself meanwhile."""
+        """Start the set-points at the measured place, because the telemanipulator may have stopped by itself."""
         self._ready = True
         x_m, y_m, *heights_m = measured
         self._plane.let_go(x_m, y_m)
@@ -211,7 +210,7 @@ class PatientGate:
             finger.let_go(z_m)
 
     def _heat(self, heater: HeaterLimits, allowed: bool, wanted: float, sensor_c: float) -> tuple[float, int]:
-        """A heater's drive, -1..1, and `Limit` bits of what acted."""
+        """Return a heater's drive, -1..1, and `Limit` bits of what acted."""
         acted = 0
         if heater.repeated.needs_test:
             acted = HEATER_TEST

@@ -1,4 +1,4 @@
-"""What a person at the patient's side may ask for."""
+"""Carries out the requests of a person at the remote site."""
 
 from typing import Any
 
@@ -10,17 +10,17 @@ from remote_site.session.session_server import SessionServer
 def answer_desk(
     server: SessionServer, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
 ) -> dict[str, Any]:
-    """Carry out what was asked; returns how the session is then.
+    """Carry out a request; return the state of the session afterwards.
 
     Args:
         server: this site's end of the session.
-        now_ns: this site's clock.
-        not_ready: the gate's fault, or else what is missing; empty when the site may engage.
-        verb: what is asked for.
-        details: what goes with it; nothing here needs any.
+        now_ns: this site's clock, ns.
+        not_ready: the gate's fault, or the missing device; empty when the site may engage.
+        verb: verb of the request.
+        details: its arguments; no request here uses any.
 
     Raises:
-        Refused: it cannot be done now, or not here.
+        Refused: the request is not allowed now, or not at this site.
     """
     match verb:
         case "status":

@@ -1,4 +1,4 @@
-"""The remote site's end of the session: requests, heartbeat, observers, and which motion may be acted on."""
+"""The remote site's end of the session: requests, heartbeats, observers, and accepted motion."""
 
 import logging
 import secrets
@@ -29,20 +29,20 @@ from remote_site.session.operator_connections import OperatorConnections
 log = logging.getLogger(__name__)
 
 SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
-"""No heartbeat for this long ends the session: another operator may come, and this one says hello again."""
+"""Time without a heartbeat that ends the session, ns; then another operator may connect."""
 SETTLED_NS = 1_500_000_000
-"""So long the operator's site may say that it is not: it may not have heard of it yet, or be blind for a moment."""
+"""Grace period in which the operator's site may still report disengaged, ns: our message may be in flight."""
 PACKETS_PER_S = 40.0
+"""Maximum rate of one key's requests, or heartbeats, 1/s; a site sends at most 20 heartbeats and 10 requests."""
 PACKETS_AT_ONCE = 80
-"""Requests, or heartbeats, of one key: a site sends 20 heartbeats and 10 requests a second at most. After a pause of
-the network they come at once."""
+"""Maximum burst of one key's requests, or heartbeats, after a pause of the network."""
 EXPELLED_S = 10.0
-"""After its connection was ended, a key is not let in at that stream for this time, s. The operator's always is."""
+"""Time for which a key is refused at a stream after its connection was ended, s; the operator's key never is."""
 
 
 @dataclass(slots=True)
 class SessionServer:
-    """Serves one operator at a time, and observers beside. Time is an argument, ns of this site's monotonic clock."""
+    """Serves one operator at a time, and any observers. Time is an argument, ns of this site's monotonic clock."""
 
     link: RemoteSide
     capabilities: dict[str, Any]
@@ -58,15 +58,15 @@ class SessionServer:
     damaged: Counter[str] = field(default_factory=Counter)
     stopping: EmergencyStop = field(default_factory=EmergencyStop)
     stopped: str = ""
-    """What came of the last emergency stop; empty while it is under way, or when there was none."""
+    """Outcome of the last emergency stop; empty while it is under way, or without one."""
     observers: dict[str, int] = field(default_factory=dict)
-    """Keys of those who look on, and when each was last heard."""
+    """Keys of the observers, with the time of the last packet, ns."""
     recording_stopped: Callable[[], str] = str
-    """Why this site's recording stopped; empty while it has not."""
+    """Returns why this site's recording stopped; empty while it works."""
     contain: Containment = field(default_factory=Containment)
-    """Counts what requests raise."""
+    """Counts exceptions of requests."""
     expelled: Counter[str] = field(default_factory=Counter)
-    """Connections that were ended, by stream."""
+    """Number of ended connections by stream."""
     _connections: OperatorConnections = field(init=False)
     _rates: RateLimiters[tuple[str, str, bool]] = field(init=False)
     _ended: RateLimiters[tuple[str, str, int]] = field(default_factory=lambda: RateLimiters(1.0, 1))
@@ -76,11 +76,11 @@ class SessionServer:
     _heard_ns: int = 0
     _asked: int = -1
     """Sequence of the operator's last request in this session."""
-    _unheard: bool = False
-    """The operator has not beaten in this session yet: it may not have heard of it."""
+    _awaits_beat: bool = False
+    """Whether the operator has sent no heartbeat in this session yet, so that it may not know of it."""
     _now_ns: int = 0
     _agreed_ns: int = 0
-    """When both sites last said that they are engaged, or this one was asked to be."""
+    """Time when both sites last were engaged, or this one was asked to engage, ns."""
     _offset_ns: int = 0
     _uncertainty_ns: int | None = None
     _stop_asked: list[tuple[bytes, int]] = field(default_factory=list)
@@ -91,12 +91,12 @@ class SessionServer:
         self._rates = RateLimiters(PACKETS_PER_S, PACKETS_AT_ONCE)
 
     def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed = lambda _: {}) -> None:
-        """Answer what came and take the newest motion.
+        """Answer requests and heartbeats, and take the newest motion.
 
         Args:
-            now_ns: this site's clock.
-            not_ready: why the site may not engage, such as a missing device; empty when it may.
-            unconfirmed: why a device is not certain to have had its outputs off since a time, s.
+            now_ns: this site's clock, ns.
+            not_ready: reason why the site may not engage, such as a missing device; empty when it may.
+            unconfirmed: returns for each device why its outputs may not be off since a time, s.
         """
         if now_ns < self._now_ns:
             self._heard_ns = min(self._heard_ns, now_ns)  # the clock was set back
@@ -141,11 +141,11 @@ class SessionServer:
         return self._hand.at((self.motion.time_ns + gap_ns) * 1e-9)
 
     def stop(self, now_ns: int, *, here: bool) -> None:
-        """Emergency stop: latch at once, and wait for the devices to confirm.
+        """Stop in an emergency: latch at once, and wait for the devices to confirm.
 
         Args:
-            now_ns: this site's clock.
-            here: whether a person at this site asks for it; only one at this site may clear it then.
+            now_ns: this site's clock, ns.
+            here: whether a person at this site requests it; then only a person at this site may clear it.
         """
         self.stopped = ""
         code = FaultCode.REMOTE_STOP if here else FaultCode.OPERATOR_STOP
@@ -153,14 +153,14 @@ class SessionServer:
         self.stopping.ask(now_ns)
 
     def cut(self, keys: set[str]) -> None:
-        """These keys were revoked: whose they are is part of nothing any more."""
+        """End the session, or the observation, of the owners of revoked keys."""
         if self.operator in keys:
             self._end("the operator's key was revoked")
         for key in keys:
             self.observers.pop(key, None)
 
     def take_notes(self) -> list[str]:
-        """What the operator noted since the last call."""
+        """Return the operator's notes since the last call."""
         notes, self._notes = self._notes, []
         return notes
 
@@ -170,7 +170,7 @@ class SessionServer:
         self._connections.end()
 
     def _within_rate(self, stream: str, sender: Sender, packet: bytes, now_ns: int) -> bool:
-        """Whether a key sends no more than it may; otherwise its connection is ended, and a stop still counts."""
+        """Return whether a key keeps its rate limit; otherwise end its connection, but still accept a stop."""
         operators = sender.key == self.operator
         own = operators and self._connections.own(stream, sender, now_ns)
         if self._rates.allows((stream, sender.key, own), now_ns * 1e-9):
@@ -181,13 +181,13 @@ class SessionServer:
     def _expel(self, stream: str, sender: Sender, now_ns: int, why: str) -> None:
         """End a connection; the operator's key may connect again at once."""
         if not self._ended.allows((stream, sender.key, sender.connection), now_ns * 1e-9):
-            return  # what was read of it before it ended
+            return  # a packet that was read before the connection ended
         self.expelled[stream] += 1
         self._log(sender.key, now_ns, f"ended a connection to {stream}: {why}")
         self.link.expel(stream, sender, 0.0 if sender.key == self.operator else EXPELLED_S)
 
     def _log(self, key: str, now_ns: int, text: str) -> None:
-        """Log what came of a key, unless there was much of it before."""
+        """Log a text about a key, within a rate limit."""
         if self._lines_of_log.allows(key, now_ns * 1e-9):
             log.warning("%s: %s", fingerprint(key), text)
 
@@ -205,7 +205,7 @@ class SessionServer:
         if motion.session == self.session.ident and not self._connections.own("motion", sender, now_ns):
             self.acceptance.refused["connection"] += 1
             return
-        # What the operator found is (remote - operator); a motion packet's sender is the operator.
+        # The operator estimates (remote - operator); the sender of a motion is the operator.
         offset_ns = -self._offset_ns
         if self.acceptance.accept(motion, self.session.ident, now_ns, offset_ns, self._uncertainty_ns):
             self.motion = motion
@@ -216,7 +216,7 @@ class SessionServer:
                 self._expel("motion", second, now_ns, "the operator's key sends motion on another connection already")
 
     def _motion_refused(self, now_ns: int) -> str:
-        """Why motion is refused for good although the operator is heard; empty when it is accepted."""
+        """Return why motion has been refused permanently despite heartbeats; empty when it is accepted."""
         why = self.acceptance.latest_refusal
         if not why or not self.session.engaged:
             return ""
@@ -226,7 +226,7 @@ class SessionServer:
         return f"motion has been refused for {SESSION_SILENCE_S:g} s: {why}"
 
     def _operator_let_go(self) -> bool:
-        """Whether the operator's site has said for a while that it is not engaged although this one is."""
+        """Return whether the operator's site reports disengaged for longer than the grace period."""
         motion, heard_ns = self.motion, self.acceptance.last_ns
         if motion is None or heard_ns is None or not self.session.engaged:
             return False
@@ -245,7 +245,7 @@ class SessionServer:
         if sender.key == self.operator:
             if not self._connections.own("heartbeat", sender, now_ns):
                 return
-            self._heard_ns, self._unheard = now_ns, False
+            self._heard_ns, self._awaits_beat = now_ns, False
             self._offset_ns, self._uncertainty_ns = beat.offset_ns, beat.uncertainty_ns or None
         elif sender.key in self.observers:
             self.observers[sender.key] = now_ns
@@ -266,7 +266,7 @@ class SessionServer:
         try:
             request = Request.decode(packet)
         except WrongVersion as error:
-            # The far side cannot read this version either, but it reads from it which one this is.
+            # The far side cannot decode the answer either, but finds this site's version in it.
             self._count_damaged("control", error)
             self._answer(sender.who, 0, now_ns, f"this site speaks schema version {SCHEMA_VERSION}")
             return
@@ -302,8 +302,8 @@ class SessionServer:
         self.stopped = str(confirmation)
         self.session.note("estop", str(confirmation))
         for who, sequence in self._stop_asked:
-            told = {"after_s": confirmation.after_s, "unconfirmed": confirmation.unconfirmed}
-            self._answer(who, sequence, now_ns, "", told)
+            details = {"after_s": confirmation.after_s, "unconfirmed": confirmation.unconfirmed}
+            self._answer(who, sequence, now_ns, "", details)
         self._stop_asked.clear()
 
     def _do(self, request: Request, sender: Sender, now_ns: int, not_ready: str) -> dict[str, Any]:
@@ -312,10 +312,10 @@ class SessionServer:
             observes = request.details.get("role") == OBSERVER
             return self._observe(sender.key, now_ns) if observes else self._hello(request, sender, now_ns)
         if request.verb == "status":
-            told = {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
-            return {**told, "recording": self.recording_stopped()[:LONGEST_REFUSAL]}
+            status = {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
+            return {**status, "recording": self.recording_stopped()[:LONGEST_REFUSAL]}
         self._check(request, sender.key)
-        if request.verb == "estop":  # whatever its sequence and connection
+        if request.verb == "estop":  # accepted with any sequence and connection
             self.stop(now_ns, here=False)
             return {}
         if not self._connections.own("control", sender, now_ns):
@@ -342,7 +342,7 @@ class SessionServer:
         return details
 
     def _check(self, request: Request, key: str) -> None:
-        """Raise Refused where a request is not one of the session's operator."""
+        """Raise Refused unless the request is of the session's operator."""
         if request.session != self.session.ident or not self.session.ident:
             raise Refused("that is not the present session: say hello first")
         if key != self.operator:
@@ -351,7 +351,7 @@ class SessionServer:
             raise Refused("that is for the desk of the operator's own site")
 
     def _agree_on_age(self, request: Request) -> float:
-        """The stricter of both sites' limits holds for both."""
+        """Return the stricter of both sites' limits on the age of packets, s, which holds for both."""
         theirs = request.details.get("max_age_s", self.max_age_s)
         if not isinstance(theirs, float) or not 0.0 < theirs <= AGE_MAX_S:
             raise Refused(f"max_age_s must be above 0 and at most {AGE_MAX_S:g} s")
@@ -371,14 +371,14 @@ class SessionServer:
         key = sender.key
         if not self.link.may_operate(key):
             raise Refused("this key is trusted as an observer's only")
-        if self.session.ident and not (key == self.operator and self._unheard):
+        if self.session.ident and not (key == self.operator and self._awaits_beat):
             raise Refused("another operator is connected: one operator per remote site")
         problem = disagreement(self.capabilities, request.details, self.gap_s)
         if problem:
             raise Refused(problem)
-        if self.session.ident:  # asked again before the answer was there: it is the same session
+        if self.session.ident:  # repeated before the answer arrived: the same session
             return {"session": self.session.ident, **self.capabilities}
-        self.operator, self._unheard, self._asked = key, True, request.sequence
+        self.operator, self._awaits_beat, self._asked = key, True, request.sequence
         self._connections.begin(sender, now_ns)
         self.link.forgive(key)
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")

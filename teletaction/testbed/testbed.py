@@ -197,7 +197,7 @@ class Testbed:
             now_ns = self.operator_host.now_ns()
             self.operator.tick(now_ns)
             if self._figures.due(now_s):
-                self.operator.tell(now_ns, self.operator.figures())
+                self.operator.publish(now_ns, self.operator.figures())
         for step in [*self.beside]:
             step()
 

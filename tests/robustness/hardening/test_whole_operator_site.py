@@ -255,7 +255,7 @@ class OperatorAgainstRemote(RuleBasedStateMachine):
     @rule()
     def status(self) -> None:
         """The status file and the console are told."""
-        self.site.tell(self.now_ns, self.site.figures())
+        self.site.publish(self.now_ns, self.site.figures())
 
     @invariant()
     def nothing_is_contained(self) -> None:

@@ -1,4 +1,4 @@
-"""What a CAN controller reports of itself is named, and its state follows."""
+"""Each error of a CAN controller has a name, and its state follows the reports."""
 
 import pytest
 

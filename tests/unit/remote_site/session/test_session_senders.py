@@ -1,4 +1,4 @@
-"""Who is heard by the remote site's session: the operator's own connections, and others within their rate."""
+"""The remote site's session accepts the operator's own connections, and others within their rate."""
 
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -61,7 +61,7 @@ class Link:
 
 
 class Remote:
-    """A session server, its honest operator, and whoever else the test lets speak."""
+    """A session server, its honest operator, and further senders of the test."""
 
     def __init__(self) -> None:
         self.link = Link()
