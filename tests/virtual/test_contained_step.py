@@ -24,12 +24,12 @@ PLACES: dict[str, Callable[[VirtualSession], tuple[object, str]]] = {
     "operator gate": lambda session: (session.operator.rendering._gate, "_forces"),
     "operator write": lambda session: (session.operator._devices, "write"),
     "remote read": lambda session: (session.remote._devices, "read"),
-    "remote session": lambda session: (session.remote.server.link, "motions"),
+    "remote session": lambda session: (session.remote.server.link, "newest_of_each"),
     "remote identify": lambda session: (session.remote.perception, "_share"),
     "remote heat": lambda session: (session.remote.heating, "step"),
     "remote gate": lambda session: (session.remote.gate, "_watch_forces"),
     "remote write": lambda session: (session.remote._devices, "write"),
-    "remote follow": lambda session: (session.remote, "_place"),
+    "remote follow": lambda session: (session.remote, "_places"),
     "remote touch": lambda session: (session.remote.perception, "packet"),
 }
 """Step and what of it is made to raise."""
