@@ -5,7 +5,7 @@ All socket options are set before bind and connect; later they have no effect.
 
 import contextlib
 import select
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import zmq
 
@@ -179,6 +179,12 @@ class CurveSockets:
     def close(self) -> None:
         """Close all sockets at once; drop unsent packets."""
         self._context.destroy(linger=0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send on a latest-only stream, replacing an unsent older packet; does nothing where the far side refused us.

@@ -6,7 +6,6 @@ that its role may use.
 
 import contextlib
 import itertools
-from types import TracebackType
 from typing import Any
 
 import zmq
@@ -177,14 +176,6 @@ class RemoteLink(CurveSockets):
         self._authenticator.close()
         super().close()
 
-    def __enter__(self) -> "RemoteLink":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
 
 class OperatorLink(CurveSockets):
     """The side that connects when the remote site is there: an operator or an observer."""
@@ -265,11 +256,3 @@ class OperatorLink(CurveSockets):
         self._resolver.close()
         self._disconnect(_LAST_REQUEST_MS)
         self._context.term()
-
-    def __enter__(self) -> "OperatorLink":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -6,8 +6,7 @@ owner of the site's secret key is admitted, because that user may also run the s
 
 import time
 from collections.abc import Callable
-from types import TracebackType
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import zmq
 
@@ -91,12 +90,10 @@ class LocalControlSocket:
         self._authenticator.close()
         self._context.destroy(linger=0)
 
-    def __enter__(self) -> "LocalControlSocket":
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -195,7 +195,6 @@ def _codes_agree(codes: Sequence[float]) -> bool:
 
 
 MOTION_BLOCK = FingerBlock(_ranges(MotionRow))
-MOTION_FIELDS = MotionRow._fields
 TOUCH_RANGES = _ranges(TouchRow)
 TOUCH_FIELDS = TouchRow._fields
 TOUCH_COLUMN = {name: column for column, name in enumerate(TOUCH_FIELDS)}
@@ -203,8 +202,8 @@ TOUCH_BLOCK = FingerBlock(
     TOUCH_RANGES, codes=("mode", "contact", "thermal_status", "thermal_reason"), agree=_codes_agree
 )
 TOUCH_LOW, TOUCH_HIGH = TOUCH_BLOCK.low, TOUCH_BLOCK.high
-_MOTION_ROW, _TOUCH_ROW = (struct.Struct(f"<{len(fields)}f") for fields in (MOTION_FIELDS, TOUCH_FIELDS))
-_MOTION_ROWS, _TOUCH_ROWS = (struct.Struct(f"<{N * len(fields)}f") for fields in (MOTION_FIELDS, TOUCH_FIELDS))
+_MOTION_ROW, _TOUCH_ROW = (struct.Struct(f"<{len(fields)}f") for fields in (MotionRow._fields, TOUCH_FIELDS))
+_MOTION_ROWS, _TOUCH_ROWS = (struct.Struct(f"<{N * len(fields)}f") for fields in (MotionRow._fields, TOUCH_FIELDS))
 
 
 def pack_rows(rows: Iterable[TouchRow]) -> bytes:

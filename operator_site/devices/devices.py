@@ -43,10 +43,9 @@ class OperatorDevices:
         """Return which device is missing and why; empty when none is."""
         if why := self._no_exoskeleton():
             return f"exoskeleton: {why}"
-        now_s = self.tick.began_s
         for module in self.tacttips.values():
-            if not (now_s - module.measured_s <= GAP_S and module.line.connected):
-                return f"{module.name}: {self._no_module(module)}"
+            if why := self._no_module(module):
+                return f"{module.name}: {why}"
         return ""
 
     def _no_exoskeleton(self) -> str:

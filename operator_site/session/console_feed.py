@@ -5,8 +5,7 @@ that is slow, asleep or gone loses messages and delays no other, because a publi
 """
 
 from collections.abc import Iterator
-from types import TracebackType
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 import msgpack
 import zmq
@@ -99,12 +98,10 @@ class ConsoleFeedSocket:
         self._authenticator.close()
         self._context.destroy(linger=0)
 
-    def __enter__(self) -> "ConsoleFeedSocket":
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
