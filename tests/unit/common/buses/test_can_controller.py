@@ -1,4 +1,4 @@
-"""Each error of a CAN controller has a name, and its state follows the reports."""
+"""What a CAN controller reports of itself is named, and its state follows."""
 
 import pytest
 

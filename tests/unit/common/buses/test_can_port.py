@@ -1,4 +1,4 @@
-"""A CAN port reports a bus that is off or on again, and damaged frames, over python-can's virtual bus."""
+"""What a CAN line says of its bus: off, on again, and what comes over it damaged. Over python-can's virtual bus."""
 
 import errno
 import logging

@@ -107,7 +107,7 @@ def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told()
 
 
 def test_a_site_that_stood_still_between_two_reads_doubts_nobody() -> None:
-    """Both reads are of reports that waited; only the first was late, and it is outdated."""
+    """Both reads are of reports that waited; only the first was late, and what it told is long over."""
     obeys = DriveMonitor(FaultCode.MOTOR_UNASKED)
     obeys.commanded(0.0, 836)
     for tick in range(100):

@@ -52,7 +52,7 @@ def test_a_jump_that_stays_is_a_fault_before_it_is_acted_on(jump_m: float) -> No
     assert index.read(jump_m) == jump_m
     assert list(map(fault_text, index.faults)) == [f"index: encoder jumped by {abs(jump_m) * 1e3:.1f} mm"]
     assert index.read(jump_m) == jump_m
-    assert index.faults == []  # the new place is believed: the gate has latched the fault
+    assert index.faults == []  # it begins anew from there: the gate has latched it
 
 
 @given(some_jump_m, st.integers(2, 100))

@@ -219,7 +219,7 @@ def test_what_is_no_gateway_or_has_no_such_bus_is_absent_by_name(words: tuple[by
 
 
 def test_a_far_side_that_loses_its_power_ends_the_connection_within_seconds(bus: GatewayBus) -> None:
-    # Power cannot be cut here, so the options of the socket are checked.
+    # Power cannot be cut here: what the system was told is what can be seen.
     connection = bus._connection
     assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
     if hasattr(socket, "TCP_USER_TIMEOUT"):

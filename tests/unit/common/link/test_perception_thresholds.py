@@ -1,4 +1,4 @@
-"""A touch is sent when a column differs by its threshold, or a name, an event or a state is new."""
+"""What is news in a touch, and what is not: each column by its own step, and words, events and states at once."""
 
 import numpy as np
 import pytest

@@ -15,7 +15,7 @@ HOT = Fault(FaultCode.PLATE_TOO_HOT, "index", value=43.0, limit=42.0)
 
 
 class Sessions(RuleBasedStateMachine):
-    """In any order of events: never engaged without a far side or with a fault, and every change is noted."""
+    """Whatever happens in whatever order: never engaged without a far side or with a fault, and everything is told."""
 
     def __init__(self) -> None:
         super().__init__()

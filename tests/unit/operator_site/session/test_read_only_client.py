@@ -127,7 +127,7 @@ class Session:
 
 @pytest.fixture
 def session(keys: Keys, base_port: int) -> Iterator[Session]:
-    """A key that is a stranger elsewhere is trusted as an observer here."""
+    """Whoever is a stranger elsewhere is trusted as an observer here."""
     TrustedKeys(keys.remote).trust("student", load_keys(keys.stranger).public, Role.OBSERVER)
     made = Session(keys, base_port)
     yield made
@@ -230,7 +230,7 @@ def test_an_observers_key_is_refused_where_only_an_operator_may_be(
 
 
 def test_cutting_off_an_observer_closes_the_door_for_a_moment_only(session: Session, keys: Keys) -> None:
-    """The operator's own heartbeats and requests come through the sockets that are bound again."""
+    """The operator's own heartbeats and requests come through the sockets that are bound anew."""
     session.until(session.engaged)
     ident = session.server.session.ident
     trusted, student = TrustedKeys(keys.remote), load_keys(keys.stranger).public

@@ -34,7 +34,7 @@ def test_an_emergency_stop_is_over_when_both_sites_have_said_how_it_went(pair: P
     happenings = [happening.text for happening in pair.client.session.take_happenings() if happening.what == "estop"]
     assert happenings == [HERE, THERE]
     pair.stop()
-    assert pair.client.stopped == "", "a second stop needs a new confirmation"
+    assert pair.client.stopped == "", "a second stop is confirmed anew"
     pair.run(200)
     pair.answer("estop", after_s=0.034, unconfirmed="")
     assert pair.client.stopped == f"{HERE}; remote site: stopped, confirmed by every device after 34 ms"

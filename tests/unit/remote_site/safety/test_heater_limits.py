@@ -111,7 +111,7 @@ def test_drive_that_holds_a_temperature_needs_no_answer_and_makes_up_for_more() 
 
 
 def test_a_demanded_test_is_not_demanded_again_without_further_drive() -> None:
-    """Each demand starts a new test: a heater that answers again must complete it."""
+    """Each demand begins a test anew: a heater that answers again must come to its end."""
     plate = Plate()
     plate.step(33.0)
     assert plate.step(33.0, 1.0, 1.0).repeated.needs_test

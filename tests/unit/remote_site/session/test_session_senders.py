@@ -1,4 +1,4 @@
-"""The remote site's session accepts the operator's own connections, and others within their rate."""
+"""Who is heard by the remote site's session: the operator's own connections, and others within their rate."""
 
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -61,7 +61,7 @@ class Link:
 
 
 class Remote:
-    """A session server, its honest operator, and further senders of the test."""
+    """A session server, its honest operator, and whoever else the test lets speak."""
 
     def __init__(self) -> None:
         self.link = Link()
