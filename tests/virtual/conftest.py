@@ -8,12 +8,8 @@ import pytest
 from common.limits import AGE_DEFAULT_S
 from common.recording.recorder import Recorder
 from teletaction.testbed.memory_feed import MemoryFeed
-from tests.virtual.judge import DeviceTimeouts, HoldTimes, Latches, check_limits
+from tests.virtual.judge import CLOCKS_AGREE_S, judges
 from tests.virtual.session import VirtualSession, virtual_session
-
-CLOCKS_AGREE_S = 0.005
-"""Half a round trip of a good network, and some. What is acted on may truly be older than the agreed age by as much as
-the sites do not know of each other's clocks: half a round trip, whatever its two ways took, at most the age itself."""
 
 MakeSession = Callable[..., VirtualSession]
 
@@ -31,7 +27,7 @@ def make_session() -> Iterator[MakeSession]:
             feed: MemoryFeed | None = None,
         ) -> VirtualSession:
             session = opened.enter_context(virtual_session(seed, max_age_s, recorders, feed))
-            session.watch += [check_limits, HoldTimes(max_age_s + clocks_agree_s), Latches(), DeviceTimeouts()]
+            session.watch += judges(max_age_s, clocks_agree_s)
             return session
 
         yield make

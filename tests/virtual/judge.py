@@ -1,7 +1,10 @@
 """What must hold at every tick, whatever happens, judged by what is at the actuators and what the network delivered."""
 
+from collections.abc import Callable
+
 from common.config import RemoteConfig
 from common.limits import (
+    AGE_DEFAULT_S,
     CONTACT_FORCE_N,
     FINGER_FORCE_N,
     FORCE_SAFE_S,
@@ -31,6 +34,11 @@ REPAIRED_S = 0.200
 """Servos that were broken and obey again have gone back to their set-points after this."""
 STILL_M = 0.1e-3
 """Standing still, for a hand and its fingers that are held by servos."""
+
+
+CLOCKS_AGREE_S = 0.005
+"""Half a round trip of a good network, and some. What is acted on may truly be older than the agreed age by as much as
+the sites do not know of each other's clocks: half a round trip, whatever its two ways took, at most the age itself."""
 
 
 def check_limits(_: VirtualSession, now: Truth) -> None:
@@ -147,3 +155,10 @@ class DeviceTimeouts:
             self._since_s.pop(line, None)
             return 0.0
         return now.time_s - self._since_s.setdefault(line, now.time_s)
+
+
+def judges(
+    max_age_s: float = AGE_DEFAULT_S, clocks_agree_s: float = CLOCKS_AGREE_S
+) -> list[Callable[[VirtualSession, Truth], None]]:
+    """All that must hold at every tick of a session with this agreed age, where clocks are known this well, s."""
+    return [check_limits, HoldTimes(max_age_s + clocks_agree_s), Latches(), DeviceTimeouts()]

@@ -17,7 +17,7 @@ def step_clock(session: VirtualSession, side: str, seconds: float) -> None:
 
 
 @pytest.mark.parametrize(("side", "seconds"), STEPS)
-def test_a_stepped_clock_is_safe_at_once_and_the_work_resumes(
+def test_a_stepped_clock_is_safe_at_once_and_the_work_resumes_with_plate_and_motor(
     working: VirtualSession, side: str, seconds: float
 ) -> None:
     client, server = working.operator.client, working.remote.server
@@ -34,7 +34,9 @@ def test_a_stepped_clock_is_safe_at_once_and_the_work_resumes(
     motions = server.acceptance.received
     working.until(lambda _: working.both_engaged and server.acceptance.received > motions, RESUMED_S)
     working.work()
-    working.run(1.0)
+    felt = working.run(1.0)
+    assert len({now.peltier for now in felt}) > 3, "a drive that never changes regulates nothing"
+    assert len({now.motor_mv for now in felt if now.motor_mv}) != 1, "a speed that never changes is not the stroke's"
     assert server.session.fault is client.session.fault is None
 
 
@@ -49,19 +51,6 @@ def test_a_clock_stepped_while_the_sensor_is_heated_is_safe_and_the_work_resumes
     session.until(lambda s: s.both_engaged, RESUMED_S)
     session.work()
     assert session.remote.server.session.fault is session.operator.client.session.fault is None
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("side", "seconds"), STEPS)
-def test_after_a_step_the_plate_is_regulated_and_the_motor_follows_the_stroke_again(
-    working: VirtualSession, side: str, seconds: float
-) -> None:
-    step_clock(working, side, seconds)
-    working.run(2.0)
-    working.until(lambda s: s.both_engaged and s.sim_operator.hand.segment.act == "stroke", RESUMED_S)
-    felt = working.run(1.0)
-    assert len({now.peltier for now in felt}) > 3, "a drive that never changes regulates nothing"
-    assert len({now.motor_mv for now in felt if now.motor_mv}) != 1, "a speed that never changes is not the stroke's"
 
 
 @pytest.mark.long

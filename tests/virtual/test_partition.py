@@ -87,7 +87,7 @@ def test_a_cut_of_one_direction_is_safe_and_the_work_resumes(working: VirtualSes
 @pytest.mark.parametrize("stream", ["motion", "touch", "heartbeat"])
 def test_a_cut_of_one_stream_is_safe_and_the_work_resumes(working: VirtualSession, stream: str) -> None:
     working.network.impair(stream=stream, cut=True)
-    truth = working.run(8.0)
+    truth = working.run(5.0)
     resting = [now for now in truth if now.force_n == 0.0 and now.motor_mv == 0]
     assert len(resting) > 0.5 * len(truth)
     working.network.heal()

@@ -11,7 +11,7 @@ QUANTUM_N = 0.01
 """Of a force on the exoskeleton's bus."""
 
 
-@pytest.mark.parametrize("seconds", [0.15, 0.3, 0.8, 3.0])
+@pytest.mark.parametrize("seconds", [0.15, 0.8])
 @pytest.mark.parametrize("in_tick", [False, True], ids=["between", "within"])
 @pytest.mark.parametrize("side", ["remote", "operator"])
 def test_a_site_that_was_stopped_begins_from_neutral(

@@ -5,14 +5,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from common.limits import AGE_DEFAULT_S
 from teletaction.testbed.network import Visitor
 from tests.robustness.adversary.attacker import Attacker
-from tests.virtual.judge import DeviceTimeouts, HoldTimes, Latches, check_limits
+from tests.virtual.judge import judges
 from tests.virtual.session import Truth, VirtualSession, virtual_session
 
-CLOCKS_AGREE_S = 0.005
-"""Half a round trip of a good network, and some."""
 WITHIN_M = 0.29
 """The operator's hand strokes up to 0.285 m; attackers send the telemanipulator to FAR_M."""
 
@@ -26,8 +23,7 @@ def check_whose_motion(_: VirtualSession, now: Truth) -> None:
 def judged_session() -> Iterator[VirtualSession]:
     """A session at work; every tick from its beginning is judged."""
     with virtual_session() as session:
-        age_s = AGE_DEFAULT_S + CLOCKS_AGREE_S
-        session.watch += [check_limits, check_whose_motion, HoldTimes(age_s), Latches(), DeviceTimeouts()]
+        session.watch += [check_whose_motion, *judges()]
         session.work()
         yield session
 
