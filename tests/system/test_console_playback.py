@@ -122,19 +122,6 @@ def test_it_plays_at_its_speed_and_stands_still(address: str) -> None:
         assert not page.state["session"]["playback"]["playing"]
 
 
-def test_of_a_slider_that_is_dragged_the_newest_moment_is_shown(address: str) -> None:
-    with opened(address) as page:
-        page.until(lambda: page.state, "a state")
-        at(page, 18.0)
-        whole = page.pictures[Kind.WHOLE]
-        for number in range(100, 160):
-            page.send(kind="ask", id=1000 + number, verb="seek", details={"at_s": 0.1 * number})
-        page.until(lambda: len(page.answers) > 60, "all answers")
-        page.until(lambda: page.state["session"]["playback"]["at_s"] == pytest.approx(15.9), "the last moment")
-        assert all(answer["ok"] for answer in page.answers.values())
-        assert page.pictures[Kind.WHOLE] - whole < 60, "those between are left out"
-
-
 def test_nothing_in_a_recording_acts(address: str) -> None:
     with opened(address) as page:
         page.until(lambda: page.state, "a state")

@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from mcap.reader import make_reader
 
 from common import limits
 from common.fingers import FINGERS
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 
@@ -39,7 +40,7 @@ def children_of(text: str) -> list[str]:
 def test_a_headless_session_leaves_a_true_summary(tmp_path: Path) -> None:
     out = tmp_path / "out"
     run = subprocess.run(
-        demo(out, "--headless", "--seconds", "9", "--scene", "materials", "--seed", "7"),
+        demo(out, "--headless", "--seconds", "9", "--scene", "materials", "--seed", "7", "--network", "lan"),
         capture_output=True,
         text=True,
         timeout=100,
@@ -49,6 +50,8 @@ def test_a_headless_session_leaves_a_true_summary(tmp_path: Path) -> None:
     summary: dict[str, Any] = json.loads((out / "summary.json").read_text("utf-8"))
     assert summary["scene"] == "materials"
     assert summary["seed"] == 7
+    assert summary["network"] == "lan"
+    assert summary["proxy"]["streams"]["motion"]["to_remote"]["bytes"] > 30_000
     assert len(summary["contacts"]) == len(FINGERS)
     assert summary["taps"]["made"] == summary["taps"]["played"] == len(FINGERS)
     assert summary["modes"]["agreement"] > 0.95
@@ -61,7 +64,7 @@ def test_a_headless_session_leaves_a_true_summary(tmp_path: Path) -> None:
     assert summary["latency_ms"]["contact_to_motor"]["count"] == len(FINGERS)
     assert summary["latency_ms"]["bare_curve_ping"]["p50"] > 0.0
     assert "<html" in (out / "report.html").read_text("utf-8")
-    for name in ("remote", "operator", "sim-remote", "sim-operator"):
+    for name in ("remote", "operator", "sim-remote", "sim-operator", "network"):
         assert (out / f"{name}.log").is_file()
         assert (out / "config" / f"{name}.toml").is_file()
     with (out / "session.mcap").open("rb") as file:
@@ -77,44 +80,29 @@ def test_a_headless_session_leaves_a_true_summary(tmp_path: Path) -> None:
     assert counts["operator/motion"] == summary["packets"]["motion"]["sent"]
 
 
-def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path) -> None:
-    out = tmp_path / "interrupted"
-    process = subprocess.Popen(
-        demo(out, "--headless", "--seconds", "600", "--fingers", "1"), stderr=subprocess.PIPE, text=True
-    )
-    try:
+@pytest.fixture
+def exploring(tmp_path: Path) -> "Iterator[subprocess.Popen[str]]":
+    """A demo of one finger in full work, writing to `tmp_path / "out"`."""
+    words = demo(tmp_path / "out", "--headless", "--seconds", "600", "--fingers", "1")
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
-        for line in process.stderr:
-            if "exploring" in line:
-                break
-        assert len(children_of(str(out))) >= 4
-        process.send_signal(signal.SIGINT)
-        deadline_s = time.monotonic() + 2.0
-        while len(children_of(str(out / "config"))) > 0 and time.monotonic() < deadline_s:
-            time.sleep(0.02)
-        assert children_of(str(out / "config")) == []
-        assert process.wait(60) == 0
-    finally:
-        process.kill()
-        process.wait()
-        assert process.stderr is not None
-        process.stderr.close()
+        try:
+            assert any("exploring" in line for line in process.stderr)
+            yield process
+        finally:
+            process.kill()
+
+
+def test_ctrl_c_ends_everything_within_two_seconds(exploring: "subprocess.Popen[str]", tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert len(children_of(str(out))) >= 4
+    exploring.send_signal(signal.SIGINT)
+    wait_until(lambda: not children_of(str(out / "config")), "a process runs on", 2.0)
+    assert exploring.wait(60) == 0
     assert (out / "summary.json").is_file()
 
 
-def test_a_killed_launcher_leaves_no_process(tmp_path: Path) -> None:
-    out = tmp_path / "orphans"
-    process = subprocess.Popen(
-        demo(out, "--headless", "--seconds", "600", "--fingers", "1"), stderr=subprocess.PIPE, text=True
-    )
-    assert process.stderr is not None
-    for line in process.stderr:
-        if "exploring" in line:
-            break
-    process.kill()
-    process.wait()
-    process.stderr.close()
-    deadline_s = time.monotonic() + 5.0
-    while children_of(str(out)) and time.monotonic() < deadline_s:
-        time.sleep(0.02)
-    assert children_of(str(out)) == []
+def test_a_killed_launcher_leaves_no_process(exploring: "subprocess.Popen[str]", tmp_path: Path) -> None:
+    exploring.kill()
+    exploring.wait()
+    wait_until(lambda: not children_of(str(tmp_path / "out")), "a process runs on", 5.0)

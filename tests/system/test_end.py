@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,10 +15,12 @@ from mcap.reader import make_reader
 from common.config import OperatorConfig, load_config, to_toml
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(90)]
 
 END_S = 2.0
+PATIENCE_S = 40.0
 
 
 @pytest.fixture
@@ -29,13 +31,6 @@ def session(tmp_path: Path) -> Iterator[tuple[SessionProcesses, dict[str, Path]]
         yield processes, prepare(DemoOptions(fingers=1), tmp_path)
     finally:
         processes.end()
-
-
-def wait_until(condition: Callable[[], bool], what: str) -> None:
-    deadline_s = time.monotonic() + 40.0
-    while not condition():
-        assert time.monotonic() < deadline_s, what
-        time.sleep(0.02)
 
 
 def state(processes: SessionProcesses, name: str) -> str:
@@ -64,7 +59,7 @@ def test_in_full_work(session: tuple[SessionProcesses, dict[str, Path]]) -> None
     processes, configurations = session
     for name in PROCESSES:
         processes.start(name, configurations[name])
-    wait_until(lambda: state(processes, "operator") == "engaged", "the session did not engage")
+    wait_until(lambda: state(processes, "operator") == "engaged", "the session did not engage", PATIENCE_S)
     asked_s = time.monotonic()
     assert processes.end() == []
     assert time.monotonic() - asked_s <= END_S
@@ -80,10 +75,10 @@ def test_without_a_far_side_and_after_the_devices_are_gone(
     processes, configurations = session
     for name in (simulation, site):
         processes.start(name, configurations[name])
-    wait_until(lambda: state(processes, site) == "disconnected", f"{site} did not start")
+    wait_until(lambda: state(processes, site) == "disconnected", f"{site} did not start", PATIENCE_S)
     assert end(processes.running[simulation]) == 0
     path = processes.out / f"{site}.json"
-    wait_until(lambda: json.loads(path.read_text("utf-8"))["missing"] != "", "the loss was not noticed")
+    wait_until(lambda: json.loads(path.read_text("utf-8"))["missing"] != "", "the loss was not noticed", PATIENCE_S)
     assert end(processes.running[site]) == 0
     assert_closed(processes.out / f"{site}.mcap")
 
@@ -102,7 +97,7 @@ def test_while_it_waits_for_its_devices(
         ]
         processes.start(site, configurations[site])
         process = processes.running[site]
-        wait_until(lambda: catches(process.pid, signal.SIGTERM), f"{site} did not start")
+        wait_until(lambda: catches(process.pid, signal.SIGTERM), f"{site} did not start", PATIENCE_S)
         for line in lines:
             line.settimeout(40.0)
             ports.enter_context(line.accept()[0])  # it asks, and nobody will answer

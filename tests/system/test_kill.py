@@ -13,6 +13,7 @@ from robustness.stroking_scene import write_stroking_scene
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.system.truth import LATE_S, written
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(90)]
 
@@ -20,14 +21,9 @@ INDEX = 1
 OBSERVED_S = 1.0
 
 
-def wait_until_stroking(out: Path, deadline_s: float = 40.0) -> None:
-    """Until the hand is deep in its work: in contact, with force, heat and vibration."""
-    end_s = time.monotonic() + deadline_s
-    while time.monotonic() < end_s:
-        if float(read_figures(out, "sim-operator").get("script_s") or 0.0) > 3.0:
-            return
-        time.sleep(0.02)
-    raise AssertionError("the session did not get to work")
+def strokes(out: Path) -> bool:
+    """Whether the hand is deep in its work: in contact, with force, heat and vibration."""
+    return float(read_figures(out, "sim-operator").get("script_s") or 0.0) > 3.0
 
 
 @pytest.fixture(params=PROCESSES)
@@ -40,7 +36,7 @@ def killed(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, float, 
     try:
         for process in PROCESSES:
             processes.start(process, configurations[process])
-        wait_until_stroking(tmp_path)
+        wait_until(lambda: strokes(tmp_path), "the session did not get to work", 40.0)
         killed_s = time.monotonic()
         os.kill(processes.running[name].pid, signal.SIGKILL)
         time.sleep(OBSERVED_S)

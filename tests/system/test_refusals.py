@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 from common.link.keys import TrustedKeys
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(60)]
 
@@ -23,10 +23,8 @@ def simulated(tmp_path: Path) -> Iterator[dict[str, Path]]:
     try:
         for name in ("sim-remote", "sim-operator"):
             processes.start(name, configurations[name])
-        deadline_s = time.monotonic() + 20.0
-        while not all((tmp_path / f"{name}.json").exists() for name in processes.running):
-            assert time.monotonic() < deadline_s, "the simulated devices did not start"
-            time.sleep(0.02)
+        status = [tmp_path / f"{name}.json" for name in processes.running]
+        wait_until(lambda: all(file.exists() for file in status), "the simulated devices did not start", 20.0)
         yield configurations
     finally:
         processes.end()

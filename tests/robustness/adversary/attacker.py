@@ -1,13 +1,14 @@
-"""An attacker who holds a trusted key: what each role sends, one step at a time, over whatever line it is given."""
+"""An attacker who holds a trusted key: what each role sends, one step at a time, on the test bed."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any
 
 from common.link.capabilities import capabilities
 from common.wire.messages import Touch, motion_packet, pack_hand
 from common.wire.packets import MAX_PACKET, BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
+from teletaction.testbed.network import Visitor
 
 MS = 1_000_000
 FAR_M = 0.5
@@ -18,16 +19,6 @@ REQUESTS_A_STEP = 60
 """Requests of one step of a flood; a key may send 40 a second."""
 
 
-class Line(Protocol):
-    """What an attacker sends and hears through: the link's streams, `motion`, `touch`, `control` and the others."""
-
-    def send(self, stream: str, packet: bytes) -> object:
-        """Send a packet; never waits."""
-
-    def receive(self, stream: str) -> list[bytes]:
-        """What came on a stream since the last call."""
-
-
 class Attacker:
     """Sends packets that every decoder accepts.
 
@@ -36,13 +27,13 @@ class Attacker:
         refused: reasons of the answers that it was given, in order; "" where its request was granted.
     """
 
-    def __init__(self, line: Line, now_ns: Callable[[], int], fingers: tuple[str, ...] = ("index",)) -> None:
+    def __init__(self, line: Visitor, now_ns: Callable[[], int]) -> None:
         """`now_ns`: the operator's clock, which its attackers know as well as the operator does."""
         self.line = line
         self.ident = 0
         self.refused: list[str] = []
         self._now_ns = now_ns
-        self._able = capabilities(fingers, 500.0, max_age_s=0.15)
+        self._able = capabilities(("index",), 500.0, max_age_s=0.15)
         self._sequence = self._motions = 9_000
 
     def listen(self) -> None:
@@ -87,10 +78,6 @@ class Attacker:
                 self.move()
 
 
-def _second_operator(attacker: Attacker) -> None:
-    attacker.move()
-
-
 def _refused_operator(attacker: Attacker) -> None:
     attacker.hello("operator")
     attacker.beat()
@@ -118,18 +105,14 @@ def _observer(attacker: Attacker) -> None:
     _asks(attacker)
 
 
-def _lies_about_the_clock(attacker: Attacker) -> None:
-    attacker.beat(offset_ns=3600 * 1000 * MS)
-
-
 STEPS: dict[str, Callable[[Attacker], None]] = {
-    "motion": _second_operator,
+    "motion": Attacker.move,
     "hello, then motion": _refused_operator,
     "motion far ahead": _far_ahead,
     "requests": _asks,
     "requests but a stop": _clone_asks,
     "looks on": _observer,
-    "heartbeats": _lies_about_the_clock,
+    "heartbeats": lambda attacker: attacker.beat(offset_ns=3600 * 1000 * MS),
     "estop": lambda attacker: attacker.ask("estop"),
     "small": lambda attacker: attacker.flood("small"),
     "largest": lambda attacker: attacker.flood("largest"),
