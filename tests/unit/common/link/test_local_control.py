@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from common.link import local_control
 from common.link.curve import LinkProblem
 from common.link.keys import load_keys
 from common.link.local_control import LocalControlSocket, ask_desk, stop_from_desk
@@ -56,6 +57,14 @@ def test_what_is_asked_reaches_the_site_and_its_answer_comes_back(site: Site, ke
         ask_desk(base_port, load_keys(keys.operator), "engage")
 
 
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who asks in vain gives up soon."""
+    monkeypatch.setattr(local_control, "_PATIENCE_S", 0.2)
+    monkeypatch.setattr(local_control, "_OUTCOME_S", 0.2)
+
+
+@pytest.mark.usefixtures("impatient")
 def test_nobody_there_is_said_and_so_is_a_port_in_use(keys: Keys, base_port: int) -> None:
     own = load_keys(keys.operator)
     with pytest.raises(LinkProblem, match="is it running"):
@@ -64,12 +73,14 @@ def test_nobody_there_is_said_and_so_is_a_port_in_use(keys: Keys, base_port: int
         LocalControlSocket(base_port, own)
 
 
+@pytest.mark.usefixtures("impatient")
 def test_another_key_reaches_nothing(site: Site, keys: Keys, base_port: int) -> None:
     with pytest.raises(LinkProblem, match="no site with this key answers"):
         ask_desk(base_port, load_keys(keys.stranger), "estop")
     assert site.asked == []
 
 
+@pytest.mark.usefixtures("impatient")
 def test_a_stop_waits_for_what_the_devices_say(site: Site, keys: Keys, base_port: int) -> None:
     own = load_keys(keys.operator)
     assert "not confirmed" in stop_from_desk(base_port, own)

@@ -21,7 +21,7 @@ from studies.surface_identification.scenes import (
     stroked,
 )
 
-SEEDS = {100.0: 81_101, 200.0: 81_102, 500.0: 81_103, 1000.0: 81_104, 2000.0: 81_105, 3000.0: 81_106}
+SEEDS = {100.0: 81_101, 200.0: 81_102, 500.0: 81_103, 3000.0: 81_106}
 PRESSES = 8
 
 
@@ -72,7 +72,7 @@ def test_damping_is_told_where_a_press_was_fast_enough() -> None:
     assert not any(each.damping_n_s_m.any() for each in identified(rested(np.array([3000.0]), 0.5, 1.0), 3))
 
 
-@pytest.mark.parametrize("stiffness_n_m", [50.0, 200.0, 1000.0, 3000.0])
+@pytest.mark.parametrize("stiffness_n_m", [50.0, 3000.0])
 def test_the_told_surface_does_not_shake(stiffness_n_m: float) -> None:
     felt = rested(np.array([stiffness_n_m]), 1.0, 5.0)
     force_n, z_m = sense(felt, np.random.default_rng(4), STEPS["12 bits"])
@@ -87,7 +87,7 @@ def test_the_told_surface_does_not_shake(stiffness_n_m: float) -> None:
         assert raw_m.std() > 0.15e-3, "raw, it does"
 
 
-@pytest.mark.parametrize(("stiffness_n_m", "late_s"), [(150.0, 0.05), (500.0, 0.03), (1000.0, 0.03)])
+@pytest.mark.parametrize(("stiffness_n_m", "late_s"), [(150.0, 0.05), (1000.0, 0.03)])
 @pytest.mark.parametrize(("amplitude_m", "frequency_hz"), [(1e-3, 0.25), (3.8e-3, 0.5)], ids=["breath", "12 mm/s"])
 def test_a_moving_surface_is_followed(
     stiffness_n_m: float, late_s: float, amplitude_m: float, frequency_hz: float
@@ -110,7 +110,7 @@ def test_a_surface_that_comes_up_to_a_finger_tells_no_stiffness() -> None:
     assert np.all(each.stiffness_n_m * np.maximum(0.0, each.surface_m - felt.z_m[:, 0]) <= felt.force_n[:, 0] + 0.03)
 
 
-@pytest.mark.parametrize("edge_m", [1e-5, 2e-3, 5e-3])
+@pytest.mark.parametrize("edge_m", [1e-5, 5e-3])
 def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -> None:
     def tissue_n_m(x_m: np.ndarray) -> np.ndarray:
         return 150.0 + 450.0 * np.clip((x_m - 0.03) / edge_m, 0.0, 1.0)
@@ -126,7 +126,7 @@ def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -
     assert each.known[-1]
 
 
-@pytest.mark.parametrize("stiffness_n_m", [150.0, 1000.0, 3000.0])
+@pytest.mark.parametrize("stiffness_n_m", [150.0, 3000.0])
 def test_a_stroke_tells_the_slope_and_rest_does_not(stiffness_n_m: float) -> None:
     wall = np.array([stiffness_n_m])
     felt = stroked(lambda _: wall, wall, 4.0, 2.0, slope=-0.08)

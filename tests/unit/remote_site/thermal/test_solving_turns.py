@@ -118,12 +118,12 @@ def test_a_tick_solves_one_finger_or_judges_the_hand(monkeypatch: pytest.MonkeyP
     assert all_work == {TouchEstimate, SharedObject}
 
 
-def test_where_every_tick_is_late_answers_come_later_and_none_is_wrong(calibrated_knowledge: ThermalKnowledge) -> None:
+def test_where_every_tick_is_late_answers_come_later_and_none_is_wrong(knowledge: ThermalKnowledge) -> None:
     for seed, name in enumerate(MATERIALS):
         (touch,) = made_touches(name, 1, seed=700 + seed)
-        usual, postponed = course(calibrated_knowledge, touch, 0.0)
+        usual, postponed = course(knowledge, touch, 0.0)
         assert postponed == 0
-        late, postponed = course(calibrated_knowledge, touch, 10.0)
+        late, postponed = course(knowledge, touch, 10.0)
         assert postponed > 100
         changes = [now is not before for before, now in pairwise(late)]
         assert 4.0 / POSTPONED_S * 0.5 < sum(changes) <= 4.0 / POSTPONED_S + 2
@@ -131,10 +131,10 @@ def test_where_every_tick_is_late_answers_come_later_and_none_is_wrong(calibrate
         assert usual[-1].best == late[-1].best
 
 
-def test_when_the_load_ends_all_readings_count(calibrated_knowledge: ThermalKnowledge) -> None:
+def test_when_the_load_ends_all_readings_count(knowledge: ThermalKnowledge) -> None:
     (touch,) = made_touches(next(iter(MATERIALS)), 1, seed=710)
-    usual, _ = course(calibrated_knowledge, touch, 0.0)
-    relieved, _ = course(calibrated_knowledge, touch, 2.0)
+    usual, _ = course(knowledge, touch, 0.0)
+    relieved, _ = course(knowledge, touch, 2.0)
     assert relieved[-1].best == usual[-1].best
     assert relieved[-1].object_c is not None
     assert usual[-1].object_c is not None

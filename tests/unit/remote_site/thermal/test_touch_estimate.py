@@ -137,7 +137,7 @@ def second_of(name: str, contact_z: float) -> MadeTouch:
 
 
 @pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("contact_z", [0.0, 1.5, -2.0])
+@pytest.mark.parametrize("contact_z", [1.5, -2.0])
 def test_the_approximation_is_near_brute_force(knowledge: ThermalKnowledge, name: str, contact_z: float) -> None:
     """Half a unit of ln probability moves a posterior of 0.90 to 0.94: more than that would show in the answers."""
     compare_with_brute_force(knowledge, name, contact_z)
