@@ -147,8 +147,8 @@ def disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowDisk]:
     disk.file.close()
 
 
-def test_a_stuck_disk_never_makes_the_loop_wait_and_what_does_not_fit_is_counted_and_said_once(
-    disk: SlowDisk, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+def test_a_stuck_disk_never_makes_the_loop_wait_and_what_does_not_fit_is_counted(
+    disk: SlowDisk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recording, "_QUEUE_LENGTH", 10)
     disk.moving.clear()
@@ -167,8 +167,6 @@ def test_a_stuck_disk_never_makes_the_loop_wait_and_what_does_not_fit_is_counted
     recorder.close()
     assert recorder.failed is None
     assert recorder.written == Counter(touch=1000 - lost + 3)
-    assert [record.levelname for record in caplog.records] == ["WARNING"]
-    assert "the disk is slower than the data" in caplog.text
 
 
 def test_a_disk_that_stays_stuck_does_not_keep_the_process(disk: SlowDisk, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,7 +182,7 @@ def test_a_disk_that_stays_stuck_does_not_keep_the_process(disk: SlowDisk, monke
     recorder._process.wait()
 
 
-def test_a_full_disk_stops_the_recording_and_not_the_loop(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_full_disk_stops_the_recording_and_not_the_loop() -> None:
     if not Path("/dev/full").exists():
         pytest.skip("no /dev/full here")
     recorder = Recorder(Path("/dev/full"), SCHEMAS, {})
@@ -196,11 +194,10 @@ def test_a_full_disk_stops_the_recording_and_not_the_loop(caplog: pytest.LogCapt
     recorder.write("touch", 0, b"x")
     assert recorder.lost == 3001
     assert recorder.written.total() == 0
-    assert [record.levelname for record in caplog.records] == ["ERROR"]
 
 
 def test_a_writer_that_dies_of_anything_stops_the_recording_and_not_the_loop(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def die(*_: object, **__: object) -> None:
         raise RuntimeError("out of order")
@@ -214,12 +211,9 @@ def test_a_writer_that_dies_of_anything_stops_the_recording_and_not_the_loop(
         recorder.write("touch", n, b"x")
     recorder.close()
     assert recording_figures(recorder) == figures({}, 11, "out of order", recorder.failed_ns)
-    assert [record.getMessage() for record in caplog.records] == ["recording stopped: out of order"]
 
 
-def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 1, b"x")
     wait_until(lambda: recorder.written)
@@ -233,7 +227,6 @@ def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(
     assert recorder.failed_ns is not None
     assert killed_ns <= recorder.failed_ns <= time.monotonic_ns()
     assert recording_figures(recorder) == figures({"touch": 1}, 10, why, recorder.failed_ns)
-    assert [record.getMessage() for record in caplog.records] == [f"recording stopped: {why}"]
 
 
 def test_an_end_that_is_told_to_all_processes_does_not_end_the_recording_before_its_owner(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """A loop comes first while it is on time and leaves others enough; what it asked for is what the system then tells."""
 
-import logging
 import os
 import subprocess
 import sys
@@ -48,22 +47,11 @@ def test_it_comes_first_just_while_it_is_known_to_be_on_time_and_to_leave_enough
         assert system.first == (holds_rate and works is not None and works <= MOST_WORK)
 
 
-def test_it_is_asked_for_once_where_it_is_refused(caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level(logging.INFO)
+def test_it_is_asked_for_once_where_it_is_refused() -> None:
     system = System(allows=False)
     precedence = system.precedence()
     assert not any([precedence.look(True, EASY), precedence.look(False, EASY), precedence.look(True, EASY)])
     assert system.asked == 1
-    assert caplog.messages == ["the loop has ordinary priority"]
-
-
-def test_each_change_is_told(caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level(logging.INFO)
-    precedence = System().precedence()
-    for holds_rate, works in ((True, None), (True, EASY), (True, EASY), (True, BUSY), (False, EASY), (True, EASY)):
-        precedence.look(holds_rate, works)
-    again = "the loop has ordinary priority again: it is behind, or leaves others too little"
-    assert caplog.messages == ["the loop has real-time priority", again, "the loop has real-time priority"]
 
 
 def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> None:
