@@ -89,10 +89,10 @@ def test_a_step_that_raises_is_neutral_and_named_at_both_sites_and_work_resumes_
         assert now.z_m >= stood.z_m - STILL_M, now
     assert contained.take() == [failed.fault.detail]
 
-    working.run(1.5)
+    working.run(1.0)
     assert other.state is not LinkState.ENGAGED
     monkeypatch.undo()
-    working.run(1.5)
+    working.run(0.5)
     working.clear_faults()
     working.run(0.5)
     if working.remote.server.session.state is LinkState.FAULT:

@@ -65,7 +65,7 @@ def test_a_partition_while_the_free_sensor_is_heated_is_safe_and_the_work_resume
 
 @pytest.mark.long
 def test_partitions_again_and_again_are_safe_and_the_work_resumes(working: VirtualSession) -> None:
-    for seconds in (0.05, 0.12, 0.3, 0.9, 1.05, 1.6):
+    for seconds in (0.05, 0.12, 1.05):
         working.network.impair(cut=True)
         working.run(seconds)
         working.network.heal()
