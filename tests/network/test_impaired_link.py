@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,9 +17,11 @@ import pytest
 from common.limits import GAP_S
 from common.link.keys import load_keys
 from common.link.packet_filter import FUTURE_TOLERANCE_NS
+from tests.conftest import Keys
 from tests.network.operator_end import EVERY
 from tests.network.remote_end import CLOCK_APART_NS
 from tests.network.two_hosts import REMOTE, Program, TwoHosts, namespace_of, two_hosts, why_not
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.netns, pytest.mark.timeout(180)]
 
@@ -27,11 +29,6 @@ BASE_PORT = 5600
 MEASURED = 2500
 """Packets accepted in each measurement: 5 s of an undisturbed link."""
 PARTITION_S = 2.0
-
-
-class Keys(Protocol):
-    remote: Path
-    operator: Path
 
 
 @dataclass(frozen=True)
@@ -227,9 +224,7 @@ def test_nothing_stays_behind_when_the_tests_are_killed() -> None:
         made = set(killed.hear().split())
         assert len(made & namespaces()) == 2
         os.kill(killed.pid, signal.SIGKILL)
-    deadline_s = time.monotonic() + 20.0
-    while made & namespaces():
-        assert time.monotonic() < deadline_s, "a namespace has outlived the tests"
+    wait_until(lambda: not made & namespaces(), "a namespace has outlived the tests", 20.0)
 
 
 def namespaces() -> set[str]:

@@ -1,7 +1,7 @@
 """The command `virtual` as a process, on the simulated devices of another: the hand feels the scene."""
 
 import json
-import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.commands import command
 from tests.system.truth import written
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -30,13 +31,13 @@ def explore(folder: Path) -> Path:
     config = configurations["operator"]
     processes = SessionProcesses(folder)
 
-    def until(process: str, field: str, reached: Any) -> None:
-        end_s = time.monotonic() + PATIENCE_S
-        while not reached(read_figures(folder, process).get(field)):
+    def until(process: str, field: str, reached: Callable[[Any], bool]) -> None:
+        def there() -> bool:
             ended = {name: processes.last_words(name) for name in processes.ended()}
             assert not ended, ended
-            assert time.monotonic() < end_s, f"{process}: {field} is {read_figures(folder, process).get(field)!r}"
-            time.sleep(0.02)
+            return reached(read_figures(folder, process).get(field))
+
+        wait_until(there, lambda: f"{process}: {field} is {read_figures(folder, process).get(field)!r}", PATIENCE_S)
 
     processes.start("sim-operator", configurations["sim-operator"])
     processes.start("virtual", config, "--scene", SCENE, "--seed", "3")

@@ -1,12 +1,13 @@
 """What must hold at every tick, whatever happens, judged by what is at the actuators and what the network delivered."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from common.config import RemoteConfig
 from common.limits import (
     AGE_DEFAULT_S,
     CONTACT_FORCE_N,
     FINGER_FORCE_N,
+    FORCE_RAMP_UP_N_S,
     FORCE_SAFE_S,
     GAP_S,
     MODULE_TIMEOUT_S,
@@ -32,6 +33,8 @@ SERVO_S = 0.100
 """A remote finger and hand that were told to stop stand still after this."""
 REPAIRED_S = 0.200
 """Servos that were broken and obey again have gone back to their set-points after this."""
+QUANTUM_N = 0.01
+"""Of a force on the exoskeleton's bus."""
 STILL_M = 0.1e-3
 """Standing still, for a hand and its fingers that are held by servos."""
 
@@ -59,6 +62,12 @@ def check_operator_safe(now: Truth, since_s: float) -> None:
     assert since_s <= MOTOR_SAFE_S + LATE_S or now.motor_mv == 0, told
     assert since_s <= MOTOR_STILL_S + LATE_S or now.motor_rpm < MOTOR_FLOOR_RPM, told
     assert since_s <= THERMAL_SAFE_S + LATE_S or now.peltier == 0.0, told
+
+
+def check_ramp(truth: Iterable[Truth], engaged_s: float) -> None:
+    """Force rises from zero no faster than it may, from the tick in which both sites engaged."""
+    for now in truth:
+        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - engaged_s + TICK_S) + QUANTUM_N, now
 
 
 class RemoteStandstill:

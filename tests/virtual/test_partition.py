@@ -2,17 +2,16 @@
 
 import pytest
 
-from common.limits import FORCE_RAMP_UP_N_S, GAP_S
+from common.limits import GAP_S
 from operator_site.session.session_client import SILENCE_NS
 from remote_site.safety.setpoints import CLEAR_HEIGHT_M, RETREAT_SPEED_M_S, STOP_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
-from tests.virtual.judge import SERVO_S, STILL_M
+from tests.virtual.judge import SERVO_S, STILL_M, check_ramp
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 SILENCE_S = SILENCE_NS * 1e-9
 RETREATED_S = GAP_S + STOP_S + (CLEAR_HEIGHT_M + 0.001) / RETREAT_SPEED_M_S + SERVO_S
 """From the last motion until the remote finger is clear, from up to a millimetre below the bench."""
-QUANTUM_N = 0.01
 
 
 def assert_at_rest(truth: list[Truth]) -> None:
@@ -27,9 +26,8 @@ def assert_at_rest(truth: list[Truth]) -> None:
 def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -> None:
     """Both sites engage by themselves within `patience_s`, force begins at zero, and the work goes on."""
     session.until(lambda s: s.both_engaged, patience_s)
-    engaged_s = session.time_s
-    for now in session.run(0.5):
-        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - engaged_s + 2 * TICK_S) + QUANTUM_N
+    engaged_s = session.time_s - TICK_S
+    check_ramp(session.run(0.5), engaged_s)
     session.work()
 
 

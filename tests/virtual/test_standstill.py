@@ -7,6 +7,7 @@ import pytest
 from common.limits import APPROACH_PLANE_M_S, FORCE_RAMP_UP_N_S
 from common.timing.timeouts import SESSION_SILENCE_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
+from tests.virtual.judge import QUANTUM_N, check_ramp
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 pytestmark = pytest.mark.long
@@ -14,8 +15,6 @@ pytestmark = pytest.mark.long
 SHORT_S = 0.08, 0.3
 TIMED_OUT_S = 0.15
 """After this every device of a site that stands still is neutral by itself."""
-QUANTUM_N = 0.01
-"""Of a force on the exoskeleton's bus."""
 RISE_N = FORCE_RAMP_UP_N_S * TICK_S + 2.0 * QUANTUM_N
 PLACE_M = 0.001
 WATCHED_S = 1.0
@@ -69,8 +68,7 @@ def stand_still(working: VirtualSession, side: str, seconds: float, *, in_tick: 
         if side == "operator":
             assert (first.force_n, first.motor_mv, first.peltier) == (0.0, 0, 0.0), first
         assert first.heater == 0.0, first
-        for now in after:
-            assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - woken_s + TICK_S) + QUANTUM_N, now
+        check_ramp(after, woken_s)
     assert working.latched == (False, False), working.describe()
     return after
 

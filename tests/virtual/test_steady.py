@@ -2,11 +2,8 @@
 
 import pytest
 
-from common.limits import FORCE_RAMP_UP_N_S
-from tests.virtual.session import TICK_S, VirtualSession, virtual_session
-
-QUANTUM_N = 0.01
-"""Of a force on the exoskeleton's bus."""
+from tests.virtual.judge import check_ramp
+from tests.virtual.session import VirtualSession, virtual_session
 
 
 def test_contact_force_vibration_and_heat_appear(session: VirtualSession) -> None:
@@ -32,8 +29,7 @@ def test_force_ramps_up_from_zero_on_engaging(session: VirtualSession) -> None:
     session.operator.client.want_engaged = True
     session.until(lambda s: s.both_engaged, 1.0)
     engaged_s = session.time_s
-    for now in session.run(0.5):
-        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - engaged_s + TICK_S) + QUANTUM_N
+    check_ramp(session.run(0.5), engaged_s)
     session.work()
 
 

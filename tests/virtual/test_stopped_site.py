@@ -2,13 +2,10 @@
 
 import pytest
 
-from common.limits import FORCE_RAMP_UP_N_S
-from tests.virtual.session import TICK_S, VirtualSession
+from tests.virtual.judge import check_ramp
+from tests.virtual.session import VirtualSession
 
 pytestmark = pytest.mark.long
-
-QUANTUM_N = 0.01
-"""Of a force on the exoskeleton's bus."""
 
 
 @pytest.mark.parametrize("seconds", [0.15, 0.8])
@@ -25,8 +22,7 @@ def test_a_site_that_was_stopped_begins_from_neutral(
     assert asleep[-1].force_n < 1e-9  # at the very end of the ramp, but for rounding
     assert asleep[-1].peltier == 0.0
     assert site._devices.tick.held_back == in_tick
-    for now in working.run(0.5):
-        assert now.force_n <= FORCE_RAMP_UP_N_S * (now.time_s - woken_s + TICK_S) + QUANTUM_N, now
+    check_ramp(working.run(0.5), woken_s)
     working.work()
 
 

@@ -2,7 +2,6 @@
 
 import json
 import os
-import time
 from collections.abc import Mapping
 from itertools import islice
 from pathlib import Path
@@ -26,6 +25,7 @@ from robustness.soak_plan import FAULTS, PAUSE_S, Turn, may_contain, turns
 from robustness.soak_records import LOST_AT_MOST_S, read_records
 from robustness.soak_watch import Sample, read_samples, watching
 from teletaction.session.demo_files import PROCESSES
+from tests.waiting import wait_until
 
 SUITS = 5
 
@@ -249,10 +249,7 @@ def test_the_watch_tells_what_a_process_uses_and_says(tmp_path: Path) -> None:
     (tmp_path / "operator.json").write_text(json.dumps({**status, "pid": 2**30}), "utf-8")
     log = tmp_path / "samples.jsonl"
     with watching(tmp_path, log):
-        deadline_s = time.monotonic() + 30.0
-        while not read_samples(log):
-            assert time.monotonic() < deadline_s
-            time.sleep(0.01)
+        wait_until(lambda: read_samples(log), "no sample is written", 30.0)
     first = read_samples(log)[0]
     assert (first.process, first.pid) == ("remote", os.getpid())
     assert first.rss_mib > 10.0

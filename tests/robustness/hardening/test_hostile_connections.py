@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 from common.runtime.periodic_loop import PeriodicLoop
 from tests.robustness.hardening.own_memory import own_resident_bytes
 from tests.robustness.hardening.served import Keys, Served
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.hardening, pytest.mark.timeout(300)]
 
@@ -25,11 +25,7 @@ MOST_GROWTH_MIB = 8.0
 @pytest.fixture
 def served(keys: Keys, base_port: int) -> Iterator[Served]:
     made = Served(keys, base_port)
-    end_s = time.monotonic() + 10.0
-    while not made.engaged:
-        assert time.monotonic() < end_s
-        made.turn()
-        time.sleep(0.001)
+    wait_until(lambda: made.engaged or made.turn(), "the session does not engage", every_s=0.001)
     yield made
     made.operator_link.close()
     made.remote_link.close()
