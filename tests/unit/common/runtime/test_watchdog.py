@@ -83,7 +83,7 @@ def test_a_process_that_was_stopped_for_longer_goes_on() -> None:
         assert [process.stdout.readline() for _ in range(2)] == ["ticked\n", "halfway\n"]
         os.kill(process.pid, signal.SIGSTOP)
         os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
-        time.sleep(2.0 * SITE_WATCHDOG_S)  # what is tested is that this time does not count
+        time.sleep(1.3 * SITE_WATCHDOG_S)  # what is tested is that this time does not count
         os.kill(process.pid, signal.SIGCONT)
         assert process.stdout.readline() == "went on\n"
         assert process.wait(50) == 0

@@ -94,8 +94,7 @@ def densities(fingers: list[Finger]) -> list[Array]:
     return found
 
 
-@pytest.mark.parametrize("count", [1, 2, 5])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("count", "seed"), [(1, 0), (2, 1), (5, 0)])
 def test_it_is_the_integral(count: int, seed: int) -> None:
     fingers = [Finger(10 * seed + k, AMBIENT_C + 10.0 + k) for k in range(count)]
     found = densities(fingers)
