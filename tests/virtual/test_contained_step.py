@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from common.faults.fault import Fault, FaultCode
+from common.faults.fault import FaultCode
 from common.limits import FORCE_SAFE_S, GAP_S, THERMAL_SAFE_S
 from common.wire.packets import LinkState
 from operator_site.site_recording import SiteRecording
@@ -88,6 +88,8 @@ def test_a_step_that_raises_is_neutral_and_named_at_both_sites_and_work_resumes_
         assert abs(now.x_m - stood.x_m) <= STILL_M, now
         assert now.z_m >= stood.z_m - STILL_M, now
     assert contained.take() == [failed.fault.detail]
+    if place == "remote identify":
+        assert working.operator.client.remote_fault == failed.fault, "the operator's site knows the same"
 
     working.run(1.0)
     assert other.state is not LinkState.ENGAGED
@@ -100,31 +102,6 @@ def test_a_step_that_raises_is_neutral_and_named_at_both_sites_and_work_resumes_
         working.run(0.5)
     working.engage()
     working.work()
-
-
-def test_the_operator_is_told_what_the_remote_site_has_contained(
-    working: VirtualSession, fail: Callable[[object, str], Failing], contained: Contained
-) -> None:
-    fail(*PLACES["remote identify"](working))
-    working.run(0.5)
-    latched = Fault(FaultCode.CONTAINED, detail=contained.take()[0])
-    assert working.operator.client.remote_fault == working.remote.server.session.fault == latched
-
-
-def test_what_raises_again_and_again_is_logged_once_a_clear(
-    working: VirtualSession,
-    fail: Callable[[object, str], Failing],
-    caplog: pytest.LogCaptureFixture,
-    contained: Contained,
-) -> None:
-    fail(*PLACES["operator gate"](working))
-    for _ in range(3):
-        caplog.clear()
-        working.run(0.5)
-        working.clear_faults()
-        assert sum("contained:" in record.getMessage() for record in caplog.records) == 1
-    assert len(contained.take()) == 3
-    assert working.operator.contain.count > 3
 
 
 @pytest.mark.parametrize("stream", ["operator/input", "operator/session", "operator/rendered"])
