@@ -58,3 +58,13 @@ def test_times_that_run_backwards_are_refused(times: tuple[int, int, int, int]) 
     with pytest.raises(ValueError, match="impossible round trip"):
         clock.add(*times)
     assert clock.uncertainty_ns is None
+
+
+def test_a_clock_that_was_stepped_is_found_by_the_next_measurement() -> None:
+    clock = ClockOffset()
+    for number, offset_ns in enumerate((0, 0, 10**10, 10**10, 0)):
+        t1 = 10**15 + 50_000_000 * number
+        arrived = t1 + 500_000 + offset_ns
+        clock.add(t1, arrived, arrived, t1 + 1_000_000)
+        assert clock.offset_ns == offset_ns
+    assert clock.steps == 2
