@@ -21,7 +21,7 @@ pytestmark = [pytest.mark.session, pytest.mark.timeout(240)]
 
 LEAST_NAMED = 0.5
 """Of the touches that hold: on this machine names come later, and each finger has eight seconds."""
-LOADED_S, SECONDS = 30.0, 36.0
+LOADED_S, SECONDS = 60.0, 68.0
 """How long the hand works beside the load, and in all."""
 WHOLE_S = 2.0
 """After the load has ended."""
@@ -66,7 +66,7 @@ def test_all_is_whole_soon_after_the_load(out: Path, summary: dict[str, Any]) ->
 
 
 def test_every_tap_is_felt(summary: dict[str, Any]) -> None:
-    assert summary["taps"]["played"] == summary["taps"]["made"] >= 20
+    assert summary["taps"]["played"] == summary["taps"]["made"] >= 40
 
 
 def test_grooves_are_felt_where_the_rates_are_held(summary: dict[str, Any]) -> None:
