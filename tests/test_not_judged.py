@@ -84,7 +84,7 @@ def test_without_a_clock(still):
     assert "::test_disturbed - the machine stood still for " in line
 
 
-def test_what_several_tests_judge_counts_for_each_of_them(tmp_path: Path) -> None:
+def test_a_shared_fixture_counts_for_each_of_its_tests(tmp_path: Path) -> None:
     code, said = run(
         tmp_path,
         """
@@ -105,14 +105,14 @@ def test_another(request):
     assert "1 passed, 2 skipped" in said
 
 
-def test_more_than_a_few_fail_the_run(tmp_path: Path) -> None:
+def test_many_unjudged_tests_fail_the_run(tmp_path: Path) -> None:
     tests = "".join(f"\n@pytest.mark.session\ndef test_{n}(still):\n    assert False\n" for n in range(MOST + 1))
     code, said = run(tmp_path, tests)
     assert code == 1
     assert f"{MOST + 1} skipped" in said
 
 
-def test_a_shorter_standstill_may_matter(tmp_path: Path) -> None:
+def test_a_short_standstill_is_judged(tmp_path: Path) -> None:
     code, said = run(
         tmp_path,
         """

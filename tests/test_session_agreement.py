@@ -128,7 +128,7 @@ def test_heartbeats_and_requests_are_not_counted_as_lost_motion(make: Callable[.
     assert pair.client._motion_sequence < received + lost + 50
 
 
-def test_nobody_engages_who_was_not_asked_to(make: Callable[..., Pair]) -> None:
+def test_a_site_engages_only_on_request(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.until(lambda: pair.server.motion is not None and pair.client.touch is not None)
     assert (pair.server.session.state, pair.client.session.state) == (LinkState.CONNECTED, LinkState.CONNECTED)
@@ -177,11 +177,11 @@ def test_another_operator_is_refused_while_one_is_there(make: Callable[..., Pair
     with pair.new_operator() as link:
         other = SessionClient(link, able(["index"]), 0.15, True)
 
-        def other_is_told() -> bool:
+        def other_is_informed() -> bool:
             other.step(pair.operator_now(), "")
             return "another operator is connected" in other.refusal
 
-        pair.until(other_is_told)
+        pair.until(other_is_informed)
         assert other.session.ident == 0
     assert both_engaged(pair)
 
@@ -210,7 +210,7 @@ def test_disengaging_brings_both_to_neutral(make: Callable[..., Pair]) -> None:
     assert pair.server.session.state is LinkState.CONNECTED
 
 
-def test_an_emergency_stop_latches_both_until_it_is_cleared_and_engaged_anew(make: Callable[..., Pair]) -> None:
+def test_an_emergency_stop_latches_both_until_it_is_cleared_and_engaged_again(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     pair.client.stop(pair.operator_now())
@@ -244,15 +244,15 @@ def test_an_emergency_stop_is_answered_when_the_devices_confirm_and_names_those_
     assert "index thermal_sensor" in pair.server.stopped
     texts: list[str] = []
 
-    def remote_told() -> bool:
+    def remote_informed() -> bool:
         texts.extend(h.text for h in pair.client.session.take_happenings() if h.what == "estop")
         return any("not confirmed by index thermal_sensor" in text for text in texts)
 
-    pair.until(remote_told)
+    pair.until(remote_informed)
     assert pair.server.session.state is LinkState.FAULT
 
 
-def test_an_emergency_stop_before_the_remote_site_answers_is_asked_again(make: Callable[..., Pair]) -> None:
+def test_an_emergency_stop_is_repeated_until_the_remote_site_answers(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     pair.client.stop(pair.operator_now())
@@ -263,7 +263,7 @@ def test_an_emergency_stop_before_the_remote_site_answers_is_asked_again(make: C
     pair.until(lambda: pair.server.session.state is LinkState.FAULT)
 
 
-def test_what_was_latched_at_the_patients_side_is_cleared_there(make: Callable[..., Pair]) -> None:
+def test_a_fault_of_the_remote_site_is_cleared_there(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     pair.server.stop(pair.remote_now(), here=True)
@@ -314,11 +314,11 @@ def test_an_operator_who_lets_go_brings_the_remote_site_back_to_connected(make: 
     pair.until(lambda: pair.server.session.state is LinkState.CONNECTED)
 
 
-def test_an_operator_who_feels_nothing_moves_nothing_and_stays_engaged(make: Callable[..., Pair]) -> None:
+def test_an_operator_without_touch_moves_nothing_and_stays_engaged(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     assert pair.client.acceptance.last_ns is not None
-    pair.client.acceptance.last_ns -= SECOND // 5  # nothing came for so long
+    pair.client.acceptance.last_ns -= SECOND // 5  # no packet came for 0.2 s
 
     def blind() -> bool:
         packet = pair.client.send_motion(pair.operator_now(), AT_REST)
@@ -335,15 +335,15 @@ def test_an_operator_who_feels_nothing_moves_nothing_and_stays_engaged(make: Cal
     assert [h.what for h in pair.server.session.take_happenings()] == ["connected", "engaged"]
 
 
-def test_a_site_of_another_version_is_told_so(make: Callable[..., Pair]) -> None:
+def test_a_site_of_another_version_gets_the_reason(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.until(lambda: pair.client.session.ident)
     pair.operator_link.send("control", msgpack.packb([SCHEMA_VERSION + 1, 0, 1, 0, "hello", {}, "new"]))
-    told, deadline_s = "", time.monotonic() + 8.0
-    while f"speaks schema version {SCHEMA_VERSION}" not in told:
+    refused, deadline_s = "", time.monotonic() + 8.0
+    while f"speaks schema version {SCHEMA_VERSION}" not in refused:
         assert time.monotonic() < deadline_s
         pair.turn_remote()
-        told += "".join(Answer.decode(packet).refused for packet in pair.operator_link.receive("control"))
+        refused += "".join(Answer.decode(packet).refused for packet in pair.operator_link.receive("control"))
         time.sleep(0.001)
     pair.client._answer(msgpack.packb([SCHEMA_VERSION + 1, 0, 1, 0, "", {}]), pair.operator_now())
     assert f"this side speaks {SCHEMA_VERSION}" in pair.client.refusal
@@ -443,9 +443,7 @@ def test_revoking_an_observer_cuts_it_off_and_leaves_the_operator_alone(
     pair.until(observer.sees)
 
 
-def test_revoking_the_operator_ends_the_session_and_trusting_anew_lets_it_back(
-    make: Callable[..., Pair], keys: Keys
-) -> None:
+def test_revoking_the_operator_ends_the_session_and_trust_restores_it(make: Callable[..., Pair], keys: Keys) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     TrustedKeys(keys.remote).revoke("operator")
@@ -464,7 +462,7 @@ def test_revoking_the_operator_ends_the_session_and_trusting_anew_lets_it_back(
     pair.until(lambda: both_engaged(pair))
 
 
-def test_silence_of_the_operator_ends_the_session_and_it_finds_back(make: Callable[..., Pair]) -> None:
+def test_a_silent_operator_ends_the_session_and_can_return(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     first = pair.server.session.ident
@@ -476,7 +474,7 @@ def test_silence_of_the_operator_ends_the_session_and_it_finds_back(make: Callab
     assert pair.server.session.ident != first
 
 
-def test_silence_of_the_remote_site_ends_the_session_and_it_is_found_again(make: Callable[..., Pair]) -> None:
+def test_a_silent_remote_site_ends_the_session_and_is_found_again(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     first = pair.client.session.ident
@@ -507,7 +505,7 @@ def test_a_fault_outlives_the_operator_and_the_next_one_can_clear_it(make: Calla
     pair.until(lambda: both_engaged(pair))
 
 
-def test_requests_of_no_session_are_refused_and_remarks_are_kept(make: Callable[..., Pair]) -> None:
+def test_requests_without_a_session_are_refused_and_notes_are_kept(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.until(lambda: pair.client.session.ident)
     stale = Request(12345, 999_999, pair.operator_now(), "estop", {})

@@ -21,7 +21,7 @@ def test_imports_inside_a_room_go_down_a_few_floors(name: str, rooms: dict[str, 
     assert 0 < rooms[name].floors <= MOST_FLOORS
 
 
-def test_imports_that_go_round_are_found() -> None:
+def test_import_cycles_are_found() -> None:
     with pytest.raises(ValueError, match="imports go round: a -> b -> a"):
         _ = Room({}, (), {"a": frozenset("b"), "b": frozenset("a")}).floors
 
@@ -40,7 +40,7 @@ def test_every_folder_says_what_it_holds() -> None:
     assert short == []
 
 
-def test_the_page_is_of_today() -> None:
+def test_the_page_is_up_to_date() -> None:
     assert (ROOT / "docs" / "structure.md").read_text("utf-8") == page(), (
         "python -m tests.structure > docs/structure.md"
     )

@@ -1,4 +1,4 @@
-"""Told to end, every process does so within 2 s, with exit code 0 and its recording closed, whatever is missing."""
+"""After SIGTERM every process ends within 2 s, with exit code 0 and its recording closed, whatever is missing."""
 
 import contextlib
 import json
@@ -40,10 +40,10 @@ def wait_until(condition: Callable[[], bool], what: str) -> None:
 
 def state(processes: SessionProcesses, name: str) -> str:
     try:
-        told = json.loads((processes.out / f"{name}.json").read_text("utf-8"))
+        status = json.loads((processes.out / f"{name}.json").read_text("utf-8"))
     except FileNotFoundError:
         return ""
-    return str(told.get("state", "running"))
+    return str(status.get("state", "running"))
 
 
 def end(process: "subprocess.Popen[bytes]") -> int:

@@ -19,7 +19,7 @@ from common.link.packet_filter import PacketFilter
 from common.recording.truncated_mcap import TruncatedMcap
 from common.wire.messages import Motion, Touch
 from robustness.fault_session import FaultSession
-from tests.commands import Told, command
+from tests.commands import Outcome, command
 from tests.system.truth import FELT_N, HEATS, LATE_S, STROKES, Truth, between, read_truth
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
@@ -33,9 +33,9 @@ class Story:
     """A session whose operator was revoked and trusted again, twice; times in s."""
 
     folder: Path
-    revoked: Told
+    revoked: Outcome
     state_then: dict[str, str]
-    trusted: Told
+    trusted: Outcome
     working_s: float
     replayed: tuple[int, int]
     """Motion that the remote site refused, before and after packets of the first session were sent to it."""
@@ -96,10 +96,10 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
         remote_keys = folder / "keys" / "remote"
         operator_key = load_keys(folder / "keys" / "operator").public
 
-        def revoke() -> Told:
+        def revoke() -> Outcome:
             return command("keys", "revoke", "operator", "--keys", remote_keys)
 
-        def trust() -> Told:
+        def trust() -> Outcome:
             return command("keys", "trust", "--keys", remote_keys, "--", "operator", operator_key)
 
         session.wait_until_working()

@@ -25,7 +25,7 @@ from common.wire.session_messages import REQUESTS, Answer
 from operator_site.session.session_client import SessionClient
 from robustness.fault_session import FaultSession
 from robustness.fault_table import STROKING
-from tests.commands import Told, command
+from tests.commands import Outcome, command
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(400)]
 
@@ -46,7 +46,7 @@ class Story:
     before: dict[str, str] = field(default_factory=dict)
     after: dict[str, str] = field(default_factory=dict)
     """States of both sites before and after these requests."""
-    revoke: Told | None = None
+    revoke: Outcome | None = None
     ended: tuple[int, float, str] = (0, 0.0, "")
     """Exit code of the observing process, when it ended, and what it wrote to standard error."""
     packets_s: list[float] = field(default_factory=list)
