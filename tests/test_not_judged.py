@@ -112,7 +112,7 @@ def test_many_unjudged_tests_fail_the_run(tmp_path: Path) -> None:
     assert f"{MOST + 1} skipped" in said
 
 
-def test_a_short_standstill_is_judged(tmp_path: Path) -> None:
+def test_a_test_may_set_the_standstill_that_excuses_it(tmp_path: Path) -> None:
     code, said = run(
         tmp_path,
         """

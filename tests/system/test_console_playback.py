@@ -122,7 +122,7 @@ def test_it_plays_at_its_speed_and_stands_still(address: str) -> None:
         assert not page.state["session"]["playback"]["playing"]
 
 
-def test_of_a_slider_that_is_dragged_the_newest_moment_is_shown(address: str) -> None:
+def test_a_dragged_slider_shows_its_newest_moment(address: str) -> None:
     with opened(address) as page:
         page.until(lambda: page.state, "a state")
         at(page, 18.0)

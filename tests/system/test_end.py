@@ -60,7 +60,7 @@ def assert_closed(recording: Path) -> None:
     assert summary.statistics.message_count > 0
 
 
-def test_in_full_work(session: tuple[SessionProcesses, dict[str, Path]]) -> None:
+def test_a_working_session_ends_in_time(session: tuple[SessionProcesses, dict[str, Path]]) -> None:
     processes, configurations = session
     for name in PROCESSES:
         processes.start(name, configurations[name])
@@ -74,7 +74,7 @@ def test_in_full_work(session: tuple[SessionProcesses, dict[str, Path]]) -> None
 
 
 @pytest.mark.parametrize(("site", "simulation"), [("remote", "sim-remote"), ("operator", "sim-operator")])
-def test_without_a_far_side_and_after_the_devices_are_gone(
+def test_a_site_without_peer_and_devices_ends_in_time(
     session: tuple[SessionProcesses, dict[str, Path]], site: str, simulation: str
 ) -> None:
     processes, configurations = session
@@ -90,7 +90,7 @@ def test_without_a_far_side_and_after_the_devices_are_gone(
 
 @pytest.mark.parametrize("site", ["remote", "operator"])
 @pytest.mark.parametrize("there", ["nobody", "silent"])
-def test_while_it_waits_for_its_devices(
+def test_a_site_that_waits_for_its_devices_ends_in_time(
     session: tuple[SessionProcesses, dict[str, Path]], site: str, there: str
 ) -> None:
     processes, configurations = session
@@ -109,7 +109,7 @@ def test_while_it_waits_for_its_devices(
         assert end(process) == 0, processes.last_words(site)
 
 
-def test_the_supervisor_hears_the_whole_life_of_a_site(
+def test_the_supervisor_is_notified_over_the_whole_life_of_a_site(
     session: tuple[SessionProcesses, dict[str, Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     processes, configurations = session

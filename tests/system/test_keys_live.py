@@ -104,7 +104,7 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
 
         session.wait_until_working()
         revoked = revoke()
-        until(lambda: "does not trust" in session.states()["operator"], "the operator's site is not told")
+        until(lambda: "does not trust" in session.states()["operator"], "the operator's site gets no reason")
         time.sleep(3.0)  # what is said each second would be said thrice
         state_then = session.states()
         trusted = trust()
@@ -135,7 +135,7 @@ def test_outputs_are_safe_as_soon_as_the_operators_key_is_gone(story: Story) -> 
         assert not between(time_s, outputs, safe_s, end_s).any()
 
 
-def test_both_sites_say_why_once(story: Story) -> None:
+def test_both_sites_report_the_reason_once(story: Story) -> None:
     assert story.state_then["remote"] == "disconnected"
     assert story.state_then["operator"].startswith("disconnected: ")
     assert "the remote site does not trust this site's key" in story.state_then["operator"]
@@ -146,7 +146,7 @@ def test_both_sites_say_why_once(story: Story) -> None:
     assert f"revoked: {fingerprint(own)}" in (story.folder / "remote.log").read_text("utf-8")
 
 
-def test_trusted_again_the_session_resumes_by_itself(story: Story) -> None:
+def test_the_session_resumes_by_itself_once_the_key_is_trusted_again(story: Story) -> None:
     truth = story.truth
     force_n = between(truth.finger_s, truth.force_n[:, STROKES], story.trusted.done_s, story.working_s)
     motor_mv = between(truth.finger_s, truth.motor_mv[:, STROKES], story.trusted.done_s, story.working_s)

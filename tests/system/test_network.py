@@ -57,7 +57,7 @@ def command(out: Path, words: str) -> None:
     assert answer[0] == "ok", answer
 
 
-def test_a_demo_over_a_network_says_what_the_network_did(tmp_path: Path) -> None:
+def test_a_demo_over_a_network_reports_the_network(tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = [sys.executable, "-m", "teletaction", "demo", "--headless", "--seconds", "8", "--fingers", "1"]
     run = subprocess.run(
@@ -83,7 +83,7 @@ def test_a_demo_over_a_network_says_what_the_network_did(tmp_path: Path) -> None
     assert (out / "network.log").is_file()
 
 
-def test_a_cut_connection_is_made_anew_within_the_same_session(tmp_path: Path) -> None:
+def test_a_cut_connection_is_restored_within_the_same_session(tmp_path: Path) -> None:
     def carried() -> int:
         streams = read_figures(tmp_path, "network").get("streams", {})
         return min((int(streams[name]["connections_open"]) for name in ("motion", "touch")), default=0)

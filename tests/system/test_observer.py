@@ -40,7 +40,7 @@ class Story:
 
     folder: Path
     lines: list[dict[str, Any]] = field(default_factory=list)
-    """What the observing process told while it was trusted."""
+    """Lines of the observing process while it was trusted."""
     refused: dict[str, str] = field(default_factory=dict)
     """What the remote site said to each request of an observer."""
     before: dict[str, str] = field(default_factory=dict)
@@ -50,7 +50,7 @@ class Story:
     ended: tuple[int, float, str] = (0, 0.0, "")
     """Exit code of the observing process, when it ended, and what it wrote to standard error."""
     packets_s: list[float] = field(default_factory=list)
-    """When a program that goes on regardless was sent a packet."""
+    """Times at which a program that ignores its end got a packet."""
     operator: "subprocess.CompletedProcess[str] | None" = None
     """An operator's site with the observer's key."""
 
@@ -110,7 +110,7 @@ def observing(config: Path, folder: Path) -> "Iterator[subprocess.Popen[bytes]]"
             process.wait()
 
 
-def told(folder: Path) -> list[dict[str, Any]]:
+def printed(folder: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in (folder / "lines").read_text("utf-8").splitlines()]
 
 
@@ -143,9 +143,9 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
         ):
             session.wait_until_working()
             deadline_s = time.monotonic() + 20.0
-            while not any(strokes(line) for line in told(folder)):
+            while not any(strokes(line) for line in printed(folder)):
                 assert process.poll() is None, (folder / "errors").read_text()
-                assert time.monotonic() < deadline_s, told(folder)
+                assert time.monotonic() < deadline_s, printed(folder)
                 time.sleep(0.02)
             onlooker = Onlooker(program)
             onlooker.join()
@@ -154,7 +154,7 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
                 story.refused[verb] = onlooker.answer_to(verb)
             session.wait_until_working()
             story.after = session.states()
-            story.lines = told(folder)
+            story.lines = printed(folder)
             trusted = TrustedKeys(remote.keys)
             trusted.revoke("program")
             with ThreadPoolExecutor() as beside:
@@ -188,7 +188,7 @@ def recorded(path: Path, stream: str) -> list[tuple[float, Any]]:
         ]
 
 
-def test_an_observer_is_told_what_is_identified_whenever_it_changes(story: Story) -> None:
+def test_a_read_only_client_gets_each_change_of_the_identification(story: Story) -> None:
     assert story.lines
     opinions = [(line["state"], line["fingers"]) for line in story.lines]
     assert all(now != then for then, now in pairwise(opinions))
@@ -198,7 +198,7 @@ def test_an_observer_is_told_what_is_identified_whenever_it_changes(story: Story
     assert 0.0 <= seen["time_s"] <= time.monotonic()
 
 
-def test_requests_of_an_observer_change_nothing(story: Story) -> None:
+def test_requests_of_a_read_only_client_change_nothing(story: Story) -> None:
     for verb in set(REQUESTS) - {"hello", "status"}:
         assert "observers look on" in story.refused[verb], verb
     assert "observer's only" in story.refused["hello"]
@@ -210,7 +210,7 @@ def test_requests_of_an_observer_change_nothing(story: Story) -> None:
     assert not recorded(story.folder / "remote.mcap", "remote/note")
 
 
-def test_a_revoked_observer_gets_nothing_more_and_ends_with_one_line(story: Story) -> None:
+def test_a_revoked_read_only_client_gets_nothing_and_ends_with_one_line(story: Story) -> None:
     assert story.revoke is not None
     assert story.revoke.err == "revoked 1 key of student\n"
     assert story.packets_s, "packets came until it was cut off"
@@ -219,11 +219,11 @@ def test_a_revoked_observer_gets_nothing_more_and_ends_with_one_line(story: Stor
     assert code == 2
     assert errors.splitlines()[-1].endswith("the remote site does not trust this key")
     assert "Traceback" not in errors
-    last = told(story.folder)[-1]
+    last = printed(story.folder)[-1]
     assert last["time_s"] is None or last["time_s"] - story.revoke.begun_s < CUT_OFF_S
 
 
-def test_the_operators_session_goes_on_while_observers_are_cut_off(story: Story) -> None:
+def test_the_operators_session_continues_while_read_only_clients_are_cut_off(story: Story) -> None:
     assert story.revoke is not None
     from_s, to_s = story.revoke.begun_s - 0.5, story.revoke.begun_s + WATCHED_S
     rendered = recorded(story.folder / "operator.mcap", "operator/rendered")
@@ -237,7 +237,7 @@ def test_the_operators_session_goes_on_while_observers_are_cut_off(story: Story)
     assert happened == ["connected", "engaged"]
 
 
-def test_an_observers_key_runs_no_operator(story: Story) -> None:
+def test_a_read_only_key_runs_no_operator(story: Story) -> None:
     assert story.operator is not None
     assert story.operator.returncode == 2
     assert "does not trust this site's key as an operator's" in story.operator.stderr.splitlines()[-1]

@@ -116,17 +116,17 @@ def left(tmp_path_factory: pytest.TempPathFactory) -> Left:
                 ask_desk(remote.desk_port, stranger, "status")
             for site in ("remote", "operator"):
                 for verb in ("status", "estop", "status", "clear", "engage", "disengage"):
-                    told = command("session", verb, "--config", session.configurations[site])
-                    (said / f"{site}-{verb}-{time.monotonic_ns()}").write_text(told.out + told.err, "utf-8")
-            told = command("session", "note", "a rough spot", "--config", session.configurations["operator"])
-            assert told.code == 0
+                    outcome = command("session", verb, "--config", session.configurations[site])
+                    (said / f"{site}-{verb}-{time.monotonic_ns()}").write_text(outcome.out + outcome.err, "utf-8")
+            outcome = command("session", "note", "a rough spot", "--config", session.configurations["operator"])
+            assert outcome.code == 0
             session.clear_and_engage()
             session.wait_until_working()
         finally:
             for observer in observers:
                 observer.terminate()
                 observer.wait()
-    told = command(
+    outcome = command(
         "summarise",
         "--recordings",
         folder,
@@ -137,7 +137,7 @@ def left(tmp_path_factory: pytest.TempPathFactory) -> Left:
         "--fingers",
         2,
     )
-    assert told.code == 0, told.err
+    assert outcome.code == 0, outcome.err
     pairs = {name: load_keys(keys / name) for name in OWNERS}
     return Left(
         folder,
@@ -168,14 +168,14 @@ def test_the_session_left_everything_behind_that_could_hold_a_key(left: Left) ->
 
 
 @pytest.mark.parametrize("kind", ["secret", "public"])
-def test_no_key_of_anybody_is_outside_the_key_folders(kind: str, left: Left) -> None:
+def test_no_key_is_outside_the_key_folders(kind: str, left: Left) -> None:
     keys: dict[str, bytes] = getattr(left, kind)
     assert all(len(key) == 32 for key in keys.values())
     assert found(keys.values(), left.folder, left.keys) == []
     assert found(keys.values(), left.folder, left.folder / "out") != [], "the key folders hold them"
 
 
-def test_logs_tell_keys_by_their_fingerprints(left: Left) -> None:
+def test_logs_name_keys_by_their_fingerprints(left: Left) -> None:
     log = (left.folder / "remote.log").read_text("utf-8")
     for name in ("remote", "operator", "stranger"):
         assert left.fingerprints[name] in log, name
@@ -221,7 +221,7 @@ TEXT = zmq.utils.z85.encode(KEY)
         recording(attachment=TEXT),
     ],
 )
-def test_the_search_finds_a_key_wherever_and_however_it_is_written(content: bytes, tmp_path: Path) -> None:
+def test_the_search_finds_a_key_in_every_place_and_form(content: bytes, tmp_path: Path) -> None:
     for name in ("a.mcap", "b.log"):
         (tmp_path / name).write_bytes(content)
     assert "a.mcap" in found([KEY], tmp_path, tmp_path / "keys")

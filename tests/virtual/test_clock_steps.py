@@ -59,9 +59,9 @@ def test_after_a_step_the_plate_is_regulated_and_the_motor_follows_the_stroke_ag
     step_clock(working, side, seconds)
     working.run(2.0)
     working.until(lambda s: s.both_engaged and s.sim_operator.hand.segment.act == "stroke", RESUMED_S)
-    felt = working.run(1.0)
-    assert len({now.peltier for now in felt}) > 3, "a drive that never changes regulates nothing"
-    assert len({now.motor_mv for now in felt if now.motor_mv}) != 1, "a speed that never changes is not the stroke's"
+    moments = working.run(1.0)
+    assert len({now.peltier for now in moments}) > 3, "a drive that never changes regulates nothing"
+    assert len({now.motor_mv for now in moments if now.motor_mv}) != 1, "a speed that never changes is not the stroke's"
 
 
 @pytest.mark.long

@@ -102,7 +102,7 @@ def test_a_step_that_raises_is_neutral_and_named_at_both_sites_and_work_resumes_
     working.work()
 
 
-def test_the_operator_is_told_what_the_remote_site_has_contained(
+def test_the_operator_sees_exceptions_of_the_remote_site(
     working: VirtualSession, fail: Callable[[object, str], Failing], contained: Contained
 ) -> None:
     fail(*PLACES["remote identify"](working))
@@ -111,7 +111,7 @@ def test_the_operator_is_told_what_the_remote_site_has_contained(
     assert working.operator.client.remote_fault == working.remote.server.session.fault == latched
 
 
-def test_what_raises_again_and_again_is_logged_once_a_clear(
+def test_a_repeated_exception_is_logged_once_a_clear(
     working: VirtualSession,
     fail: Callable[[object, str], Failing],
     caplog: pytest.LogCaptureFixture,
@@ -147,7 +147,7 @@ def test_a_recording_that_raises_is_named_and_the_work_continues(
     assert len(contained.take()) == 1
 
 
-def test_the_first_tick_after_a_gate_has_raised_is_neutral_and_so_is_all_until_a_person_engages(
+def test_outputs_are_neutral_from_an_exception_of_a_gate_until_a_person_engages(
     working: VirtualSession,
     fail: Callable[[object, str], Failing],
     monkeypatch: pytest.MonkeyPatch,

@@ -1,4 +1,4 @@
-"""Slow networks: within the agreed age the work goes on, beyond it nothing acts until the delay falls."""
+"""Slow networks: within the agreed age the work continues, beyond it nothing acts until the delay falls."""
 
 from collections.abc import Callable
 

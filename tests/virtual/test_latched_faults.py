@@ -1,4 +1,4 @@
-"""A fault latches on either site: nothing is put out until it is cleared and the session engaged anew."""
+"""A fault latches on either site: outputs stay off until it is cleared and the session engaged again."""
 
 from collections.abc import Callable
 
@@ -33,7 +33,7 @@ def latched(working: VirtualSession, request: pytest.FixtureRequest) -> VirtualS
     return working
 
 
-def test_nothing_acts_while_a_fault_is_latched_although_the_operator_wants_to_engage(latched: VirtualSession) -> None:
+def test_nothing_acts_during_a_latched_fault_despite_requests_to_engage(latched: VirtualSession) -> None:
     for _ in range(20):
         latched.engage()
         latched.ask("engage")
@@ -48,7 +48,7 @@ def test_a_fault_outlives_a_partition(latched: VirtualSession) -> None:
     assert_at_rest(latched.run(5.0))
 
 
-def test_a_cleared_fault_moves_nothing_until_the_session_is_engaged_anew(latched: VirtualSession) -> None:
+def test_a_cleared_fault_moves_nothing_until_the_session_is_engaged_again(latched: VirtualSession) -> None:
     latched.clear_faults()
     assert_at_rest(latched.run(3.0))
     assert not any(latched.latched)

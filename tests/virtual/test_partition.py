@@ -25,7 +25,7 @@ def assert_at_rest(truth: list[Truth]) -> None:
 
 
 def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -> None:
-    """Both sites engage by themselves within `patience_s`, force begins at zero, and the work goes on."""
+    """Both sites engage by themselves within `patience_s`, force begins at zero, and the work continues."""
     session.until(lambda s: s.both_engaged, patience_s)
     engaged_s = session.time_s
     for now in session.run(0.5):

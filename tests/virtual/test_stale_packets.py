@@ -9,7 +9,7 @@ STREAMS = ("motion", "touch", "heartbeat", "control")
 
 
 def works_on(working: VirtualSession, stream: str, refused: list[str], **changes: float) -> None:
-    """The work goes on in the same session on a stream like this; where it is judged, each reason is counted."""
+    """The work continues in the same session on such a stream; where it is judged, each reason is counted."""
     ident = working.remote.server.session.ident
     working.network.impair(stream=stream, **changes)
     for now in working.run(2.0):
@@ -39,20 +39,18 @@ def test_a_stall_that_ends_in_a_burst_is_safe_and_the_work_resumes(working: Virt
 
 @pytest.mark.long
 @pytest.mark.parametrize("stream", STREAMS)
-def test_packets_that_come_twice_do_nothing_but_count(working: VirtualSession, stream: str) -> None:
+def test_repeated_packets_are_only_counted(working: VirtualSession, stream: str) -> None:
     works_on(working, stream, ["sequence"], duplicate=0.5)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("stream", STREAMS)
-def test_packets_that_overtake_each_other_by_20_ms_do_nothing_but_count(working: VirtualSession, stream: str) -> None:
+def test_packets_that_overtake_each_other_by_20_ms_are_only_counted(working: VirtualSession, stream: str) -> None:
     works_on(working, stream, ["sequence"], reorder=0.5, reorder_s=0.020)
 
 
 @pytest.mark.parametrize("stream", STREAMS)
-def test_old_packets_of_this_and_of_an_earlier_session_do_nothing_but_count(
-    working: VirtualSession, stream: str
-) -> None:
+def test_old_packets_of_this_and_of_an_earlier_session_are_only_counted(working: VirtualSession, stream: str) -> None:
     working.network.impair(cut=True)
     working.run(2.5)
     working.network.heal()

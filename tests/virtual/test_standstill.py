@@ -113,7 +113,7 @@ def test_after_a_long_standstill_outputs_are_neutral_until_a_person_engages(
 def test_a_process_that_waits_between_its_time_and_its_devices_is_no_standstill(
     working: VirtualSession, side: str, seconds: float
 ) -> None:
-    """Another program had the processor, and the clock went on: what the devices say is newer than the tick's time."""
+    """Another program had the processor, and the clock ran on: the devices' reports are newer than the tick."""
     working.stop_in_tick(side, seconds, before_read=True)
     working.run(1.0)
     host = working.remote_host if side == "remote" else working.operator_host

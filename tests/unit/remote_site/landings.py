@@ -45,11 +45,11 @@ class Felt:
     drive: tuple[float, ...]
 
 
-def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[str, ...] = FINGERS) -> list[Felt]:
+def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[str, ...] = FINGERS) -> list[Moment]:
     """Land on the object `name` of scene `materials` again and again, with plates that were warm at first."""
     hand = RemoteFingers(load_scene("materials"), seed, fingers)
     low_x_m = next(thing.low_x_m for thing in hand.world.bench.objects if thing.name == name)
-    felt: list[Felt] = []
+    moments: list[Moment] = []
 
     def pass_time(seconds: float, x_m: float, from_m: float, to_m: float, landing: int) -> None:
         for tick in range(round(seconds / TICK_S)):
@@ -64,14 +64,14 @@ def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[s
         x_m = low_x_m + IN_M + landing.beside_m
         pass_time(landing.down_s + LOWER_S, x_m, UP_M, DOWN_M, number)
         pass_time(landing.up_s + LOWER_S, x_m, DOWN_M, UP_M, number)
-    return felt
+    return moments
 
 
-def named(felt: list[Felt], landing: int | None = None) -> set[str]:
+def named(moments: list[Moment], landing: int | None = None) -> set[str]:
     """All materials that were named in a landing, or ever."""
     return {
         touch.thermal.material
-        for moment in felt
+        for moment in moments
         if landing is None or moment.landing == landing
         for touch in moment.touches.values()
         if touch.thermal.material is not None

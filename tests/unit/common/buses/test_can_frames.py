@@ -43,7 +43,7 @@ def test_every_bit_pattern_is_in_range(name: str) -> None:
 
 @pytest.mark.parametrize("name", FRAMES)
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_is_not_sent(name: str, bad: float) -> None:
+def test_nan_and_infinity_are_not_sent(name: str, bad: float) -> None:
     values = some_values(name)
     last = list(values)[-1]
     with pytest.raises(ValueError, match=rf"{name}\.{last}"):
@@ -117,7 +117,7 @@ def test_any_bytes_raise_nothing_but_bad_frame(name: str, data: bytes) -> None:
         ("operator_site", "exoskeleton", 1000, 28.35),
     ],
 )
-def test_bus_load_is_what_the_document_says_and_below_half(
+def test_the_bus_load_agrees_with_the_document_and_is_below_half(
     site: str, device: str, loop_hz: int, percent: float
 ) -> None:
     on_bus = [m for m in database().messages if {site, device} & set(m.senders)]

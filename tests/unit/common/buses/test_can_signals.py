@@ -15,7 +15,7 @@ OWN = ("counter", "crc")
 
 
 @given(st.sampled_from(sorted(MESSAGES)), st.integers(0, 15), st.data())
-def test_what_is_packed_is_what_cantools_packs(name: str, counter: int, data: st.DataObject) -> None:
+def test_packing_agrees_with_cantools(name: str, counter: int, data: st.DataObject) -> None:
     signals = [signal for signal in MESSAGES[name].signals if signal.name not in OWN]
     values = {s.name: data.draw(st.floats(-20.0, 20.0) | st.floats(-1e9, 1e9), s.name) for s in signals}
     clipped = {s.name: min(max(values[s.name], float(s.minimum or 0)), float(s.maximum or 0)) for s in signals}
@@ -26,7 +26,7 @@ def test_what_is_packed_is_what_cantools_packs(name: str, counter: int, data: st
 
 
 @given(st.sampled_from(sorted(MESSAGES)), st.binary(min_size=8, max_size=8))
-def test_what_is_unpacked_is_what_cantools_unpacks(name: str, data: bytes) -> None:
+def test_unpacking_agrees_with_cantools(name: str, data: bytes) -> None:
     decoded = MESSAGES[name].decode(data)
     assert isinstance(decoded, dict)
     counter = decoded["counter"]
@@ -34,7 +34,7 @@ def test_what_is_unpacked_is_what_cantools_unpacks(name: str, data: bytes) -> No
 
 
 @pytest.mark.parametrize("signal", ["0|16@0- (0.02,0)", "0|16@1- (0.02,5)"])
-def test_a_description_that_it_cannot_pack_is_refused(signal: str) -> None:
+def test_an_unsupported_description_is_refused(signal: str) -> None:
     described = cantools.database.load_string(
         f'BO_ 256 Pose: 8 it\n SG_ x : {signal} [-1|1] "mm" us\n SG_ counter : 48|4@1+ (1,0) [0|15] "" us\n', "dbc"
     )

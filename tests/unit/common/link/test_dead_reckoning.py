@@ -1,4 +1,4 @@
-"""Places between two packets: as the hand went, bounded, and never further from the truth than what is sent allows."""
+"""Places between two packets follow the hand, are bounded, and stay within the threshold of the sender."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def block(x_m: float, z_m: float = 0.0) -> Places:
 
 
 def after(*packets: tuple[float, float]) -> DeadReckoning:
-    """A prediction that was told x at some times."""
+    """A prediction that received x at some times."""
     prediction = DeadReckoning()
     for t_s, x_m in packets:
         prediction.take(t_s, block(x_m))
@@ -36,12 +36,12 @@ def x_at(prediction: DeadReckoning, t_s: float) -> float:
     return float(place[0, 0])
 
 
-def test_it_goes_on_at_the_speed_between_the_last_packets_and_stands_after_two_refreshes() -> None:
+def test_motion_continues_at_its_last_speed_and_stops_after_two_refreshes() -> None:
     prediction = after((1.0, 0.1), (1.012, 0.1012))
     assert x_at(prediction, 1.012) == pytest.approx(0.1012)
     assert x_at(prediction, 1.020) == pytest.approx(0.1020, abs=1e-7)
     assert x_at(prediction, 1.012 + ONWARDS_S) == x_at(prediction, 2.0) == pytest.approx(0.1012 + 0.1 * ONWARDS_S)
-    assert x_at(prediction, 1.0) == pytest.approx(0.1012), "never back beyond what was told"
+    assert x_at(prediction, 1.0) == pytest.approx(0.1012), "never back beyond the received place"
 
 
 def test_there_is_a_speed_only_between_packets_that_belong_together() -> None:
@@ -59,7 +59,7 @@ Walk = st.lists(
 
 
 @given(Walk, st.sampled_from((0.001, TICK_S, 0.010)))
-def test_without_loss_no_receiver_is_ever_further_off_than_what_may_be_felt(
+def test_the_receivers_error_without_loss_stays_below_the_threshold(
     walk: list[tuple[float, ...]], tick_s: float
 ) -> None:
     """Whatever the hand does, jumps through its whole range included; times are those of a session of weeks."""
@@ -69,8 +69,8 @@ def test_without_loss_no_receiver_is_ever_further_off_than_what_may_be_felt(
         t_s = 1e6 + tick_s * tick
         place = np.clip(place + size * np.reshape(steps, (5, 3)) * HALF_RANGE_M, -HALF_RANGE_M, HALF_RANGE_M)
         true = place.astype(np.float32)
-        told = sender.at(t_s)
-        if deadband.step(t_s, told is None or motion_perceptible(told, true)):
+        predicted = sender.at(t_s)
+        if deadband.step(t_s, predicted is None or motion_perceptible(predicted, true)):
             sender.take(t_s, true)
             receiver.take(t_s, true)
             sent_s = t_s

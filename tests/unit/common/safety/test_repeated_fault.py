@@ -144,7 +144,7 @@ def test_from_a_pulse_to_the_next_is_a_set_time(early_ticks: int, tested: bool, 
 
 @pytest.mark.parametrize("way", ["not free", "no reading", "a fault", "clock set back"])
 @pytest.mark.parametrize("tick", [1, COOLS + 1, ROUND - 1])
-def test_what_interrupts_a_pulse_ends_it_and_it_counts(way: str, tick: int) -> None:
+def test_an_interrupted_pulse_ends_and_counts(way: str, tick: int) -> None:
     plate = Plate()
     plate.round()
     assert [plate.step() for _ in range(tick)] == PULSE[:tick]

@@ -35,12 +35,12 @@ def worked(scene: str, seed: int, wall_n_m: float) -> list[Frame]:
 
 
 def watch(frames: list[Frame], taking_part: tuple[bool, ...] = (True,) * 5) -> list[tuple[float, list[Fault]]]:
-    encoders, told = EncoderChecks(taking_part), []
+    encoders, checked = EncoderChecks(taking_part), []
     for sent_s, x_m, y_m, z_m, force_n in frames:
         encoders.pose(sent_s, x_m, y_m)
         encoders.heights(sent_s, z_m, force_n)
-        told.append((sent_s, encoders.faults))
-    return told
+        checked.append((sent_s, encoders.faults))
+    return checked
 
 
 def freeze(frames: list[Frame], finger: int, from_s: float) -> list[Frame]:
@@ -61,8 +61,8 @@ def test_no_hand_at_work_is_ever_a_fault(scene: str, seed: int, wall_n_m: float)
 @pytest.mark.parametrize("from_s", [1.0, 2.5, 4.0])
 @pytest.mark.parametrize("finger", range(5))
 def test_a_stuck_encoder_of_a_hand_at_work_is_named_within_its_time(finger: int, from_s: float) -> None:
-    told = watch(freeze(worked("materials", 0, 400.0), finger, from_s))
-    found_s, faults = next((t_s, faults) for t_s, faults in told if faults)
+    checked = watch(freeze(worked("materials", 0, 400.0), finger, from_s))
+    found_s, faults = next((t_s, faults) for t_s, faults in checked if faults)
     assert [fault[:3] for fault in faults] == [(FaultCode.FINGER_STILL, FINGERS[finger], "")]
     assert faults[0].limit == STILL_S == pytest.approx(faults[0].value, abs=0.01)
     assert found_s - from_s == pytest.approx(STILL_S, abs=0.05)
@@ -80,7 +80,7 @@ def step_still(
         fingers.step(TICK_S, [z_m] * 5, (0.0, 0.0), pushed_n)
 
 
-def test_where_nobody_is_nothing_is_stuck_but_what_is_pushed_and_does_not_give_before_its_stop() -> None:
+def test_only_a_pushed_joint_that_does_not_give_is_stuck_without_a_hand() -> None:
     fingers = StuckJoints()
     step_still(fingers, 20.0)
     assert fingers.faults == []

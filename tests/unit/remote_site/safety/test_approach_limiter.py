@@ -7,7 +7,7 @@ import pytest
 from remote_site.safety.approach_limiter import MET_M, WIDEN_M_S2, ApproachLimiter
 
 
-def test_it_stays_slow_until_it_has_met_and_then_reaches_full_speed() -> None:
+def test_the_approach_is_slow_until_it_has_met_and_then_reaches_full_speed() -> None:
     approach = ApproachLimiter(0.1, 0.1 + 1.5 * WIDEN_M_S2)
 
     def state() -> tuple[float, bool, bool]:

@@ -1,4 +1,4 @@
-"""The set-point of one finger at its bounds, and which limits it says have acted."""
+"""The set-point of one finger at its bounds, and its report of acting limits."""
 
 import math
 
@@ -38,7 +38,7 @@ def finger_at(z_m: float, left_j: float = 0.0) -> HeightSetpoint:
     return finger
 
 
-def test_it_begins_clear_and_where_the_frames_can_say() -> None:
+def test_a_set_point_begins_clear_and_within_the_range_of_the_frames() -> None:
     finger = HeightSetpoint(CONTACT_FORCE_N)
     assert finger.z_m == CLEAR_HEIGHT_M
     for z_m, begins_m in ((-1.0, HEIGHT_LOW_M), (0.001, 0.001), (1.0, HEIGHT_HIGH_M)):
@@ -56,7 +56,7 @@ def test_it_begins_clear_and_where_the_frames_can_say() -> None:
         (math.nan, 0.0, False),
     ],
 )
-def test_it_retreats_once_stopped_or_pressed_too_hard(pressed_n: float, stopped_s: float, rises: bool) -> None:
+def test_a_set_point_retreats_after_a_stop_or_a_hard_press(pressed_n: float, stopped_s: float, rises: bool) -> None:
     finger = finger_at(0.0)
     finger.retreat(DT, pressed_n, stopped_s)
     assert finger.z_m == (RETREAT_SPEED_M_S * DT if rises else 0.0)
@@ -102,7 +102,7 @@ def test_it_retreats_once_stopped_or_pressed_too_hard(pressed_n: float, stopped_
         ),
     ],
 )
-def test_it_names_each_limit_that_acts(
+def test_each_acting_limit_is_named(
     begins_m: float,
     wanted_m: float,
     measured_m: float,

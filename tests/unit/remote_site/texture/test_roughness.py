@@ -104,13 +104,13 @@ def test_the_roughness_is_as_uncertain_as_it_says():
             roughness.step(PathCell(k * CELL_M, value * value, 0.0))
             if k - 11 in values:
                 values[k - 11].append(roughness.roughness_v)
-                told[k - 11].append(roughness.roughness_sd_v)
+                stated[k - 11].append(roughness.roughness_sd_v)
     for count, found in values.items():
-        assert np.std(found) == pytest.approx(np.mean(told[count]), rel=0.25)
-    assert np.mean(told[300]) < 0.5 * np.mean(told[30])
+        assert np.std(found) == pytest.approx(np.mean(stated[count]), rel=0.25)
+    assert np.mean(stated[300]) < 0.5 * np.mean(stated[30])
 
 
-def test_what_was_felt_is_forgotten_with_the_way():
+def test_old_samples_are_forgotten_along_the_path():
     roughness, jumps = roughness_of(np.concatenate((cells(6, 1000, 0.010), cells(7, 600, 0.016))))
     assert jumps == 0
     assert roughness.roughness_v == pytest.approx(0.016, rel=0.2)

@@ -96,7 +96,7 @@ def densities(fingers: list[Finger]) -> list[Array]:
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 @pytest.mark.parametrize("seed", [0, 1])
-def test_it_is_the_integral(count: int, seed: int) -> None:
+def test_the_posterior_is_the_integral(count: int, seed: int) -> None:
     fingers = [Finger(10 * seed + k, AMBIENT_C + 10.0 + k) for k in range(count)]
     found = densities(fingers)
     each = np.array([density.sum() for density in found])

@@ -60,6 +60,6 @@ def test_a_sensors_clock_may_begin_at_0_again() -> None:
 
 
 @pytest.mark.parametrize("off_s", [2.0 * LOST_S, 5.0])
-def test_a_sensor_that_began_anew_is_timed_anew(off_s: float) -> None:
+def test_a_restarted_sensor_is_timed_again(off_s: float) -> None:
     found = times([0.0, 0.010, 0.020 + off_s, 0.030 + off_s], [3.0, 3.010, 3.020, 3.030])
     assert found == pytest.approx([0.0, 0.010, 0.020 + off_s, 0.030 + off_s])

@@ -109,5 +109,5 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:
     [(text, text) for text in ("socketcan:can0", "socketcand://10.0.0.7:29536/can1", "virtual:a bus")]
     + [(text, "") for text in ("/dev/ttyUSB0", "socket://127.0.0.1:7001")],
 )
-def test_a_can_address_is_read_as_written_and_a_serial_address_is_refused(text: str, read: str) -> None:
+def test_a_can_address_is_read_as_written_and_a_serial_one_is_no_can_address(text: str, read: str) -> None:
     assert str(can_address(text) or "") == read

@@ -212,7 +212,7 @@ def test_a_finger_is_not_asked_to_jump() -> None:
     assert 0.1 < max(ahead_mm) < 0.4
 
 
-def test_no_finger_exceeds_the_announced_motion() -> None:
+def test_no_finger_gets_more_force_than_announced() -> None:
     end = VirtualNode(Exoskeleton())
     examined(end)
     forces = [values_of(message, "FingerForces") for message in end.said if len(message.data) == 8]

@@ -160,7 +160,7 @@ def test_the_status_of_a_site_is_served(tmp_path: Path) -> None:
     assert served == METRICS.keys(), "each metric of the table was looked at here"
 
 
-def test_an_old_or_missing_status_serves_only_its_absence(tmp_path: Path) -> None:
+def test_an_old_or_missing_status_serves_only_up_and_age(tmp_path: Path) -> None:
     write_status(tmp_path / "old.json", age_s=OLDEST_S + 1.0)
     write_status(tmp_path / "before_start.json", age_s=-1000.0)
     (tmp_path / "broken.json").write_text('{"time_ns": ', "utf-8")
