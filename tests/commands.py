@@ -1,4 +1,4 @@
-"""A command of the program run in this process, with what a shell would see of it."""
+"""A command of the program run in this process, with its exit code and output."""
 
 import io
 import time

@@ -1,4 +1,4 @@
-"""From each hazard to its limit, its code, its tests and the faults that try it: docs/evidence.md.
+"""From each hazard to its limit, its code, its tests and the faults that test it: docs/evidence.md.
 
 `python -m tests.evidence > docs/evidence.md` writes the page. A test of this folder says what is missing or not there.
 """

@@ -1,4 +1,4 @@
-"""The chain from hazards to faults has no loose end on either side."""
+"""The chain from hazards to faults is complete in both directions."""
 
 import ast
 import re

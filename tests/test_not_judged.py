@@ -1,4 +1,4 @@
-"""A failure beside a standstill of the machine is not judged, and few may be; a failure in peace is one."""
+"""A few failures beside a standstill of the machine are not judged; all others are failures."""
 
 import subprocess
 import sys

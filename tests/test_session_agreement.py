@@ -192,7 +192,7 @@ def test_different_fingers_are_refused(make: Callable[..., Pair]) -> None:
     assert (pair.server.session.ident, pair.client.session.ident) == (0, 0)
 
 
-def test_a_hello_full_of_rubbish_is_refused_and_harms_nothing(make: Callable[..., Pair]) -> None:
+def test_a_hello_of_random_values_is_refused_and_does_no_harm(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.client.capabilities = able(["index"]) | {"fingers": "x" * 3800}
     pair.until(lambda: "the far side has fingers xxx" in pair.client.refusal)
@@ -380,7 +380,7 @@ def onlooker(keys: Keys) -> Iterator[Callable[[Pair], Onlooker]]:
         observer.link.close()
 
 
-def test_an_observer_sees_the_same_touch_and_changes_nothing(
+def test_a_read_only_client_sees_the_same_touch_and_changes_nothing(
     make: Callable[..., Pair], onlooker: Callable[[Pair], Onlooker]
 ) -> None:
     pair = make()
@@ -398,7 +398,7 @@ def test_an_observer_sees_the_same_touch_and_changes_nothing(
     assert both_engaged(pair)
 
 
-def test_an_observer_waits_for_an_operator_and_is_forgotten_when_it_is_gone(
+def test_a_read_only_client_waits_for_an_operator_and_is_forgotten_when_gone(
     make: Callable[..., Pair], onlooker: Callable[[Pair], Onlooker]
 ) -> None:
     pair = make(engage=False)
@@ -419,7 +419,7 @@ def test_an_observer_waits_for_an_operator_and_is_forgotten_when_it_is_gone(
     assert not pair.server.observers
 
 
-def test_revoking_an_observer_cuts_it_off_and_leaves_the_operator_alone(
+def test_revoking_a_read_only_client_leaves_the_operator_connected(
     make: Callable[..., Pair], onlooker: Callable[[Pair], Onlooker], keys: Keys
 ) -> None:
     pair = make()

@@ -1,4 +1,4 @@
-"""A copy of what the image is built from, as on a host of its own, and the commands that are run in it."""
+"""A copy of the image's sources, as on a host of its own, and the commands that are run in it."""
 
 import json
 import os

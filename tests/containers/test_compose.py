@@ -1,4 +1,4 @@
-"""The demonstration as its how-to has it: started, used, a process killed, an emergency stop, ended, and judged."""
+"""The demonstration of the how-to: started, used, a process killed, an emergency stop, ended, and judged."""
 
 import json
 import socket

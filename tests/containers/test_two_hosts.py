@@ -1,4 +1,4 @@
-"""Two hosts as their how-to sets them up, on two networks joined by a link that delays, loses and breaks."""
+"""Two hosts set up by their how-to, on two networks joined by a link that delays, loses and breaks."""
 
 import socket
 import ssl

@@ -1,4 +1,4 @@
-"""Names of code on the pages exist, files too, and numbers said to be theirs are."""
+"""Names of code and files on the pages exist, and stated values of constants are right."""
 
 import re
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""Every command of README and pages is given, in order, a page in a folder of its own. What is not says why there.
+"""Every command of README and pages is run in order, each page in a folder of its own. Others give their reason.
 
 Demos are cut short and have one finger, calibrations have fewer touches and strokes. Two demos that differ in nothing
 but their folder are run once.

@@ -1,4 +1,4 @@
-"""The site's own parts; what `make docs` finds broken is its own test."""
+"""The site's own parts; `make docs` tests the rest."""
 
 import sys
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The layout keeps its limits, and its page is of today."""
+"""The layout keeps its limits, and its page is up to date."""
 
 import pytest
 
@@ -26,11 +26,11 @@ def test_import_cycles_are_found() -> None:
         _ = Room({}, (), {"a": frozenset("b"), "b": frozenset("a")}).floors
 
 
-def test_module_names_say_what_modules_hold() -> None:
+def test_module_names_are_descriptive() -> None:
     assert opaque_names() == []
 
 
-def test_every_folder_says_what_it_holds() -> None:
+def test_every_folder_states_its_contents() -> None:
     short = []
     for room in ROOMS:
         for path in (ROOT / room).rglob("*.py"):

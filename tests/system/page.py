@@ -1,4 +1,4 @@
-"""A page without a browser: it says to the console what the real one says, and remembers what it was sent."""
+"""A page without a browser: it sends the messages of the real page to the console, and keeps the answers."""
 
 import asyncio
 import json

@@ -77,7 +77,7 @@ def test_an_emergency_stop_is_confirmed_by_each_device_and_seen_at_them(session:
         assert max(rpm for _, entry in truth for rpm in entry["motor_rpm"]) < 100.0
 
 
-def test_the_process_says_how_it_is(session: Session) -> None:
+def test_the_status_file_of_the_console_is_written(session: Session) -> None:
     with opened(session.address) as page:
         page.look(1.5)
         status = read_figures(session.folder, "console")

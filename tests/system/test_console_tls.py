@@ -1,4 +1,4 @@
-"""A console that is open to a network: over TLS, to who has a token, and to act only with one that may."""
+"""A console that is open to a network: over TLS, with a token, and actions only with a token that permits them."""
 
 import re
 import secrets
@@ -167,7 +167,7 @@ def test_another_page_cannot_use_the_cookie(served: Served) -> None:
     refused(served, origin=served.address.replace("https", "http"), **served.cookie(ACT))
 
 
-def test_it_is_not_served_without_tls_and_its_certificate_is_checked(served: Served) -> None:
+def test_the_page_needs_tls_and_its_certificate_is_checked(served: Served) -> None:
     with pytest.raises((URLError, RemoteDisconnected, ConnectionError)):
         urlopen(served.address.replace("https", "http") + "/health", timeout=10.0)
     with pytest.raises(URLError, match="CERTIFICATE_VERIFY_FAILED"):

@@ -1,4 +1,4 @@
-"""Keys are revoked and trusted while a session works, and what was recorded of one session is sent into another."""
+"""Keys are revoked and trusted while a session works, and packets of one session are sent into another."""
 
 import json
 import time

@@ -1,4 +1,4 @@
-"""Sessions through the network simulator: a demo over a bad evening, and connections that are reset."""
+"""Sessions through the network simulator: a demo over a bad network, and connections that are reset."""
 
 import json
 import socket

@@ -1,4 +1,4 @@
-"""Somebody looks on at a running session with a key of its own: sees, changes nothing, and is cut off alone."""
+"""A read-only client of a running session has a key of its own, changes nothing, and is cut off alone."""
 
 import json
 import subprocess

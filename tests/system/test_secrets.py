@@ -1,4 +1,4 @@
-"""Whatever a session leaves behind, no key is in it: searched byte by byte, and inside everything that is packed."""
+"""Files of a session contain no key: searched byte by byte, and inside every packed file."""
 
 import base64
 import html
@@ -148,7 +148,7 @@ def left(tmp_path_factory: pytest.TempPathFactory) -> Left:
     )
 
 
-def test_the_session_left_everything_behind_that_could_hold_a_key(left: Left) -> None:
+def test_the_session_left_every_file_that_could_hold_a_key(left: Left) -> None:
     for name in (
         "remote.mcap",
         "operator.mcap",

@@ -1,4 +1,4 @@
-"""A session of one finger on the test bed, with what really is at that finger's actuators."""
+"""A session of one finger on the test bed, with the true state of that finger's actuators."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager

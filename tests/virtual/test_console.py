@@ -1,4 +1,4 @@
-"""The console beside a session: what its pages are given and may do, and what comes of it at the actuators."""
+"""The console beside a session: content and rights of its pages, and their effect at the actuators."""
 
 import json
 from collections.abc import Iterator

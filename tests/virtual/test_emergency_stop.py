@@ -1,4 +1,4 @@
-"""Emergency stops in full work: the answers at both desks, and the outputs of the simulated devices."""
+"""Emergency stops in full work: the answers of both sites, and the outputs of the simulated devices."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Whatever breaks in a fingertip module, its finger is neither burnt nor left driven, and the fault has a name."""
+"""Each fault of a fingertip module is named, and its finger is neither burnt nor driven on."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The status file of a remote site names what is wrong with its list of trusted keys."""
+"""The status file of a remote site names the damage of its list of trusted keys."""
 
 from tests.virtual.session import VirtualSession
 

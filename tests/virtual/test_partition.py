@@ -1,4 +1,4 @@
-"""Nothing gets through, for a second or ten minutes: safe within the hold times, and then back to work by itself."""
+"""A partition of a second or of ten minutes is safe within the hold times, and work resumes by itself."""
 
 import pytest
 

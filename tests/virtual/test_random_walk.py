@@ -1,4 +1,4 @@
-"""A seeded walk over everything that can go wrong, judged at every tick; when it has ended, the work must resume."""
+"""A seeded walk over all faults, judged at every tick; afterwards the work must resume."""
 
 import random
 from collections.abc import Callable

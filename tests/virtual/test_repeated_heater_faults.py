@@ -1,4 +1,4 @@
-"""A thermal sensor that faults again and again at a patient: neither time nor clearing buys its heater more drive."""
+"""A thermal sensor that faults again and again at a patient: neither time nor clearing gives its heater more drive."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Status files, supervisor and desk of both sites while nothing gets through: no site says that it is engaged."""
+"""Status files, supervisor and local control of both sites over a silent link never report engaged."""
 
 import pytest
 
@@ -20,7 +20,7 @@ def states(session: VirtualSession) -> set[str]:
     return {desk, *(str(each["state"]) for each in figures), *(in_words(each).split(":")[0] for each in figures)}
 
 
-def test_no_site_says_engaged_once_the_link_is_silent(working: VirtualSession) -> None:
+def test_no_site_reports_engaged_over_a_silent_link(working: VirtualSession) -> None:
     assert states(working) == {"engaged"}
     working.network.impair(cut=True)
     working.run(GAP_S + 5 * TICK_S)

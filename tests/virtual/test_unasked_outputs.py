@@ -1,4 +1,4 @@
-"""Outputs that nobody asked for: a second sender on a bus, and devices that apply something else."""
+"""Outputs without a command: a second sender on a bus, and devices that apply something else."""
 
 import pytest
 

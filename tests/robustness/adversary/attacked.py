@@ -1,4 +1,4 @@
-"""A one-finger session of real processes with attackers beside it, and what is judged of it."""
+"""A one-finger session of real processes with attackers beside it, and its judge."""
 
 import subprocess
 import sys

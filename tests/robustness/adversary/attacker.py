@@ -1,4 +1,4 @@
-"""An attacker who holds a trusted key: what each role sends, one step at a time, over whatever line it is given."""
+"""An attacker who holds a trusted key: the packets of each role, one step at a time, over any link."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress

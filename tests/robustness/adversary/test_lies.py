@@ -1,4 +1,4 @@
-"""A far side that lies, within what decoders accept: limits and hold times hold, and no site contains an exception."""
+"""False packets of a peer that decoders accept: limits and hold times hold, and no site contains an exception."""
 
 from collections.abc import Callable
 from typing import Any

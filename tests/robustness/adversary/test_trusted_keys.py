@@ -1,4 +1,4 @@
-"""Second operators, observers and copies of the operator's key: nothing of them reaches an actuator."""
+"""Second operators, read-only clients and copies of the operator's key reach no actuator."""
 
 import logging
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The soak notices a session that does not work as before, and reads what its processes left behind."""
+"""The soak finds a session that does not work as before, and reads the files of its processes."""
 
 import json
 import os

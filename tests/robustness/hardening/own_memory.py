@@ -1,4 +1,4 @@
-"""How much memory this process has for itself."""
+"""The resident memory of this process."""
 
 import resource
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Packets that decoders accept and no honest site sends, as hypothesis draws them."""
+"""Packets that decoders accept and a correct site never sends, as hypothesis draws them."""
 
 import os
 from typing import Any

@@ -1,4 +1,4 @@
-"""A stop is answered in time while pages and connections without end are made at the console's own process."""
+"""A stop is answered in time during endless pages and connections at the console's own process."""
 
 import contextlib
 import json

@@ -55,7 +55,7 @@ def record(message: str, *arguments: object, **extra: object) -> logging.LogReco
     st.none() | st.floats() | ANY_TEXT | st.binary() | st.integers() | st.just(10**5000) | st.lists(st.integers()),
 )
 @example(FORGED, FORGED)
-def test_any_record_is_one_printable_line_and_strict_json_where_it_is_json(text: str, value: object) -> None:
+def test_any_record_is_one_printable_line_and_any_json_is_strict(text: str, value: object) -> None:
     for line in (
         TextLines("remote").format(record("%s", text, context=value)),
         JsonLines("remote").format(record("%s", text, context=value)),

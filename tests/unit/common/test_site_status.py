@@ -57,5 +57,5 @@ def engaged_end(*, both: bool, gap_s: float | None) -> Any:
         (False, None, "engaging"),
     ],
 )
-def test_a_site_says_engaged_only_while_outputs_may_act(both: bool, gap_s: float | None, said: str) -> None:
+def test_a_site_reports_engaged_only_while_outputs_may_act(both: bool, gap_s: float | None, said: str) -> None:
     assert in_brief(engaged_end(both=both, gap_s=gap_s), "")["state"] == said

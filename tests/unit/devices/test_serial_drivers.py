@@ -284,7 +284,7 @@ class Mute:
         return b""
 
 
-def test_a_port_where_nobody_answers_is_absent() -> None:
+def test_a_silent_port_is_absent() -> None:
     rig = ModuleRig(Mute(), "pty")
     driver = TactTipDriver("index", rig.address)
     rig.until(lambda: driver.read(0.0), lambda: driver.line.problem)

@@ -1,4 +1,4 @@
-"""The judge of faults on made truth: what it finds wrong, and what not."""
+"""The judge of faults finds wrong and right courses in synthetic truth."""
 
 from collections.abc import Callable
 from dataclasses import replace

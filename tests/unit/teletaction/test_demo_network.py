@@ -1,4 +1,4 @@
-"""A demonstration over a simulated network: who connects to whom, and what is refused before anything starts."""
+"""A demonstration over a simulated network: its connections, and refusals before the start."""
 
 from pathlib import Path
 

@@ -37,7 +37,7 @@ def service(name: str) -> str:
 
 
 @pytest.mark.parametrize("folder", ["", "hardware"])
-def test_the_console_looks_for_its_site_where_that_is(folder: str) -> None:
+def test_the_console_has_the_address_of_its_site(folder: str) -> None:
     console = load_config(DOCKER / folder / "console.toml", ConsoleConfig)
     site = load_config(DOCKER / folder / "operator.toml", OperatorConfig)
     assert (console.desk_port, console.feed_port, console.keys) == (site.desk_port, site.feed_port, site.link.keys)

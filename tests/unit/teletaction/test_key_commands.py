@@ -1,4 +1,4 @@
-"""Commands about keys, and who may be reached without: what they print, with which exit code, and in one line."""
+"""Commands about keys, and binds without keys: output, exit code, and errors in one line."""
 
 from collections.abc import Callable
 from itertools import islice

@@ -1,4 +1,4 @@
-"""A short recorded session gives today what it gave when it was made: nobody has changed behaviour without meaning it.
+"""A short recorded session gives its recorded results, so that every change of behaviour is found.
 
 After a change that is meant: `make golden`, and look at what changes in identification.jsonl.
 """

@@ -1,4 +1,4 @@
-"""Commands that people give at a site: what they print, with which exit code, and that it is one line when it fails."""
+"""Commands that people give at a site: output, exit code, and failures in one line."""
 
 import json
 import threading

@@ -1,4 +1,4 @@
-"""A device is opened beside the loop: again and again, ever more slowly, and handed over once."""
+"""A device is opened beside the loop, with growing pauses between tries, and handed over once."""
 
 import threading
 import time

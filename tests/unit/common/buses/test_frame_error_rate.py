@@ -1,4 +1,4 @@
-"""A damaged frame now and then is nothing; too many of a kind, or none that is good, is a named fault."""
+"""A few damaged frames are no fault; too many of a kind, or no good one, are a named fault."""
 
 from hypothesis import given
 from hypothesis import strategies as st

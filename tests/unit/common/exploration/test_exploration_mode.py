@@ -71,7 +71,7 @@ def test_touch_rest_stroke_rest_lift() -> None:
     assert abs(finger.modes.count(STROKING) * TICK_S - (1.0 - first + REST_S)) < 0.010
 
 
-def test_a_turn_is_one_stroke_and_a_slip_one_as_long_as_it_lasts() -> None:
+def test_a_turn_is_one_stroke_and_so_is_a_slip() -> None:
     rested, stroke = (0.5, DOWN, 0.0), (0.5, DOWN, 0.05)
     finger = Finger().go(rested, stroke, (0.08, DOWN, 0.0), (0.5, DOWN, -0.05), (0.08, DOWN, 0.0), stroke)
     assert finger.order() == [TAPPING, QUIESCENT, STROKING]

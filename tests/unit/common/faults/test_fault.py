@@ -1,4 +1,4 @@
-"""Faults: each code has a text and a source, and what was packed is read back, whatever a peer makes up."""
+"""Faults: each code has a text and a source, and packed faults are read back, also false ones of a peer."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Files that people write, and what else may be in their place: one line that names the file, never a traceback."""
+"""Files that people write, and wrong ones in their place: one line that names the file, never a traceback."""
 
 import os
 from collections.abc import Callable

@@ -172,7 +172,7 @@ def test_an_address_of_another_machine_is_a_link_problem(keys: Keys, base_port: 
 
 
 @pytest.mark.parametrize("held", ["observed", "control"])
-def test_a_port_that_was_held_for_a_moment_is_bound_with_whatever_is_read_next(
+def test_a_port_that_was_in_use_is_bound_at_the_next_read(
     keys: Keys, base_port: int, monkeypatch: pytest.MonkeyPatch, held: str
 ) -> None:
     """The observers' stream stayed closed until somebody else was revoked: nothing is ever read from it."""

@@ -1,4 +1,4 @@
-"""The desk over its real sockets: a site's side served in a thread, as its loop would."""
+"""Local control over its real sockets: a site's side served in a thread, as its loop would."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Rows of recordings: the bytes that they have always had, and a refusal of everything else."""
+"""Rows of recordings: unchanged bytes, and a refusal of all others."""
 
 import math
 from typing import Any

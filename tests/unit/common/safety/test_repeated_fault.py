@@ -105,7 +105,7 @@ def test_a_pulse_begins_turns_and_ends_at_its_times_and_an_average_ends_before_t
     assert not plate.logic.needs_test
 
 
-def test_the_round_after_a_test_is_without_drive_however_late_it_begins() -> None:
+def test_the_round_after_a_test_is_without_drive_at_any_start() -> None:
     plate = Plate()
     assert (plate.round(), plate.round()) == (OFF, PULSE)
     plate.t_s += 2.0 * TEST_EVERY_S

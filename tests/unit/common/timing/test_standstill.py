@@ -61,7 +61,7 @@ def test_drift_is_no_standstill_and_hides_none(pace: float) -> None:
 
 
 @pytest.mark.parametrize("late_s", [0.03, 0.5, 3.0, 60.0])
-def test_a_line_that_was_late_is_no_standstill_however_its_reports_come(late_s: float) -> None:
+def test_a_late_line_is_no_standstill_in_any_order_of_reports(late_s: float) -> None:
     """Old reports come first, a piece in each tick, and the line has caught up at the end."""
     device = Device()
     device.run(100)

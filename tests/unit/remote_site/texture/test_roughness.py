@@ -61,7 +61,7 @@ def test_a_surface_that_becomes_rougher_is_an_edge_and_nothing_latches():
 
 
 @pytest.mark.parametrize("step_v", [-0.5, 0.5])
-def test_an_edge_is_one_impulse_whichever_way_it_goes(step_v):
+def test_an_edge_is_one_impulse_in_either_direction(step_v):
     values = cells(4, 600, 0.007)
     values[296:300] += 0.5 * step_v
     values[300:304] -= 0.5 * step_v

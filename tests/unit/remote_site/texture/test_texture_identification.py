@@ -15,7 +15,7 @@ from tests.unit.remote_site.shipped_tables import SURFACES
 
 
 @pytest.mark.parametrize("surface", SIX)
-def test_a_surface_is_recognised_and_as_rough_however_it_is_stroked(surface):
+def test_a_surface_and_its_roughness_are_the_same_for_any_stroke(surface):
     roughness = []
     for seed in range(71_000, 71_006):
         blocks = stroking(played(drawn(surface, seed)))

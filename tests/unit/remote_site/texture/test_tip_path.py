@@ -19,7 +19,7 @@ def way(speed_m_s, seconds=1.0):
 
 
 @pytest.mark.parametrize("speed_m_s", [0.01, 0.02, 0.05, 0.15, 0.3])
-def test_a_groove_lies_at_one_place_and_is_as_deep_however_fast_it_is_crossed(speed_m_s):
+def test_a_groove_has_one_place_and_depth_at_any_speed(speed_m_s):
     x = way(speed_m_s, 0.012 / speed_m_s)
     found = curvature(-np.exp(-(((x - 0.006) / 0.3e-3) ** 2)), speed_m_s)
     time_s, place_m, curved_v, _ = found[found[:, 2].argmin()]

@@ -1,4 +1,4 @@
-"""An examination drives nothing unless it is let, stops when more happens than was announced, and ends neutral."""
+"""An examination drives only with permission, stops beyond the announced motion, and ends neutral."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""The doctor without a session: what it finds on a host, and what it says of a device that is elsewhere."""
+"""The doctor without a session: findings on a host, and devices that are elsewhere."""
 
 import re
 import shutil

@@ -243,7 +243,7 @@ def test_there_is_one_page_and_one_method(tmp_path: Path) -> None:
         connection.close()
 
 
-def test_a_client_that_says_nothing_or_goes_away_does_not_hold_the_others(tmp_path: Path) -> None:
+def test_a_silent_or_lost_client_does_not_delay_the_others(tmp_path: Path) -> None:
     with serving([tmp_path / "operator.json"]) as address:
         with socket.create_connection(address), socket.create_connection(address) as rude:
             rude.sendall(b"GET /metr")

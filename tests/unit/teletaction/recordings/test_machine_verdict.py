@@ -1,4 +1,4 @@
-"""The verdict names who was late, for how long, and what was missed by it; and says nothing that it does not know."""
+"""The verdict names the late process, the time and the losses, and leaves out unknown values."""
 
 from teletaction.recordings.machine_verdict import behind, machine_verdict
 

@@ -1,4 +1,4 @@
-"""Replay: what it writes, what it needs, and what it says of a recording that is not the same, or not enough."""
+"""Replay: its output, its input, and its reports of a different or incomplete recording."""
 
 import csv
 import json
@@ -84,7 +84,7 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> Own:
     return path, replay(path, out)
 
 
-def test_a_replay_writes_what_left_for_the_devices_and_what_it_compared(golden: Own) -> None:
+def test_a_replay_writes_commands_of_devices_and_its_comparison(golden: Own) -> None:
     out, result = golden
     assert json.loads((out / "replay.json").read_text("utf-8")) == result
     remote, operator = result["remote"]["remote"], result["operator"]["operator"]

@@ -1,4 +1,4 @@
-"""The examination in the report: findings, maps, what was not felt, who did what; and nothing in it is executed."""
+"""The examination in the report: findings, maps, untouched places and actions of persons; it runs no script."""
 
 import json
 from functools import cache

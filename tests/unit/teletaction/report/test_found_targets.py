@@ -1,4 +1,4 @@
-"""Targets on a map: found where the quantity stands out most, and judged by what is true of them."""
+"""Targets on a map are found where the quantity stands out most, and judged by the truth."""
 
 import math
 

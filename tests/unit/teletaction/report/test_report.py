@@ -1,4 +1,4 @@
-"""A report: every figure and number, whatever is missing, and nothing from outside."""
+"""A report has every figure and number, also with missing data, and loads nothing from outside."""
 
 import base64
 import re

@@ -88,7 +88,7 @@ def test_no_sample_after_contact_and_t_is_used(table: MaterialTable, tmp_path: P
     assert lines[0] == lines[1] == lines[2]
 
 
-def test_time_counts_from_contact_whatever_the_clock_says(table: MaterialTable, tmp_path: Path) -> None:
+def test_time_counts_from_contact_on_any_clock(table: MaterialTable, tmp_path: Path) -> None:
     first, again = (identify(table, stone().write(tmp_path / "a.csv", clock_s=clock_s))[0] for clock_s in (0.0, 1000.0))
     assert again["probability"] == pytest.approx(first["probability"], abs=0.002)
     assert again["object_c"] == pytest.approx(first["object_c"], abs=0.02)
