@@ -1,4 +1,4 @@
-"""Rendering and its gate in one step: what they do with a session, a fault, and input that is missing."""
+"""Rendering and its gate in one step: with a session, a fault, and missing input."""
 
 import math
 

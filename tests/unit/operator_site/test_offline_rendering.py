@@ -66,7 +66,7 @@ def test_parameters_are_enough_to_compute_the_case_again(tmp_path):
         ({"air_c": math.nan}, "air_c"),
     ],
 )
-def test_bad_input_names_what_is_wrong(changes, named):
+def test_bad_input_is_named(changes, named):
     case = {"object_name": "pvc", "object_c": 25.0, "air_c": 25.0, "seconds": 2.0} | changes
     with pytest.raises(ValueError, match=named):
         render_thermal(**case)

@@ -1,4 +1,4 @@
-"""The paper's objects in a virtual environment: each feels as what it is, and differs from the others as it should."""
+"""The paper's objects in a virtual environment: each feels as intended, and differs from the others."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A simulated hand that lands on an object again and again, and what is identified."""
+"""A simulated hand that lands on an object repeatedly, and its identification."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Pre-heating of several plates, by what is identified."""
+"""Pre-heating of several plates, by their identification."""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""Recordings of the remote site: of what it sensed, and of a finger's identification."""
+"""Recordings of the remote site: its readings, and a finger's identification."""
 
 import msgpack
 import pytest

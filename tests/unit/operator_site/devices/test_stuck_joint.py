@@ -1,4 +1,4 @@
-"""A stuck joint is named within its time while there is a hand; a living finger never is, nor one that nobody wears."""
+"""A stuck joint is named within its time while there is a hand; a moving or an unworn finger never is."""
 
 import math
 from functools import cache
@@ -91,7 +91,7 @@ def test_only_a_pushed_joint_that_does_not_give_is_stuck_without_a_hand() -> Non
     assert at_its_stop.faults == []
 
 
-def test_a_hand_that_lies_down_for_a_moment_starts_no_clock_for_longer_than_it_was_lively() -> None:
+def test_a_brief_rest_of_a_hand_starts_no_check_beyond_its_active_time() -> None:
     fingers, random = StuckJoints(), np.random.default_rng(0)
     for _ in range(500):
         fingers.step(TICK_S, [0.0, *(COUNT_M * random.integers(0, 5, 4)).tolist()], (0.0, 0.0), (0.0,) * 5)

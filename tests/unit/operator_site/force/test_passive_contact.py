@@ -58,7 +58,7 @@ def pressed(stiffness: float = 400.0, depth_m: float = 0.002) -> tuple[PassiveCo
 
 
 @pytest.mark.parametrize(("surface_m", "stiffness"), [(0.003, 400.0), (0.0, 3000.0), (0.003, 3000.0), (0.01, 50.0)])
-def test_a_still_finger_is_never_pressed_harder_than_it_pressed_but_for_its_account(surface_m, stiffness):
+def test_a_still_finger_is_never_pressed_harder_than_it_pressed_beyond_its_account(surface_m, stiffness):
     contact, t_s = pressed()
     account_j, before = contact.account_j, contact.step(t_s + T, -0.002, 0.0, 400.0)
     stored = before**2 / 2 / 400.0

@@ -670,7 +670,7 @@ def test_a_plate_that_faults_name_twice_in_ten_minutes_is_driven_again_once_a_te
     assert out.peltier_drive == [0.4] * 5
 
 
-def test_the_second_fault_says_that_its_plate_stays_off():
+def test_the_second_fault_reports_that_its_plate_stays_off():
     rig = Rig()
     rig.gate.trip(FAILED)
     assert rig.step().fault == FAILED
@@ -731,7 +731,7 @@ def test_drive_is_cut_at_the_first_check_of_a_plate_that_will_be_too_hot(ticks):
     assert outs[-1].peltier_drive == [0.0] * 5
 
 
-def test_a_plate_in_test_is_judged_by_where_it_will_be():
+def test_a_plate_in_test_is_judged_by_its_predicted_temperature():
     rig = Rig(WIDE)
     named_twice(rig)
     outs = [rig.step(plate_measured_c=41.0 + 3.0 * DT * tick) for tick in range(150)]

@@ -1,4 +1,4 @@
-"""No port gives out more than it was given, PRODUCED_J, and what is forgiven; and a sound contact is left alone."""
+"""A port gives out at most its input, PRODUCED_J and the forgiven energy; a sound contact is not limited."""
 
 import itertools
 import math
@@ -266,9 +266,7 @@ def test_losses_of_a_contact_fade_and_stored_energy_stays() -> None:
         pytest.param([(0.0, 0.0), (0.02, 0.0), (-0.02, 4.0), (-0.005, 1.0)], 0.005, id="no force held it higher"),
     ],
 )
-def test_a_contact_holds_its_force_over_the_way_up_to_where_it_was_highest(
-    course: list[tuple[float, float]], held_j: float
-) -> None:
+def test_a_contact_holds_its_force_up_to_its_highest_place(course: list[tuple[float, float]], held_j: float) -> None:
     port, t_s, z_m = PassivityController(STIFFEST_N_M, 0.0), 0.0, 0.0
     for rise_m, force_n in course + [(0.0, course[-1][1])] * 1000:
         z_m, t_s = z_m + rise_m, t_s + TICK_S

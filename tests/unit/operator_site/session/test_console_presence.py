@@ -1,4 +1,4 @@
-"""A console that nobody watches pauses the session in time."""
+"""A missing or hidden console pauses the session in time."""
 
 from hypothesis import given
 from hypothesis import strategies as st

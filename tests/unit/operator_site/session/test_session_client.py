@@ -1,4 +1,4 @@
-"""The operator's end of a session against a remote site whose every word is the test's, in virtual time."""
+"""The operator's end of a session against a remote site whose messages the test sends, in virtual time."""
 
 from typing import Any
 
@@ -71,7 +71,7 @@ def test_each_confirmation_is_reported_and_the_remote_site_is_asked_until_it_con
     assert pair.asked("estop", 1000) == 0
 
 
-def test_a_stop_that_was_cleared_is_not_asked_for_again(pair: Pair) -> None:
+def test_a_cleared_stop_is_not_requested_again(pair: Pair) -> None:
     pair.stop()
     pair.answer("estop", **UNCONFIRMED)
     pair.client.clear(pair.remote.now_ns)
@@ -174,7 +174,7 @@ def test_an_incompatible_remote_site_is_reported_once(caplog: pytest.LogCaptureF
     assert caplog.text.count("laid out differently") == 1
 
 
-def test_a_late_answer_to_a_hello_that_was_asked_twice_refuses_nothing() -> None:
+def test_a_late_answer_to_a_repeated_hello_refuses_nothing() -> None:
     """A remote site that is slow to start grants the first hello, and has heard of the session at the second."""
     pair = Pair()
     pair.run(202)

@@ -48,7 +48,7 @@ def test_free_finger_is_shown_its_own_temperature():
 
 
 @pytest.mark.parametrize("profile", [COMFORT, WIDE])
-def test_set_point_keeps_range_and_rate_and_says_so(profile):
+def test_set_point_keeps_range_and_rate_and_reports_limits(profile):
     display = PlateSetpoint(profile, np.full(5, 33.0))
     for goal, rate, bound in ((-20.0, -2.5, profile.low_c), (80.0, 4.0, profile.high_c)):
         display.aim(state(goal, 0.0), [True] * 5)
@@ -146,7 +146,7 @@ def test_sensor_that_changes_too_fast_is_not_believed(rate, believed):
     assert (not any(faults)) == believed
 
 
-def test_readings_that_arrive_late_in_a_heap_are_no_fault():
+def test_late_readings_in_a_burst_are_no_fault():
     sensor, rate = PlateSensor(), 5.3  # as fast as a strong plate warms
     for i in range(300):
         arrives_s = i * 0.01 if i % 40 > 9 else (i // 40 * 40 + 9) * 0.01  # 90 ms of silence, then all at once

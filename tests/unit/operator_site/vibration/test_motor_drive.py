@@ -1,4 +1,4 @@
-"""The motor's voltage: what holds a speed, and what brings the motor there in time; judged at the simulated motor."""
+"""The motor's voltage holds a speed and reaches it in time; judged at the simulated motor."""
 
 import math
 from collections import deque

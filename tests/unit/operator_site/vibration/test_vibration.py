@@ -41,7 +41,7 @@ def test_tap_is_eq_1_and_ends():
 
 
 @pytest.mark.parametrize("speed", [0.005, 0.03, 0.1])
-def test_every_tap_is_asked_for_above_the_floor(speed):
+def test_every_tap_is_commanded_above_the_floor(speed):
     finger, weak = FingerVibration(), Surface(k_tap=1.0, b_tap_per_s=40.0)
     for tick in range(100):
         events = [tap(speed)] if tick == 0 else []
@@ -177,7 +177,7 @@ def test_a_predicted_contact_that_does_not_come_is_given_up():
     assert again > 0.0
 
 
-def test_matched_intensity_is_linear_in_what_is_felt():
+def test_matched_intensity_is_linear_in_the_felt_intensity():
     """Twice what Eq. 2 asks for is felt twice as strongly: acceleration grows with the square of the motor's speed."""
     finger, paper = FingerVibration("intensity"), FingerVibration()
     felt = [

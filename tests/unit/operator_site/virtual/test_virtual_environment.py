@@ -1,4 +1,4 @@
-"""A scene under the operator's own fingers: contact, modes, grooves, and what is known before the touch."""
+"""A scene under the operator's own fingers: contact, modes, grooves, and data known before the touch."""
 
 import numpy as np
 import pytest

@@ -100,7 +100,7 @@ def test_the_status_file_has_the_figures_of_any_operator_site() -> None:
     working.site.goodbye()
 
 
-def test_a_site_that_requires_a_console_pauses_when_nobody_watches() -> None:
+def test_a_site_that_requires_a_console_pauses_without_one() -> None:
     working = Working(required_s=1.0)
     assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""A force sensor that lies is named within its time; a sound one never is, on whatever the finger presses."""
+"""A broken force sensor is named within its time; a sound one never is, on any object."""
 
 from collections.abc import Callable, Iterator
 from itertools import islice

@@ -66,7 +66,7 @@ def test_a_free_finger_reports_nothing_of_an_object(ticks: list[Tick]) -> None:
         assert tick.summaries[2] == NOTHING, "a finger that is not in use"
 
 
-def test_a_stiffness_comes_with_how_well_it_is_known_and_without_contact_there_is_none(ticks: list[Tick]) -> None:
+def test_a_stiffness_has_its_uncertainty_and_there_is_none_without_contact(ticks: list[Tick]) -> None:
     touching = column(ticks, "contact") > 0.0
     sd = column(ticks, "stiffness_ln_sd")
     assert (sd[~touching] == 10.0).all()

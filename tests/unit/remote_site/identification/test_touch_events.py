@@ -26,7 +26,7 @@ def test_the_time_of_a_place_is_interpolated_between_two_packets(lost: float) ->
     assert hand.when_ns(0.0301, 0.02) == pytest.approx(START_NS + 301 * MS, abs=1000)
 
 
-def test_after_a_turn_the_pass_counts_that_is_as_late_as_the_grooves_before_it() -> None:
+def test_after_a_turn_the_pass_with_the_delay_of_earlier_grooves_counts() -> None:
     """To and fro at 100 mm/s, followed 60 ms late: each place is passed twice within 0.2 s."""
     hand = HandPath()
     place = [1e-4 * (ms % 200 if ms % 400 < 200 else 200 - ms % 200) for ms in range(2000)]
@@ -49,7 +49,7 @@ def test_where_the_hand_never_was_the_newest_motion_counts() -> None:
     assert hand.when_ns(0.01, 0.02 + 1.1 * NEAR_M) == START_NS + 198 * MS
 
 
-def test_a_way_is_bounded_when_its_clock_hardly_moves() -> None:
+def test_a_path_is_bounded_when_its_clock_hardly_moves() -> None:
     hand = HandPath()
     hand.step(HandPlace(START_NS, 0.5, 0.0))
     for ns in range(1, 5 * MOST):

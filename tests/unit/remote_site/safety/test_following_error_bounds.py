@@ -136,7 +136,7 @@ def test_after_a_pause_one_report_counts_as_one_tick() -> None:
     assert follow.step(1.0, 0.0, place(0, 0.1), IN_THE_AIR) is not None
 
 
-def test_nothing_is_wrong_before_it_was_sent_anywhere() -> None:
+def test_nothing_is_wrong_before_the_first_set_point() -> None:
     assert found(FollowingError(), place(0, 9.0)) == ""
 
 
@@ -150,7 +150,7 @@ def release(follow: FollowingError, begin_s: float, rest_m: Sequence[float], for
 
 @pytest.mark.parametrize("number", range(7))
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_released_it_stays_where_it_comes_to_rest(number: int, sign: float) -> None:
+def test_a_released_hand_stays_at_its_place_of_rest(number: int, sign: float) -> None:
     rest_m, follow = place(number, 0.02 * sign), sent()
     for begin_s in (1.0, 5.0):
         release(follow, begin_s, rest_m, IN_THE_AIR)

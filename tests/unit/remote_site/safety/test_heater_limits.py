@@ -65,7 +65,7 @@ def test_a_plate_without_a_rate_is_judged_by_its_reading() -> None:
 
 @pytest.mark.parametrize("rate_k_s", [0.9, 8.0])
 @pytest.mark.parametrize("off_k", [-0.01, 0.01])
-def test_a_plate_that_warms_is_judged_by_where_its_smoothed_rate_takes_it(rate_k_s: float, off_k: float) -> None:
+def test_a_warming_plate_is_judged_by_its_extrapolated_temperature(rate_k_s: float, off_k: float) -> None:
     plate, share = Plate(), 0.5  # of the rate, after RATE_LAG_S; then three quarters
     reached_c = SENSOR_PLATE_C + off_k - share * LOOK_AHEAD_S * rate_k_s
     plate.step(reached_c - RATE_LAG_S * rate_k_s)

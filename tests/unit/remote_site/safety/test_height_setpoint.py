@@ -124,7 +124,7 @@ def test_a_set_point_that_misses_by_rounding_only_is_not_limited(missed_m: float
 
 
 @pytest.mark.parametrize("pressed_n", [0.0, TOUCHING_N, 1.0])
-def test_the_room_for_work_decides_how_fast_it_goes_down(pressed_n: float) -> None:
+def test_the_room_for_work_limits_the_speed_downwards(pressed_n: float) -> None:
     room_j = 0.5 * APPROACH_DOWN_M_S * REACTION_S * max(TOUCHING_N, pressed_n)
     finger = finger_at(0.0, LEFT_J - room_j)
     assert finger.follow(DT, -0.01, 0.0, pressed_n, True) == APPROACH | ENERGY

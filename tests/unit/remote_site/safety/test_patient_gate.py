@@ -712,7 +712,7 @@ def test_contact_in_the_approach_is_soft_and_stays_below_the_limit(stiffness):
     assert end_n > 0.7 * CONTACT_FORCE_N
 
 
-def test_stale_motion_stops_and_raises_the_fingers_and_then_it_is_as_after_an_engagement():
+def test_stale_motion_stops_and_raises_the_fingers_and_a_new_approach_follows():
     rig = Rig(z_m=-0.001).met()
     for tick in range(round((STOP_S + 0.1) / DT)):
         out = rig.step(age=GAP_S + tick * DT + 1e-6, wanted_x_m=0.05)
@@ -876,7 +876,7 @@ def test_a_finger_that_an_object_holds_back_is_no_fault():
     assert until_fault(Rig(z_m=0.0), 2.0, force_n=0.0, **pressed)[0] < 1.0  # what holds it back is no object
 
 
-def test_a_released_finger_may_sink_with_the_object_by_what_had_bent_its_servo():
+def test_a_released_finger_may_sink_with_the_object_by_the_deflection_of_its_servo():
     rig = Rig(z_m=0.0)
     for tick in range(100 + round(STOPPING_S / DT) + 5):
         rig.step(engaged=tick < 100, wanted_z_m=-0.003, measured_z_m=0.0, force_n=3.0)

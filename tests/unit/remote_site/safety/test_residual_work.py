@@ -1,4 +1,4 @@
-"""The work that a finger has left in what it touches, counted from what it measures."""
+"""The work that a finger has left in its object, from its measurements."""
 
 import itertools
 import math

@@ -55,7 +55,7 @@ def test_the_leak_of_the_integrator_is_undone():
     assert undone < 0.25 * left
 
 
-def test_a_rest_interrupts_the_way():
+def test_a_rest_interrupts_the_path():
     path = TipPath(0.0, 0.0)
     assert path.step([0.0] * 100, 0.05, 0.05)
     assert path.step([1.0] * 400, 0.25, 0.002) == []

@@ -1,4 +1,4 @@
-"""Joint judgement of several fingers against numerical integration, and what it is for."""
+"""Joint judgement of several fingers against numerical integration, and its benefit."""
 
 import numpy as np
 import pytest

@@ -57,7 +57,7 @@ def test_the_heaters_history_is_forgotten_in_minutes_and_uncertain_until_then() 
     assert back.sd_k == pytest.approx(LEAST_SD_K, rel=0.01)
 
 
-def test_cooling_warms_it_and_a_hole_in_the_readings_counts_little() -> None:
+def test_cooling_warms_the_back_and_a_gap_in_the_readings_counts_little() -> None:
     back = PeltierBackside()
     back.step(0.1, -1.0, 0.0)
     assert back.above_k > 0.05

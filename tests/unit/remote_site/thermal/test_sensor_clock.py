@@ -18,7 +18,7 @@ def times(arrived_s: list[float], taken_s: list[float] | None = None, powered_us
     return [clock.step(a, (powered_us + round(t * 1e6)) % WRAPS) for a, t in zip(arrived_s, taken, strict=True)]
 
 
-def test_jitter_of_the_way_is_not_the_readings() -> None:
+def test_jitter_of_the_transport_does_not_move_readings() -> None:
     late = np.random.default_rng(0).uniform(0.0, 0.008, 400)
     found = times((PERIOD_S * np.arange(400) + late).tolist())
     gaps = np.diff(found)

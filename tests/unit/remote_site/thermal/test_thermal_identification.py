@@ -73,7 +73,7 @@ def test_temperature_and_effusivity_are_within_their_uncertainty(answered: Answe
     assert np.mean(squares) < 2.3
 
 
-def test_the_papers_method_stands_beside_it(answered: Answered) -> None:
+def test_the_papers_method_is_reported_beside_the_result(answered: Answered) -> None:
     for touch, answers in answered:
         assert answers[10].rate_per_s is None
         last = answers[-1]

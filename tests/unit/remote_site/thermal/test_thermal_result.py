@@ -1,4 +1,4 @@
-"""From posterior to answer: when a name is given, kept and taken back, and what is said where none can be given."""
+"""From posterior to answer: a name is given, kept and withdrawn, and its absence has a reason."""
 
 import numpy as np
 import pytest
@@ -100,7 +100,7 @@ def test_an_undecided_touch_is_ambiguous_and_its_candidates_are_named() -> None:
     assert answer.reason is ThermalReason.NONE
 
 
-def test_one_candidate_is_ambiguous_for_what_was_not_calibrated() -> None:
+def test_one_candidate_is_ambiguous_against_uncalibrated_substances() -> None:
     answer = conclusion().step(posterior(0.0, 0.99, 0.0), LATEST_S)
     assert (answer.status, list(answer.candidates)) == (ThermalStatus.AMBIGUOUS, ["stone"])
     assert answer.reason == ThermalReason.NOT_RULED_OUT

@@ -1,4 +1,4 @@
-"""The filters of one touch against exact inference, and what they say of touches made by another physics."""
+"""The filters of one touch against exact inference, and on touches made by another physics."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def prior_of_temperatures(table: MaterialTable, start_c: float) -> tuple[Array, 
     return mean, np.array([ANYWHERE_K, table.start_sd_k, table.back_sd_k]) ** 2
 
 
-def test_with_all_but_the_temperatures_known_it_is_exact() -> None:
+def test_the_filter_is_exact_with_only_the_temperatures_unknown() -> None:
     """Then the readings are jointly normal: their probability and the regression on the courses are textbook."""
     touch = made_touches("stone", 1, seed=5, seconds=1.5)[0]
     e, h = (np.array([MATERIALS["stone"].effusivity]), np.array([MATERIALS["stone"].conductance_w_m2k]))

@@ -151,7 +151,7 @@ def test_an_untrained_material_is_unknown_in_the_end_with_its_effusivity(strange
         assert off < max(3.0 * answer.effusivity_ln_sd, 0.2)
 
 
-def test_an_untrained_material_is_hardly_ever_taken_for_a_calibrated_one_on_the_way(strange: Strange) -> None:
+def test_an_untrained_material_is_rarely_mistaken_for_a_calibrated_one_during_a_touch(strange: Strange) -> None:
     taken = [names(answers) for _, answers in strange]
     assert sum(map(bool, taken)) <= 0.05 * len(taken), taken
 

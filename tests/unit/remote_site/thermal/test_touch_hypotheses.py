@@ -1,4 +1,4 @@
-"""Guesses laid out over what a touch draws at random: together they are the calibrated normals."""
+"""Hypotheses over the random parameters of a touch together form the calibrated normals."""
 
 import numpy as np
 import pytest

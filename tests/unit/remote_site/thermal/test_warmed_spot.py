@@ -34,7 +34,7 @@ def test_the_remaining_warmth_follows_from_touch_and_pause_alone(for_s: float, p
     assert left == pytest.approx(math.sqrt(1.0 + pauses) - math.sqrt(pauses), abs=1e-6)
 
 
-def test_three_times_the_touch_it_is_warm_and_thirty_times_there_are_traces() -> None:
+def test_a_spot_is_warm_for_three_times_the_touch_and_leaves_traces_for_thirty() -> None:
     spot = pressed(1.0)
     assert [spot.left(1.0 + pause_s, 0.0, 0.0) > WARM for pause_s in (0.0, 2.9, 3.1)] == [True, True, False]
     assert [spot.left(1.0 + pause_s, 0.0, 0.0) > TRACES for pause_s in (3.1, 29.0, 31.0)] == [True, True, False]
