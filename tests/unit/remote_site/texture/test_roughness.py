@@ -9,7 +9,7 @@ from remote_site.texture.groove_detector import GrooveDetector
 from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.roughness import PathCell, Roughness
 from remote_site.texture.tip_path import CELL_M, Curve
-from tests.unit.remote_site.felt_strokes import held_values
+from tests.unit.remote_site.simulated_strokes import held_values
 
 
 def cells(seed, count, rms):
