@@ -71,11 +71,11 @@ class Asked(RealtimePriority):
     """Reports of the loop; the system is not changed."""
 
     def __init__(self) -> None:
-        self.reported: list[tuple[bool, float | None]] = []
+        self.seen: list[tuple[bool, float | None]] = []
         super().__init__(take_realtime=lambda: True, take_ordinary=lambda: None)
 
     def look(self, holds_rate: bool, works: float | None) -> bool:
-        self.reported.append((holds_rate, works))
+        self.seen.append((holds_rate, works))
         return super().look(holds_rate, works)
 
 
@@ -127,8 +127,8 @@ def test_figures_go_to_status_and_supervisor_once_a_second_and_at_the_end(tmp_pa
     heard = run(clock, site, 3_500, status if with_status else None, each_second=look)
     assert len(seconds) == 4
     assert seconds[0] == 1, "at once, after the first tick"
-    reported = ("WATCHDOG=1", "STATUS=engaged")
-    assert heard.lines == [("READY=1",), reported, reported, reported, reported, ("STOPPING=1",)]
+    seen = ("WATCHDOG=1", "STATUS=engaged")
+    assert heard.lines == [("READY=1",), seen, seen, seen, seen, ("STOPPING=1",)]
     if with_status:
         assert states == ["engaged"] * 3
         last = json.loads(status.read_text("utf-8"))
@@ -144,7 +144,7 @@ def test_a_missed_rate_is_reported_everywhere(tmp_path: Path) -> None:
     words = json.loads((tmp_path / "remote.json").read_text("utf-8"))["behind"]
     assert words.startswith("250 of 500 ticks a second; it works ")
     assert heard.lines[-2][1].startswith("STATUS=engaged: 250 of 500 ticks a second")
-    assert reported[-1]["rate_hz"] == pytest.approx(250.0, abs=1.0)
+    assert seen[-1]["rate_hz"] == pytest.approx(250.0, abs=1.0)
 
 
 def test_a_loop_on_time_gets_real_time_priority_and_a_late_loop_does_not(tmp_path: Path) -> None:
