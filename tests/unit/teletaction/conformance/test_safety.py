@@ -294,7 +294,7 @@ def test_a_bus_that_a_site_commands_is_left_alone() -> None:
     assert end.said == []
 
 
-def test_a_bus_without_a_node_is_said() -> None:
+def test_a_bus_without_a_node_is_reported() -> None:
     end = BusEnd(CanAddress(interface="virtual", channel="nobody"))
     with pytest.raises(DeviceAbsent, match="CAN virtual:nobody: open, but no state frame of a node heard"):
         name_of(end)
