@@ -18,6 +18,10 @@ SEARCHED = (
     "docs/howto/*.md",
     "robustness/**/*.py",
     "sim_sensors/**/*.py",
+    "tests/*.py",
+    "tests/[!u]*/**/*.py",
+    "tests/unit/[!s]*/**/*.py",
+    "tests/unit/sim_sensors/**/*.py",
 )
 """Patterns of the files to search. Add a clean part of the code with a line such as `common/**/*.py`."""
 QUOTING = ("tests/docs/test_words.py", "tests/structure.py")

@@ -36,7 +36,7 @@ class Touched:
 
 
 @dataclass(frozen=True)
-class Felt:
+class Moment:
     """All fingers at one moment; `landing` counts from 0, and `drive` is of the heaters (5,), -1..1."""
 
     time_s: float
@@ -57,7 +57,7 @@ def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[s
             eased = moved**3 * (10.0 - 15.0 * moved + 6.0 * moved * moved)
             hand.move(x_m, 0.0, np.full(len(FINGERS), from_m + eased * (to_m - from_m)))
             touches = {number: Touched(touch.contact, touch.thermal.answer) for number, touch in hand.touches.items()}
-            felt.append(Felt(hand.world.time_s, landing, touches, tuple(hand.drive.tolist())))
+            moments.append(Moment(hand.world.time_s, landing, touches, tuple(hand.drive.tolist())))
 
     pass_time(WARM_UP_S, low_x_m + IN_M, UP_M, UP_M, -1)
     for number, landing in enumerate(landings):

@@ -559,7 +559,7 @@ def test_a_finger_begins_without_force_and_no_limit_acts_while_none_is_wanted():
 
 
 @pytest.mark.parametrize("between_s", [0.12, 0.3])
-def test_a_force_that_the_gate_lets_go_again_and_again_does_not_swing(between_s):
+def test_a_force_that_the_gate_releases_repeatedly_does_not_swing(between_s):
     """Packets come too rarely while a finger presses without having paid: released and displayed again each time."""
     rig, fault = Rig(wall=WALL), None
     for _ in range(10):

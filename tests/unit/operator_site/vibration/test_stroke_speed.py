@@ -31,7 +31,7 @@ def test_the_speed_is_that_of_both_directions_together() -> None:
 @pytest.mark.parametrize("stale", [0, 1, 3])
 def test_poses_that_were_held_up_make_no_leap(held_s: float, stale: int) -> None:
     """The line stands still, then reports some old poses and the newest, tick by tick."""
-    speed, told, held_at_s = StrokeSpeed(), [], 0.1
+    speed, speeds, held_at_s = StrokeSpeed(), [], 0.1
     for n in range(150):
         now_s = 0.002 * n
         since_s = now_s - held_at_s

@@ -95,9 +95,9 @@ def test_another_surface_is_seen_and_learned_within_a_centimetre(before, after):
     assert roughness.roughness_v == pytest.approx(after, rel=0.35)
 
 
-def test_the_roughness_is_as_uncertain_as_it_says():
+def test_the_roughness_scatters_by_its_stated_deviation():
     """On many equal surfaces, roughness scatters by its reported deviation, after 3 mm and after 30 mm."""
-    values, told = {30: [], 300: []}, {30: [], 300: []}
+    values, stated = {30: [], 300: []}, {30: [], 300: []}
     for seed in range(200):
         roughness = Roughness()
         for k, value in enumerate(cells(seed, 312, 0.1), 1):
