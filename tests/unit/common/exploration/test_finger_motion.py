@@ -69,13 +69,13 @@ def test_position_spread_distinguishes_a_shaking_finger_from_a_travelling_one() 
     assert going.away_m(0.010 * 0.998, 0.0) == pytest.approx(going.reach_m(), rel=0.15)
 
 
-def test_whereabouts_need_time_and_forget() -> None:
-    lately = PositionSpread()
+def test_position_spread_needs_time_and_forgets() -> None:
+    spread = PositionSpread()
     for tick in range(round(SPREAD_WINDOW_S / TICK_S) - 10):
-        lately.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
-    assert lately.reach_m() == math.inf
-    assert lately.away_m(0.0, 0.0) > 1e-3
-    assert lately.away_m(0.0, 0.0, TICK_S * 60) == 0.0
-    lately.step(0.0, 0.02, 0.0)
-    assert lately.away_m(0.02, 0.0) == 0.0, "a clock set back starts over"
-    assert lately.away_m(0.02, 0.0, EVERY_S) == 0.0, "the newest place is kept"
+        spread.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
+    assert spread.reach_m() == math.inf
+    assert spread.away_m(0.0, 0.0) > 1e-3
+    assert spread.away_m(0.0, 0.0, TICK_S * 60) == 0.0
+    spread.step(0.0, 0.02, 0.0)
+    assert spread.away_m(0.02, 0.0) == 0.0, "a clock set back starts over"
+    assert spread.away_m(0.02, 0.0, EVERY_S) == 0.0, "the newest place is kept"

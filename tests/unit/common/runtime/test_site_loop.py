@@ -139,8 +139,8 @@ def test_figures_go_to_status_and_supervisor_once_a_second_and_at_the_end(tmp_pa
 def test_a_missed_rate_is_reported_everywhere(tmp_path: Path) -> None:
     clock = Clock()
     site = Site(clock, costs_ms=dict.fromkeys(range(10_000), 4))
-    told: list[dict[str, object]] = []
-    heard = run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, figures: told.append(figures))
+    seen: list[dict[str, object]] = []
+    heard = run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, figures: seen.append(figures))
     words = json.loads((tmp_path / "remote.json").read_text("utf-8"))["behind"]
     assert words.startswith("250 of 500 ticks a second; it works ")
     assert heard.lines[-2][1].startswith("STATUS=engaged: 250 of 500 ticks a second")
@@ -151,12 +151,12 @@ def test_a_loop_on_time_gets_real_time_priority_and_a_late_loop_does_not(tmp_pat
     for costs_ms, first in ((0, True), (4, False)):
         clock, asked = Clock(), Asked()
         site = Site(clock, costs_ms=dict.fromkeys(range(10_000), costs_ms))
-        told: list[dict[str, object]] = []
-        run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, each: told.append(each), precedence=asked)  # noqa: B023
-        assert [works is None for _, works in asked.told] == [True] * 5 + [False] * (len(asked.told) - 5)
-        assert asked.told[-1][0] == first
-        assert not told[0]["real_time"]
-        assert told[-1]["real_time"] == first
+        seen: list[dict[str, object]] = []
+        run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, each: seen.append(each), precedence=asked)  # noqa: B023
+        assert [works is None for _, works in asked.seen] == [True] * 5 + [False] * (len(asked.seen) - 5)
+        assert asked.seen[-1][0] == first
+        assert not seen[0]["real_time"]
+        assert seen[-1]["real_time"] == first
         assert json.loads((tmp_path / "remote.json").read_text("utf-8"))["real_time"] == first
 
 
