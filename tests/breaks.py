@@ -1,4 +1,4 @@
-"""Breaks the code on purpose in ten places that protect people, and sees that tests of `make test` turn red.
+"""Breaks the code on purpose in ten places that protect people, and checks that tests of `make test` fail.
 
 `python -m tests.breaks` does so in a copy of the tree. It fails where a break is not noticed.
 """

@@ -1,4 +1,4 @@
-"""A command of the program run in this process, with what a shell would see of it."""
+"""A command of the program run in this process, with its exit code and output."""
 
 import io
 import time
@@ -9,7 +9,7 @@ from teletaction.cli import main
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Outcome:
     """How a command ended: exit code, what it wrote, and when it was begun and done, s."""
 
     code: int
@@ -24,19 +24,19 @@ class Told:
         return self.code, self.out, self.err
 
 
-def command(*arguments: object) -> Told:
+def command(*arguments: object) -> Outcome:
     """Run one command of the command line."""
     out, err = io.StringIO(), io.StringIO()
     begun_s = time.monotonic()
     with redirect_stdout(out), redirect_stderr(err):
         code = main([str(argument) for argument in arguments])
-    return Told(code, out.getvalue(), err.getvalue(), begun_s, time.monotonic())
+    return Outcome(code, out.getvalue(), err.getvalue(), begun_s, time.monotonic())
 
 
-def one_line(told: Told, code: int) -> str:
+def one_line(outcome: Outcome, code: int) -> str:
     """The one line of a command that ended with this code and printed nothing else."""
-    assert (told.code, told.out) == (code, ""), told
-    lines = told.err.splitlines()
-    assert len(lines) == 1, told.err
+    assert (outcome.code, outcome.out) == (code, ""), outcome
+    lines = outcome.err.splitlines()
+    assert len(lines) == 1, outcome.err
     assert lines[0].startswith("teletaction: ")
     return lines[0]

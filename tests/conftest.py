@@ -1,4 +1,4 @@
-"""What all tests share: the bytes of the protocol document, and hypothesis without chance or stopwatch."""
+"""Fixtures of all tests: the bytes of the protocol document, and hypothesis without chance or stopwatch."""
 
 import re
 import signal

@@ -1,4 +1,4 @@
-"""Runs what takes too long for each commit, piece by piece, and keeps a record of what ran.
+"""Runs tests that take too long for each commit, piece by piece, and keeps a record of the runs.
 
 `python -m tests.everything` runs the pieces that have not passed at this commit, one after the other. Interrupted, it
 begins with the piece that was interrupted. `python -m tests.everything NAME ...` runs pieces by name.

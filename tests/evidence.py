@@ -1,4 +1,4 @@
-"""From each hazard to its limit, its code, its tests and the faults that try it: docs/evidence.md.
+"""From each hazard to its limit, its code, its tests and the faults that test it: docs/evidence.md.
 
 `python -m tests.evidence > docs/evidence.md` writes the page. A test of this folder says what is missing or not there.
 """
@@ -101,7 +101,7 @@ HAZARDS = (
             "operator_site.safety.sampled_wall",
         ),
         (
-            f"{_GATE}::test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in",
+            f"{_GATE}::test_energy_out_never_exceeds_energy_in_for_any_request",
             f"{_GATE}::test_a_force_that_swings_is_a_fault_until_it_is_cleared",
             "tests/unit/operator_site/safety/test_passivity_controller.py",
             "tests/unit/common/safety/test_oscillation_detector.py",
@@ -171,8 +171,8 @@ HAZARDS = (
             "remote_site.safety.sliding_extrema",
         ),
         (
-            f"{_PATIENT_GATE}::test_set_points_begin_where_the_hand_is_whenever_it_is_let_go",
-            f"{_PATIENT_GATE}::test_a_hand_that_went_elsewhere_meanwhile_is_approached_without_a_jump",
+            f"{_PATIENT_GATE}::test_set_points_begin_at_the_hand_after_each_release",
+            f"{_PATIENT_GATE}::test_a_hand_that_moved_meanwhile_is_approached_without_a_jump",
             f"{_PATIENT_GATE}::test_contact_in_the_approach_is_soft_and_stays_below_the_limit",
             "tests/unit/remote_site/safety/test_sliding_extrema.py",
         ),
@@ -184,7 +184,7 @@ HAZARDS = (
         ("remote_site.safety.following_error",),
         (
             f"{_PATIENT_GATE}::test_a_hand_that_does_not_follow_is_a_fault",
-            f"{_PATIENT_GATE}::test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_stop",
+            f"{_PATIENT_GATE}::test_a_hand_that_moves_after_its_release_is_a_fault_once_it_had_time_to_stop",
             "tests/unit/remote_site/safety/test_following_error.py",
             "tests/unit/remote_site/safety/test_following_error_bounds.py",
         ),
@@ -200,8 +200,8 @@ HAZARDS = (
         ("GAP_S", "FORCE_SAFE_S", "MOTOR_SAFE_S", "MOTOR_STILL_S", "THERMAL_SAFE_S"),
         ("operator_site.safety.operator_gate", "remote_site.safety.patient_gate"),
         (
-            f"{_SAFE_STATES}::test_the_operators_gate_is_as_fast_as_the_table_says",
-            f"{_SAFE_STATES}::test_the_patients_gate_is_as_fast_as_the_table_says",
+            f"{_SAFE_STATES}::test_the_operators_gate_meets_the_times_of_the_table",
+            f"{_SAFE_STATES}::test_the_patients_gate_meets_the_times_of_the_table",
             "tests/virtual/test_partition.py",
             "tests/virtual/test_random_walk.py",
         ),
@@ -242,9 +242,9 @@ HAZARDS = (
         ("MODULE_TIMEOUT_S",),
         ("teletaction.conformance.checklist",),
         (
-            f"{_SAFE_STATES}::test_a_module_left_alone_switches_off_within_its_time",
-            f"{_SAFE_STATES}::test_a_heater_left_alone_switches_off_within_its_time",
-            f"{_SAFE_STATES}::test_an_exoskeleton_left_alone_lets_go_within_its_time",
+            f"{_SAFE_STATES}::test_a_module_without_commands_switches_off_within_its_time",
+            f"{_SAFE_STATES}::test_a_heater_without_commands_switches_off_within_its_time",
+            f"{_SAFE_STATES}::test_an_exoskeleton_without_commands_releases_within_its_time",
             "tests/unit/teletaction/conformance/test_emulators_conform.py",
             "tests/virtual/test_unplugged.py",
         ),

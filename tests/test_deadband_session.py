@@ -22,7 +22,7 @@ TICK_S = 0.002
 ABLE = capabilities(("index",), 500.0)
 NOTHING = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
 STEP_M = np.array([PLANE_M, PLANE_M, HEIGHT_M])
-FELT_M = 0.5e-3
+THRESHOLD_M = 0.5e-3
 """What a hand may notice, in any direction."""
 
 
@@ -56,7 +56,7 @@ class Pair:
         assert self.server.both_engaged
 
     def run(self, seconds: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        """Let time pass; returns how far the remote end is off in each tick, as a share of FELT_M."""
+        """Let time pass; returns how far the remote end is off in each tick, as a share of THRESHOLD_M."""
         off = []
         for _ in range(round(seconds / TICK_S)):
             self.time_s = self.network.now_s = self.time_s + TICK_S
@@ -75,7 +75,7 @@ class Pair:
             places = self.server.places(round((7000.0 + self.time_s) * 1e9))
             # What is sent in one tick is there in the next.
             true_m = np.array(self.hand(self.time_s - TICK_S), np.float32)
-            off.append(math.inf if places is None else float(np.abs(places - true_m).max()) / FELT_M)
+            off.append(math.inf if places is None else float(np.abs(places - true_m).max()) / THRESHOLD_M)
         return np.array(off)
 
 
@@ -89,18 +89,18 @@ def test_a_resting_hand_sends_only_refreshes_and_stays_engaged() -> None:
     assert pair.server.both_engaged
 
 
-def test_a_hand_at_work_is_followed_within_what_is_felt_and_for_a_fifth_of_the_packets() -> None:
+def test_a_moving_hand_is_followed_within_the_threshold_by_a_fifth_of_the_packets() -> None:
     pair, dense = Pair(at_work), Pair(at_work, deadband=False)
     before, all_before = len(pair.sent), len(dense.sent)
     off = pair.run(3.0)
     dense.run(3.0)
-    assert off.max() * FELT_M <= STEP_M.max() + 1e-7
+    assert off.max() * THRESHOLD_M <= STEP_M.max() + 1e-7
     assert len(dense.sent) - all_before == 1500, "every tick without a deadband"
     assert len(pair.sent) - before < 0.2 * 1500
 
 
 @pytest.mark.parametrize("draw", range(3))
-def test_when_a_loss_of_a_fifth_ends_the_error_is_below_what_is_felt_within_one_refresh(draw: int) -> None:
+def test_the_error_is_below_the_threshold_one_refresh_after_a_loss_of_a_fifth(draw: int) -> None:
     pair = Pair(at_work)
     for _ in range(10):
         pair.network.impair(TO_REMOTE, "motion", drop=0.2)
@@ -122,7 +122,7 @@ def test_a_fifth_lost_for_long_is_no_gap() -> None:
         assert pair.server.both_engaged
 
 
-def test_a_hand_that_is_no_longer_heard_of_stands_after_two_refreshes() -> None:
+def test_a_hand_without_packets_stops_after_two_refreshes() -> None:
     pair = Pair(at_work)
     pair.network.impair(TO_REMOTE, "motion", cut=True)
     pair.run(ONWARDS_S + 2 * TICK_S)
@@ -134,14 +134,14 @@ def test_a_hand_that_is_no_longer_heard_of_stands_after_two_refreshes() -> None:
     np.testing.assert_allclose(after, stands, atol=1e-12)
 
 
-def test_letting_go_is_told_in_the_same_tick_and_again_in_the_next() -> None:
+def test_a_release_is_sent_in_the_same_tick_and_again_in_the_next() -> None:
     pair = Pair(at_rest)
     pair.run(3 * TICK_S)
-    told = len(pair.sent)
+    before_n = len(pair.sent)
     pair.client.session.disengage("let go")
     pair.client.want_engaged = False
     pair.run(2 * TICK_S)
-    assert pair.sent[told:] == pytest.approx([pair.time_s - TICK_S, pair.time_s])
+    assert pair.sent[before_n:] == pytest.approx([pair.time_s - TICK_S, pair.time_s])
     pair.run(TICK_S)
     assert pair.server.motion is not None
     assert pair.server.motion.state is LinkState.CONNECTED

@@ -37,7 +37,7 @@ def test_the_record_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert "`tests/x.py::y`" in page.read_text("utf-8")
 
 
-def test_what_has_passed_at_this_commit_is_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pieces_that_passed_at_this_commit_are_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ran = []
 
     def run_piece(piece: str, commit: str) -> Run:
@@ -55,7 +55,7 @@ def test_what_has_passed_at_this_commit_is_not_run_again(tmp_path: Path, monkeyp
     assert ran == ["soak"]
 
 
-def test_an_unknown_piece_is_refused_with_those_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_piece_is_refused_with_a_list_of_the_pieces(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fault"]) == 2
     assert "no piece 'fault'; there are: breaks" in capsys.readouterr().err
 

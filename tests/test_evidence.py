@@ -1,4 +1,4 @@
-"""The chain from hazards to faults has no loose end on either side."""
+"""The chain from hazards to faults is complete in both directions."""
 
 import ast
 import re
@@ -36,7 +36,7 @@ def test_every_fault_belongs_to_one_hazard() -> None:
     assert sorted(tried) == sorted(fault.key for faults in GROUPS.values() for fault in faults)
 
 
-def test_whatever_is_named_is_there() -> None:
+def test_every_named_file_and_test_exists() -> None:
     for hazard in HAZARDS:
         assert hazard.code, hazard.name
         assert hazard.tests, hazard.name
@@ -48,6 +48,6 @@ def test_whatever_is_named_is_there() -> None:
             assert not name or name in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}, test
 
 
-def test_the_page_is_of_this_table() -> None:
+def test_the_page_matches_the_table() -> None:
     written = (ROOT / "docs" / "evidence.md").read_text("utf-8")
     assert written == page(), "python -m tests.evidence > docs/evidence.md"

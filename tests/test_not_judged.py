@@ -1,4 +1,4 @@
-"""A failure beside a standstill of the machine is not judged, and few may be; a failure in peace is one."""
+"""A few failures beside a standstill of the machine are not judged; all others are failures."""
 
 import subprocess
 import sys
@@ -116,7 +116,7 @@ def test_only_a_failure_that_the_machine_may_have_made_is_not_judged(tmp_path: P
         assert any(line.startswith(f"{name} - {reason}") for line in lines), lines
 
 
-def test_what_several_tests_judge_counts_for_each_of_them(tmp_path: Path) -> None:
+def test_a_shared_fixture_counts_for_each_of_its_tests(tmp_path: Path) -> None:
     code, said = run(
         tmp_path,
         """
@@ -137,7 +137,7 @@ def test_another(request):
     assert "1 passed, 2 skipped" in said
 
 
-def test_more_than_a_few_fail_the_run(tmp_path: Path) -> None:
+def test_many_unjudged_tests_fail_the_run(tmp_path: Path) -> None:
     tests = "".join(f"\n@pytest.mark.session\ndef test_{n}(still):\n    assert False\n" for n in range(MOST + 1))
     code, said = run(tmp_path, tests)
     assert code == 1

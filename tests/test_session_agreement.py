@@ -170,7 +170,7 @@ def test_heartbeats_and_requests_are_not_counted_as_lost_motion(make: Callable[.
     assert pair.client._motion_sequence < received + lost + 60
 
 
-def test_nobody_engages_who_was_not_asked_to(make: Callable[..., Pair]) -> None:
+def test_a_site_engages_only_on_request(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.until(lambda: pair.server.motion is not None and pair.client.touch is not None)
     assert (pair.server.session.state, pair.client.session.state) == (LinkState.CONNECTED, LinkState.CONNECTED)
@@ -233,7 +233,7 @@ def test_different_fingers_are_refused(make: Callable[..., Pair]) -> None:
     assert (pair.server.session.ident, pair.client.session.ident) == (0, 0)
 
 
-def test_a_hello_full_of_rubbish_is_refused_and_harms_nothing(make: Callable[..., Pair]) -> None:
+def test_a_hello_of_random_values_is_refused_and_does_no_harm(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.client.capabilities = able(["index"]) | {"fingers": "x" * 3800}
     pair.until(lambda: "the far side has fingers xxx" in pair.client.refusal)
@@ -251,7 +251,7 @@ def test_disengaging_brings_both_to_neutral(make: Callable[..., Pair]) -> None:
     assert pair.server.session.state is LinkState.CONNECTED
 
 
-def test_an_emergency_stop_latches_both_until_it_is_cleared_and_engaged_anew(make: Callable[..., Pair]) -> None:
+def test_an_emergency_stop_latches_both_until_it_is_cleared_and_engaged_again(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     pair.client.stop(pair.operator_now())
@@ -285,15 +285,15 @@ def test_an_emergency_stop_is_answered_when_the_devices_confirm_and_names_those_
     assert "index thermal_sensor" in pair.server.stopped
     texts: list[str] = []
 
-    def remote_told() -> bool:
+    def remote_informed() -> bool:
         texts.extend(h.text for h in pair.client.session.take_happenings() if h.what == "estop")
         return any("not confirmed by index thermal_sensor" in text for text in texts)
 
-    pair.until(remote_told)
+    pair.until(remote_informed)
     assert pair.server.session.state is LinkState.FAULT
 
 
-def test_an_emergency_stop_before_the_remote_site_answers_is_asked_again(make: Callable[..., Pair]) -> None:
+def test_an_emergency_stop_is_repeated_until_the_remote_site_answers(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     pair.client.stop(pair.operator_now())
@@ -304,7 +304,7 @@ def test_an_emergency_stop_before_the_remote_site_answers_is_asked_again(make: C
     pair.until(lambda: pair.server.session.state is LinkState.FAULT)
 
 
-def test_what_was_latched_at_the_patients_side_is_cleared_there(make: Callable[..., Pair]) -> None:
+def test_a_fault_of_the_remote_site_is_cleared_there(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     pair.server.stop(pair.remote_now(), here=True)
@@ -354,11 +354,11 @@ def test_an_operator_who_lets_go_brings_the_remote_site_back_to_connected(make: 
     pair.until(lambda: pair.server.session.state is LinkState.CONNECTED)
 
 
-def test_an_operator_who_feels_nothing_moves_nothing_and_stays_engaged(make: Callable[..., Pair]) -> None:
+def test_an_operator_without_touch_moves_nothing_and_stays_engaged(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     assert pair.client.acceptance.last_ns is not None
-    pair.client.acceptance.last_ns -= SECOND // 5  # nothing came for so long
+    pair.client.acceptance.last_ns -= SECOND // 5  # no packet came for 0.2 s
 
     def blind() -> bool:
         packet = pair.client.send_motion(pair.operator_now(), *AT_REST)
@@ -372,7 +372,7 @@ def test_an_operator_who_feels_nothing_moves_nothing_and_stays_engaged(make: Cal
     assert [h.what for h in pair.server.session.take_happenings()] == ["connected", "engaged"]
 
 
-def test_a_site_of_another_version_is_told_so(make: Callable[..., Pair]) -> None:
+def test_a_site_of_another_version_gets_the_reason(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.until(lambda: pair.client.session.ident)
     pair.operator_link.send("control", msgpack.packb([SCHEMA_VERSION + 1, 0, 1, 0, "hello", {}, "new"]))
@@ -409,7 +409,7 @@ def onlooker(real_pair: Pair, connect: Connect, keys: Keys) -> Onlooker:
     return Onlooker(real_pair, connect(keys.stranger, Role.OBSERVER))
 
 
-def test_an_observer_sees_the_same_touch_and_changes_nothing(real_pair: Pair, onlooker: Onlooker) -> None:
+def test_a_read_only_client_sees_the_same_touch_and_changes_nothing(real_pair: Pair, onlooker: Onlooker) -> None:
     pair = real_pair
     pair.until(lambda: both_engaged(pair))
     pair.until(onlooker.sees)
@@ -424,7 +424,7 @@ def test_an_observer_sees_the_same_touch_and_changes_nothing(real_pair: Pair, on
     assert both_engaged(pair)
 
 
-def test_an_observer_waits_for_an_operator_and_is_forgotten_when_it_is_gone(
+def test_a_read_only_client_waits_for_an_operator_and_is_forgotten_when_gone(
     real_pair: Pair, onlooker: Onlooker
 ) -> None:
     pair = real_pair
@@ -440,7 +440,7 @@ def test_an_observer_waits_for_an_operator_and_is_forgotten_when_it_is_gone(
     assert not pair.server.observers
 
 
-def test_revoking_an_observer_cuts_it_off_and_leaves_the_operator_alone(
+def test_revoking_a_read_only_client_leaves_the_operator_connected(
     real_pair: Pair, onlooker: Onlooker, keys: Keys
 ) -> None:
     pair = real_pair
@@ -463,7 +463,7 @@ def test_revoking_an_observer_cuts_it_off_and_leaves_the_operator_alone(
     pair.until(onlooker.sees)
 
 
-def test_revoking_the_operator_ends_the_session_and_trusting_anew_lets_it_back(real_pair: Pair, keys: Keys) -> None:
+def test_revoking_the_operator_ends_the_session_and_trust_restores_it(real_pair: Pair, keys: Keys) -> None:
     pair = real_pair
     pair.until(lambda: both_engaged(pair))
     TrustedKeys(keys.remote).revoke("operator")
@@ -482,7 +482,7 @@ def test_revoking_the_operator_ends_the_session_and_trusting_anew_lets_it_back(r
     pair.until(lambda: both_engaged(pair))
 
 
-def test_silence_of_the_operator_ends_the_session_and_it_finds_back(make: Callable[..., Pair]) -> None:
+def test_a_silent_operator_ends_the_session_and_can_return(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     first = pair.server.session.ident
@@ -494,7 +494,7 @@ def test_silence_of_the_operator_ends_the_session_and_it_finds_back(make: Callab
     assert pair.server.session.ident != first
 
 
-def test_silence_of_the_remote_site_ends_the_session_and_it_is_found_again(make: Callable[..., Pair]) -> None:
+def test_a_silent_remote_site_ends_the_session_and_is_found_again(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))
     first = pair.client.session.ident
@@ -525,7 +525,7 @@ def test_a_fault_outlives_the_operator_and_the_next_one_can_clear_it(make: Calla
     pair.until(lambda: both_engaged(pair))
 
 
-def test_requests_of_no_session_are_refused_and_remarks_are_kept(make: Callable[..., Pair]) -> None:
+def test_requests_without_a_session_are_refused_and_notes_are_kept(make: Callable[..., Pair]) -> None:
     pair = make(engage=False)
     pair.until(lambda: pair.client.session.ident)
     stale = Request(12345, 999_999, pair.operator_now(), "estop", {})

@@ -1,4 +1,4 @@
-"""A copy of what the image is built from, as on a host of its own, and the commands that are run in it."""
+"""A copy of the image's sources, as on a host of its own, and the commands that are run in it."""
 
 import json
 import os
@@ -31,7 +31,7 @@ def free_port() -> int:
         return port
 
 
-def wait_for(what: Callable[[], object], told: str, seconds: float, each_s: float = 0.5) -> None:
+def wait_for(what: Callable[[], object], goal: str, seconds: float, each_s: float = 0.5) -> None:
     """Ask again and again; an answer that cannot be had yet counts as no."""
     deadline_s, why = time.monotonic() + seconds, ""
     while time.monotonic() < deadline_s:
@@ -41,7 +41,7 @@ def wait_for(what: Callable[[], object], told: str, seconds: float, each_s: floa
         except AssertionError as error:  # its container is just being restarted
             why = f" ({error})"
         time.sleep(each_s)
-    raise AssertionError(f"{told}: not within {seconds:g} s{why}")
+    raise AssertionError(f"{goal}: not within {seconds:g} s{why}")
 
 
 class Checkout:
@@ -120,7 +120,7 @@ class Checkout:
         return self.inspect(service, ".State.Health.Status") == "healthy"
 
     def status(self, service: str, process: str) -> dict[str, Any]:
-        """What a process last told of itself."""
+        """The last status of a process."""
         text = run("docker", "exec", self.container(service), "cat", f"/session/{process}.json")
         status: dict[str, Any] = json.loads(text)
         return status

@@ -1,4 +1,4 @@
-"""The page of a console in a container: for who has a token, and nothing without."""
+"""The page of a console in a container, which needs a token."""
 
 import ssl
 from urllib.error import HTTPError

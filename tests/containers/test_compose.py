@@ -1,4 +1,4 @@
-"""The demonstration as its how-to has it: started, used, a process killed, an emergency stop, ended, and judged."""
+"""The demonstration of the how-to: started, used, a process killed, an emergency stop, ended, and judged."""
 
 import json
 import socket
@@ -40,7 +40,7 @@ def demo(tmp_path: Path) -> Iterator[Checkout]:
         checkout.remove()
 
 
-def test_the_demonstration_of_the_how_to_survives_a_killed_site_and_keeps_every_limit(demo: Checkout) -> None:
+def test_the_demonstration_survives_a_killed_site_and_keeps_every_limit(demo: Checkout) -> None:
     up, look, tokens, engaged, end = blocks(PAGE)["In containers"]
     begin_s = time.monotonic()
     with demo.start(up) as attached:

@@ -34,14 +34,14 @@ def image(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
     return checkout
 
 
-def test_it_is_small() -> None:
+def test_the_image_is_small() -> None:
     base, whole = sizes_mb("python:3.11-slim"), sizes_mb("teletaction")
     print(f"base {base:.0f} MB, added {whole - base:.0f} MB")
     print(in_image("sh", "-c", "cd /opt/teletaction/lib/python3.11/site-packages && du -sm * | sort -rn | head -12"))
     assert whole - base < LARGEST_MB
 
 
-def test_each_package_in_it_is_pinned() -> None:
+def test_each_package_in_the_image_is_pinned() -> None:
     pins = dict(re.findall(r"(?m)^([\w.-]+)==([^\s;]+)", (ROOT / "constraints.txt").read_text("utf-8")))
     pinned = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in pins.items()}
     found = dict(line.split() for line in in_image("/opt/teletaction/bin/python", "-Ic", FREEZE).splitlines())
@@ -51,16 +51,16 @@ def test_each_package_in_it_is_pinned() -> None:
     assert installed.items() <= pinned.items()
 
 
-def test_built_again_from_nothing_it_holds_the_same(image: Checkout) -> None:
+def test_a_second_build_of_the_image_is_identical(image: Checkout) -> None:
     first = in_image("sh", "-c", HELD)
     assert len(first.splitlines()) > 10_000
     image("docker-compose build --no-cache keys", seconds=400.0)
     assert in_image("sh", "-c", HELD) == first
 
 
-def test_there_is_no_key_and_no_token_in_it() -> None:
+def test_the_image_holds_no_key_and_no_token() -> None:
     assert in_image("find", "/keys", "/session", "-type", "f") == ""
 
 
-def test_what_is_built_from_is_the_program_and_nothing_beside() -> None:
+def test_the_image_is_built_from_the_program_alone() -> None:
     assert Path(ROOT / ".dockerignore").read_text("utf-8").startswith("*\n")

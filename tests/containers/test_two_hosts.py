@@ -1,4 +1,4 @@
-"""Two hosts as their how-to sets them up, on two networks joined by a link that delays, loses and breaks."""
+"""Two hosts set up by their how-to, on two networks joined by a link that delays, loses and breaks."""
 
 import socket
 import ssl
@@ -51,7 +51,7 @@ class Story:
     cut_s: float = 0.0
     healed_s: float = 0.0
     stopped: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-    """Of each process: when it was told to stop, when it was gone, and when it was started again."""
+    """Times of each process: stop command, end, and new start."""
     stops_s: dict[str, float] = field(default_factory=dict)
     revoked_s: float = 0.0
     rotated_s: float = 0.0
@@ -70,10 +70,10 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
         pytest.skip(reason)
     folder = tmp_path_factory.mktemp("hosts")
     with two_networks(folder) as hosts:
-        return tell(hosts, Story(folder))
+        return carried_out(hosts, Story(folder))
 
 
-def tell(hosts: TwoNetworks, story: Story) -> Story:
+def carried_out(hosts: TwoNetworks, story: Story) -> Story:
     steps = blocks(PAGE)
     set_up(hosts, steps)
     time.sleep(5.0)
@@ -135,11 +135,11 @@ def wait_until_engaged(hosts: TwoNetworks, since_s: float) -> None:
     """Both sites say so, and have said it after `since_s`."""
 
     def engaged() -> bool:
-        told = hosts.remote.status("remote", "remote"), hosts.operator.status("operator", "operator")
-        if any(site["fault"] for site in told):
+        status = hosts.remote.status("remote", "remote"), hosts.operator.status("operator", "operator")
+        if any(site["fault"] for site in status):
             for verb in ("clear", "engage"):  # as a person does; whether there may be a fault is judged in the end
                 hosts.operator(SESSION.format(verb))
-        return all(site["state"] == "engaged" and site["time_ns"] * 1e-9 > since_s + 1.0 for site in told)
+        return all(site["state"] == "engaged" and site["time_ns"] * 1e-9 > since_s + 1.0 for site in status)
 
     wait_for(engaged, "both engaged", 60.0)
 
@@ -181,7 +181,7 @@ def part(hosts: TwoNetworks, story: Story) -> None:
 
 
 def restart(hosts: TwoNetworks, story: Story, host: str, service: str, process: str) -> None:
-    """One service is stopped and started; the session goes on by itself."""
+    """One service is stopped and started; the session continues by itself."""
     checkout = hosts.remote if host == "remote" else hosts.operator
     begin_s = time.monotonic()
     story.stops_s[process] = checkout.stop(service)
@@ -198,30 +198,30 @@ def wait_until_fresh(checkout: Checkout, service: str, process: str, since_s: fl
     """It has said after `since_s` that it lacks nothing."""
 
     def fresh() -> bool:
-        told = checkout.status(service, process)
-        return told["time_ns"] * 1e-9 > since_s and not told.get("stale")
+        status = checkout.status(service, process)
+        return status["time_ns"] * 1e-9 > since_s and not status.get("stale")
 
     wait_for(fresh, f"{process} again", 60.0)
 
 
 def rotate_keys(hosts: TwoNetworks, story: Story, steps: list[str]) -> None:
     """While all runs: the old key is refused, the new one works."""
-    new_key, at_remote, anew = steps
+    new_key, at_remote, afterwards = steps
     operator_key = key_printed(hosts.operator(new_key))
     revoke, trust = at_remote.splitlines()
     hosts.remote(revoke)
     story.revoked_s = time.monotonic()
 
     def refused() -> bool:
-        told = hosts.operator.status("operator", "operator")
-        return told["state"] == "disconnected" and "does not trust" in told["stale"]
+        status = hosts.operator.status("operator", "operator")
+        return status["state"] == "disconnected" and "does not trust" in status["stale"]
 
     wait_for(refused, "the old key refused", 20.0)
     hosts.remote(trust, OPERATOR_KEY=operator_key)
     time.sleep(2.0)
     assert refused(), "the old key is let in with the new one"
     begin_s = time.monotonic()
-    hosts.operator(anew)
+    hosts.operator(afterwards)
     wait_until_engaged(hosts, begin_s)
     story.rotated_s = time.monotonic()
     wait_until_fresh(hosts.operator, "operator-console", "console", story.rotated_s)  # starts later
@@ -282,8 +282,8 @@ def starved_s(truth: Truth, begin_s: float, end_s: float) -> float:
     return max(float(pause_s[pause_s > PAUSE_S].sum()) for pause_s in pauses_s)
 
 
-def test_packets_were_delayed_and_lost_as_asked(story: Story) -> None:
-    """Both hosts read one clock. Of jitter without a bound, one packet tells nothing: the middle one of all does."""
+def test_packets_were_delayed_and_lost_as_configured(story: Story) -> None:
+    """Both hosts read one clock. One packet with unbounded jitter proves nothing; the median of all does."""
     ages_ms = [
         time_s * 1e3 - Touch.decode(packet).time_ns * 1e-6
         for path in recordings(story).glob("operator*.mcap")
@@ -294,7 +294,7 @@ def test_packets_were_delayed_and_lost_as_asked(story: Story) -> None:
     assert np.median(ages_ms) > DELAY_MS
 
 
-def test_the_operator_never_took_the_far_clock_for_surer_than_it_was(story: Story) -> None:
+def test_the_operator_never_underestimated_the_clock_uncertainty(story: Story) -> None:
     """The true offset is zero."""
     compared = [
         (offset_ns, uncertainty_ns)
@@ -303,11 +303,11 @@ def test_the_operator_never_took_the_far_clock_for_surer_than_it_was(story: Stor
         if uncertainty_ns is not None
     ]
     worst_ms = max(abs(offset_ns) for offset_ns, _ in compared) * 1e-6
-    print(f"offset of the far clock told wrong by {worst_ms:.1f} ms at most, in {len(compared)} times it was told")
+    print(f"offset of the far clock wrong by {worst_ms:.1f} ms at most, in {len(compared)} reports")
     assert all(abs(offset_ns) <= uncertainty_ns for offset_ns, uncertainty_ns in compared)
 
 
-def test_both_sites_loops_may_come_first_where_the_engine_may_allow_it(story: Story) -> None:
+def test_both_loops_have_real_time_priority_where_the_engine_allows_it(story: Story) -> None:
     """Whether one does when it is asked, is up to how busy the machine is."""
     print(f"allowed: {story.may_take_realtime}, the operator's loop: {story.came_first}")
     assert story.may_take_realtime == {"remote": story.engine_may, "operator": story.engine_may}
@@ -340,7 +340,7 @@ def test_nothing_acts_while_the_sites_are_apart(story: Story, truth: Truth) -> N
     spans["revoked"] = story.revoked_s, engaged_again_s(story, story.revoked_s)
     for name, (begin_s, end_s) in spans.items():
         late_s = LATE_S + NOTICED_S.get(name, 0.0) + truth.pause_s(begin_s - 0.2, begin_s + 1.0, name)
-        # A simulation that the machine held back writes down too early a time for what it is then told.
+        # A simulation that the machine held back writes down too early a time for its next commands.
         until_s = end_s - LATE_S - truth.pause_s(end_s - 0.2, end_s + 0.2, name)
         for what, time_s, outputs, hold_s, own in (
             ("force", truth.finger_s, truth.force_n, limits.FORCE_SAFE_S, "sim-operator"),

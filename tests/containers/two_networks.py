@@ -34,7 +34,7 @@ class TwoNetworks:
         return str(found[network]["IPAddress"])
 
     def connect(self) -> None:
-        """Tell both hosts, which have their networks by now, of the router."""
+        """Set the route through the router on both hosts, which have their networks by now."""
         hosts = {"remote": self.remote, "operator": self.operator}
         addresses = {name: self.address(name, host.container("host")) for name, host in hosts.items()}
         for (name, host), far in zip(hosts.items(), reversed(addresses.values()), strict=True):
@@ -49,7 +49,7 @@ class TwoNetworks:
         return [way.impair(delay_ms, jitter_ms, loss) for way in self.ways]
 
     def cut(self) -> None:
-        """Drop every packet from now on; nobody is told."""
+        """Drop every packet from now on, without notice."""
         for way in self.ways:
             way.cut()
 

@@ -1,4 +1,4 @@
-"""What stands in a page's blocks is what the program reads; what nobody runs says why."""
+"""The program reads each block of the pages; a block that is not run gives its reason."""
 
 import ast
 import json
@@ -37,7 +37,7 @@ def named(found: list[Block]) -> Any:
     return pytest.mark.parametrize("block", found, ids=[block.where for block in found])
 
 
-def test_every_block_is_of_a_kind_that_is_tested_and_what_is_said_of_it_is_understood() -> None:
+def test_every_block_has_a_tested_kind_and_a_known_mark() -> None:
     known = {"sh", "toml", "json", "python", *OTHER}
     assert [block.where for block in BLOCKS if block.info and block.info[0] not in known] == []
     for block in BLOCKS:
@@ -46,7 +46,7 @@ def test_every_block_is_of_a_kind_that_is_tested_and_what_is_said_of_it_is_under
         assert NOT_RUN not in block.said or len(block.said[NOT_RUN].split()) >= 3, f"{block.where}: why not?"
 
 
-def test_every_target_of_make_is_one() -> None:
+def test_every_named_make_target_exists() -> None:
     targets = set(re.findall(r"(?m)^([\w-]+):", (ROOT / "Makefile").read_text("utf-8")))
     for name in NAMES:
         text = (ROOT / name).read_text("utf-8")
@@ -55,7 +55,7 @@ def test_every_target_of_make_is_one() -> None:
 
 
 @named(of("toml"))
-def test_toml_is_what_the_program_reads(block: Block, tmp_path: Path) -> None:
+def test_toml_blocks_are_read_by_the_program(block: Block, tmp_path: Path) -> None:
     kind, *rest = block.info[1:] or ("",)
     path = tmp_path / "file.toml"
     path.write_text(block.text, "utf-8")

@@ -1,4 +1,4 @@
-"""Names of code on the pages exist, files too, and numbers said to be theirs are."""
+"""Names of code and files on the pages exist, and stated values of constants are right."""
 
 import re
 from importlib import import_module
@@ -46,7 +46,7 @@ def _annotated(thing: object, attribute: str, name: str) -> object:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_named_exists(name: str) -> None:
+def test_every_named_thing_exists(name: str) -> None:
     for span, after, line in code_spans(name):
         if _NAME.fullmatch(span) and not span.endswith((".py", ".toml", ".json", ".md")):
             thing = found(span)
@@ -86,7 +86,7 @@ def test_each_page_begins_with_its_title() -> None:
         assert (first.type, first.tag) == ("heading_open", "h1"), name
 
 
-def test_names_that_are_none_are_noticed() -> None:
+def test_wrong_names_are_noticed() -> None:
     assert found("common.limits.GAP_S") == 0.1
     for wrong in ("common.limits.NOTHING", "common.nothing.at_all", "remote_site.texture.roughness.Roughness.nothing"):
         with pytest.raises(LookupError):

@@ -1,4 +1,4 @@
-"""Every command of README and pages is given, in order, a page in a folder of its own. What is not says why there.
+"""Every command of README and pages is run in order, each page in a folder of its own. Others give their reason.
 
 Demos are cut short and have one finger, calibrations have fewer touches and strokes. Two demos that differ in nothing
 but their folder are run once.
@@ -64,12 +64,12 @@ class Reader:
         if LASTING in block.said:
             self._start(line)
             return
-        code, told = self._give(line)
+        code, printed = self._give(line)
         end_s = time.monotonic() + PATIENCE_S
         while code and self.lasting and time.monotonic() < end_s:  # what was started needs some time
             time.sleep(0.2)
-            code, told = self._give(line)
-        assert code == 0, f"{block.where}: {line}\n{told}\n{self._last_words()}"
+            code, printed = self._give(line)
+        assert code == 0, f"{block.where}: {line}\n{printed}\n{self._last_words()}"
 
     def _give(self, line: str) -> tuple[int, str]:
         if not line.startswith("teletaction ") or any(set(word) <= SHELL for word in _words(line)):
@@ -82,8 +82,8 @@ class Reader:
             return self._explore(words)
         for option in FEWER.keys() & set(words) if words[0] == "simulate" else ():
             words[words.index(option) + 1] = FEWER[option]
-        told = command(*words)
-        return told.code, told.out + told.err
+        printed = command(*words)
+        return printed.code, printed.out + printed.err
 
     def _explore(self, words: list[str]) -> tuple[int, str]:
         """A demo, cut short; or what one with the same options left."""
@@ -107,7 +107,7 @@ class Reader:
             process = subprocess.Popen(self._python(words), stderr=log, text=True, env=self.environment)
         self.lasting.append((line, process))
         end_s = time.monotonic() + PATIENCE_S
-        while not _told_of_its_end(process.pid):
+        while not _catches_sigterm(process.pid):
             assert process.poll() is None, f"{line}\n{self._last_words()}"
             assert time.monotonic() < end_s, f"{line}: does not begin"
             time.sleep(0.05)
@@ -132,8 +132,8 @@ class Reader:
         return "\n".join(log.read_text("utf-8")[-500:] for log in logs)
 
 
-def _told_of_its_end(pid: int) -> bool:
-    """Whether a process has come so far that it ends in order when it is told to: it catches SIGTERM."""
+def _catches_sigterm(pid: int) -> bool:
+    """Whether a process has come so far that it ends in order when it is printed to: it catches SIGTERM."""
     caught = re.search(r"(?m)^SigCgt:\s*(\w+)$", Path(f"/proc/{pid}/status").read_text("utf-8"))
     return caught is not None and bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
 
@@ -146,7 +146,7 @@ def _words(line: str) -> list[str]:
 
 
 def one_by_one(block: Block) -> list[str]:
-    """The commands of a block; a line that ends in a backslash goes on."""
+    """The commands of a block; a line that ends in a backslash continues."""
     return [line for line in block.text.replace("\\\n", " ").splitlines() if line.strip()]
 
 
@@ -165,5 +165,5 @@ def test_commands_of_a_page_succeed(name: str, tmp_path: Path, monkeypatch: pyte
         reader.end()
 
 
-def test_pages_to_follow_are_among_them() -> None:
+def test_pages_with_commands_are_among_them() -> None:
     assert {"docs/howto/first-session.md", "docs/howto/your-own.md", "docs/howto/calibration.md"} <= set(PAGES)

@@ -103,10 +103,10 @@ def test_every_command_of_the_page_is_known_here() -> None:
     assert all((TRIALS, DOCTORS, SESSION))
 
 
-def test_what_is_on_this_host_is_listed(bench: Bench) -> None:
+def test_devices_of_this_host_are_listed(bench: Bench) -> None:
     assert HERE in COMMANDS
-    told = bench.give(HERE)
-    assert told.returncode == 0 or "no device answers at the serial ports" in told.stderr
+    result = bench.give(HERE)
+    assert result.returncode == 0 or "no device answers at the serial ports" in result.stderr
 
 
 def test_each_device_keeps_its_duties(bench: Bench) -> None:
@@ -120,23 +120,23 @@ def test_each_device_keeps_its_duties(bench: Bench) -> None:
         return [bench.give(line) for line in lines]
 
     with ThreadPoolExecutor(len(bench.names)) as pool:
-        for told in (each for group in pool.map(give, by_device.values()) for each in group):
-            assert told.returncode == 0, told.stdout + told.stderr
-            assert "S1   pass" in told.stdout or "N1   pass" in told.stdout
+        for result in (each for group in pool.map(give, by_device.values()) for each in group):
+            assert result.returncode == 0, result.stdout + result.stderr
+            assert "S1   pass" in result.stdout or "N1   pass" in result.stdout
 
 
 def test_the_doctor_finds_and_exercises_the_devices(bench: Bench) -> None:
     with ThreadPoolExecutor(len(DOCTORS)) as pool:
         both = list(pool.map(bench.give, DOCTORS))
-    for line, told in zip(DOCTORS, both, strict=True):
-        assert told.returncode == 0, told.stdout + told.stderr
-        found = [words.split(":")[0] for words in told.stdout.splitlines()]
+    for line, result in zip(DOCTORS, both, strict=True):
+        assert result.returncode == 0, result.stdout + result.stderr
+        found = [words.split(":")[0] for words in result.stdout.splitlines()]
         devices = DEVICES["operator.toml" in line]
         assert [f"ok   {device}" for device in devices] == [each for each in found if each[5:] in devices]
-        assert ("index tacttip, exercised: D4 pass" in told.stdout) == ("--exercise" in line)
+        assert ("index tacttip, exercised: D4 pass" in result.stdout) == ("--exercise" in line)
 
 
-def test_the_session_is_run_as_the_page_says(bench: Bench) -> None:
+def test_the_session_runs_as_the_page_says(bench: Bench) -> None:
     for line in SESSION:
         words = line.split()
         if words[1] in ("remote", "operator"):
@@ -146,5 +146,5 @@ def test_the_session_is_run_as_the_page_says(bench: Bench) -> None:
         bench.until(lambda: bench.state("operator") not in ("not there", "disconnected"), "no session")
         if line.startswith("teletaction session clear"):
             assert bench.give("teletaction session estop --config remote.toml").returncode == 0
-        told = bench.give(line)
-        assert told.returncode == 0, (line, told.stdout + told.stderr)
+        result = bench.give(line)
+        assert result.returncode == 0, (line, result.stdout + result.stderr)

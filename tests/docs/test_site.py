@@ -1,4 +1,4 @@
-"""The site's own parts; what `make docs` finds broken is its own test."""
+"""The site's own parts; `make docs` tests the rest."""
 
 import sys
 from importlib import import_module
@@ -20,7 +20,7 @@ pytest.importorskip("sphinx", reason="the group `docs` is not installed")
         ('<a href="https://example.org">a link</a> <script src="_static/x.js"></script>', []),
     ],
 )
-def test_what_a_page_asks_for_elsewhere_is_found(
+def test_requests_of_a_page_to_other_hosts_are_found(
     page: str, elsewhere: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "path", [str(ROOT / "docs" / "_extensions"), *sys.path])

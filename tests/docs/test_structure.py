@@ -1,4 +1,4 @@
-"""The layout keeps its limits, and its page is of today."""
+"""The layout keeps its limits, and its page is up to date."""
 
 import pytest
 
@@ -21,16 +21,16 @@ def test_imports_inside_a_room_go_down_a_few_floors(name: str, rooms: dict[str, 
     assert 0 < rooms[name].floors <= MOST_FLOORS
 
 
-def test_imports_that_go_round_are_found() -> None:
+def test_import_cycles_are_found() -> None:
     with pytest.raises(ValueError, match="imports go round: a -> b -> a"):
         _ = Room({}, (), {"a": frozenset("b"), "b": frozenset("a")}).floors
 
 
-def test_module_names_say_what_modules_hold() -> None:
+def test_module_names_are_descriptive() -> None:
     assert opaque_names() == []
 
 
-def test_every_folder_says_what_it_holds() -> None:
+def test_every_folder_states_its_contents() -> None:
     short = []
     for room in ROOMS:
         for path in (ROOT / room).rglob("*.py"):
@@ -40,7 +40,7 @@ def test_every_folder_says_what_it_holds() -> None:
     assert short == []
 
 
-def test_the_page_is_of_today() -> None:
+def test_the_page_is_up_to_date() -> None:
     assert (ROOT / "docs" / "structure.md").read_text("utf-8") == page(), (
         "python -m tests.structure > docs/structure.md"
     )

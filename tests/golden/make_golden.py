@@ -1,11 +1,9 @@
-"""Makes the expected output of the golden recording anew: `make golden`, after a change of behaviour that is meant.
+"""Remakes the expected output of the golden recording: `make golden`, after an intended change of behaviour.
 
-Look at the difference of identification.jsonl before keeping it. The recorded inputs stay as they are; with
-`--record` they too are made anew: a short session with simulated devices is run, and the part around the contact is cut
-out of its recording. With
-`--surfaces` the table of surfaces that ships now takes the place of the recorded one, whose version may be no more. The
-recording holds the exact inputs of both sites and, at 20 Hz, what they compute from them.
-That is computed from the cut inputs alone, since the sites of the session knew what came before.
+Look at the difference of identification.jsonl before keeping it. The recorded inputs stay as they are. `--record`
+records them again: it runs a short session with simulated devices and cuts out the part around the contact.
+`--surfaces` replaces the recorded table of surfaces by the shipped one. The recording holds the exact inputs of both
+sites and, at 20 Hz, what they compute from the cut inputs alone: the sites of the session also knew earlier inputs.
 """
 
 import json
@@ -28,7 +26,7 @@ from teletaction.session.demo_files import SURFACES, DemoOptions
 FOLDER = Path(__file__).parent
 SECONDS = 6.3
 SEED = 2
-"""Of a contact that is told from others in time: the recording shows what it is for."""
+"""Seed of a session whose contact is identified within the recording."""
 BEFORE_S = 0.7
 WARMING_S = 5.0
 OUTPUT_EVERY = 25
@@ -46,7 +44,7 @@ def make_golden(record: bool, surfaces: bool) -> None:
         with source.open("rb") as file:
             session = RecordedSession(source, file)
             messages = messages_around_contact(session) if record else list(session.messages(STREAMS))
-            write(session, computed_anew(session, messages), out / "golden.mcap")
+            write(session, recomputed(session, messages), out / "golden.mcap")
         replay(out / "golden.mcap", out / "golden")
         shutil.copy(out / "golden.mcap", FOLDER / "session.mcap")
         shutil.copy(out / "golden" / "identification.jsonl", FOLDER)
@@ -141,7 +139,7 @@ def messages_around_contact(session: RecordedSession) -> list[Message]:
     return kept
 
 
-def computed_anew(session: RecordedSession, messages: list[Message]) -> list[Message]:
+def recomputed(session: RecordedSession, messages: list[Message]) -> list[Message]:
     """The inputs, and at 20 Hz what both sites compute from these inputs alone."""
     remote, operator = open_remote(session, "remote"), open_operator(session, "operator")
     kept: list[Message] = []

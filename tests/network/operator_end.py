@@ -64,7 +64,7 @@ class OperatorEnd:
         self.accepted.append((now_ns, touch.sequence, touch.time_ns, age_ns, offset_ns, uncertainty_ns))
         return True
 
-    def told(self) -> dict[str, Any]:
+    def report(self) -> dict[str, Any]:
         """All that the test judges."""
         return {"accepted": self.accepted, "refused": self.acceptance.refused, "max_age_ns": self.acceptance.max_age_ns}
 
@@ -84,7 +84,7 @@ def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> No
     with OperatorLink(address, base_port, load_keys(keys), remote_public_key) as link:
         end = OperatorEnd(link)
         run(end, lambda: bool(select.select([sys.stdin], [], [], 0.0)[0]))
-    print(json.dumps(end.told()), flush=True)
+    print(json.dumps(end.report()), flush=True)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def now_ns() -> int:
 
 
 def main(address: str, base_port: int, keys: Path) -> None:
-    """Serve until the input ends, then tell how much was sent."""
+    """Serve until the input ends, then print how much was sent."""
     sent = 0
     block = np.zeros((5, len(TOUCH_FIELDS)), np.float32)
     with RemoteLink(address, base_port, load_keys(keys), TrustedKeys(keys)) as link:

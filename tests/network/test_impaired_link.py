@@ -85,21 +85,21 @@ class Bench:
         self.accept(EVERY)
 
     def accept(self, packets: int) -> None:
-        """Wait until so many more packets were accepted."""
+        """Wait until this number of further packets was accepted."""
         wanted = self._counted + packets
         while self._counted < wanted:
             self._counted = int(self.operator.hear())
 
     def finish(self) -> Measured:
         """End both ends and read what they found."""
-        told: dict[str, Any] = json.loads(self.operator.end().splitlines()[-1])
+        report: dict[str, Any] = json.loads(self.operator.end().splitlines()[-1])
         sent = json.loads(self.remote.end())["sent"]
-        arrived, sequence, source, age, offset, uncertainty = np.array(told["accepted"], dtype=np.int64).T
+        arrived, sequence, source, age, offset, uncertainty = np.array(report["accepted"], dtype=np.int64).T
         assert (np.abs(offset - CLOCK_APART_NS) <= uncertainty).all(), "the clocks are not where they were found to be"
         true_age = arrived - (source - CLOCK_APART_NS)
         source_ns = source - CLOCK_APART_NS
         return Measured(
-            sent, arrived, sequence, source_ns, age, true_age, uncertainty, told["max_age_ns"], told["refused"]
+            sent, arrived, sequence, source_ns, age, true_age, uncertainty, report["max_age_ns"], report["refused"]
         )
 
 
@@ -140,7 +140,7 @@ def assert_sound(measured: Measured) -> None:
     [(0.0, 0.0, 0.0), (20.0, 2.0, 0.0), (20.0, 2.0, 0.01), (20.0, 2.0, 0.05)],
     ids=["unimpaired", "20+-2ms", "20+-2ms,1%", "20+-2ms,5%"],
 )
-def test_what_is_accepted_over_an_impaired_network_is_young_and_in_order(
+def test_packets_accepted_over_an_impaired_network_are_young_and_in_order(
     bench: Bench, table: list[str], delay_ms: float, jitter_ms: float, loss: float
 ) -> None:
     if delay_ms:

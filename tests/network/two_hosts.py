@@ -146,7 +146,7 @@ class Host:
         return Passed(*(int(word) for word in self._impairment.hear().split()))
 
     def cut(self) -> None:
-        """Drop every packet that arrives from now on; nobody is told."""
+        """Drop every packet that arrives from now on, without notice."""
         self.run("iptables", "-I", *self._arriving, "-j", "DROP")
 
     def heal(self) -> None:

@@ -1,4 +1,4 @@
-"""What the project requires, and what that brings along on this machine."""
+"""Lists the project's requirements and their dependencies on this machine."""
 
 import tomllib
 from collections.abc import Iterator

@@ -79,18 +79,18 @@ def test_every_dependency_has_a_reason_and_nothing_else_has() -> None:
     assert all(len(why.split()) >= 2 for why, _ in rows().values())
 
 
-def test_the_page_says_the_licences_that_the_packages_say() -> None:
-    for name, (_, told) in rows().items():
+def test_the_page_has_the_licences_of_the_packages() -> None:
+    for name, (_, stated) in rows().items():
         try:
             said = licences(name)
         except PackageNotFoundError:
             continue
         if name not in UNSTATED:
-            assert any(part.split()[0].split("-")[0] in told for part in said), f"{name}: {said}, told as {told}"
+            assert any(part.split()[0].split("-")[0] in stated for part in said), f"{name}: {said}, stated as {stated}"
 
 
 @pytest.mark.parametrize("part", ["", *EXTRAS, *GROUPS])
-def test_everything_may_be_passed_on_with_the_project(part: str) -> None:
+def test_every_licence_allows_distribution(part: str) -> None:
     wanted = {"": PROJECT["dependencies"], **EXTRAS, **GROUPS}[part]
     found = set(closure(installed(wanted)))
     assert found or part in GROUPS or part in EXPORTS
@@ -99,7 +99,7 @@ def test_everything_may_be_passed_on_with_the_project(part: str) -> None:
         assert NOTED.get(name) in parts or all(part.startswith(PERMISSIVE) for part in parts), f"{name}: {parts}"
 
 
-def test_everything_that_is_installed_is_pinned() -> None:
+def test_every_installed_package_is_pinned() -> None:
     parts = (*EXTRAS.values(), *GROUPS.values())
     wanted = [*PROJECT["dependencies"], *(line for part in parts for line in part)]
     assert set(closure(installed(wanted))) <= pins().keys()
@@ -119,7 +119,7 @@ def test_a_lock_has_the_pinned_versions_with_their_hashes(name: str) -> None:
     assert "://" not in path.read_text("utf-8")
 
 
-def test_what_is_imported_is_what_is_required() -> None:
+def test_imports_match_the_requirements() -> None:
     distributions = {"rerun": ["rerun-sdk"], **packages_distributions()}
     allowed = names(PROJECT["dependencies"]).union(*(names(EXTRAS[extra]) for extra in EXTRAS))
     imported: set[str] = set()

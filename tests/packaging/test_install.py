@@ -26,11 +26,11 @@ ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.sta
 
 def run(*words: object, folder: Path) -> str:
     """Run a command that has to succeed; what it printed."""
-    told = subprocess.run(
+    done = subprocess.run(
         [str(word) for word in words], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False
     )
-    assert told.returncode == 0, told.stdout + told.stderr
-    return told.stdout
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def test_the_wheel_holds_all_data_and_nothing_else(built: Built) -> None:
     assert held == {name for name in built.tracked if name.startswith(tuple(f"{room}/" for room in ROOMS))}
 
 
-def test_the_wheel_says_what_it_is(built: Built) -> None:
+def test_the_wheel_has_its_metadata(built: Built) -> None:
     info = f"teletaction-{VERSION}.dist-info"
     with zipfile.ZipFile(built.wheel) as wheel:
         said = Parser().parsestr(wheel.read(f"{info}/METADATA").decode())
@@ -116,5 +116,5 @@ def test_installed_alone_the_demo_runs_from_an_empty_folder(built: Built, tmp_pa
     assert summary["faults"] == []
     assert "<html" in (empty / "out" / "report.html").read_text("utf-8")
     assert "foam" in run(teletaction, "scene", "check", "paper_textures", folder=empty)
-    told = run(python, "-c", "from common.version import *; print(software_version())", folder=empty)
-    assert told.strip() == VERSION
+    done = run(python, "-c", "from common.version import *; print(software_version())", folder=empty)
+    assert done.strip() == VERSION

@@ -22,7 +22,7 @@ def test_no_file_repeats_the_version() -> None:
     assert [path for path in files if said.search(path.read_text("utf-8"))] == []
 
 
-def test_the_changelog_goes_down_from_what_is_not_released() -> None:
+def test_the_changelog_begins_with_unreleased_changes() -> None:
     unreleased, *released = re.findall(r"(?m)^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"))
     assert unreleased == "Unreleased"
     versions = [Version(heading) for heading in released]
@@ -34,7 +34,7 @@ def test_the_citation_names_this_version() -> None:
     assert f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
 
 
-def test_the_licence_is_there_and_is_the_one_that_is_told() -> None:
+def test_the_licence_file_matches_the_declared_licence() -> None:
     assert PROJECT["license"] == "MIT"
     assert PROJECT["license-files"] == ["LICENSE"]
     assert (ROOT / "LICENSE").read_text("utf-8").startswith("MIT License\n")

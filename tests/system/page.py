@@ -1,4 +1,4 @@
-"""A page without a browser: it says to the console what the real one says, and remembers what it was sent."""
+"""A page without a browser: it sends the messages of the real page to the console, and keeps the answers."""
 
 import asyncio
 import json
@@ -125,17 +125,17 @@ class Page:
         except TimeoutError:
             return
         if isinstance(message, str):
-            self._told(json.loads(message))
+            self._take(json.loads(message))
         elif message[3] == Kind.TILE:
             self.tiles.append(read_tile(message))
         else:
             self._pictured(read_frame(message))
 
-    def _told(self, told: dict[str, Any]) -> None:
-        if told["kind"] == "answer":
-            self.answers[told["id"]] = told
+    def _take(self, message: dict[str, Any]) -> None:
+        if message["kind"] == "answer":
+            self.answers[message["id"]] = message
         else:
-            self.state, self.states = told, self.states + 1
+            self.state, self.states = message, self.states + 1
 
     def _pictured(self, picture: Frame) -> None:
         self.picture = picture

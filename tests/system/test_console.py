@@ -38,7 +38,7 @@ def test_a_page_from_elsewhere_is_refused(session: Session) -> None:
         urlopen(Request(session.address + "/page/main.js", headers={"Host": "elsewhere.example"}))
 
 
-def test_every_answer_forbids_what_is_not_of_this_page(session: Session) -> None:
+def test_every_answer_forbids_content_from_elsewhere(session: Session) -> None:
     with urlopen(Request(session.address + "/health")) as response:
         assert response.status == 200
         assert "default-src 'self'" in response.headers["content-security-policy"]
@@ -46,7 +46,7 @@ def test_every_answer_forbids_what_is_not_of_this_page(session: Session) -> None
         assert response.headers["cache-control"] == "no-cache"
 
 
-def test_what_is_no_message_ends_its_connection_and_no_other(session: Session) -> None:
+def test_a_wrong_message_ends_only_its_own_connection(session: Session) -> None:
     with opened(session.address) as page:
         page.until(lambda: page.state, "a state")
         for text in ("no json", "[" * 20_000):
@@ -77,7 +77,7 @@ def test_an_emergency_stop_is_confirmed_by_each_device_and_seen_at_them(session:
         assert max(rpm for _, entry in truth for rpm in entry["motor_rpm"]) < 100.0
 
 
-def test_the_process_says_how_it_is(session: Session) -> None:
+def test_the_status_file_of_the_console_is_written(session: Session) -> None:
     with opened(session.address) as page:
         page.look(1.5)
         status = read_figures(session.folder, "console")

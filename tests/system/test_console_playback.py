@@ -108,7 +108,7 @@ def test_a_jump_ahead_and_back_is_the_same_as_playing(address: str) -> None:
         assert np.nanmax(page.whole.bins[:, INDEX * 5 + 1]) <= 0.5 + 1e-6, "nothing of a later time is left"
 
 
-def test_it_plays_at_its_speed_and_stands_still(address: str) -> None:
+def test_playback_runs_at_its_speed_and_can_pause(address: str) -> None:
     with opened(address) as page:
         page.until(lambda: page.state, "a state")
         at(page, 2.0)

@@ -1,4 +1,4 @@
-"""A console that is open to a network: over TLS, to who has a token, and to act only with one that may."""
+"""A console that is open to a network: over TLS, with a token, and actions only with a token that permits them."""
 
 import re
 import secrets
@@ -96,7 +96,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 def refused(served: Served, origin: str = "", **headers: str) -> None:
-    """A websocket with these headers is sent away, and told nothing before."""
+    """A websocket with these headers is refused, and gets no message before."""
     with (
         opened(served.address, ssl=served.trust, Origin=origin or served.address, **headers) as page,
         pytest.raises(ConnectionClosed) as closed,
@@ -138,7 +138,7 @@ def test_a_wrong_token_in_the_address_gets_no_cookie(served: Served) -> None:
     assert WRONG not in str(headers)
 
 
-def test_who_may_act_acts_and_an_observer_looks_on(served: Served) -> None:
+def test_a_permitted_page_acts_and_a_read_only_page_does_not(served: Served) -> None:
     with (
         opened(served.address, ssl=served.trust, **served.cookie(ACT)) as acting,
         opened(served.address, ssl=served.trust, **served.cookie(OBSERVE)) as looking,
@@ -146,8 +146,8 @@ def test_who_may_act_acts_and_an_observer_looks_on(served: Served) -> None:
         assert state_of(looking)["role"] == "observe"
         assert state_of(acting)["in_control"]
         for verb in ("begin", "engage", "estop", "take_control", "finding", "clear_fault", "end"):
-            told = looking.ask(verb, pseudonym="P-0418")
-            assert (told["ok"], told["text"]) == (False, "OBSERVER. Control is at OR-2 1."), told
+            answer = looking.ask(verb, pseudonym="P-0418")
+            assert (answer["ok"], answer["text"]) == (False, "OBSERVER. Control is at OR-2 1."), answer
         assert acting.ask("begin", pseudonym="P-0417")["ok"]
         looking.until(lambda: looking.state["session"]["pseudonym"] == "P-0417", "the other's session")
         assert acting.ask("end")["ok"]
@@ -157,7 +157,7 @@ def test_who_may_act_acts_and_an_observer_looks_on(served: Served) -> None:
     assert ACT not in str(acts)
 
 
-def test_an_observer_cannot_ask_to_be_another(served: Served) -> None:
+def test_a_read_only_page_cannot_claim_another_role(served: Served) -> None:
     with opened(served.address, "/session?role=act", ssl=served.trust, **served.cookie(OBSERVE)) as page:
         assert state_of(page)["role"] == "observe"
 
@@ -167,7 +167,7 @@ def test_another_page_cannot_use_the_cookie(served: Served) -> None:
     refused(served, origin=served.address.replace("https", "http"), **served.cookie(ACT))
 
 
-def test_it_is_not_served_without_tls_and_its_certificate_is_checked(served: Served) -> None:
+def test_the_page_needs_tls_and_its_certificate_is_checked(served: Served) -> None:
     with pytest.raises((URLError, RemoteDisconnected, ConnectionError)):
         urlopen(served.address.replace("https", "http") + "/health", timeout=10.0)
     with pytest.raises(URLError, match="CERTIFICATE_VERIFY_FAILED"):

@@ -1,4 +1,4 @@
-"""Told to end, every process does so within 2 s, with exit code 0 and its recording closed, whatever is missing."""
+"""After SIGTERM every process ends within 2 s, with exit code 0 and its recording closed, whatever is missing."""
 
 import contextlib
 import json
@@ -35,10 +35,10 @@ def session(tmp_path: Path) -> Iterator[tuple[SessionProcesses, dict[str, Path]]
 
 def state(processes: SessionProcesses, name: str) -> str:
     try:
-        told = json.loads((processes.out / f"{name}.json").read_text("utf-8"))
+        status = json.loads((processes.out / f"{name}.json").read_text("utf-8"))
     except FileNotFoundError:
         return ""
-    return str(told.get("state", "running"))
+    return str(status.get("state", "running"))
 
 
 def end(process: "subprocess.Popen[bytes]") -> int:
@@ -55,7 +55,7 @@ def assert_closed(recording: Path) -> None:
     assert summary.statistics.message_count > 0
 
 
-def test_in_full_work(session: tuple[SessionProcesses, dict[str, Path]]) -> None:
+def test_a_working_session_ends_in_time(session: tuple[SessionProcesses, dict[str, Path]]) -> None:
     processes, configurations = session
     for name in PROCESSES:
         processes.start(name, configurations[name])
@@ -69,7 +69,7 @@ def test_in_full_work(session: tuple[SessionProcesses, dict[str, Path]]) -> None
 
 
 @pytest.mark.parametrize(("site", "simulation"), [("remote", "sim-remote"), ("operator", "sim-operator")])
-def test_without_a_far_side_and_after_the_devices_are_gone(
+def test_a_site_without_peer_and_devices_ends_in_time(
     session: tuple[SessionProcesses, dict[str, Path]], site: str, simulation: str
 ) -> None:
     processes, configurations = session
@@ -85,7 +85,7 @@ def test_without_a_far_side_and_after_the_devices_are_gone(
 
 @pytest.mark.parametrize("site", ["remote", "operator"])
 @pytest.mark.parametrize("there", ["nobody", "silent"])
-def test_while_it_waits_for_its_devices(
+def test_a_site_that_waits_for_its_devices_ends_in_time(
     session: tuple[SessionProcesses, dict[str, Path]], site: str, there: str
 ) -> None:
     processes, configurations = session
@@ -104,7 +104,7 @@ def test_while_it_waits_for_its_devices(
         assert end(process) == 0, processes.last_words(site)
 
 
-def test_the_supervisor_hears_the_whole_life_of_a_site(
+def test_the_supervisor_is_notified_over_the_whole_life_of_a_site(
     session: tuple[SessionProcesses, dict[str, Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     processes, configurations = session

@@ -31,7 +31,7 @@ from common.recording.truncated_mcap import TruncatedMcap
 from common.wire.messages import Motion, Touch
 from robustness.fault_session import FaultSession
 from robustness.fault_table import STROKING
-from tests.commands import Told, command
+from tests.commands import Outcome, command
 from tests.system.truth import FELT_N, HEATS, LATE_S, STROKES, Truth, between, packets, read_truth
 from tests.waiting import wait_until
 
@@ -50,9 +50,9 @@ class Story:
     folder: Path
     observed: list[dict[str, Any]]
     """Lines of the observing process while it was trusted."""
-    revoked: Told
+    revoked: Outcome
     state_then: dict[str, str]
-    trusted: Told
+    trusted: Outcome
     working_s: float
     replayed: tuple[int, int]
     """Motion that the remote site refused, before and after packets of the first session were sent to it."""
@@ -187,10 +187,10 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
         remote = load_config(session.configurations["remote"], RemoteConfig)
         operator_key = load_keys(folder / "keys" / "operator").public
 
-        def revoke(name: str) -> Told:
+        def revoke(name: str) -> Outcome:
             return command("keys", "revoke", name, "--keys", remote.link.keys)
 
-        def trust(*words: str) -> Told:
+        def trust(*words: str) -> Outcome:
             return command("keys", "trust", "--keys", remote.link.keys, *words)
 
         for name in ("student", "stranger"):
@@ -246,7 +246,7 @@ def test_outputs_are_safe_as_soon_as_the_operators_key_is_gone(story: Story) -> 
         assert not between(time_s, outputs, safe_s, end_s).any()
 
 
-def test_both_sites_say_why_once(story: Story) -> None:
+def test_both_sites_report_the_reason_once(story: Story) -> None:
     assert story.state_then["remote"] == "disconnected"
     assert story.state_then["operator"].startswith("disconnected: ")
     assert "the remote site does not trust this site's key" in story.state_then["operator"]
@@ -257,7 +257,7 @@ def test_both_sites_say_why_once(story: Story) -> None:
     assert f"revoked: {fingerprint(own)}" in (story.folder / "remote.log").read_text("utf-8")
 
 
-def test_trusted_again_the_session_resumes_by_itself(story: Story) -> None:
+def test_the_session_resumes_by_itself_once_the_key_is_trusted_again(story: Story) -> None:
     truth = story.truth
     force_n = between(truth.finger_s, truth.force_n[:, STROKES], story.trusted.done_s, story.working_s)
     motor_mv = between(truth.finger_s, truth.motor_mv[:, STROKES], story.trusted.done_s, story.working_s)
@@ -297,7 +297,7 @@ def test_an_observer_is_shown_the_stroke_until_it_alone_is_cut_off(story: Story)
     assert story.ended == {}
 
 
-def test_the_session_left_everything_behind_that_could_hold_a_key(story: Story) -> None:
+def test_the_session_left_every_file_that_could_hold_a_key(story: Story) -> None:
     recorded = [f"{site}.{kind}" for site in ("remote", "operator") for kind in ("mcap", "log", "json")]
     reported = [f"out/{name}" for name in ("session.mcap", "summary.json", "report.html")]
     for name in (*recorded, *reported, "said/student.out", "said/stranger.err"):
@@ -307,7 +307,7 @@ def test_the_session_left_everything_behind_that_could_hold_a_key(story: Story) 
 
 
 @pytest.mark.parametrize("kind", ["secret", "public"])
-def test_no_key_of_anybody_is_outside_the_key_folders(kind: str, story: Story) -> None:
+def test_no_key_is_outside_the_key_folders(kind: str, story: Story) -> None:
     keys = story.keys(kind).values()
     assert all(len(key) == 32 for key in keys)
     assert found(keys, story.folder, story.folder / "keys") == []
@@ -360,7 +360,7 @@ TEXT = zmq.utils.z85.encode(KEY)
         recording(attachment=TEXT),
     ],
 )
-def test_the_search_finds_a_key_wherever_and_however_it_is_written(content: bytes, tmp_path: Path) -> None:
+def test_the_search_finds_a_key_in_every_place_and_form(content: bytes, tmp_path: Path) -> None:
     for name in ("a.mcap", "b.log"):
         (tmp_path / name).write_bytes(content)
     assert "a.mcap" in found([KEY], tmp_path, tmp_path / "keys")

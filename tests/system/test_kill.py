@@ -1,4 +1,4 @@
-"""Whatever process dies, every actuator of both sites is safe within the hold times, seen at the simulated devices."""
+"""When any process dies, every actuator of both sites is safe within the hold times, seen at the simulated devices."""
 
 import os
 import signal
@@ -48,11 +48,11 @@ def killed(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, float, 
 def test_actuators_are_safe_within_their_hold_times(killed: tuple[str, float, Path]) -> None:
     name, killed_s, out = killed
     if name != "sim-operator":
-        felt = written(out / "sim-operator.mcap", "truth_fingertips", may_be_cut=True)
-        before = [entry for t, entry in felt if killed_s - 0.1 <= t <= killed_s]
+        entries = written(out / "sim-operator.mcap", "truth_fingertips", may_be_cut=True)
+        before = [entry for t, entry in entries if killed_s - 0.1 <= t <= killed_s]
         assert max(entry["force_n"][INDEX] for entry in before) > 0.2, "the finger must feel force before the kill"
         assert max(entry["motor_mv"][INDEX] for entry in before) > 0, "and vibration"
-        after = {t - killed_s: entry for t, entry in felt if t > killed_s}
+        after = {t - killed_s: entry for t, entry in entries if t > killed_s}
         assert max(after) > 0.6
         # A dead sim-remote is noticed by the remote site first, and by the operator from what that then says.
         late_s = LATE_S + (0.150 if name == "sim-remote" else 0.0)

@@ -55,7 +55,7 @@ def command(out: Path, words: str) -> None:
     assert answer[0] == "ok", answer
 
 
-def test_a_cut_connection_is_made_anew_within_the_same_session(tmp_path: Path) -> None:
+def test_a_cut_connection_is_restored_within_the_same_session(tmp_path: Path) -> None:
     def carried() -> int:
         streams = read_figures(tmp_path, "network").get("streams", {})
         return min((int(streams[name]["connections_open"]) for name in ("motion", "touch")), default=0)

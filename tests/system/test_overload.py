@@ -49,7 +49,7 @@ def summary(out: Path) -> dict[str, Any]:
     return found | {"said": said, "eased_s": eased_s}
 
 
-def test_all_is_whole_soon_after_the_load(out: Path, summary: dict[str, Any]) -> None:
+def test_the_session_is_whole_soon_after_the_load(out: Path, summary: dict[str, Any]) -> None:
     machine = Machine.measured()
     if sum(session_takes(DEFAULT, machine.step_s).values()) > FITS * machine.idle:
         pytest.skip(
@@ -90,7 +90,7 @@ def test_no_output_is_unsafe(summary: dict[str, Any]) -> None:
     assert limits.WIDE.low_c <= summary["plate_c"]["min"] <= summary["plate_c"]["max"] <= limits.PLATE_FAULT_C
 
 
-def test_the_session_says_what_it_gave_up(summary: dict[str, Any]) -> None:
+def test_the_session_reports_its_losses(summary: dict[str, Any]) -> None:
     assert "This machine was too slow for this session" in summary["said"] or not any(
         loop["behind_s"] > 1.0 for loop in summary["loop"].values()
     )

@@ -1,4 +1,4 @@
-"""What only shows with devices and a far side there: swapped devices and keys that are not allowed."""
+"""Refusals that need devices and a peer: swapped devices and keys that are not allowed."""
 
 import subprocess
 import sys
@@ -53,7 +53,7 @@ def test_swapped_devices_are_refused_by_name(simulated: dict[str, Path]) -> None
     assert "Traceback" not in refused.stderr
 
 
-def test_a_key_that_is_not_trusted_is_told_so(simulated: dict[str, Path], tmp_path: Path) -> None:
+def test_an_untrusted_key_gets_the_reason(simulated: dict[str, Path], tmp_path: Path) -> None:
     TrustedKeys(tmp_path / "keys" / "remote").revoke("operator")
     processes = SessionProcesses(tmp_path)
     try:

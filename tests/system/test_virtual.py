@@ -73,14 +73,14 @@ def test_the_hand_feels_force_vibration_and_heat(session: Path) -> None:
 
 
 def test_its_recording_is_replayed_to_the_last_bit(session: Path, tmp_path: Path) -> None:
-    told = command("replay", session / "operator.mcap", "--out", tmp_path)
-    assert told.code == 0, told
+    outcome = command("replay", session / "operator.mcap", "--out", tmp_path)
+    assert outcome.code == 0, outcome
     operator = json.loads((tmp_path / "replay.json").read_text("utf-8"))["operator"]["operator"]
     assert operator["rendered_rows"] == operator["identical"] > 1000
     assert operator["missing_touch_packets"] == 0
 
 
-def test_what_happened_stands_in_the_recording(session: Path) -> None:
+def test_the_recording_contains_the_events(session: Path) -> None:
     happened = [
         (what, text or said_fault(fault))
         for _, (what, _, text, fault) in written(session / "operator.mcap", "operator/session")

@@ -1,4 +1,4 @@
-"""What really happened at the simulated devices of a session, for tests to judge."""
+"""Reads the truth at the simulated devices of a session, for tests to judge."""
 
 import math
 from contextlib import suppress

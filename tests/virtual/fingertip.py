@@ -53,7 +53,7 @@ class Fingertip:
         self._drive = 0.0
 
     def watch(self) -> None:
-        """Begin the peaks and times anew."""
+        """Restart the peaks and times."""
         self.plate_peak_c = self.skin_peak_c = 0.0
         self.plate_hot_s = self.skin_hot_s = 0.0
 

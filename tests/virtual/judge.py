@@ -1,4 +1,4 @@
-"""What must hold at every tick, whatever happens, judged by what is at the actuators and what the network delivered."""
+"""Judges limits and hold times at every tick, from the actuators and from what the network delivered."""
 
 from collections.abc import Callable, Iterable
 
@@ -30,7 +30,7 @@ LATE_S = 2 * TICK_S + 1e-9
 REMOTE_LATE_S = 2.0 / RemoteConfig.model_fields["rate_hz"].default + 1e-9
 """The same of the remote site."""
 SERVO_S = 0.100
-"""A remote finger and hand that were told to stop stand still after this."""
+"""Time after which a stopped remote finger and hand stand still."""
 REPAIRED_S = 0.200
 """Servos that were broken and obey again have gone back to their set-points after this."""
 QUANTUM_N = 0.01
@@ -57,11 +57,11 @@ def check_limits(_: VirtualSession, now: Truth) -> None:
 
 def check_operator_safe(now: Truth, since_s: float) -> None:
     """The operator's actuators are neutral as far as they must be `since_s` after the last valid input."""
-    told = f"{since_s:.3f} s after the last valid touch: {now}"
-    assert since_s <= FORCE_SAFE_S + LATE_S or now.force_n == 0.0, told
-    assert since_s <= MOTOR_SAFE_S + LATE_S or now.motor_mv == 0, told
-    assert since_s <= MOTOR_STILL_S + LATE_S or now.motor_rpm < MOTOR_FLOOR_RPM, told
-    assert since_s <= THERMAL_SAFE_S + LATE_S or now.peltier == 0.0, told
+    moment = f"{since_s:.3f} s after the last valid touch: {now}"
+    assert since_s <= FORCE_SAFE_S + LATE_S or now.force_n == 0.0, moment
+    assert since_s <= MOTOR_SAFE_S + LATE_S or now.motor_mv == 0, moment
+    assert since_s <= MOTOR_STILL_S + LATE_S or now.motor_rpm < MOTOR_FLOOR_RPM, moment
+    assert since_s <= THERMAL_SAFE_S + LATE_S or now.peltier == 0.0, moment
 
 
 def check_ramp(truth: Iterable[Truth], engaged_s: float) -> None:
@@ -80,8 +80,8 @@ class RemoteStandstill:
 
     def check(self, now: Truth, since_s: float, disobeyed: bool) -> None:
         """Judge a moment that is `since_s` after the last valid input; of broken servos no standstill is asked."""
-        told = f"{since_s:.3f} s after the last valid motion: {now}"
-        assert since_s <= THERMAL_SAFE_S + REMOTE_LATE_S or now.heater == 0.0, told
+        moment = f"{since_s:.3f} s after the last valid motion: {now}"
+        assert since_s <= THERMAL_SAFE_S + REMOTE_LATE_S or now.heater == 0.0, moment
         if disobeyed:
             self._broken_s = now.time_s
         if since_s <= GAP_S + SERVO_S + REMOTE_LATE_S or now.time_s - self._broken_s <= REPAIRED_S:
@@ -89,8 +89,8 @@ class RemoteStandstill:
         elif self._x_m is None:
             self._x_m, self._highest_m = now.x_m, now.z_m
         else:
-            assert abs(now.x_m - self._x_m) <= STILL_M, f"{told}, x was {self._x_m}"
-            assert now.z_m >= self._highest_m - STILL_M, f"{told}, z was {self._highest_m}"
+            assert abs(now.x_m - self._x_m) <= STILL_M, f"{moment}, x was {self._x_m}"
+            assert now.z_m >= self._highest_m - STILL_M, f"{moment}, z was {self._highest_m}"
             self._highest_m = max(self._highest_m, now.z_m)
 
 
@@ -134,7 +134,7 @@ class Latches:
                 self._since_s.setdefault(side, now.time_s)
             else:
                 self._since_s.pop(side, None)
-        # A fault needs no gap to be noticed: the ramps begin at once, unless the device cannot be told.
+        # A fault needs no gap to be noticed: the ramps begin at once, unless the device cannot be reached.
         if "operator" in self._since_s:
             noticed_s = GAP_S if session.sim_operator.bus.hears else 0.0
             check_operator_safe(now, noticed_s + now.time_s - self._since_s["operator"])

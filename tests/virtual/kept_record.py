@@ -1,4 +1,4 @@
-"""A recorder that keeps what it is given in memory, in place of one that writes a file."""
+"""A recorder that keeps its rows in memory instead of a file."""
 
 from collections import Counter, defaultdict
 from typing import Any

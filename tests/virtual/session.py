@@ -1,4 +1,4 @@
-"""A session of one finger on the test bed, with what really is at that finger's actuators."""
+"""A session of one finger on the test bed, with the true state of that finger's actuators."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -91,7 +91,7 @@ class VirtualSession(Testbed):
         return any(fault.startswith("disobey") for fault in self.sim_remote.faults.in_force)
 
     def work(self, patience_s: float = 20.0) -> float:
-        """Let time pass until a stroke is felt that lasts three seconds more; returns how long it took, s."""
+        """Let time pass until a stroke with three seconds left is felt; returns how long it took, s."""
         return self.until(lambda session: session.at_work and session.sim_operator.hand.x_m < _EARLY_M, patience_s)
 
     def hover(self, patience_s: float = 20.0) -> float:

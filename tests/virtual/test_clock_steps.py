@@ -34,9 +34,9 @@ def test_a_stepped_clock_is_safe_at_once_and_the_work_resumes_with_plate_and_mot
     motions = server.acceptance.received
     working.until(lambda _: working.both_engaged and server.acceptance.received > motions, RESUMED_S)
     working.work()
-    felt = working.run(1.0)
-    assert len({now.peltier for now in felt}) > 3, "a drive that never changes regulates nothing"
-    assert len({now.motor_mv for now in felt if now.motor_mv}) != 1, "a speed that never changes is not the stroke's"
+    moments = working.run(1.0)
+    assert len({now.peltier for now in moments}) > 3, "a drive that never changes regulates nothing"
+    assert len({now.motor_mv for now in moments if now.motor_mv}) != 1, "a speed that never changes is not the stroke's"
     assert server.session.fault is client.session.fault is None
 
 

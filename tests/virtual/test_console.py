@@ -1,4 +1,4 @@
-"""The console beside a session: what its pages are given and may do, and what comes of it at the actuators."""
+"""The console beside a session: content and rights of its pages, and their effect at the actuators."""
 
 import json
 from collections.abc import Iterator
@@ -66,7 +66,7 @@ def without_a_gap(bins: list[int]) -> bool:
     return bins == list(range(bins[0], bins[0] + len(bins)))
 
 
-def test_a_page_is_given_all_that_there_is_and_then_every_bin_once(consoles: Consoles) -> None:
+def test_a_page_gets_the_whole_state_and_then_every_bin_once(consoles: Consoles) -> None:
     page = consoles.page()
     page.until(lambda: page.pictures[Kind.PICTURE] > 30, "pictures")
     assert page.pictures[Kind.WHOLE] == 1
@@ -95,7 +95,7 @@ def test_pictures_come_thirty_times_a_second_and_are_young(consoles: Consoles, s
     assert {tile.quantity for tile in page.tiles} == {"roughness"}
 
 
-def test_an_observer_sees_all_and_may_do_nothing(consoles: Consoles, session: VirtualSession) -> None:
+def test_a_read_only_page_sees_all_and_may_do_nothing(consoles: Consoles, session: VirtualSession) -> None:
     acting, page = consoles.page(), consoles.page("observe")
     work(acting, session)
     page.until(lambda: page.state and page.picture is not None, "a picture")
@@ -132,7 +132,7 @@ def test_an_emergency_stop_is_confirmed_by_each_device_and_seen_at_them(
     assert page.state["stop"] is None
 
 
-def test_of_two_pages_one_acts_and_either_stops(consoles: Consoles, session: VirtualSession) -> None:
+def test_one_of_two_pages_acts_and_either_may_stop(consoles: Consoles, session: VirtualSession) -> None:
     first, second = consoles.page(), consoles.page()
     work(first, session)
     second.until(lambda: second.state and second.picture is not None, "a picture")
@@ -152,7 +152,7 @@ def test_of_two_pages_one_acts_and_either_stops(consoles: Consoles, session: Vir
     first.until(lambda: first.state["you"]["in_control"], "control, for the other page is gone")
 
 
-def test_a_page_that_does_not_draw_is_not_flooded_and_the_others_do_not_notice(consoles: Consoles) -> None:
+def test_a_page_that_does_not_draw_is_not_flooded_and_disturbs_no_other(consoles: Consoles) -> None:
     quick = consoles.page()
     quick.until(lambda: quick.pictures[Kind.PICTURE] > 5, "pictures")
     slow = consoles.page(draws=False)
@@ -196,7 +196,7 @@ def test_findings_and_notes_are_kept_as_they_were_written(consoles: Consoles) ->
     assert {act["who"] for act in acts} == {"console 1"}
 
 
-def test_what_is_no_request_is_refused(consoles: Consoles) -> None:
+def test_a_message_that_is_no_request_is_refused(consoles: Consoles) -> None:
     page = consoles.page()
     page.until(lambda: page.state, "a state")
     for verb, details in (("reboot", {}), ("finding", {"finger": "nose"}), ("begin", {"pseudonym": "Anna Meier"})):
@@ -218,9 +218,7 @@ def test_a_console_that_is_hidden_pauses_the_session(consoles: Consoles, session
     assert not session.both_engaged
 
 
-def test_the_next_console_takes_up_the_examination_of_one_that_is_gone(
-    consoles: Consoles, session: VirtualSession
-) -> None:
+def test_a_new_console_resumes_the_examination_of_an_ended_one(consoles: Consoles, session: VirtualSession) -> None:
     page = consoles.page()
     work(page, session)
     show_roughness(page)

@@ -124,7 +124,7 @@ def test_a_recording_that_raises_is_named_and_the_work_continues(
     assert len(contained.take()) == 1
 
 
-def test_the_first_tick_after_a_gate_has_raised_is_neutral_and_so_is_all_until_a_person_engages(
+def test_outputs_are_neutral_from_an_exception_of_a_gate_until_a_person_engages(
     working: VirtualSession,
     fail: Callable[[object, str], Failing],
     monkeypatch: pytest.MonkeyPatch,

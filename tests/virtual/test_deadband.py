@@ -38,41 +38,41 @@ def test_a_hand_that_waits_sends_only_refreshes_and_every_tick_is_counted(sessio
         assert sum(counts) == pytest.approx(4.0 / tick_s, abs=0.2 / tick_s), "less the ticks before there was a session"
 
 
-def test_a_stroke_is_followed_smoothly_for_a_fifth_of_the_packets(session: VirtualSession) -> None:
+def test_a_stroke_is_followed_smoothly_by_a_fifth_of_the_packets(session: VirtualSession) -> None:
     session.work()
     before = sent(session)
-    truth, hand_x, told = list[float](), list[float](), list[float]()
+    truth, hand_x, set_points = list[float](), list[float](), list[float]()
     for _ in range(round(3.0 / TICK_S)):
         session.tick()
         truth.append(session.now.x_m)
         hand_x.append(session.sim_operator.hand.x_m)
-        told.append(session.remote.gate._plane.x_m)
+        set_points.append(session.remote.gate._plane.x_m)
     for stream, was in enumerate(before):
         assert sent(session)[stream] - was < 0.2 * len(truth)
     lag = round(LAG_S / TICK_S)
     assert np.abs(np.array(truth[lag:]) - hand_x[:-lag]).max() < 1e-3
     every = round(REMOTE_TICK_S / TICK_S)
-    moved, followed = np.array(hand_x[::every]), np.array(told[::every])
+    moved, followed = np.array(hand_x[::every]), np.array(set_points[::every])
     assert np.abs(np.diff(followed)).max() < 2.0 * np.abs(np.diff(moved)).max() + 2e-5, (
         "no jumps that the hand did not make"
     )
     assert session.both_engaged
 
 
-def test_contact_is_told_in_the_tick_in_which_it_is_found_and_again_in_the_next(session: VirtualSession) -> None:
+def test_contact_is_sent_in_the_tick_that_detects_it_and_again_in_the_next(session: VirtualSession) -> None:
     def in_contact() -> bool:
         touch = session.remote.perception.touches.get(INDEX)
         return touch is not None and touch.contact
 
-    def told() -> int:
+    def touches_sent_n() -> int:
         return session.remote.touches_sent
 
     session.until(lambda s: s.both_engaged and not in_contact(), 20.0)
-    before = told()
+    before = touches_sent_n()
     while not in_contact():
-        before = told()
+        before = touches_sent_n()
         session.tick()
         assert session.time_s < 20.0
-    assert told() == before + 1
+    assert touches_sent_n() == before + 1
     session.run(REMOTE_TICK_S)
-    assert told() == before + 2
+    assert touches_sent_n() == before + 2

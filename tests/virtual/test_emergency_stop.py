@@ -1,4 +1,4 @@
-"""Emergency stops in full work: the answers at both desks, and the outputs of the simulated devices."""
+"""Emergency stops in full work: the answers of both sites, and the outputs of the simulated devices."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -172,7 +172,7 @@ def test_every_device_confirms(name: str, devices_of_sites: int, story: Story) -
 
 
 @pytest.mark.parametrize("name", ["operator", "remote"])
-def test_outputs_are_off_within_the_hold_times_and_stay_so(name: str, story: Story) -> None:
+def test_outputs_are_off_within_the_hold_times_and_stay_off(name: str, story: Story) -> None:
     truth, latched_s, cleared_s = story.truth, story.latched_s(name), story.stops[name].cleared_s
     assert cleared_s - latched_s > LEFT_ALONE_S
     for time_s, output, hold_s in (
@@ -212,7 +212,7 @@ def test_a_stop_by_the_operator_latches_both_sites_until_it_is_cleared(story: St
     assert stop.refused == [f"a fault is latched ({AT_OPERATOR}): clear it first"]
 
 
-def test_a_stop_at_the_patients_side_is_not_undone_from_the_operators(story: Story) -> None:
+def test_a_stop_of_the_remote_site_cannot_be_cleared_by_the_operator(story: Story) -> None:
     stop = story.stops["remote"]
     assert stop.at_once["remote"] == stop.later["remote"] == f"fault: {AT_REMOTE}"
     assert not stop.at_once["operator"].startswith("engaged")
@@ -223,7 +223,7 @@ def test_a_stop_at_the_patients_side_is_not_undone_from_the_operators(story: Sto
 
 
 @pytest.mark.parametrize("name", ["operator", "remote"])
-def test_after_clearing_and_engaging_force_comes_back_when_the_remote_hand_has_come(name: str, story: Story) -> None:
+def test_force_returns_after_engaging_once_the_remote_hand_has_arrived(name: str, story: Story) -> None:
     stop, truth, sent = story.stops[name], story.truth, story.sent
     begun_s = stop.engaged_s
     assert not between(truth.finger_s, truth.force_n, stop.cleared_s, begun_s + LATE_S).any(), "clearing moves nothing"
@@ -241,9 +241,7 @@ def test_after_clearing_and_engaging_force_comes_back_when_the_remote_hand_has_c
     ("name", "silent", "confirmed"),
     [("stuck", f"{STROKING} tacttip", "remote site"), ("silent", f"{FREE} thermal_sensor", "here")],
 )
-def test_a_module_that_does_not_confirm_is_named_whichever_sites_it_is(
-    name: str, silent: str, confirmed: str, story: Story
-) -> None:
+def test_an_unconfirmed_module_of_either_site_is_named(name: str, silent: str, confirmed: str, story: Story) -> None:
     stop = story.stops[name]
     here, _, there = stop.outcome.removeprefix("here: ").partition("; remote site: ")
     confirms, named = (here, there) if confirmed == "here" else (there, here)

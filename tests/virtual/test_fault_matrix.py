@@ -19,13 +19,13 @@ PIECES = {
 
 
 @pytest.mark.parametrize("piece", PIECES)
-def test_faults_come_to_what_the_table_says(piece: str) -> None:
+def test_faults_have_the_outcomes_of_the_table(piece: str) -> None:
     findings: list[Finding] = run_apart(PIECES[piece], print, VirtualFaultSession.open)
     assert {finding.fault.name: finding.wrong for finding in findings if finding.wrong} == {}
     assert len(findings) == len(PIECES[piece])
 
 
-def test_no_fault_is_left_out() -> None:
+def test_every_fault_is_tested() -> None:
     done = [fault for faults in PIECES.values() for fault in faults]
     assert sorted(fault.key for fault in done) == sorted(
         fault.key for faults in GROUPS.values() for fault in virtual(faults)

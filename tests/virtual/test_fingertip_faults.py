@@ -1,4 +1,4 @@
-"""Whatever breaks in a fingertip module, its finger is neither burnt nor left driven, and the fault has a name."""
+"""Each fault of a fingertip module is named, and its finger is neither burnt nor driven on."""
 
 import re
 
@@ -55,7 +55,7 @@ def assert_not_burnt(tip: Fingertip) -> None:
 
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_is_named_and_latched_and_the_plate_is_left_alone(fault: str, start: str) -> None:
+def test_a_fault_is_named_and_latched_and_the_plate_is_not_driven(fault: str, start: str) -> None:
     named, within_s = FAULTS[fault]
     with fingertip() as tip:
         goal_c = at(start, tip)
@@ -74,7 +74,7 @@ def test_a_fault_is_named_and_latched_and_the_plate_is_left_alone(fault: str, st
 
 @pytest.mark.parametrize("start", ["at rest, then cooled", "hot and heated", "cold, then heated"])
 @pytest.mark.parametrize("fault", ["silence index tacttip", "unplug index tacttip"])
-def test_a_module_that_is_not_heard_drives_nothing_and_is_missing(fault: str, start: str) -> None:
+def test_a_silent_module_drives_nothing_and_is_missing(fault: str, start: str) -> None:
     with fingertip() as tip:
         goal_c = at(start, tip)
         began_s = tip.time_s

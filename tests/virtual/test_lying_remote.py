@@ -1,4 +1,4 @@
-"""A remote site that sends what no honest one does: the operator's site keeps working and records what it played."""
+"""A remote site that sends impossible packets: the operator's site keeps working and records what it played."""
 
 from collections.abc import Callable
 from typing import Any
@@ -36,7 +36,7 @@ def record(session: VirtualSession) -> KeptRecord:
     return kept  # type: ignore[no-any-return]
 
 
-def test_a_groove_that_one_packet_only_names_is_played_and_recorded_when_its_time_has_come(
+def test_a_groove_of_a_single_packet_is_played_and_recorded_at_its_time(
     working: VirtualSession,
 ) -> None:
     late_s = [0.030, 0.004]

@@ -1,4 +1,4 @@
-"""Nothing gets through, for a second or ten minutes: safe within the hold times, and then back to work by itself."""
+"""A partition of a second or of ten minutes is safe within the hold times, and work resumes by itself."""
 
 import pytest
 
@@ -24,7 +24,7 @@ def assert_at_rest(truth: list[Truth]) -> None:
 
 
 def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -> None:
-    """Both sites engage by themselves within `patience_s`, force begins at zero, and the work goes on."""
+    """Both sites engage by themselves within `patience_s`, force begins at zero, and the work continues."""
     session.until(lambda s: s.both_engaged, patience_s)
     engaged_s = session.time_s - TICK_S
     check_ramp(session.run(0.5), engaged_s)

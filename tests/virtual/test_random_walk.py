@@ -1,4 +1,4 @@
-"""A seeded walk over everything that can go wrong, judged at every tick; when it has ended, the work must resume."""
+"""A seeded walk over all faults, judged at every tick; afterwards the work must resume."""
 
 import random
 from collections.abc import Callable
@@ -30,7 +30,7 @@ FAULTS = [
 
 
 class Walk:
-    """What happens next; `story` tells it."""
+    """Draws the next event; `story` lists all of them."""
 
     def __init__(self, session: VirtualSession, seed: int) -> None:
         self.story: list[str] = []
@@ -52,8 +52,8 @@ class Walk:
 
     def go(self) -> None:
         """Let something happen, and then time pass."""
-        told = self._chance.choice(self._steps)()
-        self.story.append(f"{self._session.time_s:.3f} s: {told}")
+        event = self._chance.choice(self._steps)()
+        self.story.append(f"{self._session.time_s:.3f} s: {event}")
         self._session.run(round(self._chance.uniform(0.05, LONGEST_S), 3))
 
     def end(self) -> None:
@@ -116,16 +116,14 @@ class Walk:
         self._session.clear_faults()
         self._session.run(0.5)
         self._session.engage()
-        return "faults cleared, engaged anew"
+        return "faults cleared, engaged again"
 
 
 @pytest.mark.timeout(180)
 @pytest.mark.parametrize(
     "seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.hardening) for seed in range(2, 24))]
 )
-def test_whatever_goes_wrong_limits_and_hold_times_are_kept_and_in_the_end_the_work_resumes(
-    make_session: MakeSession, seed: int
-) -> None:
+def test_random_faults_break_no_limit_or_hold_time_and_the_work_resumes(make_session: MakeSession, seed: int) -> None:
     # On a slow network the clocks are known to half a round trip, which is accepted up to the age itself.
     session = make_session(seed, clocks_agree_s=AGE_DEFAULT_S)
     walk = Walk(session, seed)

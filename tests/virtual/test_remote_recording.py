@@ -26,7 +26,7 @@ def alarms(session: VirtualSession) -> list[str]:
     return [alarm.text for alarm in console.alarms.listed]
 
 
-def test_it_alarms_at_the_operators_console(make_session: MakeSession) -> None:
+def test_a_stopped_remote_recording_alarms_at_the_operators_console(make_session: MakeSession) -> None:
     kept = KeptRecord()
     session = make_session(recorders={"remote": cast(Recorder, kept)})
     session.until(lambda session: session.both_engaged, 20.0)

@@ -1,4 +1,4 @@
-"""A plate that faults again and again: clearing and engaging anew must not buy it another drive each time."""
+"""A plate that faults again and again: clearing and engaging again must not drive it each time."""
 
 import math
 from collections.abc import Callable
@@ -61,7 +61,7 @@ class Hand:
         self._cleared_s = math.inf
 
     def reset_peaks(self) -> None:
-        """Begin the peaks anew."""
+        """Restart the peaks."""
         self.plate_peak_c, self.skin_peak_c = self.plates.plate_c.copy(), self.plates.surface_c.copy()
 
     def run(self, seconds: float) -> None:
@@ -119,7 +119,7 @@ def freeze(hand: Hand) -> None:
 
 
 @pytest.mark.parametrize("fault", [reverse, freeze])
-def test_ten_minutes_of_clearing_buy_a_bad_plate_two_drives_and_its_tests(fault: Callable[[Hand], None]) -> None:
+def test_a_bad_plate_gets_two_drives_and_its_tests_in_ten_minutes_of_clearing(fault: Callable[[Hand], None]) -> None:
     hand = Hand(TURNS_C)
     hand.run(6.0)
     assert hand.faults == []
@@ -135,7 +135,7 @@ def test_ten_minutes_of_clearing_buy_a_bad_plate_two_drives_and_its_tests(fault:
 
 
 @pytest.mark.parametrize("fault", [reverse, freeze])
-def test_other_fingers_work_on_beside_a_plate_that_stays_off_and_it_works_again_once_mended(
+def test_other_fingers_work_beside_a_faulty_plate_which_works_again_once_repaired(
     fault: Callable[[Hand], None],
 ) -> None:
     hand = Hand(TURNS_C)
@@ -164,7 +164,7 @@ def test_other_fingers_work_on_beside_a_plate_that_stays_off_and_it_works_again_
 
 
 @pytest.mark.parametrize("noise_k", [0.01, 0.1])
-def test_sound_plates_pass_their_test_at_once_whatever_they_did_before(noise_k: float) -> None:
+def test_sound_plates_pass_their_test_at_once_from_any_state(noise_k: float) -> None:
     hand = Hand(TURNS_C, noise_k)
     hand.run(6.0)
     for finger in FINGERS:  # as when all modules' cooling water was lost twice, and has come back

@@ -1,4 +1,4 @@
-"""A thermal sensor that faults again and again at a patient: neither time nor clearing buys its heater more drive."""
+"""A thermal sensor that faults again and again at a patient: neither time nor clearing gives its heater more drive."""
 
 import math
 from collections.abc import Callable
@@ -123,7 +123,7 @@ def test_two_minutes_with_a_bad_sensor_give_its_heater_little_drive(
 
 
 @pytest.mark.parametrize("fault", [freeze, reverse])
-def test_a_mended_sensor_is_heated_again_after_its_test(fault: Callable[[Sensors], None]) -> None:
+def test_a_repaired_sensor_is_heated_again_after_its_test(fault: Callable[[Sensors], None]) -> None:
     sensors = Sensors()
     sensors.run(1.0)
     fault(sensors)

@@ -94,14 +94,14 @@ def test_heat_of_the_materials_reaches_the_finger() -> None:
         truth = session.run(23.0)
     held = {name: (truth["object"] == name) & (truth["act"] == "hold") for name in ("aluminium", "ceramic")}
     coldest = {name: float(truth["plate_c"][during].min()) for name, during in held.items()}
-    felt = {name: float(truth["felt_c"][during][-1]) for name, during in held.items()}
-    for celsius in (coldest, felt):
+    last_c = {name: float(truth["felt_c"][during][-1]) for name, during in held.items()}
+    for celsius in (coldest, last_c):
         assert celsius["aluminium"] < celsius["ceramic"]
     first = truth["felt_c"][held["aluminium"]]
     assert first[-1] < first[0] - 3.0
 
 
-def test_without_the_hand_s_places_nothing_is_felt() -> None:
+def test_nothing_is_displayed_without_the_positions_of_the_hand() -> None:
     with touching("paper_textures") as session:
         session.run(3.0)
         assert session.run(0.5)["force_n"].any()

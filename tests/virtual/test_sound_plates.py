@@ -1,4 +1,4 @@
-"""Sound plates are never taken for faulty ones, whatever is touched: noisy thermistors, and drives that act late."""
+"""Sound plates are never a fault in any touch, with noisy thermistors and drives that act late."""
 
 import math
 from collections import deque

@@ -1,4 +1,4 @@
-"""Packets that come late, twice, in the wrong order, or from an earlier session: nothing of them is acted on."""
+"""Packets that come late, twice, in the wrong order, or from an earlier session are not used."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A host stands still together with its clock, as a paused virtual machine does: nothing old is acted on afterwards."""
+"""A host stands still together with its clock, as a paused virtual machine does: no old data act afterwards."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Status files, supervisor and desk of both sites while nothing gets through: no site says that it is engaged."""
+"""Status files, supervisor and local control of both sites over a silent link never report engaged."""
 
 import pytest
 
@@ -17,10 +17,10 @@ def states(session: VirtualSession) -> set[str]:
     now_ns = session.operator_host.now_ns()
     desk = answer_desk(operator.client, operator.attendance, now_ns, "", "status", {})["state"]
     figures = [site.figures() for site in (operator, remote)]
-    return {desk, *(str(told["state"]) for told in figures), *(in_words(told).split(":")[0] for told in figures)}
+    return {desk, *(str(each["state"]) for each in figures), *(in_words(each).split(":")[0] for each in figures)}
 
 
-def test_no_site_says_engaged_once_the_link_is_silent(working: VirtualSession) -> None:
+def test_no_site_reports_engaged_over_a_silent_link(working: VirtualSession) -> None:
     assert states(working) == {"engaged"}
     working.network.impair(cut=True)
     working.run(GAP_S + 5 * TICK_S)
@@ -35,7 +35,7 @@ def test_no_site_says_engaged_once_the_link_is_silent(working: VirtualSession) -
     assert states(working) == {"engaged"}
 
 
-def test_a_site_whose_far_side_has_let_go_is_engaging_at_most(working: VirtualSession) -> None:
+def test_a_site_with_a_disengaged_peer_is_engaging_at_most(working: VirtualSession) -> None:
     working.ask("disengage")
     while working.remote.server.session.engaged:
         working.tick()

@@ -1,4 +1,4 @@
-"""A site that is stopped for a while, as a process is, and goes on: nothing from before is executed."""
+"""A site that is stopped for a while, as a process is, and continues: nothing old is executed."""
 
 import pytest
 
@@ -26,7 +26,7 @@ def test_a_site_that_was_stopped_begins_from_neutral(
     working.work()
 
 
-def test_a_stop_too_short_for_a_device_to_notice_is_not_felt(working: VirtualSession) -> None:
+def test_a_stop_within_the_time_out_of_the_devices_is_not_felt(working: VirtualSession) -> None:
     for side in ("remote", "operator"):
         working.stop_in_tick(side, 0.05)
         for now in working.run(0.2):

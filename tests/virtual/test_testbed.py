@@ -1,4 +1,4 @@
-"""The test bed: its page's example runs, and what it cannot do it says."""
+"""The test bed: its page's example runs, and it refuses an impossible command."""
 
 import re
 from pathlib import Path
@@ -25,13 +25,13 @@ def test_the_example_of_the_page_runs(
     assert 80.0 <= age_ms <= 125.0, "of a packet on a way of 100 +- 20 ms"
 
 
-def test_a_person_at_the_desk_is_answered_or_refused(working: VirtualSession) -> None:
+def test_a_local_request_is_answered_or_refused(working: VirtualSession) -> None:
     assert working.ask_desk("remote", "status")["state"] == "engaged"
     with pytest.raises(Refused):
         working.ask_desk("remote", "dance")
 
 
-def test_the_network_obeys_the_words_of_the_simulated_one(working: VirtualSession) -> None:
+def test_the_network_takes_the_commands_of_the_simulated_one(working: VirtualSession) -> None:
     network = NetworkFaults(working.network)
     network.obey("partition 1")
     network.step()

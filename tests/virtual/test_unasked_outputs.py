@@ -1,4 +1,4 @@
-"""Outputs that nobody asked for: a second sender on a bus, and devices that apply something else."""
+"""Outputs without a command: a second sender on a bus, and devices that apply something else."""
 
 import pytest
 
@@ -19,7 +19,7 @@ UNASKED = {
 
 
 @pytest.mark.parametrize("fault", UNASKED)
-def test_an_output_that_was_not_asked_for_latches_a_fault(working: VirtualSession, fault: str) -> None:
+def test_an_output_without_a_command_latches_a_fault(working: VirtualSession, fault: str) -> None:
     begun_s = working.time_s
     working.watch.clear()  # the broken output itself is not neutral
     working.break_device(fault)
@@ -33,7 +33,7 @@ def test_an_output_that_was_not_asked_for_latches_a_fault(working: VirtualSessio
     assert expected.value in (None, found.value)
 
 
-def test_a_person_can_work_again_once_a_second_sender_has_gone(working: VirtualSession) -> None:
+def test_work_can_resume_once_a_second_sender_is_gone(working: VirtualSession) -> None:
     working.watch.clear()
     working.break_device("operator: intrude")
     working.until(lambda session: any(session.latched), 1.0)

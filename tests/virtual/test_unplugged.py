@@ -18,7 +18,7 @@ CABLES = (
 
 
 @pytest.mark.parametrize(("site", "device", "name"), CABLES, ids=[name for _, _, name in CABLES])
-def test_it_is_missed_by_name_and_found_again(working: VirtualSession, site: str, device: str, name: str) -> None:
+def test_an_unplugged_device_is_named_and_found(working: VirtualSession, site: str, device: str, name: str) -> None:
     its_site = working.remote if site == "remote" else working.operator
     working.break_device(f"{site}: unplug {device}")
     working.until(lambda _: str(its_site.figures()["missing"]).startswith(name), 2.0)

@@ -85,8 +85,8 @@ class Parties:
         )
 
 
-def told(attacker: "subprocess.Popen[str]") -> dict[str, Any]:
-    """What an attacker told at its end; an attacker that failed is an error."""
+def report(attacker: "subprocess.Popen[str]") -> dict[str, Any]:
+    """The report of an attacker at its end; an attacker that failed is an error."""
     text, _ = attacker.communicate()
     assert attacker.returncode == 0, f"an attacker ended with {attacker.returncode}"
     found: dict[str, Any] = json.loads(text)

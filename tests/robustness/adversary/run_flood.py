@@ -42,7 +42,7 @@ def forged(target: str, role: str, ident: int, number: int, size: int) -> bytes:
     if target == "heartbeat" and not size:
         return Heartbeat(ident, number, now_ns, LinkState.ENGAGED, now_ns, 0, HOUR_NS, 1).encode()
     if target in ("control", "desk"):
-        # Whoever has a copy of the operator's key may stop the session, so the copy asks for the rest only.
+        # A copy of the operator's key may stop the session, so the copy makes only the other requests.
         verbs = _VERBS[:-1] if role == COPY else _VERBS
         verb = "status" if target == "desk" else verbs[number % len(verbs)]
         return Request(ident, number, now_ns, verb, {"text": "x" * max(0, size - 64)}).encode()
@@ -102,7 +102,7 @@ class Attack:
         return waited
 
     def _session(self) -> int:
-        """Number of the session, as `touch` or `observed` tells it to a trusted reader; 0 where none does."""
+        """Number of the session, as `touch` or `observed` sends it to a trusted reader; 0 where none does."""
         for target in ("touch", "observed"):
             if (socket := self._sockets.get(target)) is None:
                 continue

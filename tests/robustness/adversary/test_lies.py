@@ -1,4 +1,4 @@
-"""A far side that lies, within what decoders accept: limits and hold times hold, and no site contains an exception."""
+"""False packets of a peer that decoders accept: limits and hold times hold, and no site contains an exception."""
 
 from collections.abc import Callable
 from typing import Any
@@ -34,7 +34,7 @@ CLOCK_LIES: dict[str, tuple[BeatLie, str]] = {
 
 
 @pytest.mark.parametrize("lie", CLOCK_LIES)
-def test_an_operator_that_lies_about_its_clock_moves_on_or_ends_with_the_reason(
+def test_a_wrong_clock_of_the_operator_is_harmless_or_ends_the_session_with_the_reason(
     shared: VirtualSession, lie: str
 ) -> None:
     change, ends = CLOCK_LIES[lie]
@@ -84,7 +84,7 @@ TOUCH_LIES: dict[str, TouchLie] = {
 
 
 @pytest.mark.parametrize("lie", TOUCH_LIES)
-def test_a_remote_site_that_lies_drives_no_actuator_beyond_its_limits(shared: VirtualSession, lie: str) -> None:
+def test_false_packets_of_the_remote_site_drive_no_actuator_beyond_its_limits(shared: VirtualSession, lie: str) -> None:
     perception: Any = shared.remote.perception
     packet, count = perception.packet, 0
 
@@ -105,11 +105,11 @@ def test_a_remote_site_that_lies_drives_no_actuator_beyond_its_limits(shared: Vi
     shared.until(lambda session: session.both_engaged, 5.0)
 
 
-def test_answers_that_nobody_asked_for_change_nothing(shared: VirtualSession) -> None:
+def test_unrequested_answers_change_nothing(shared: VirtualSession) -> None:
     link: Any = shared.remote.server.link
     client = shared.operator.client
     ident, remote = client.session.ident, dict(client.remote)
-    told = {"session": ident + 1, "calibration": "another", "max_age_s": 0.5, "fingers": [], "fault": "made up"}
+    figures = {"session": ident + 1, "calibration": "another", "max_age_s": 0.5, "fingers": [], "fault": "made up"}
     for number in range(50):
         for session, sequence, refused in (
             (ident + 1, 0, "ended"),
@@ -117,7 +117,7 @@ def test_answers_that_nobody_asked_for_change_nothing(shared: VirtualSession) ->
             (ident, number, ""),
             (ident, 10**9 + number, "refused"),
         ):
-            link.answer("control", b"operator", Answer(session, sequence, 1, refused, told).encode())
+            link.answer("control", b"operator", Answer(session, sequence, 1, refused, figures).encode())
         shared.tick()
     assert client.session.ident == ident
     assert client.remote == remote
@@ -135,7 +135,7 @@ HELLO_LIES: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("lie", HELLO_LIES)
-def test_a_remote_site_whose_hello_changes_is_not_worked_with(shared: VirtualSession, lie: str) -> None:
+def test_a_remote_site_with_a_changing_hello_is_refused(shared: VirtualSession, lie: str) -> None:
     server: Any = shared.remote.server
     details, why = HELLO_LIES[lie]
     honest = dict(server.capabilities)

@@ -17,7 +17,7 @@ from common.link.keys import load_keys
 from common.link.local_control import ask_desk
 from common.wire.packets import MAX_PACKET
 from teletaction.session.processes import die_with_parent
-from tests.robustness.adversary.parties import COPY, READS, ROLES, Attack, Parties, link_ports, told
+from tests.robustness.adversary.parties import COPY, READS, ROLES, Attack, Parties, link_ports, report
 from tests.robustness.hardening.served import Keys
 
 pytestmark = [pytest.mark.hardening, pytest.mark.timeout(120)]
@@ -56,7 +56,7 @@ class Session:
         return ask_desk(self.parties.ports["desk"], self._keys, verb, details)
 
     def until(self, reached: Callable[[dict[str, Any]], object], seconds: float = 15.0) -> dict[str, Any]:
-        """What the desk tells once something is reached."""
+        """The status of local control once a condition holds."""
         end_s = time.monotonic() + seconds
         while True:
             try:
@@ -69,7 +69,7 @@ class Session:
             time.sleep(0.02)
 
     def engage(self) -> dict[str, Any]:
-        """Clear what is latched and engage, as a person would; again where an attacker latches it anew."""
+        """Clear what is latched and engage, as a person would; again where an attacker latches it once more."""
 
         def engaged(seen: dict[str, Any]) -> bool:
             if not seen["engaged"]:
@@ -112,7 +112,7 @@ def test_a_flood_of_every_port_ends_no_process_and_a_stop_is_latched(session: Se
     with session.parties.attacking(*(Attack(role, size, FLOOD_S) for size in (0, MAX_PACKET))) as attackers:
         time.sleep(FLOOD_S / 2)
         stop_s = session.stop()
-        sent = [told(attacker)["sent"] for attacker in attackers]
+        sent = [report(attacker)["sent"] for attacker in attackers]
     after = session.engage()
     print(f"{role}: stop {stop_s * 1e3:.0f} ms, {after}, sent {sent}")
     assert stop_s < STOP_S
@@ -140,7 +140,7 @@ def test_readers_that_pause_end_no_process(session: Session, stopped: bool) -> N
         else:
             session.ask("annotate", pause_s=PAUSE_S)
             time.sleep(PAUSE_S)
-        waited = [told(attacker) for attacker in attackers]
+        waited = [report(attacker) for attacker in attackers]
     after = session.engage()
     print(after, waited)
     assert after["own_mib"] - before_mib < MOST_GROWTH_MIB

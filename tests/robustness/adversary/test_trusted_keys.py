@@ -1,4 +1,4 @@
-"""Second operators, observers and copies of the operator's key: nothing of them reaches an actuator."""
+"""Second operators, read-only clients and copies of the operator's key reach no actuator."""
 
 import logging
 from collections.abc import Callable
@@ -90,7 +90,7 @@ def test_motion_of_a_copied_key_moves_nothing_and_is_a_latched_fault(working: Vi
     working.until(lambda session: session.both_engaged, 5.0)
 
 
-def test_a_stop_with_a_copied_key_counts_and_the_operator_works_on_after_it(working: VirtualSession) -> None:
+def test_a_stop_with_a_copied_key_counts_and_the_operator_can_resume(working: VirtualSession) -> None:
     run(working, attacker_of(working, OPERATOR_KEY), "estop", lambda: working.latched[0])
     assert working.remote.server.session.fault == Fault(FaultCode.OPERATOR_STOP)
     working.network.visitors.clear()
@@ -101,7 +101,7 @@ def test_a_stop_with_a_copied_key_counts_and_the_operator_works_on_after_it(work
     working.until(lambda session: session.both_engaged, 5.0)
 
 
-def test_a_session_whose_motion_is_refused_ends_with_the_reason_at_both_sites(
+def test_refused_motion_ends_the_session_with_the_reason_at_both_sites(
     working: VirtualSession, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, "common.link.session_state")

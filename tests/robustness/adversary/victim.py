@@ -1,4 +1,4 @@
-"""A process with both ends of a session, a desk and a console's feed: what the attackers attack.
+"""The attacked process: both ends of a session, local control and a console's feed.
 
     python -m tests.robustness.adversary.victim REMOTE_KEYS OPERATOR_KEYS BASE_PORT DESK_PORT FEED_PORT
 

@@ -33,7 +33,7 @@ def findings() -> Iterator[dict[str, dict[str, Finding]]]:
 
 
 @pytest.mark.parametrize(("group", "key"), [(group, fault.key) for group, faults in GROUPS.items() for fault in faults])
-def test_a_fault_comes_to_what_the_table_says(findings: dict[str, dict[str, Finding]], group: str, key: str) -> None:
+def test_a_fault_has_the_outcome_of_the_table(findings: dict[str, dict[str, Finding]], group: str, key: str) -> None:
     if group not in findings:
         found = run([group], print, real=REAL)
         findings[group] = {finding.fault.key: finding for finding in found}

@@ -1,4 +1,4 @@
-"""The soak notices a session that does not work as before, and reads what its processes left behind."""
+"""The soak finds a session that does not work as before, and reads the files of its processes."""
 
 import json
 import os
@@ -64,7 +64,7 @@ def test_a_long_soak_meets_every_fault_and_a_short_one_every_kind() -> None:
         assert any(fault.expected is Outcome.LATCHED for fault in first)
 
 
-def test_a_dead_process_is_told_nothing_and_a_fault_is_mended_once() -> None:
+def test_a_dead_process_gets_no_command_and_a_fault_is_repaired_once() -> None:
     kill = named("sim-remote-kill")
     assert not any(may_contain(kill, fault) for fault in FAULTS if fault.where == "sim-remote")
     assert not any(may_contain(fault, kill) for fault in FAULTS if fault.where == "sim-remote")
@@ -80,7 +80,7 @@ def life(rss_mib: Any, open_files: Any = 20.0, seconds: int = 600) -> Life:
 
 
 @pytest.mark.parametrize("warm_mib", [0.0, 50.0])
-def test_a_process_that_has_warmed_up_may_grow_by_so_much_an_hour_and_no_more(warm_mib: float) -> None:
+def test_a_warmed_up_process_may_grow_up_to_its_limit_an_hour(warm_mib: float) -> None:
     time_s = np.arange(3600.0)
     warm = 100.0 + warm_mib * np.minimum(1.0, time_s / 60.0)
     allowed = life(warm + 0.9 * GROWTH_MIB_H * time_s / 3600.0, seconds=3600).growth()
@@ -90,7 +90,7 @@ def test_a_process_that_has_warmed_up_may_grow_by_so_much_an_hour_and_no_more(wa
     assert wrong.startswith("remote: grew by ")
 
 
-def test_a_file_left_open_by_every_fault_is_found_and_one_open_for_a_while_is_none() -> None:
+def test_a_file_left_open_by_every_fault_is_found_and_a_temporary_one_is_not() -> None:
     time_s = np.arange(600.0)
     (wrong,) = life(100.0, 20.0 + time_s // 30.0).growth()["wrong"]
     assert "files open at its end" in wrong
@@ -100,7 +100,7 @@ def test_a_file_left_open_by_every_fault_is_found_and_one_open_for_a_while_is_no
     assert life(100.0, devices_dead_at_first).growth()["wrong"] == []
 
 
-def test_a_restarted_process_begins_a_life_of_its_own() -> None:
+def test_a_restarted_process_is_judged_separately() -> None:
     samples = [Sample(float(n), "remote", 1 if n < 20 else 2, 100.0 + n, 20, 5, {}) for n in range(40)]
     assert [(each.pid, len(each.time_s)) for each in lives(samples)] == [(1, 20), (2, 20)]
     assert [each.growth()["rss_mib_h"] for each in lives(samples)] == [None, None]
@@ -122,10 +122,10 @@ CALM: dict[str, Any] = {
 }
 
 
-def seen(process: str, *, pid: int = 1, **told: object) -> dict[str, list[Sample]]:
+def seen(process: str, *, pid: int = 1, **status: object) -> dict[str, list[Sample]]:
     """A process before (at 0 s) and while (at 15 s) something is done to it, from 10 to 20 s."""
     before = Sample(0.0, process, 1, 100.0, 20, 5, CALM)
-    return {process: [before, Sample(15.0, process, pid, 100.0, 20, 5, {**CALM, **told})]}
+    return {process: [before, Sample(15.0, process, pid, 100.0, 20, 5, {**CALM, **status})]}
 
 
 def wrong(samples: Mapping[str, list[Sample]], *keys: str, latched: str = "", recorded: str = "") -> list[str]:
@@ -159,7 +159,7 @@ def lost(**counts: int) -> dict[str, dict[str, int]]:
         ("network-stall-3", seen("network", faults={"cut": 1, "stall": 1})),
     ],
 )
-def test_a_fault_is_accounted_for_by_who_must_know_of_it_and_by_nobody_else(
+def test_a_fault_is_reported_by_the_processes_that_must_know_it_and_no_other(
     key: str, traced: dict[str, list[Sample]]
 ) -> None:
     assert wrong(traced, key) == []
@@ -168,25 +168,25 @@ def test_a_fault_is_accounted_for_by_who_must_know_of_it_and_by_nobody_else(
     assert wrong({}, key) == [f"{named(key).name}: left no trace"]
 
 
-def test_what_a_site_could_not_see_since_it_was_stopped_is_not_missed() -> None:
+def test_a_stopped_site_need_not_report_a_fault() -> None:
     stopped = seen("remote", overruns=4)
     assert wrong(stopped, "remote-stop-3-s", "sim-remote-silence-middle-texture") == []
     assert wrong(stopped, "sim-remote-silence-middle-texture") != []
 
 
-def test_what_warms_or_freezes_too_slowly_to_be_seen_is_not_missed() -> None:
+def test_a_fault_too_slow_to_be_seen_need_not_be_reported() -> None:
     for key in ("sim-operator-water-middle", "sim-remote-thermistor-index-frozen"):
         assert wrong(seen("operator"), key) == []
 
 
-def test_a_latched_reason_must_stand_in_the_recording_and_only_where_something_latches() -> None:
-    told = seen("remote", fault="it does not obey")
+def test_a_latched_reason_is_in_the_recording_only_where_a_fault_latches() -> None:
+    samples = seen("remote", fault="it does not obey")
     key = "sim-remote-disobey"
-    assert wrong(told, key, latched="it does not obey", recorded="it does not obey") == []
+    assert wrong(samples, key, latched="it does not obey", recorded="it does not obey") == []
     assert wrong(seen("remote"), key, latched="it does not obey", recorded="it does not obey") == [], "cleared at once"
-    (unsaid,) = wrong(told, key, latched="it does not obey", recorded="another one")
+    (unsaid,) = wrong(samples, key, latched="it does not obey", recorded="another one")
     assert "its recording does not show it" in unsaid
-    assert wrong(told, key) == ["not latched"]
+    assert wrong(samples, key) == ["not latched"]
     (unwanted,) = wrong(
         seen("remote", devices=lost(damaged=9)), "sim-remote-babble-middle-texture", latched="hot", recorded="hot"
     )
@@ -242,7 +242,7 @@ def test_a_recording_that_ends_too_early_or_is_damaged_is_named(recorded: Path) 
     assert any(each.startswith("sim-remote.mcap: ends 0.55 s before") for each in read_records(recorded, ends_s).wrong)
 
 
-def test_the_watch_tells_what_a_process_uses_and_says(tmp_path: Path) -> None:
+def test_the_watch_reports_resources_and_status_of_a_process(tmp_path: Path) -> None:
     """Of this very process, as if it were a remote site."""
     status = {"pid": os.getpid(), "state": "engaged", "fault": None, "loop": {"overruns": 2}, "devices": {}}
     (tmp_path / "remote.json").write_text(json.dumps(status), "utf-8")

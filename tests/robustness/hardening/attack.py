@@ -1,4 +1,4 @@
-"""Somebody who does not belong, as a process of its own: `python attack.py KIND COUNT PORT SERVER_KEY`."""
+"""An attacker without a trusted key, as a process of its own: `python attack.py KIND COUNT PORT SERVER_KEY`."""
 
 import os
 import socket

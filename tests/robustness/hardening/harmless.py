@@ -1,4 +1,4 @@
-"""What a decoder may accept of a broken frame: finite values, in range, the same when they are sent on."""
+"""Judges what a decoder accepts of a broken frame: finite values, in range, the same when they are sent on."""
 
 import math
 from dataclasses import fields, is_dataclass

@@ -1,4 +1,4 @@
-"""Good packets, payloads and frames of every kind there is: a new kind is found here without being named."""
+"""Good packets, payloads and frames of every kind; new kinds are found automatically."""
 
 from random import Random
 from types import ModuleType

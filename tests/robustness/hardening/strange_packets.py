@@ -1,4 +1,4 @@
-"""Packets that decoders accept and no honest site sends, as hypothesis draws them."""
+"""Packets that decoders accept and a correct site never sends, as hypothesis draws them."""
 
 import os
 from typing import Any
@@ -77,7 +77,7 @@ late_ms = st.integers(-5, 60)
 """How long ago the hand was where an event is, ms, for those that are to wait."""
 event_lists = st.lists(st.tuples(events, st.one_of(st.none(), late_ms)), max_size=MAX_EVENTS // 4)
 materials = st.tuples(*[texts] * N)
-told = st.one_of(
+summaries = st.one_of(
     st.just(NO_SUMMARIES),
     st.just((TouchSummary((("", 1.0), ("x" * MAX_TEXT, 0.0)), 100.0, 0.0, 0.1, None),) * N),
 )

@@ -47,7 +47,7 @@ class Survival:
 
     What frames leave behind grows in both halves, what the interpreter lays up once in one of them."""
     own_grown_bytes: int
-    """Likewise the process's own resident memory; 0 where the system does not tell it."""
+    """Likewise the process's own resident memory; 0 where the system does not report it."""
 
     def __str__(self) -> str:
         return (

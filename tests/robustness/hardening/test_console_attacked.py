@@ -1,4 +1,4 @@
-"""A stop is answered in time while pages and connections without end are made at the console's own process."""
+"""A stop is answered in time during endless pages and connections at the console's own process."""
 
 import contextlib
 import json
@@ -89,25 +89,25 @@ class Attacked:
         page.send(json.dumps({"kind": "ask", "id": number, "verb": verb, "details": details}))
         while True:
             said = page.recv(timeout=5.0)
-            if isinstance(said, str) and (told := json.loads(said))["kind"] == "answer" and told["id"] == number:
-                return dict(told)
+            if isinstance(said, str) and (message := json.loads(said))["kind"] == "answer" and message["id"] == number:
+                return dict(message)
 
     def state(self, page: ClientConnection) -> dict[str, Any]:
         """The next state that a page is sent."""
         page.send(json.dumps({"kind": "alive", "visible": True}))
         while True:
             said = page.recv(timeout=5.0)
-            if isinstance(said, str) and (told := json.loads(said))["kind"] == "state":
-                return dict(told)
+            if isinstance(said, str) and (message := json.loads(said))["kind"] == "state":
+                return dict(message)
 
     def stops(self, page: ClientConnection, count: int = STOPS) -> None:
         """Ask for stops one after another; each is answered, within STOP_S at 99 %."""
         took_s = []
         for number in range(count):
             asked_s = time.monotonic()
-            told = self.ask(page, number, "estop")
+            message = self.ask(page, number, "estop")
             took_s.append(time.monotonic() - asked_s)
-            assert told["ok"], told
+            assert message["ok"], message
             time.sleep(BETWEEN_S)
         half_s, most_s = np.quantile(took_s, [0.5, 0.99])
         print(
@@ -167,7 +167,7 @@ def meanwhile(*attacks: "threading.Thread", end: threading.Event) -> Iterator[No
             attack.join()
 
 
-def test_observers_who_ask_for_what_they_may_not_hold_no_stop_up(attacked: Attacked) -> None:
+def test_forbidden_requests_of_read_only_pages_delay_no_stop(attacked: Attacked) -> None:
     end = threading.Event()
 
     def ask(who: str) -> None:
@@ -185,7 +185,7 @@ def test_observers_who_ask_for_what_they_may_not_hold_no_stop_up(attacked: Attac
         attacked.stops(page)
 
 
-def test_half_open_requests_without_end_keep_nobody_out(attacked: Attacked) -> None:
+def test_endless_half_open_requests_block_no_page(attacked: Attacked) -> None:
     end = threading.Event()
 
     def open_half() -> None:
@@ -212,7 +212,7 @@ def test_half_open_requests_without_end_keep_nobody_out(attacked: Attacked) -> N
             attacked.stops(another, 20)
 
 
-def test_idle_pages_take_no_place_of_who_may_act(attacked: Attacked) -> None:
+def test_idle_pages_take_no_place_of_a_permitted_page(attacked: Attacked) -> None:
     with ExitStack() as opened:
         for number in range(60):
             opened.enter_context(attacked.page(("student", "nurse", "guest")[number % 3]))
@@ -220,7 +220,7 @@ def test_idle_pages_take_no_place_of_who_may_act(attacked: Attacked) -> None:
             attacked.stops(page, 20)
 
 
-def test_requests_of_strangers_hold_no_stop_up(attacked: Attacked) -> None:
+def test_requests_of_strangers_delay_no_stop(attacked: Attacked) -> None:
     end = threading.Event()
 
     def request() -> None:
@@ -236,7 +236,7 @@ def test_requests_of_strangers_hold_no_stop_up(attacked: Attacked) -> None:
         attacked.stops(page)
 
 
-def test_a_console_that_was_killed_is_found_at_the_same_address_with_the_same_cookie(attacked: Attacked) -> None:
+def test_a_killed_console_returns_at_the_same_address_with_the_same_cookie(attacked: Attacked) -> None:
     with attacked.page("OR-1") as page:
         assert attacked.ask(page, 1, "begin", pseudonym="P-0417")["ok"]
         finding = attacked.ask(page, 2, "finding", finger="index", kind="warm", x_mm=1.0, y_mm=2.0)

@@ -1,4 +1,4 @@
-"""Ten thousand connections of those who do not belong, while a session runs: nothing but counters changes."""
+"""Ten thousand connections of strangers during a session change only counters."""
 
 import subprocess
 import sys

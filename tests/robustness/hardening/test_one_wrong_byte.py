@@ -1,4 +1,4 @@
-"""One wrong byte at every place of everything that crosses a wire: refused or harmless, counted, and the next is taken.
+"""One wrong byte at every place of each message is refused or harmless, counted, and the next message is accepted.
 
 The reader of serial lines is tested so in tests/unit/common/buses/test_serial_framing.py.
 """
@@ -42,7 +42,7 @@ def with_one_wrong_byte(good: bytes, damages: Iterable[int] = EVERY) -> Iterator
 
 
 @pytest.mark.parametrize("kind", PACKETS, ids=lambda kind: kind.__name__)
-def test_in_a_packet(kind: Any, golden: dict[str, bytes]) -> None:
+def test_one_wrong_byte_in_a_packet_is_refused_or_harmless(kind: Any, golden: dict[str, bytes]) -> None:
     refused = 0
     for good in good_packets(kind, golden):
         for broken in with_one_wrong_byte(good, MANY):
@@ -57,7 +57,7 @@ def test_in_a_packet(kind: Any, golden: dict[str, bytes]) -> None:
 
 
 @pytest.mark.parametrize("kind", PAYLOADS, ids=lambda kind: kind.__name__)
-def test_in_a_serial_payload_whose_crc_was_made_after_it(kind: Any, golden: dict[str, bytes]) -> None:
+def test_one_wrong_byte_before_a_valid_crc_is_refused_or_harmless(kind: Any, golden: dict[str, bytes]) -> None:
     refused = 0
     for good in good_payloads(kind, golden):
         for broken in with_one_wrong_byte(good):
@@ -72,7 +72,7 @@ def test_in_a_serial_payload_whose_crc_was_made_after_it(kind: Any, golden: dict
 
 
 @pytest.mark.parametrize("message", CAN_FRAMES, ids=lambda message: message.name)
-def test_in_a_can_frame(message: Message) -> None:
+def test_one_wrong_byte_in_a_can_frame_is_refused_or_harmless(message: Message) -> None:
     harmless = HarmlessValues(message)
     good, second, third, *_ = good_can_frames(message)
     for broken in with_one_wrong_byte(good):
@@ -141,7 +141,7 @@ def site_of(stream: str, link: Any) -> Any:
 
 
 @pytest.mark.parametrize("stream", ["motion", "touch"])
-def test_in_a_streamed_packet_is_counted_once_by_the_site_that_takes_it(stream: str, golden: dict[str, bytes]) -> None:
+def test_one_wrong_byte_in_a_stream_is_counted_once_by_the_receiver(stream: str, golden: dict[str, bytes]) -> None:
     link = OnePacket(stream)
     site = site_of(stream, link)
     for number, broken in enumerate(with_one_wrong_byte(golden[stream], ONE_BIT), start=1):
@@ -154,7 +154,7 @@ def test_in_a_streamed_packet_is_counted_once_by_the_site_that_takes_it(stream: 
 
 
 @pytest.mark.parametrize("name", ["hello", "heartbeat"])
-def test_in_a_request_is_counted_or_answered_and_begins_no_session(name: str, golden: dict[str, bytes]) -> None:
+def test_one_wrong_byte_in_a_request_begins_no_session(name: str, golden: dict[str, bytes]) -> None:
     stream = "control" if name == "hello" else "heartbeat"
     link = OnePacket(stream)
     site = site_of(stream, link)

@@ -1,4 +1,4 @@
-"""The harness itself: what it must not let pass, it does not."""
+"""The harness itself finds every kind of failure."""
 
 import pytest
 
@@ -13,14 +13,14 @@ def nothing_to_judge(_: bytes, __: object) -> None:
     return None
 
 
-def test_an_error_that_was_not_declared_is_told_with_the_frame() -> None:
+def test_an_undeclared_error_is_reported_with_the_frame() -> None:
     with pytest.raises(NotSurvived, match=r"frame 0 6f6e65: IndexError"):
         survive(
             lambda frame: frame[5] if frame != b"good" else 0, (ValueError,), nothing_to_judge, [b"good"], [b"one"], 1
         )
 
 
-def test_something_accepted_that_is_not_harmless_is_told_with_the_frame() -> None:
+def test_an_accepted_harmful_value_is_reported_with_the_frame() -> None:
     def judge(_: bytes, value: int) -> None:
         assert value < 3
 

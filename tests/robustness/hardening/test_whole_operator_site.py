@@ -1,4 +1,4 @@
-"""The whole operator's site against a trusted remote site that sends whatever its decoders accept."""
+"""The whole operator's site against a trusted remote site that sends any packet that decoders accept."""
 
 import math
 from collections import defaultdict
@@ -41,8 +41,8 @@ from tests.robustness.hardening.strange_packets import (
     late_ms,
     materials,
     states,
+    summaries,
     texts,
-    told,
     touch_blocks,
     verbs,
 )
@@ -182,7 +182,7 @@ class OperatorAgainstRemote(RuleBasedStateMachine):
         floats=touch_blocks,
         names=materials,
         happened=event_lists,
-        said=told,
+        said=summaries,
         skip=st.sampled_from([0, 0, 0, 1, 9_999, 20_000]),
     )
     def strange_touch(self, state: LinkState, floats: bytes, names: Any, happened: Any, said: Any, skip: int) -> None:
@@ -254,7 +254,7 @@ class OperatorAgainstRemote(RuleBasedStateMachine):
 
     @rule()
     def status(self) -> None:
-        """The status file and the console are told."""
+        """Status file and console get the figures."""
         self.site.publish(self.now_ns, self.site.figures())
 
     @invariant()

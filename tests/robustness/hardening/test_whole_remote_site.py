@@ -1,4 +1,4 @@
-"""The whole remote site against trusted operators and observers who send whatever its decoders accept."""
+"""The whole remote site against trusted operators and read-only clients that send any packet that decoders accept."""
 
 from collections import defaultdict
 from contextlib import suppress

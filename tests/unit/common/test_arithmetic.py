@@ -1,4 +1,4 @@
-"""Whatever process of a session is started: its linear algebra runs in the thread that asks for it."""
+"""In every process of a session, linear algebra runs in the calling thread."""
 
 import os
 import subprocess
@@ -40,5 +40,5 @@ def test_linear_algebra_has_no_threads_of_its_own(root: str) -> None:
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor: there is nothing to share out")
-def test_who_wants_threads_gets_them() -> None:
+def test_requested_threads_are_allowed() -> None:
     assert threads("common.process", OPENBLAS_NUM_THREADS="2") == {2}

@@ -123,13 +123,24 @@ EVENTS = (
     Event(1, EventKind.TAP, 1, T - 200_000_000, H - 200_000_000, 0.125),
     Event(2, EventKind.MATERIAL, 1, T, H, 0.9375, "pvc"),
 )
-TOLD = (NOTHING, TouchSummary((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.0078125, None, None), *(NOTHING,) * 3)
+SHOWN = (
+    NOTHING,
+    TouchSummary((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.0078125, None, None),
+    *(NOTHING,) * 3,
+)
 BEAT = (2, T, -5_000_000, 150_001)
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {
     "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, motion_rows(MOTION_BLOCK.tobytes())),
     "touch": Touch(
-        SESSION, 70_000, T + 4_000_000, LinkState.ENGAGED, TOUCH_BLOCK.tobytes(), ("", "pvc", "", "", ""), EVENTS, TOLD
+        SESSION,
+        70_000,
+        T + 4_000_000,
+        LinkState.ENGAGED,
+        TOUCH_BLOCK.tobytes(),
+        ("", "pvc", "", "", ""),
+        EVENTS,
+        SHOWN,
     ),
     "heartbeat": Heartbeat(SESSION, 12, T, LinkState.ENGAGED, T, 0, -5_000_000, 150_001),
     "heartbeat_answer": Heartbeat(SESSION, 12, REMOTE_T, LinkState.ENGAGED, T, REMOTE_T, -5_000_000, 150_001),
@@ -194,7 +205,7 @@ def test_serial(golden: dict[str, bytes], name: str) -> None:
     assert reader.damaged == 0
 
 
-def test_serial_temperatures_are_what_the_document_says() -> None:
+def test_serial_temperatures_agree_with_the_document() -> None:
     assert (ssr_c(0), ssr_c(4095)) == (pytest.approx(0.0, abs=0.02), pytest.approx(60.0, abs=0.02))
     assert ntc_c(2047.5) == pytest.approx(25.0)
     assert ntc_c(1700) > 25.0 > ntc_c(2275)

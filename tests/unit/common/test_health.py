@@ -47,7 +47,7 @@ def test_a_site_must_be_in_the_state_asked_for_and_its_process_must_not_have_end
         ("keys", "/keys/trusted:2: not UTF-8; remove this line"),
     ],
 )
-def test_what_is_not_safe_or_not_fresh_is_not_healthy(tmp_path: Path, name: str, words: str) -> None:
+def test_an_unsafe_or_stale_process_is_not_healthy(tmp_path: Path, name: str, words: str) -> None:
     sound = {"fault": None, **dict.fromkeys(("missing", "stale", "keys"), "")}
     assert find_problem(status(tmp_path, time_ns=NOW_NS, state="engaged", **sound), NOW_NS, "engaged") == ""
     path = status(tmp_path, time_ns=NOW_NS, state="engaged", **(sound | {name: words}))
@@ -55,7 +55,7 @@ def test_what_is_not_safe_or_not_fresh_is_not_healthy(tmp_path: Path, name: str,
     assert find_problem(path, NOW_NS, "engaged").endswith(f"{name}: {words}")
 
 
-def test_a_latched_fault_is_not_healthy_and_is_said(tmp_path: Path) -> None:
+def test_a_latched_fault_is_unhealthy_and_is_reported(tmp_path: Path) -> None:
     fault = fault_figures(Fault(FaultCode.PLATE_TOO_HOT, "thumb", value=42.3, limit=42.0))
     path = status(tmp_path, time_ns=NOW_NS, state="fault", fault=fault)
     assert find_problem(path, NOW_NS).endswith("fault: thumb: plate at 42.3 C, above 42.0 C")
@@ -76,10 +76,10 @@ def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = status(tmp_path, time_ns=time.monotonic_ns(), state="engaged")
     assert main([str(path), "--state", "engaged"]) == 0
     assert main([str(tmp_path / "absent.json")]) == 1
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert "absent.json: No such file" in told.err
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert "absent.json: No such file" in printed.err
 
 
 def test_the_page_of_limits_is_up_to_date() -> None:

@@ -1,4 +1,4 @@
-"""What comes of the far side's text in a log: one line of printable characters, of bounded length and rate."""
+"""Text of a peer is one log line of printable characters, of bounded length and rate."""
 
 import json
 import logging
@@ -55,18 +55,18 @@ def record(message: str, *arguments: object, **extra: object) -> logging.LogReco
     st.none() | st.floats() | ANY_TEXT | st.binary() | st.integers() | st.just(10**5000) | st.lists(st.integers()),
 )
 @example(FORGED, FORGED)
-def test_any_record_is_one_printable_line_and_strict_json_where_it_is_json(text: str, value: object) -> None:
+def test_any_record_is_one_printable_line_and_any_json_is_strict(text: str, value: object) -> None:
     for line in (
         TextLines("remote").format(record("%s", text, context=value)),
         JsonLines("remote").format(record("%s", text, context=value)),
     ):
         assert line.isprintable()
         line.encode("utf-8")
-    told = json.loads(line)
-    assert told["message"] == printable(text)
-    assert json.loads(json.dumps(told, allow_nan=False)) == told
+    logged = json.loads(line)
+    assert logged["message"] == printable(text)
+    assert json.loads(json.dumps(logged, allow_nan=False)) == logged
     if isinstance(value, float) and not math.isfinite(value):
-        assert told["context"] == str(value)
+        assert logged["context"] == str(value)
 
 
 @pytest.mark.parametrize("lines", [TextLines("remote"), JsonLines("remote")])
@@ -95,7 +95,7 @@ def test_two_alternating_refusals_are_few_lines_and_the_rest_is_counted(kept: Ke
     assert left_out + len(kept.lines) == 8_001
 
 
-def test_another_place_of_the_program_is_heard_during_a_flood(kept: Kept) -> None:
+def test_another_place_of_the_program_is_logged_during_a_flood(kept: Kept) -> None:
     log = logging.getLogger("a")
     for _ in range(1_000):
         log.warning("refused")
@@ -109,7 +109,7 @@ def test_messages_made_of_the_far_sides_text_share_their_places_bound(kept: Kept
     assert len(kept.lines) == AT_ONCE
 
 
-def test_safety_is_heard_after_any_flood_of_other_happenings(kept: Kept) -> None:
+def test_safety_events_are_logged_after_any_flood_of_others(kept: Kept) -> None:
     session = Session()
     session.connect(7)
     for n in range(2_000):

@@ -58,7 +58,7 @@ def test_a_json_line_has_both_times_and_the_context_beside_them() -> None:
     assert written.utcoffset() is not None
 
 
-def test_lines_for_people_stay_what_they_were() -> None:
+def test_plain_lines_keep_their_form() -> None:
     (line,) = run("text")
     words = line.split(" ", 4)
     assert float(words[0]) > 0.0
@@ -73,7 +73,7 @@ def test_lines_for_people_stay_what_they_were() -> None:
         ("t = threading.Thread(target=lambda: 1 / 0); t.start(); t.join()", "ZeroDivisionError"),
     ],
 )
-def test_in_json_everything_is_json(then: str, says: str) -> None:
+def test_every_json_line_is_json(then: str, says: str) -> None:
     first, last = (json.loads(line) for line in run("json", then))
     assert (first["message"], first["stream"], first["session"]) == ("refused x", "touch", 7)
     assert says in last["message"] + last.get("exception", "")
@@ -91,5 +91,5 @@ def test_in_json_everything_is_json(then: str, says: str) -> None:
         ("", ""),
     ],
 )
-def test_what_a_line_says_is_found_in_either_form(line: str, says: str) -> None:
+def test_both_forms_have_the_same_content(line: str, says: str) -> None:
     assert spoken(line) == says

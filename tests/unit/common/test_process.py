@@ -1,4 +1,4 @@
-"""How a process tells of bad input, in either form of log."""
+"""A process reports bad input in either form of log."""
 
 import json
 import subprocess
@@ -33,14 +33,14 @@ def test_bad_input_is_one_line_of_the_chosen_form_and_exit_2(tmp_path: Path, for
     assert ended.stdout == ""
     (line,) = ended.stderr.splitlines()
     if form == "json":
-        told = json.loads(line)
-        assert (told["level"], told["process"]) == ("critical", "operator")
+        logged = json.loads(line)
+        assert (logged["level"], logged["process"]) == ("critical", "operator")
     (tmp_path / "operator.log").write_text(ended.stderr, "utf-8")
     words = SessionProcesses(tmp_path).last_words("operator")
     assert not words.startswith("{")
     assert "absent/site.key_secret: no key; make one with" in words
 
 
-def test_a_process_that_said_nothing_has_said_so(tmp_path: Path) -> None:
+def test_a_process_without_output_is_reported_as_silent(tmp_path: Path) -> None:
     (tmp_path / "remote.log").write_text("\n", "utf-8")
     assert SessionProcesses(tmp_path).last_words("remote") == "its log is empty"

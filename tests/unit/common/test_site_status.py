@@ -1,4 +1,4 @@
-"""What a site says of the freshness of what it acts on."""
+"""A site reports the freshness of its input."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -29,7 +29,7 @@ def end(acts: bool, last_ns: int | None) -> Any:
         (True, 2.5, "no touch for 2.50 s"),
     ],
 )
-def test_only_a_site_that_acts_waits_for_something(acts: bool, gap_s: float | None, said: str) -> None:
+def test_only_an_acting_site_reports_missing_input(acts: bool, gap_s: float | None, said: str) -> None:
     last_ns = None if gap_s is None else NOW_NS - round(gap_s * 1e9)
     assert staleness(end(acts, last_ns), "touch", NOW_NS, GAP_S) == said
 
@@ -57,5 +57,5 @@ def engaged_end(*, both: bool, gap_s: float | None) -> Any:
         (False, None, "engaging"),
     ],
 )
-def test_a_site_says_engaged_only_while_outputs_may_act(both: bool, gap_s: float | None, said: str) -> None:
+def test_a_site_reports_engaged_only_while_outputs_may_act(both: bool, gap_s: float | None, said: str) -> None:
     assert in_brief(engaged_end(both=both, gap_s=gap_s), "")["state"] == said

@@ -53,7 +53,7 @@ class CanContract:
         yield driver
         driver.line.close()
 
-    def test_nothing_is_refused_or_unknown(self, rig: Rig, driver: Driver) -> None:
+    def test_no_frame_is_refused_or_unknown(self, rig: Rig, driver: Driver) -> None:
         for _ in range(50):
             rig.turn()
             driver.read(time.monotonic())
@@ -104,7 +104,7 @@ class CanContract:
         rig.bus.unplug()
         rig.until(lambda: None, lambda: faults() == [] and not driver.line.connected)
 
-    def test_a_node_that_hides_what_its_outputs_do_is_a_fault(
+    def test_a_node_that_hides_its_outputs_is_a_fault(
         self, rig: Rig, driver: Driver, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setattr(sim_sensors.devices.can_node, "STATE_EVERY", 10**9)
@@ -157,7 +157,7 @@ class TestExoskeleton(CanContract):
         rig.until(lambda: None, lambda: not node.force_n(rig.loop.now()).any())
         assert time.monotonic() - start_s >= 0.1
 
-    def test_what_it_does_is_confirmed_by_its_own_reports_only(self, rig: Rig, driver: ExoskeletonDriver) -> None:
+    def test_an_exoskeleton_is_confirmed_off_only_by_its_own_reports(self, rig: Rig, driver: ExoskeletonDriver) -> None:
         def drive(newton: float, enabled: bool) -> None:
             driver.read(time.monotonic())
             driver.push(time.monotonic(), [newton] * 5, enabled)
@@ -202,7 +202,7 @@ class TestTelemanipulator(CanContract):
         rig.until(lambda: None, lambda: node.setpoint_m(rig.loop.now())[0] == 0.1)
         assert node.setpoint_m(rig.loop.now())[2] == pytest.approx(HEIGHTS_M)
 
-    def test_its_release_is_confirmed_by_its_own_reports_only(self, rig: Rig, driver: TelemanipulatorDriver) -> None:
+    def test_its_release_is_confirmed_only_by_its_own_reports(self, rig: Rig, driver: TelemanipulatorDriver) -> None:
         def drive(released: bool) -> None:
             driver.read(time.monotonic())
             driver.move(time.monotonic(), 0.0, 0.0, [0.0] * 5, released=released)

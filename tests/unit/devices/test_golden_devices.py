@@ -84,7 +84,7 @@ def frame_number(node: CanNode, number: int, frame_id: int) -> bytes:
     return seen[number]
 
 
-def test_the_emulated_can_nodes_report_what_they_do(golden: dict[str, bytes]) -> None:
+def test_the_emulated_can_nodes_report_their_outputs(golden: dict[str, bytes]) -> None:
     exoskeleton = Exoskeleton()
     forces = dict(zip(FINGERS, (0.25, 0.0, 2.5, 0.01, 10.23), strict=True))
     exoskeleton.feed(0x110, bytes(FrameSender("FingerForces").encode({"enabled": 1.0, **forces}).data), 0.0)

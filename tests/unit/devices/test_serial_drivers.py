@@ -69,7 +69,7 @@ class DriverContract:
         rig.until(lambda: found.extend(r for r in [self.turn(driver)] if r is not None), lambda: found)
         return found[-1]
 
-    def test_it_learns_who_answers_and_data_arrive_undamaged(self, rig: ModuleRig, driver_on: Any) -> None:
+    def test_a_driver_identifies_its_module_and_data_arrive_undamaged(self, rig: ModuleRig, driver_on: Any) -> None:
         assert driver_on.line.identity == rig.module.identity
         assert driver_on.line.identity.kind is self.kind
         assert driver_on.line.problem is None
@@ -106,13 +106,13 @@ class DriverContract:
         rig.until(lambda: self.turn(driver_on), lambda: rig.module.reader.damaged)
         self.until_it_reads(rig, driver_on)
 
-    def test_a_module_that_stands_still_does_not_hold_the_driver_up(self, rig: ModuleRig, driver_on: Any) -> None:
+    def test_a_stalled_module_does_not_block_the_driver(self, rig: ModuleRig, driver_on: Any) -> None:
         line = driver_on.line
         # Nobody reads, until every buffer on the way is full.
         alone(lambda: line.send(MessageId.TACTTIP_COMMAND, bytes(100)), lambda: line.unsent >= 100)
         self.until_it_reads(rig, driver_on)
 
-    def test_it_is_heard_after_a_driver_that_died_in_the_middle_of_a_frame(self, rig: ModuleRig) -> None:
+    def test_a_module_is_heard_after_a_driver_died_in_the_middle_of_a_frame(self, rig: ModuleRig) -> None:
         rig.module.feed(encode_frame(0x30, 0, b"abcd")[:4], rig.loop.now())
         driver = self.driver(rig.address)
         rig.until(lambda: self.turn(driver), lambda: driver.line.connected or driver.line.problem)
@@ -138,7 +138,7 @@ class DriverContract:
         rig.until(lambda: self.turn(driver_on), lambda: line.connected)
         self.until_it_reads(rig, driver_on)
 
-    def test_the_driver_may_come_first(self, rig: ModuleRig) -> None:
+    def test_the_driver_may_start_first(self, rig: ModuleRig) -> None:
         rig.server.unplug()
         driver = self.driver(rig.address)
         alone(lambda: self.turn(driver), lambda: driver.line.problem is not None)
@@ -173,7 +173,7 @@ class TestTexture(DriverContract):
         assert chunks is not None
         assert texture_v(chunks) == one * 3
 
-    def test_what_waits_too_long_is_dropped_oldest_first(self, rig: ModuleRig, driver_on: TextureDriver) -> None:
+    def test_waiting_samples_are_dropped_oldest_first(self, rig: ModuleRig, driver_on: TextureDriver) -> None:
         for _ in range(100):
             rig.turn()
         while driver_on.read(0.0) is not None:
@@ -212,7 +212,7 @@ class TestThermal(DriverContract):
     @pytest.mark.parametrize(
         ("counts", "fault"), [(0, ThermalReason.SENSOR_SHORTED), (4095, ThermalReason.SENSOR_OPEN)]
     )
-    def test_a_broken_sensor_is_said(
+    def test_a_broken_sensor_is_reported(
         self, rig: ModuleRig, driver_on: ThermalDriver, counts: int, fault: ThermalReason
     ) -> None:
         rig.module.measure(counts, 1000)
@@ -284,7 +284,7 @@ class Mute:
         return b""
 
 
-def test_a_port_where_nobody_answers_is_absent() -> None:
+def test_a_silent_port_is_absent() -> None:
     rig = ModuleRig(Mute(), "pty")
     driver = TactTipDriver("index", rig.address)
     rig.until(lambda: driver.read(0.0), lambda: driver.line.problem)

@@ -118,11 +118,11 @@ def rig(request: pytest.FixtureRequest) -> Iterator[SiteRig]:
     rig.close()
 
 
-def test_devices_that_are_not_there_have_confirmed_nothing(rig: SiteRig) -> None:
+def test_absent_devices_have_confirmed_nothing(rig: SiteRig) -> None:
     assert rig.unconfirmed(0.0) == dict.fromkeys(rig.names, "not connected")
 
 
-def test_all_are_named_until_each_has_reported_that_it_is_off(rig: SiteRig) -> None:
+def test_every_device_is_named_until_it_reports_that_it_is_off(rig: SiteRig) -> None:
     everything = set(rig.names)
 
     def all_driven() -> bool:
@@ -138,7 +138,7 @@ def test_all_are_named_until_each_has_reported_that_it_is_off(rig: SiteRig) -> N
     assert set(rig.unconfirmed(stopped_s)) == everything
 
 
-def test_one_drive_that_is_stuck_and_one_device_that_was_unplugged_are_named_alone(rig: SiteRig) -> None:
+def test_only_the_stuck_drive_and_the_unplugged_device_are_named(rig: SiteRig) -> None:
     _, stuck, lost = rig.names
     rig.runs_until(False, lambda: rig.unconfirmed(0.0) == {})
     rig.runs_until(True, lambda: re.fullmatch(rig.driven, rig.devices.unconfirmed(0.0)[stuck]))

@@ -1,4 +1,4 @@
-"""The operator's end of a session, and a remote site whose every word is the test's, in virtual time."""
+"""The operator's end of a session, and a remote site whose messages the test sends, in virtual time."""
 
 from dataclasses import dataclass, field
 from typing import Any, cast

@@ -122,16 +122,16 @@ def test_events_reach_their_own_finger_once_and_only_while_engaged():
     assert idle.step(touch, DOWN, events=taps).motor_rpm[1] > 0.0
 
 
-def test_a_slope_goes_on_below_a_hand_that_is_ahead_of_the_remote_one():
+def test_a_slope_continues_below_a_hand_that_is_ahead_of_the_remote_one():
     plane = {"surface_z_m": 0.0, "x_m": 0.1, "y_m": -0.1, "slope_x": 0.1, "slope_y": -0.2, "stiffness_n_m": 300.0}
     for x_m, y_m, height_m in ((0.1, -0.1, 0.0), (0.103, -0.1, 0.0003), (0.1, -0.101, 0.0002), (0.2, -0.1, 0.001)):
         rig = Rig()
         rig.run(0.02, rows([INDEX], **plane), UP, x_m=x_m, y_m=y_m)
-        felt = rig.step(rows([INDEX], **plane), DOWN, x_m=x_m, y_m=y_m)
-        assert felt.force_n[1] == pytest.approx(300.0 * (0.002 + height_m), rel=1e-4)
+        shown = rig.step(rows([INDEX], **plane), DOWN, x_m=x_m, y_m=y_m)
+        assert shown.force_n[1] == pytest.approx(300.0 * (0.002 + height_m), rel=1e-4)
 
 
-def test_a_surface_stiffer_than_the_exoskeleton_may_show_is_said_to_be():
+def test_a_surface_stiffer_than_the_exoskeleton_may_show_is_reported():
     rig = Rig()
     hard, soft = rows([INDEX], stiffness_n_m=3000.0), rows([INDEX], stiffness_n_m=300.0)
     rig.run(0.02, hard, UP)
@@ -158,7 +158,7 @@ def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
         assert all(out.peltier_drive == [0.0] * 5 for out in Rig().run(0.5, touch, DOWN, **changes))
 
 
-def test_whole_chain_shows_an_object_and_the_gate_has_nothing_to_correct():
+def test_the_whole_chain_shows_an_object_and_the_gate_corrects_nothing():
     rig, gate = Rig(), OperatorGate(COMFORT, WALL)
     touch = rows(stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("ceramic_tile", 23.0))
     plate, acted = np.full(5, 33.0), 0

@@ -1,4 +1,4 @@
-"""Rendering and its gate in one step: what they do with a session, a fault, and input that is missing."""
+"""Rendering and its gate in one step: with a session, a fault, and missing input."""
 
 import math
 
@@ -58,7 +58,7 @@ def test_a_finger_in_a_touched_surface_feels_force_and_the_others_none() -> None
     assert [force for finger, force in enumerate(output.force_n) if finger != INDEX] == [0.0] * (N - 1)
 
 
-def test_a_hand_that_is_no_longer_measured_feels_nothing_until_it_presses_anew() -> None:
+def test_an_unmeasured_hand_feels_nothing_until_it_presses_again() -> None:
     run = Run()
     assert run.press().force_n[INDEX] > 1.0
     run.hand_measured = False
@@ -75,7 +75,7 @@ def test_a_hand_that_is_no_longer_measured_feels_nothing_until_it_presses_anew()
     [{"engaged": False}, {"gap_ns": None}, {"gap_ns": round(0.2e9)}, {"touch": None}],
     ids=["not engaged", "never a touch", "touch too old", "touch lost"],
 )
-def test_missing_input_is_neutral_and_never_the_last_one(missing: dict[str, object]) -> None:
+def test_missing_input_is_neutral_and_never_repeated(missing: dict[str, object]) -> None:
     run = Run()
     assert run.press().force_n[INDEX] > 1.0
     output = run(round(FORCE_SAFE_S / TICK_S), **missing)

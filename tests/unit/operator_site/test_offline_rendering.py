@@ -43,16 +43,16 @@ def test_a_warm_object_warms_and_rows_without_a_plate_are_shorter():
 def test_parameters_are_enough_to_compute_the_case_again(tmp_path):
     path = tmp_path / "parameters.json"
     write_parameters(path, "wood", 25.0, 22.0, model="2+1+1+6")
-    told = json.loads(path.read_text())
-    assert [layer["name"] for layer in told["skin"]] == ["epidermis", "dermis", "subcutis"]
+    case = json.loads(path.read_text())
+    assert [layer["name"] for layer in case["skin"]] == ["epidermis", "dermis", "subcutis"]
     constants = {"conductivity_w_mk": 0.12, "density_kg_m3": 500.0, "specific_heat_j_kgk": 2000.0}
-    assert set(told["skin"][0]) == {"name", "thickness_m", *constants, "perfusion_per_s"}
-    assert told["object"] == {"name": "wood", **constants, "thickness_m": None, "start_c": 25.0}
-    assert (told["arterial_c"], told["deep_c"], told["air_c"], told["air_w_m2k"]) == (35.0, 34.0, 22.0, 10.0)
-    assert (told["contact_s"], told["model"], told["step_s"]) == (1.0, "2+1+1+6", 0.01)
+    assert set(case["skin"][0]) == {"name", "thickness_m", *constants, "perfusion_per_s"}
+    assert case["object"] == {"name": "wood", **constants, "thickness_m": None, "start_c": 25.0}
+    assert (case["arterial_c"], case["deep_c"], case["air_c"], case["air_w_m2k"]) == (35.0, 34.0, 22.0, 10.0)
+    assert (case["contact_s"], case["model"], case["step_s"]) == (1.0, "2+1+1+6", 0.01)
     # Steady state from the file alone: the flux to the air is what the rendered rows say.
     row = next(render_thermal("wood", 25.0, 22.0, 0.1, model="2+1+1+6"))
-    assert row[5] == pytest.approx(told["air_w_m2k"] * (told["air_c"] - row[4]))
+    assert row[5] == pytest.approx(case["air_w_m2k"] * (case["air_c"] - row[4]))
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_parameters_are_enough_to_compute_the_case_again(tmp_path):
         ({"air_c": math.nan}, "air_c"),
     ],
 )
-def test_bad_input_names_what_is_wrong(changes, named):
+def test_bad_input_is_named(changes, named):
     case = {"object_name": "pvc", "object_c": 25.0, "air_c": 25.0, "seconds": 2.0} | changes
     with pytest.raises(ValueError, match=named):
         render_thermal(**case)

@@ -1,4 +1,4 @@
-"""The paper's objects in a virtual environment: each feels as what it is, and differs from the others as it should."""
+"""The paper's objects in a virtual environment: each feels as intended, and differs from the others."""
 
 import numpy as np
 import pytest
@@ -30,13 +30,13 @@ def stroked(name: str) -> tuple[float, float, int]:
 
 
 def test_textures_differ_in_vibration_and_not_in_force() -> None:
-    felt = {thing.name: stroked(thing.name) for thing in load_scene("paper_textures").objects}
-    assert [force_n for force_n, _, _ in felt.values()] == pytest.approx([1.2] * 6)
-    rpm = {name: mean for name, (_, mean, _) in felt.items()}
+    sensed = {thing.name: stroked(thing.name) for thing in load_scene("paper_textures").objects}
+    assert [force_n for force_n, _, _ in sensed.values()] == pytest.approx([1.2] * 6)
+    rpm = {name: mean for name, (_, mean, _) in sensed.items()}
     assert rpm["foam"] < rpm["plain"] < min(rpm["widely_grooved"], rpm["arbitrarily_grooved"])
     assert rpm["widely_grooved"] < rpm["closely_grooved"]
     assert rpm["plain"] < rpm["sandpaper"]
-    grooves = {name: count for name, (_, _, count) in felt.items()}
+    grooves = {name: count for name, (_, _, count) in sensed.items()}
     assert grooves["foam"] == grooves["sandpaper"] == grooves["plain"] == 0
     assert grooves["closely_grooved"] == pytest.approx(20, abs=1)
     assert grooves["widely_grooved"] == pytest.approx(5, abs=1)
@@ -48,15 +48,15 @@ def held(scene: str, name: str, seconds: float) -> tuple[float, float]:
     working = Working(scene)
     working.be_at(centre(scene, name), 0.006)
     plate_c = working.go(0.2)[-1].plate_set_c[INDEX]
-    felt_c = working.site.rendering.fingertips.skin.epidermis_c[INDEX]
+    before_c = working.site.rendering.fingertips.skin.epidermis_c[INDEX]
     working.go(0.2, z_m=-0.003)
     shown = working.go(seconds)[-1].plate_set_c[INDEX]
-    return working.site.rendering.fingertips.skin.epidermis_c[INDEX] - felt_c, shown - plate_c
+    return working.site.rendering.fingertips.skin.epidermis_c[INDEX] - before_c, shown - plate_c
 
 
 def test_materials_of_one_temperature_differ_in_how_cold_they_feel() -> None:
-    felt = {thing.name: held("paper_materials", thing.name, 5.0) for thing in load_scene("paper_materials").objects}
-    for kelvin in ({name: each[n] for name, each in felt.items()} for n in (0, 1)):
+    sensed = {thing.name: held("paper_materials", thing.name, 5.0) for thing in load_scene("paper_materials").objects}
+    for kelvin in ({name: each[n] for name, each in sensed.items()} for n in (0, 1)):
         assert kelvin["aluminium"] < kelvin["ceramic"] < kelvin["pvc"] < kelvin["wood"] < -0.5
 
 
@@ -67,7 +67,7 @@ def test_iron_of_35_c_feels_warmer_than_wood_of_35_c() -> None:
 
 
 @pytest.mark.parametrize("name", ["paper_textures", "paper_materials", "paper_iron_wood"])
-def test_their_scripts_touch_every_object(name: str) -> None:
+def test_the_scripts_touch_every_object(name: str) -> None:
     scene = load_scene(name)
     targets = {getattr(step, "object", None) for step in scene.script} - {None}
     assert targets == {thing.name for thing in scene.objects}

@@ -35,7 +35,7 @@ INPUTS = st.builds(
 
 
 @given(INPUTS)
-def test_what_was_packed_is_unpacked_to_the_last_bit(put_in: RenderingInput) -> None:
+def test_packed_input_is_unpacked_to_the_last_bit(put_in: RenderingInput) -> None:
     def touch_of(sequence: int) -> Touch | None:
         assert put_in.touch is not None
         assert sequence == put_in.touch.sequence
@@ -48,11 +48,11 @@ def test_what_was_packed_is_unpacked_to_the_last_bit(put_in: RenderingInput) -> 
     assert repr(again) == repr(put_in)
 
 
-def test_a_touch_packet_that_is_lost_is_nothing_touched() -> None:
+def test_a_lost_touch_packet_means_no_contact() -> None:
     assert RenderingInput.unpack(tick_input(touch=touch()).pack(), lambda _: None).touch is None
 
 
 @pytest.mark.parametrize("packed", [msgpack.packb(3), msgpack.packb([1.0] * 13), msgpack.packb({}), b""])
-def test_something_else_is_refused(packed: bytes) -> None:
+def test_input_of_another_form_is_refused(packed: bytes) -> None:
     with pytest.raises(ValueError, match=r"rendering input|incomplete"):
         RenderingInput.unpack(packed, lambda _: None)

@@ -50,7 +50,7 @@ def run(operator: OperatorSite, first: int, ticks: int) -> int:
     return first + ticks
 
 
-def test_without_a_far_side_everything_is_neutral() -> None:
+def test_everything_is_neutral_without_a_peer() -> None:
     devices = Devices()
     run(site(devices), 0, 200)
     assert len(devices.written) == 200
@@ -108,7 +108,7 @@ def pressed(sequence: int, rng: np.random.Generator) -> Touch:
     return touch(*events, sequence=sequence, **known, **never_the_same)
 
 
-def test_a_replay_of_what_was_just_recorded_is_identical_to_the_last_bit(tmp_path: Path) -> None:
+def test_a_replay_of_a_new_recording_is_identical_to_the_last_bit(tmp_path: Path) -> None:
     """A session with strokes, a gap, a fault that is cleared, and a second session."""
     rng = np.random.default_rng(5)
     devices = Devices()

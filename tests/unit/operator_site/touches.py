@@ -1,4 +1,4 @@
-"""Touch packets, and the input of a tick of the rendering, made of what a test names."""
+"""Touch packets, and the input of a tick of the rendering, made from the values of a test."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -1,4 +1,4 @@
-"""A simulated hand that lands on an object again and again, and what is identified."""
+"""A simulated hand that lands on an object repeatedly, and its identification."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Touched:
 
 
 @dataclass(frozen=True)
-class Felt:
+class Moment:
     """All fingers at one moment; `landing` counts from 0, and `drive` is of the heaters (5,), -1..1."""
 
     time_s: float
@@ -45,11 +45,11 @@ class Felt:
     drive: tuple[float, ...]
 
 
-def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[str, ...] = FINGERS) -> list[Felt]:
+def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[str, ...] = FINGERS) -> list[Moment]:
     """Land on the object `name` of scene `materials` again and again, with plates that were warm at first."""
     hand = RemoteFingers(load_scene("materials"), seed, fingers)
     low_x_m = next(thing.low_x_m for thing in hand.world.bench.objects if thing.name == name)
-    felt: list[Felt] = []
+    moments: list[Moment] = []
 
     def pass_time(seconds: float, x_m: float, from_m: float, to_m: float, landing: int) -> None:
         for tick in range(round(seconds / TICK_S)):
@@ -57,21 +57,21 @@ def land(name: str, landings: Iterable[Landing], seed: int = 0, fingers: tuple[s
             eased = moved**3 * (10.0 - 15.0 * moved + 6.0 * moved * moved)
             hand.move(x_m, 0.0, np.full(len(FINGERS), from_m + eased * (to_m - from_m)))
             touches = {number: Touched(touch.contact, touch.thermal.answer) for number, touch in hand.touches.items()}
-            felt.append(Felt(hand.world.time_s, landing, touches, tuple(hand.drive.tolist())))
+            moments.append(Moment(hand.world.time_s, landing, touches, tuple(hand.drive.tolist())))
 
     pass_time(WARM_UP_S, low_x_m + IN_M, UP_M, UP_M, -1)
     for number, landing in enumerate(landings):
         x_m = low_x_m + IN_M + landing.beside_m
         pass_time(landing.down_s + LOWER_S, x_m, UP_M, DOWN_M, number)
         pass_time(landing.up_s + LOWER_S, x_m, DOWN_M, UP_M, number)
-    return felt
+    return moments
 
 
-def named(felt: list[Felt], landing: int | None = None) -> set[str]:
+def named(moments: list[Moment], landing: int | None = None) -> set[str]:
     """All materials that were named in a landing, or ever."""
     return {
         touch.thermal.material
-        for moment in felt
+        for moment in moments
         if landing is None or moment.landing == landing
         for touch in moment.touches.values()
         if touch.thermal.material is not None

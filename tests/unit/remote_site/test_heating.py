@@ -1,4 +1,4 @@
-"""Pre-heating of several plates, by what is identified."""
+"""Pre-heating of several plates, by their identification."""
 
 import math
 from types import SimpleNamespace
@@ -51,7 +51,7 @@ def test_a_plate_is_heated_while_its_finger_is_free_and_not_in_a_touch() -> None
     assert heating.step(1.020, cool(5.0)[0], False, 0) == 1.0
 
 
-def test_a_reading_that_is_missing_too_long_or_not_to_be_believed_heats_nothing() -> None:
+def test_a_missing_or_implausible_reading_heats_nothing() -> None:
     heating = FingerHeating()
     assert heating.step(1.0, cool(5.0)[0], False, 0) == 1.0
     assert heating.step(0.998 + STALE_S, None, False, 0) == 1.0
@@ -78,7 +78,7 @@ def test_no_preheat_is_chosen_before_the_ambient_temperature_is_known() -> None:
 
 
 @pytest.mark.parametrize("again_s", [0.5, math.inf], ids=["clock set back", "identification failed"])
-def test_heating_begins_anew_with_identification(again_s: float) -> None:
+def test_heating_restarts_with_identification(again_s: float) -> None:
     heating = Heating(FINGERS[:1])
     heating.step(sensed(1.0, cool()), identified(no_differences=1))
     if again_s == math.inf:

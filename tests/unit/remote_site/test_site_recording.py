@@ -1,4 +1,4 @@
-"""Recordings of the remote site: of what it sensed, and of a finger's identification."""
+"""Recordings of the remote site: its readings, and a finger's identification."""
 
 import msgpack
 import pytest
@@ -40,7 +40,7 @@ def test_a_stiffness_that_is_not_yet_known_is_recorded_as_none(ln_sd: float, rec
     assert "stiffness_n_m or null" in str(SCHEMAS["remote/thermal"]["description"])
 
 
-def test_a_recording_of_before_the_hands_time_was_in_it_is_refused_in_words() -> None:
+def test_a_recording_without_the_hands_time_is_refused_with_the_reason() -> None:
     packed = msgpack.packb([0.0, 0.0, 0.0, [0.0] * 5, [0.0] * 5, [None] * 5, [None] * 5])
     with pytest.raises(ValueError, match="earlier version"):
         SensorFrame.unpack(packed)

@@ -1,4 +1,4 @@
-"""The judge of faults on made truth: what it finds wrong, and what not."""
+"""The judge of faults finds wrong and right courses in synthetic truth."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -61,7 +61,7 @@ def with_entry(values: Floats, time_s: float, value: float) -> Floats:
     return changed
 
 
-def test_what_is_neutral_in_time_and_comes_back_by_a_ramp_is_right() -> None:
+def test_neutral_in_time_and_a_return_by_ramp_are_right() -> None:
     finding = judged()
     assert (finding.outcome, finding.wrong) == (Outcome.RESUMES, [])
     assert finding.safe_s == pytest.approx(dict.fromkeys(Actuator, 0.09), abs=0.011)
@@ -91,13 +91,13 @@ def test_a_hand_that_moves_or_sinks_is_found_to_the_very_end(before_s: float) ->
     assert wrong("hand_z_m", 10 * step_m) == []  # rising is its safe state
 
 
-def test_what_happens_with_the_end_and_after_it_is_not_the_faults() -> None:
+def test_events_at_or_after_the_end_do_not_count() -> None:
     for again_s in (END_S, END_S + LOG_S):
         finding = judge(DONE, stroking(BEGIN_S + 0.1, again_s))
         assert finding.wrong == []
 
 
-def test_what_is_neutral_too_late_is_wrong_and_a_pause_of_the_machine_is_granted() -> None:
+def test_neutral_too_late_is_wrong_and_a_pause_of_the_machine_is_allowed() -> None:
     late = stroking(BEGIN_S + HAND_STOP_S + 0.1, END_S + 0.2)
     assert len(judge(DONE, late).wrong) == 6, "the motor counts twice: driven and felt"
     paused = np.append(np.arange(8.0, 11.0, LOG_S), np.arange(11.2, NEXT_S, LOG_S))
@@ -111,7 +111,7 @@ def test_force_that_comes_back_at_once_is_wrong() -> None:
     assert "above its ramp" in judged(lambda truth: replace(truth, force_n=five(jump))).wrong[0]
 
 
-def test_what_never_works_again_or_goes_on_where_it_must_not_is_wrong() -> None:
+def test_no_return_to_work_or_forbidden_work_is_wrong() -> None:
     wrong = judge(DONE, stroking(BEGIN_S + 0.1, NEXT_S)).wrong
     assert "never worked again: 0.00 N at most, vibration 0% of the time" in wrong
     assert "continues" in judge(DONE, stroking(NEXT_S, NEXT_S)).wrong
@@ -135,7 +135,7 @@ def test_a_latched_fault_is_neutral_until_it_is_cleared() -> None:
     ("name", "most_c", "said"),
     [("plate_c", PLATE_PEAK_C, "operator's plate"), ("sensor_plate_c", SENSOR_PLATE_C, "sensor's plate")],
 )
-def test_a_plate_above_its_limit_is_wrong_whatever_failed(name: str, most_c: float, said: str) -> None:
+def test_a_plate_above_its_limit_is_wrong_under_any_fault(name: str, most_c: float, said: str) -> None:
     def warmed(truth: Truth, plate_c: float) -> Truth:
         return replace(truth, **{name: with_entry(getattr(truth, name), END_S, plate_c)})
 

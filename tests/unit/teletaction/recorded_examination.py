@@ -56,9 +56,9 @@ def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool,
     }
     rows = [NO_TOUCH] * len(FINGERS)
     rows[INDEX] = NO_TOUCH._replace(x_m=x_m, y_m=y_m + 0.02, **(known if contact else {}))
-    told = [NOTHING] * len(FINGERS)
-    told[INDEX] = TouchSummary((("<i>skin</i>", 0.99),)) if contact else NOTHING
-    return Touch(1, sequence, now_ns, LinkState.ENGAGED, pack_rows(rows), ("",) * len(FINGERS), (), tuple(told))
+    summaries = [NOTHING] * len(FINGERS)
+    summaries[INDEX] = TouchSummary((("<i>skin</i>", 0.99),)) if contact else NOTHING
+    return Touch(1, sequence, now_ns, LinkState.ENGAGED, pack_rows(rows), ("",) * len(FINGERS), (), tuple(summaries))
 
 
 def _at_the_console() -> list[tuple[str, dict[str, Any]]]:

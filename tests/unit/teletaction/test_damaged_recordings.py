@@ -32,8 +32,8 @@ def run(tmp_path: Path) -> Run:
             return playback(path)
         if name == "recover":
             (tmp_path / "s-recovered.mcap").unlink(missing_ok=True)
-        told = command(name, path, *([] if name == "recover" else ["--out", tmp_path / f"{name}.out"]))
-        return told.code, told.err
+        outcome = command(name, path, *([] if name == "recover" else ["--out", tmp_path / f"{name}.out"]))
+        return outcome.code, outcome.err
 
     return give
 
@@ -172,7 +172,7 @@ def test_damage_of_a_message_is_named(content: list[Message], tmp_path: Path, ru
         "[",
     ],
 )
-def test_a_configuration_that_cannot_be_used_is_said(
+def test_an_unusable_configuration_is_reported(
     content: list[Message], tmp_path: Path, run: Run, configuration: str
 ) -> None:
     path = write(tmp_path / "s.mcap", content, configuration=configuration)
@@ -201,7 +201,7 @@ def test_a_flipped_bit_in_a_recorded_force_is_neither_reported_nor_blamed_on_the
     assert len(left) > 0.5 * len(content)
 
 
-def test_after_a_damaged_length_recovery_goes_on_with_the_next_sound_chunk(
+def test_recovery_continues_with_the_next_sound_chunk_after_a_damaged_length(
     sound: dict[str, bytes], content: list[Message], tmp_path: Path, run: Run
 ) -> None:
     whole = bytearray(sound["site"])
@@ -217,9 +217,7 @@ def test_after_a_damaged_length_recovery_goes_on_with_the_next_sound_chunk(
     assert len(left) > 0.5 * len(content)
 
 
-def test_what_a_damaged_message_was_is_named_with_its_stream_and_time(
-    content: list[Message], tmp_path: Path, run: Run
-) -> None:
+def test_a_damaged_message_is_named_with_its_stream_and_time(content: list[Message], tmp_path: Path, run: Run) -> None:
     number = next(n for n, m in enumerate(content) if m[0] == "operator/rendered" and n > len(content) / 2)
     stream, time_ns, payload = content[number]
     row = msgpack.unpackb(payload)
@@ -233,7 +231,7 @@ def test_what_a_damaged_message_was_is_named_with_its_stream_and_time(
     assert f"damaged: operator/rendered at {at_s:.3f} s: field force_n: Expected `float` " in text
 
 
-def test_a_damaged_recording_that_is_merged_gives_what_it_has_and_says_so(
+def test_a_damaged_recording_is_merged_as_far_as_it_is_sound_and_this_is_reported(
     sound: dict[str, bytes], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     whole = bytearray(sound["site"])

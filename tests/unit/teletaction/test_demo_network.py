@@ -1,4 +1,4 @@
-"""A demonstration over a simulated network: who connects to whom, and what is refused before anything starts."""
+"""A demonstration over a simulated network: its connections, and refusals before the start."""
 
 from pathlib import Path
 
@@ -54,12 +54,12 @@ def test_a_bad_network_is_one_line_before_anything_starts(tmp_path: Path, name: 
     assert expected in one_line(command("demo", "--headless", "--network", path, "--out", tmp_path / "out"), 2)
 
 
-def test_a_network_that_waits_needs_somebody_to_start_it(tmp_path: Path) -> None:
+def test_a_waiting_network_needs_a_start_command(tmp_path: Path) -> None:
     (tmp_path / "n.toml").write_text('network = "lan"\nbase_port = 5700\nwait_for_start = true\n', "utf-8")
     assert "fault_port" in one_line(command("sim-network", "--config", tmp_path / "n.toml"), 2)
 
 
-def test_the_summary_says_what_the_network_did() -> None:
+def test_the_summary_reports_the_network() -> None:
     assert proxy(None) is None
     status = {"network": "lan", "streams": {"motion": {}}, "faults": [{"kind": "cut"}], "pid": 7}
     assert proxy(status) == {"streams": {"motion": {}}, "faults": [{"kind": "cut"}]}

@@ -1,4 +1,4 @@
-"""What a demo that did not start says of its sites: nothing old as if it were now."""
+"""A demo that did not start reports the current state of its sites, never an old one."""
 
 import json
 import time
@@ -8,9 +8,9 @@ from teletaction.session.demo import _waiting_for
 
 
 def test_a_site_that_has_not_started_or_is_silent_is_named(tmp_path: Path) -> None:
-    def write(name: str, age_s: float, **told: object) -> None:
+    def write(name: str, age_s: float, **fields: object) -> None:
         time_ns = time.monotonic_ns() - round(age_s * 1e9)
-        (tmp_path / f"{name}.json").write_text(json.dumps({"time_ns": time_ns, **told}), "utf-8")
+        (tmp_path / f"{name}.json").write_text(json.dumps({"time_ns": time_ns, **fields}), "utf-8")
 
     write("operator", 0.0, state="connected")
     assert _waiting_for(tmp_path) == "remote has not started; operator connected"

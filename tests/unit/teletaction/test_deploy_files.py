@@ -35,7 +35,7 @@ def test_each_serial_device_of_the_configurations_has_a_rule_and_an_adapter_of_i
 
 
 @pytest.mark.skipif(shutil.which("udevadm") is None, reason="udevadm is not there")
-def test_udev_finds_nothing_wrong() -> None:
+def test_udev_accepts_the_rules() -> None:
     known = subprocess.run(["udevadm", "verify", "--help"], capture_output=True, text=True, timeout=20, check=False)
     if known.returncode:
         pytest.skip("this udevadm has no verify")

@@ -37,7 +37,7 @@ def service(name: str) -> str:
 
 
 @pytest.mark.parametrize("folder", ["", "hardware"])
-def test_the_console_looks_for_its_site_where_that_is(folder: str) -> None:
+def test_the_console_has_the_address_of_its_site(folder: str) -> None:
     console = load_config(DOCKER / folder / "console.toml", ConsoleConfig)
     site = load_config(DOCKER / folder / "operator.toml", OperatorConfig)
     assert (console.desk_port, console.feed_port, console.keys) == (site.desk_port, site.feed_port, site.link.keys)
@@ -45,7 +45,7 @@ def test_the_console_looks_for_its_site_where_that_is(folder: str) -> None:
     assert "{report}" in console.report_command
 
 
-def test_loops_of_real_sites_may_come_first_and_nothing_else_may() -> None:
+def test_only_loops_of_real_sites_may_have_real_time_priority() -> None:
     text = (ROOT / "docker-compose.yml").read_text("utf-8")
     real = text.split("\nx-real: ")[1].split("\n\n")[0]
     assert 'ulimits: {rtprio: "${REAL_TIME_PRIORITY:-10}"}' in real
@@ -55,7 +55,7 @@ def test_loops_of_real_sites_may_come_first_and_nothing_else_may() -> None:
     assert text.count("*real\n") == 2
 
 
-def test_the_simulated_sessions_page_is_on_this_hosts_loopback_only_and_wants_a_token_over_tls() -> None:
+def test_the_simulated_sessions_page_is_on_loopback_only_and_needs_a_token_over_tls() -> None:
     console = load_config(DOCKER / "console.toml", ConsoleConfig)
     assert re.findall(r"^ +ports: .*$", (ROOT / "docker-compose.yml").read_text("utf-8"), re.MULTILINE) == [
         f'    ports: ["127.0.0.1:${{CONSOLE_PORT:-8090}}:{console.port}"]'
@@ -67,7 +67,7 @@ def test_the_simulated_sessions_page_is_on_this_hosts_loopback_only_and_wants_a_
     assert console.certificate is not None
 
 
-def test_the_page_of_real_devices_wants_a_token_over_tls() -> None:
+def test_the_page_of_real_devices_needs_a_token_over_tls() -> None:
     console = load_config(DOCKER / "hardware" / "console.toml", ConsoleConfig)
     for path in (console.tokens, console.certificate, console.certificate_key):
         assert f"target: {path}}}" in service("operator-console"), "it is a secret of the composition"

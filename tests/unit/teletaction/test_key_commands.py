@@ -1,4 +1,4 @@
-"""Commands about keys, and who may be reached without: what they print, with which exit code, and in one line."""
+"""Commands about keys, and binds without keys: output, exit code, and errors in one line."""
 
 from collections.abc import Callable
 from itertools import islice
@@ -21,7 +21,7 @@ OPEN_TO_A_NETWORK = ("0.0.0.0", "::", "*", "192.0.2.7", "remote.example")
 
 
 @pytest.mark.parametrize("host", OPEN_TO_A_NETWORK)
-def test_a_bind_beyond_loopback_that_trusts_nobody_is_refused_before_any_socket_exists(
+def test_a_bind_beyond_loopback_without_trusted_keys_is_refused_before_any_socket_exists(
     host: str, configs: dict[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config = load_config(configs["remote"], RemoteConfig)
@@ -40,7 +40,7 @@ def test_a_bind_beyond_loopback_that_trusts_nobody_is_refused_before_any_socket_
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "127.1.2.3", "::1"])
-def test_loopback_needs_nobody_trusted_to_be_bound_to(host: str, tmp_path: Path) -> None:
+def test_loopback_may_be_bound_without_trusted_keys(host: str, tmp_path: Path) -> None:
     check_bind(host, TrustedKeys(tmp_path))
 
 
@@ -63,7 +63,7 @@ def test_with_a_trusted_key_a_bind_to_every_interface_is_accepted_and_serves_it(
         RemoteLink("0.0.0.0", base_port, remote, TrustedKeys(keys.remote))
 
 
-def test_observing_with_what_is_no_observers_configuration_is_said(configs: dict[str, Path], tmp_path: Path) -> None:
+def test_observing_with_a_wrong_configuration_is_reported(configs: dict[str, Path], tmp_path: Path) -> None:
     assert "absent.toml" in one_line(command("observe", "--config", tmp_path / "absent.toml"), 2)
     assert "operator.toml" in one_line(command("observe", "--config", configs["operator"]), 2)
     observer = tmp_path / "observer.toml"
@@ -114,7 +114,7 @@ def test_a_wrong_key_command_is_one_line(arguments: tuple[str, ...], words: str,
         (lambda file: file.parent.chmod(0o777), "remote: mode 0777 lets others change it; `chmod go-w` it"),
     ],
 )
-def test_what_is_wrong_with_a_list_is_said_by_site_show_and_doctor(
+def test_a_damaged_list_is_reported_by_site_show_and_doctor(
     configs: dict[str, Path], damage: Callable[[Path], object], words: str
 ) -> None:
     folder = load_config(configs["remote"], RemoteConfig).link.keys

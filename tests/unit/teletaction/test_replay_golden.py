@@ -1,4 +1,4 @@
-"""A short recorded session gives today what it gave when it was made: nobody has changed behaviour without meaning it.
+"""A short recorded session gives its recorded results, so that every change of behaviour is found.
 
 After a change that is meant: `make golden`, and look at what changes in identification.jsonl.
 """
@@ -32,7 +32,7 @@ def differences(replayed: Any, recorded: Any) -> dict[str, tuple[Any, Any]]:
     return {name: (replayed[name], was) for name, was in recorded.items() if not agree(replayed[name], was)}
 
 
-def test_both_sites_compute_what_they_computed() -> None:
+def test_both_sites_compute_the_recorded_values() -> None:
     counts = dict.fromkeys(STREAMS, 0)
     with GOLDEN.open("rb") as file:
         session = RecordedSession(GOLDEN, file)
@@ -57,7 +57,7 @@ def test_both_sites_compute_what_they_computed() -> None:
     assert min(counts.values()) > 80
 
 
-def test_events_and_material_answers_are_what_they_were(tmp_path: Path) -> None:
+def test_events_and_material_answers_equal_the_recorded_ones(tmp_path: Path) -> None:
     replay(GOLDEN, tmp_path)
     replayed, recorded = (
         [json.loads(line) for line in (folder / "identification.jsonl").read_text("utf-8").splitlines()]

@@ -1,4 +1,4 @@
-"""Commands that people give at a site: what they print, with which exit code, and that it is one line when it fails."""
+"""Commands that people give at a site: output, exit code, and failures in one line."""
 
 import json
 import threading
@@ -22,7 +22,7 @@ from common.wire.session_messages import Request
 from operator_site.devices.devices import OperatorDevices
 from operator_site.session.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
-from tests.commands import Told, command, one_line
+from tests.commands import Outcome, command, one_line
 from tests.unit.operator_site.test_site import SilentLink
 from tests.unit.operator_site.virtual_touch import CONFIG, Devices
 
@@ -43,21 +43,21 @@ def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(common.link.local_control, "_OUTCOME_S", 0.3)
 
 
-def ask(verb: str, config: Path) -> Told:
+def ask(verb: str, config: Path) -> Outcome:
     """Give one of the session commands."""
     return command("session", verb, *(["a rough spot"] if verb == "note" else []), "--config", config)
 
 
 @pytest.mark.parametrize("site", ["remote", "operator"])
 @pytest.mark.parametrize("verb", VERBS)
-def test_no_running_site_is_said(verb: str, site: str, configs: dict[str, Path], impatient: None) -> None:
+def test_a_missing_site_is_reported(verb: str, site: str, configs: dict[str, Path], impatient: None) -> None:
     line = one_line(ask(verb, configs[site]), 2)
     assert "no site with this key answers; is it running?" in line
     assert str(load_site(configs[site]).desk_port) in line
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_a_wrong_configuration_is_said(verb: str, configs: dict[str, Path], tmp_path: Path) -> None:
+def test_a_wrong_configuration_is_reported(verb: str, configs: dict[str, Path], tmp_path: Path) -> None:
     assert "absent.toml: No such file" in one_line(ask(verb, tmp_path / "absent.toml"), 2)
     (tmp_path / "bad.toml").write_text("desk_port = = 1\n", "utf-8")
     assert "bad.toml: not TOML" in one_line(ask(verb, tmp_path / "bad.toml"), 2)
@@ -67,7 +67,7 @@ def test_a_wrong_configuration_is_said(verb: str, configs: dict[str, Path], tmp_
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_a_wrong_key_folder_is_said(verb: str, configs: dict[str, Path], tmp_path: Path) -> None:
+def test_a_wrong_key_folder_is_reported(verb: str, configs: dict[str, Path], tmp_path: Path) -> None:
     secret = tmp_path / "keys" / "operator" / "site.key_secret"
     secret.chmod(0o640)
     assert "mode 0640 lets others read it" in one_line(ask(verb, configs["operator"]), 2)
@@ -139,7 +139,7 @@ def test_the_status_is_json(site: Site, configs: dict[str, Path]) -> None:
         ("note", ("annotate", {"text": "a rough spot"})),
     ],
 )
-def test_what_is_done_says_nothing_and_a_refusal_is_one_line_and_a_failure(
+def test_success_prints_nothing_and_a_refusal_is_one_line_and_a_failure(
     verb: str, asked: tuple[str, dict[str, Any]], site: Site, configs: dict[str, Path]
 ) -> None:
     def refuse(asked: str, details: dict[str, Any]) -> None:
@@ -151,7 +151,9 @@ def test_what_is_done_says_nothing_and_a_refusal_is_one_line_and_a_failure(
     assert one_line(ask(verb, configs["operator"]), 1).endswith(": a fault is latched (hot plate): clear it first")
 
 
-def test_another_key_reaches_no_desk(site: Site, configs: dict[str, Path], tmp_path: Path, impatient: None) -> None:
+def test_another_key_cannot_reach_local_control(
+    site: Site, configs: dict[str, Path], tmp_path: Path, impatient: None
+) -> None:
     create_keys(tmp_path / "other")
     config = load_config(configs["operator"], OperatorConfig)
     link = config.link.model_copy(update={"keys": tmp_path / "other"})
@@ -176,20 +178,20 @@ def test_an_emergency_stop_waits_for_its_outcome(site: Site, configs: dict[str, 
     assert [verb for verb, _ in site.asked] == ["estop", *["status"] * 4]
 
 
-def test_an_emergency_stop_that_is_not_confirmed_is_a_failure(site: Site, configs: dict[str, Path]) -> None:
+def test_an_unconfirmed_emergency_stop_is_a_failure(site: Site, configs: dict[str, Path]) -> None:
     site.state["estop"] = UNCONFIRMED
-    told = command("session", "estop", "--config", configs["operator"])
-    assert told.said == (1, UNCONFIRMED + "\n", f"teletaction: {UNCONFIRMED}\n")
+    outcome = command("session", "estop", "--config", configs["operator"])
+    assert outcome.said == (1, UNCONFIRMED + "\n", f"teletaction: {UNCONFIRMED}\n")
 
 
-def test_a_site_that_never_says_how_a_stop_went_has_not_confirmed_it(
+def test_a_site_that_never_reports_the_outcome_of_a_stop_has_not_confirmed_it(
     site: Site, configs: dict[str, Path], hasty: None
 ) -> None:
     code, out, _ = command("session", "estop", "--config", configs["operator"]).said
     assert (code, out) == (1, "stopped, but not confirmed: the site says nothing of it\n")
 
 
-def test_an_emergency_stop_gets_through_however_often_something_else_asks(site: Site, configs: dict[str, Path]) -> None:
+def test_an_emergency_stop_succeeds_beside_many_other_requests(site: Site, configs: dict[str, Path]) -> None:
     config = load_config(configs["operator"], OperatorConfig)
     keys = load_keys(config.link.keys)
     for _ in range(KNOCKS):
@@ -212,7 +214,7 @@ def test_clearing_waits_until_both_sites_are_clear(site: Site, configs: dict[str
     assert [verb for verb, _ in site.asked] == ["clear_fault", *["status"] * 4]
 
 
-def test_why_the_far_site_does_not_clear_is_said(site: Site, configs: dict[str, Path]) -> None:
+def test_the_reason_of_the_other_site_for_not_clearing_is_reported(site: Site, configs: dict[str, Path]) -> None:
     site.state |= {"remote_fault": Fault(FaultCode.REMOTE_STOP), "refusal": "to be cleared where it was latched"}
     line = one_line(command("session", "clear", "--config", configs["operator"]), 1)
     assert line == "teletaction: clear: the far site says: to be cleared where it was latched"
@@ -225,7 +227,7 @@ def test_why_the_far_site_does_not_clear_is_said(site: Site, configs: dict[str, 
         ({"remote_fault": HOT_SENSOR}, f"still latched: {fault_text(HOT_SENSOR)} (at the far site)"),
     ],
 )
-def test_a_fault_that_comes_back_at_once_is_said(
+def test_a_fault_that_returns_at_once_is_reported(
     state: dict[str, Fault], words: str, site: Site, configs: dict[str, Path], hasty: None
 ) -> None:
     site.state |= state

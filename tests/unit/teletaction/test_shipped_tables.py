@@ -12,12 +12,12 @@ from teletaction.session.demo_files import SURFACES, calibrated_tables
 
 
 @pytest.mark.parametrize("name", scene_names())
-def test_every_scene_has_a_table_that_knows_what_it_calls_calibrated(name: str) -> None:
+def test_every_scene_has_a_table_with_its_calibrated_materials(name: str) -> None:
     materials, _ = calibrated_tables(name)
     assert set(MaterialTable.load(materials).names()) == set(load_scene(name).calibrated)
 
 
-def test_what_a_table_tells_of_itself_fits_on_the_page() -> None:
+def test_the_description_of_a_table_fits_on_the_page() -> None:
     table = MaterialTable.load(calibrated_tables("phantom")[0])
     described = f"Calibrated {table.made_on} (sensor simulated), 600 touches, effusivity ± 8 %"
     assert table.described() == described
@@ -25,7 +25,7 @@ def test_what_a_table_tells_of_itself_fits_on_the_page() -> None:
     assert len(described) <= LONGEST_DESCRIPTION
 
 
-def test_the_measured_surfaces_were_given_the_constants_that_a_virtual_one_has() -> None:
+def test_measured_surfaces_have_the_constants_of_virtual_ones() -> None:
     table = SurfaceTable.load(SURFACES)
     assert {surface.name for surface in table.surfaces} == set(STROKED)
     for surface in table.surfaces:

@@ -1,4 +1,4 @@
-"""The service file: what it says fits the program, and systemd finds nothing wrong with it."""
+"""The service file fits the program, and systemd accepts it."""
 
 import configparser
 import shutil
@@ -38,7 +38,7 @@ def test_the_service_fits_the_program() -> None:
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not there")
 @pytest.mark.parametrize("site", ["remote", "operator"])
-def test_systemd_finds_nothing_wrong(site: str, tmp_path: Path) -> None:
+def test_systemd_accepts_the_service(site: str, tmp_path: Path) -> None:
     installed = tmp_path / f"teletaction@{site}.service"
     text = UNIT.read_text("utf-8")
     program = "/opt/teletaction/bin/teletaction"

@@ -1,4 +1,4 @@
-"""What counts as a tap in a summary."""
+"""A summary counts taps."""
 
 from types import SimpleNamespace
 from typing import Any, cast

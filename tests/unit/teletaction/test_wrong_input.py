@@ -54,7 +54,7 @@ def edit(path: Path, old: str, new: str) -> None:
         ("calibrate thermal --traces . --out t", "labels.csv"),
     ],
 )
-def test_what_cannot_be_done_is_said(
+def test_an_impossible_command_is_reported(
     line: str, words: str, configs: dict[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(configs["remote"].parent)
@@ -119,9 +119,9 @@ def test_a_thermal_trace_that_cannot_be_read_is_answered_and_so_are_the_others(
     bad, free = tmp_path / "a.csv", tmp_path / "b.csv"
     bad.write_text(text, "utf-8")
     free.write_text(THERMAL, "utf-8")
-    told = command(*shlex.split(IDENTIFY), bad, free)
-    assert told.code == 0
-    lines = [json.loads(line) for line in told.out.splitlines()]
+    outcome = command(*shlex.split(IDENTIFY), bad, free)
+    assert outcome.code == 0
+    lines = [json.loads(line) for line in outcome.out.splitlines()]
     of_bad = [line for line in lines if line["trace"] == str(bad)]
     assert {line["status"] for line in of_bad} == {"unidentifiable"}
     assert [line["final"] for line in of_bad].count(True) == 1

@@ -1,4 +1,4 @@
-"""A device is opened beside the loop: again and again, ever more slowly, and handed over once."""
+"""A device is opened beside the loop, with growing pauses between tries, and handed over once."""
 
 import threading
 import time
@@ -9,7 +9,7 @@ from common.buses.background_opener import STEADY_S, BackgroundOpener
 from tests.waiting import wait_until
 
 
-def test_it_hands_over_once_and_opens_again_when_asked() -> None:
+def test_a_device_is_handed_over_once_and_opened_again_on_request() -> None:
     opened: list[int] = []
 
     def opener() -> int:
@@ -27,7 +27,7 @@ def test_it_hands_over_once_and_opens_again_when_asked() -> None:
 
 
 @pytest.mark.parametrize("error", [OSError("no such port"), ValueError("another device"), KeyError("a library's bug")])
-def test_it_tries_again_whatever_a_library_raises_and_says_why_it_failed(error: Exception) -> None:
+def test_any_error_of_a_library_is_reported_and_the_opening_repeated(error: Exception) -> None:
     there = threading.Event()
 
     def opener() -> str:
@@ -44,7 +44,7 @@ def test_it_tries_again_whatever_a_library_raises_and_says_why_it_failed(error: 
 
 
 @pytest.mark.parametrize("stopped_first", [True, False])
-def test_what_is_opened_and_not_wanted_any_more_is_closed(stopped_first: bool) -> None:
+def test_a_device_that_is_no_longer_wanted_is_closed(stopped_first: bool) -> None:
     go, closed, before = threading.Event(), [], set(threading.enumerate())
 
     def opener() -> str:
@@ -64,7 +64,7 @@ def test_what_is_opened_and_not_wanted_any_more_is_closed(stopped_first: bool) -
     assert background.take() is None
 
 
-def test_it_never_waits_for_the_opener_and_gives_up_when_told() -> None:
+def test_closing_never_waits_for_the_opener() -> None:
     go, ended, tries = threading.Event(), threading.Event(), []
 
     def opener() -> str:
@@ -86,7 +86,7 @@ def test_it_never_waits_for_the_opener_and_gives_up_when_told() -> None:
     assert len(tries) == 1
 
 
-def test_what_is_lost_as_soon_as_it_is_open_is_opened_again_ever_more_slowly() -> None:
+def test_a_device_lost_at_once_is_opened_again_after_growing_pauses() -> None:
     now_s, waited_s = 100.0, list[float]()
 
     class Stop(threading.Event):

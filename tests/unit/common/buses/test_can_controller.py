@@ -1,4 +1,4 @@
-"""What a CAN controller reports of itself is named, and its state follows."""
+"""Reports of a CAN controller have names, and its state follows."""
 
 import pytest
 
@@ -32,7 +32,7 @@ def test_each_error_has_a_name_and_a_count(error: int, data: bytes, names: list[
     assert controller.off == (state == "bus off")
 
 
-def test_a_controller_recovers_by_its_own_word_and_leaves_bus_off_by_a_restart_or_a_frame() -> None:
+def test_a_controller_recovers_by_its_own_report_and_leaves_bus_off_by_a_restart_or_a_frame() -> None:
     controller = CanController()
     controller.report(CONTROLLER, detail(0x20))
     controller.alive()
@@ -52,7 +52,7 @@ def test_a_controller_recovers_by_its_own_word_and_leaves_bus_off_by_a_restart_o
     assert controller.counts["error-active"] == 2
 
 
-def test_whatever_a_gateway_reports_the_names_are_few() -> None:
+def test_any_report_of_a_gateway_has_one_of_few_names() -> None:
     controller = CanController()
     for error in range(0, 1 << 16, 7):
         controller.report(error << 4 | error & 0xF, bytes((0, error & 0xFF)))

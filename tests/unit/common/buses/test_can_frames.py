@@ -48,7 +48,7 @@ def test_every_bit_pattern_is_in_range(name: str) -> None:
 
 @pytest.mark.parametrize("name", FRAMES)
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_is_not_sent(name: str, bad: float) -> None:
+def test_nan_and_infinity_are_not_sent(name: str, bad: float) -> None:
     values = some_values(name)
     last = list(values)[-1]
     with pytest.raises(ValueError, match=rf"{name}\.{last}"):
@@ -122,7 +122,7 @@ def test_any_bytes_raise_nothing_but_bad_frame(name: str, data: bytes) -> None:
         ("operator_site", "exoskeleton", 1000, 28.35),
     ],
 )
-def test_bus_load_is_what_the_document_says_and_below_half(
+def test_the_bus_load_agrees_with_the_document_and_is_below_half(
     site: str, device: str, loop_hz: int, percent: float
 ) -> None:
     on_bus = [m for m in database().messages if {site, device} & set(m.senders)]
@@ -142,7 +142,7 @@ def test_every_frame_of_five_values_names_all_fingers() -> None:
 
 
 @given(st.sampled_from(sorted(MESSAGES)), st.integers(0, 15), st.data())
-def test_what_is_packed_is_what_cantools_packs(name: str, counter: int, data: st.DataObject) -> None:
+def test_packing_agrees_with_cantools(name: str, counter: int, data: st.DataObject) -> None:
     signals = [signal for signal in MESSAGES[name].signals if signal.name not in OWN]
     values = {s.name: data.draw(st.floats(-20.0, 20.0) | st.floats(-1e9, 1e9), s.name) for s in signals}
     clipped = {s.name: min(max(values[s.name], float(s.minimum or 0)), float(s.maximum or 0)) for s in signals}
@@ -153,7 +153,7 @@ def test_what_is_packed_is_what_cantools_packs(name: str, counter: int, data: st
 
 
 @given(st.sampled_from(sorted(MESSAGES)), st.binary(min_size=8, max_size=8))
-def test_what_is_unpacked_is_what_cantools_unpacks(name: str, data: bytes) -> None:
+def test_unpacking_agrees_with_cantools(name: str, data: bytes) -> None:
     decoded = MESSAGES[name].decode(data)
     assert isinstance(decoded, dict)
     counter = decoded["counter"]
@@ -161,7 +161,7 @@ def test_what_is_unpacked_is_what_cantools_unpacks(name: str, data: bytes) -> No
 
 
 @pytest.mark.parametrize("signal", ["0|16@0- (0.02,0)", "0|16@1- (0.02,5)"])
-def test_a_description_that_it_cannot_pack_is_refused(signal: str) -> None:
+def test_an_unsupported_description_is_refused(signal: str) -> None:
     described = cantools.database.load_string(
         f'BO_ 256 Pose: 8 it\n SG_ x : {signal} [-1|1] "mm" us\n SG_ counter : 48|4@1+ (1,0) [0|15] "" us\n', "dbc"
     )

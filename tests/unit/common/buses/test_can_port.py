@@ -1,4 +1,4 @@
-"""What a CAN line says of its bus: off, on again, and what comes over it damaged. Over python-can's virtual bus."""
+"""A CAN line reports its bus: off, on again, and damaged frames. Over python-can's virtual bus."""
 
 import errno
 import logging
@@ -50,7 +50,7 @@ def error(kind: int, detail: int = 0) -> can.Message:
     return can.Message(arbitration_id=kind, is_error_frame=True, data=bytes((0, detail, 0, 0, 0, 0, 0, 0)))
 
 
-def test_a_controller_that_left_the_bus_is_named_until_it_is_on_it_again(device: can.BusABC, line: CanPort) -> None:
+def test_bus_off_is_reported_until_the_controller_is_back(device: can.BusABC, line: CanPort) -> None:
     device.send(error(CONTROLLER))
     assert line.poll() == {}
     assert (line.controller.off, line.controller.errors, line.fault, line.unknown) == (False, 1, None, 0)
@@ -71,7 +71,7 @@ def test_a_controller_that_left_the_bus_is_named_until_it_is_on_it_again(device:
     assert line.fault is None, "a bus that is heard is not off"
 
 
-def test_what_the_controller_reports_is_named_in_the_status_and_its_log_is_bounded(
+def test_errors_of_the_controller_are_in_the_status_and_their_log_is_bounded(
     device: can.BusABC, line: CanPort, caplog: pytest.LogCaptureFixture
 ) -> None:
     assert (line.figures()["controller"], line.figures()["controller_errors"]) == ("error-active", {})
@@ -100,7 +100,7 @@ def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: ca
     assert (line.figures()["foreign"], line.unknown) == (1, 0)
 
 
-def test_damage_is_refused_counted_and_named_when_there_is_too_much_of_it(device: can.BusABC, line: CanPort) -> None:
+def test_damaged_frames_are_refused_and_counted_and_many_are_a_fault(device: can.BusABC, line: CanPort) -> None:
     sender = FrameSender("FingerHeights")
     first = sender.encode(HEIGHTS)
     device.send(first)
@@ -115,7 +115,7 @@ def test_damage_is_refused_counted_and_named_when_there_is_too_much_of_it(device
     )
 
 
-def test_frames_that_were_lost_are_counted_and_are_no_fault(device: can.BusABC, line: CanPort) -> None:
+def test_lost_frames_are_counted_and_are_no_fault(device: can.BusABC, line: CanPort) -> None:
     sender = FrameSender("FingerHeights")
     for n in range(1, 41):
         frame = sender.encode(HEIGHTS)
@@ -167,7 +167,7 @@ def broken(line: CanPort, monkeypatch: pytest.MonkeyPatch, failure: Exception) -
 
 
 @pytest.mark.parametrize("code", [errno.ENETDOWN, errno.ENODEV, errno.EBADF, None])
-def test_a_bus_whose_sends_fail_is_lost_and_says_why(
+def test_a_bus_with_failing_sends_is_lost_with_the_reason(
     line: CanPort, monkeypatch: pytest.MonkeyPatch, code: int | None
 ) -> None:
     assert line.problem is None
@@ -202,9 +202,7 @@ def test_a_full_transmit_queue_is_no_lost_bus_and_its_log_is_bounded(
     ]
 
 
-def test_python_can_says_of_a_socket_that_takes_nothing_what_counts_as_a_full_queue(
-    line: CanPort, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_blocked_socket_in_python_can_counts_as_a_full_queue(line: CanPort, monkeypatch: pytest.MonkeyPatch) -> None:
     near, far = socket.socketpair()
     with near, far:
         near.setblocking(False)
@@ -224,7 +222,7 @@ def test_python_can_says_of_a_socket_that_takes_nothing_what_counts_as_a_full_qu
         bus._is_shutdown = True
 
 
-def test_a_bus_that_is_lost_as_soon_as_it_is_open_is_opened_ever_more_slowly(
+def test_a_bus_lost_at_once_is_opened_again_after_growing_pauses(
     channel: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(CanAddress, "open", lambda _: BrokenBus(can.CanOperationError("down", errno.ENETDOWN)))

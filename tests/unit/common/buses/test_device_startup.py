@@ -24,12 +24,12 @@ class Rig:
         return self._problems
 
 
-def test_patience_ends_with_what_is_missing() -> None:
+def test_a_timeout_names_the_missing_devices() -> None:
     with pytest.raises(DevicesMissing, match=r"index tacttip: opening \(waited 0 s\)"):
         wait_for_devices(Rig(10**9, [DeviceAbsent("no answer")]), 0.0)
 
 
-def test_another_device_in_its_place_is_said_at_once() -> None:
+def test_another_device_in_its_place_is_reported_at_once() -> None:
     rig = Rig(10**9, [DeviceAbsent("no answer"), WrongDevice("/dev/x: is the thumb's tacttip")])
     with pytest.raises(DevicesMissing, match="is the thumb's tacttip"):
         wait_for_devices(rig, 600.0)
@@ -37,7 +37,7 @@ def test_another_device_in_its_place_is_said_at_once() -> None:
 
 
 @pytest.mark.parametrize("looks", [0, 1, 5])
-def test_the_waiting_ends_when_all_are_there_or_when_it_is_told_to_stop(looks: int) -> None:
+def test_waiting_ends_when_all_devices_are_there_or_on_a_stop(looks: int) -> None:
     coming = Rig(max(1, looks), [DeviceAbsent("not yet")])
     assert wait_for_devices(coming, 5.0) is True
     assert coming.looks == max(1, looks)

@@ -25,12 +25,12 @@ TICK_S = 0.002
 
 @given(st.lists(st.integers(-1000, 1000), min_size=1, max_size=200), st.integers(0, 60))
 @example([700] * 500, 0)
-def test_whoever_applies_what_was_told_a_while_ago_is_never_doubted(told: list[int], late_ticks: int) -> None:
+def test_a_device_that_applies_recent_commands_is_never_a_fault(commands: list[int], late_ticks: int) -> None:
     obeys, off = DriveMonitor(HEATER), DriveMonitor(HEATER)
-    for tick, drive in enumerate(told):
+    for tick, drive in enumerate(commands):
         obeys.commanded(tick * TICK_S, drive)
         off.commanded(tick * TICK_S, drive)
-        assert obeys.reported(tick * TICK_S, told[max(0, tick - late_ticks)] if tick >= late_ticks else 0) is None
+        assert obeys.reported(tick * TICK_S, commands[max(0, tick - late_ticks)] if tick >= late_ticks else 0) is None
         assert off.reported(tick * TICK_S, 0) is None, "no drive is always right"
 
 
@@ -96,7 +96,7 @@ def test_a_drive_that_stays_after_its_command_is_long_over_is_found(code: FaultC
     assert words[-1] == Fault(code, value=value)
 
 
-def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told() -> None:
+def test_a_silent_module_costs_no_memory_over_any_number_of_commands() -> None:
     obeys = DriveMonitor(HEATER)
     for n in range(10_000):
         obeys.commanded(n * 0.002, n % 1000)
@@ -106,8 +106,8 @@ def test_a_module_that_reports_nothing_costs_no_memory_however_long_it_is_told()
     assert Fault(HEATER, value=500.0) == [obeys.reported(20.1 + tick * TICK_S, 500) for tick in range(100)][-1]
 
 
-def test_a_site_that_stood_still_between_two_reads_doubts_nobody() -> None:
-    """Both reads are of reports that waited; only the first was late, and what it told is long over."""
+def test_a_standstill_between_two_reads_is_no_fault() -> None:
+    """Both reads are of reports that waited; only the first was late, and its command ended long ago."""
     obeys = DriveMonitor(FaultCode.MOTOR_UNASKED)
     obeys.commanded(0.0, 836)
     for tick in range(100):
@@ -175,7 +175,7 @@ spans = st.lists(st.tuples(st.integers(0, 400), st.integers(1, 300)), max_size=2
     spans,
     spans,
 )
-def test_an_exoskeleton_that_obeys_is_never_doubted(
+def test_an_exoskeleton_that_obeys_is_never_a_fault(
     steps: list[tuple[float, int]], late_ticks: int, held_commands: Spans, held_reports: Spans
 ) -> None:
     """Whatever is asked for, with a late line, commands that are lost for a while, and reports that come in a burst."""
@@ -192,14 +192,14 @@ CHANGE = 100
 @pytest.mark.parametrize("late_ticks", [0, 15])
 @pytest.mark.parametrize("lost_ticks", [0, 40, 70, 200])
 @pytest.mark.parametrize("stood_ticks", [0, 100, 500])
-def test_a_change_whose_commands_are_lost_or_whose_reports_are_late_raises_no_doubt(
+def test_lost_commands_or_late_reports_of_a_change_are_no_fault(
     before_n: float, after_n: float, late_ticks: int, lost_ticks: int, stood_ticks: int
 ) -> None:
     asked = [before_n] * CHANGE + [after_n] * 800
     assert doubts(asked, late_ticks, [(CHANGE, lost_ticks)], [(CHANGE - 20, stood_ticks)]) == []
 
 
-def test_a_force_that_nobody_asked_for_is_found_soon_and_named_by_its_finger() -> None:
+def test_a_force_without_a_command_is_found_soon_and_named_by_its_finger() -> None:
     obey, found_s = ForceMonitor(), None
     for tick in range(500):
         t_s = tick * TICK_S
@@ -230,7 +230,7 @@ def test_a_force_too_small_is_found_but_none_at_all_is_right() -> None:
 
 
 @pytest.mark.parametrize("asked", [False, True])
-def test_where_no_force_was_asked_for_next_to_none_is_right(asked: bool) -> None:
+def test_a_tiny_force_without_a_command_is_right(asked: bool) -> None:
     for applied_n in (NEAR_N, NEAR_N + 0.01):
         obey, found = ForceMonitor(), list[Fault]()
         for tick in range(100):
@@ -241,7 +241,7 @@ def test_where_no_force_was_asked_for_next_to_none_is_right(asked: bool) -> None
         assert found == (wrong if applied_n > NEAR_N else [])
 
 
-def test_a_node_that_hides_its_outputs_is_found_by_its_frames_however_late_they_are() -> None:
+def test_a_node_that_hides_its_outputs_is_found_by_its_frames_even_late_ones() -> None:
     comes = ReportMonitor()
     comes.step(1000, 7)
     comes.step(1000 + UNREPORTED_FRAMES, 7)

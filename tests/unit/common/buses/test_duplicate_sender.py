@@ -1,4 +1,4 @@
-"""A second sender of one's own frames is found, and what an earlier connection left on its way is not one."""
+"""A second sender of the site's frames is found; frames of an earlier connection are no second sender."""
 
 from common.buses.can_port import CLEAR_AFTER, SETTLING, DuplicateSender
 from common.faults.fault import Fault, FaultCode
@@ -14,7 +14,7 @@ def settled() -> DuplicateSender:
     return watch
 
 
-def test_one_own_frame_from_another_node_is_a_fault_until_that_has_been_silent_for_long() -> None:
+def test_one_own_frame_from_another_node_is_a_fault_until_a_long_silence() -> None:
     watch = settled()
     assert watch.fault is None
     assert watch.step(OWN)
@@ -27,7 +27,7 @@ def test_one_own_frame_from_another_node_is_a_fault_until_that_has_been_silent_f
     assert watch.fault is None
 
 
-def test_what_an_earlier_connection_left_on_its_way_is_no_fault_but_a_sender_that_stays_is() -> None:
+def test_frames_of_an_earlier_connection_are_no_fault_but_a_lasting_sender_is() -> None:
     watch = DuplicateSender(["FingerForces"])
     for _ in range(SETTLING):
         assert watch.step(OWN)
@@ -36,7 +36,7 @@ def test_what_an_earlier_connection_left_on_its_way_is_no_fault_but_a_sender_tha
     assert watch.fault
 
 
-def test_a_new_connection_begins_anew_and_the_count_goes_on() -> None:
+def test_a_new_connection_restarts_the_check_and_the_count_continues() -> None:
     watch = settled()
     watch.step(OWN)
     watch.begin()

@@ -1,4 +1,4 @@
-"""One impossible reading is not acted on; many, or one that stays, are named; what a finger can do never is."""
+"""One impossible reading is ignored; many, or a lasting one, are a fault; a possible motion never is."""
 
 import math
 
@@ -36,7 +36,7 @@ class Index:
 
 
 @given(some_jump_m, st.integers(1, 2))
-def test_a_glitch_is_not_acted_on_and_is_no_fault(jump_m: float, frames: int) -> None:
+def test_a_glitch_is_ignored_and_is_no_fault(jump_m: float, frames: int) -> None:
     index = Index()
     for _ in range(frames):
         assert index.read(jump_m) == 0.0
@@ -46,17 +46,17 @@ def test_a_glitch_is_not_acted_on_and_is_no_fault(jump_m: float, frames: int) ->
 
 
 @given(some_jump_m)
-def test_a_jump_that_stays_is_a_fault_before_it_is_acted_on(jump_m: float) -> None:
+def test_a_lasting_jump_is_a_fault_before_it_is_used(jump_m: float) -> None:
     index = Index()
     assert {index.read(jump_m) for _ in range(int(RETURN_S / FRAME_S))} == {0.0}
     assert index.read(jump_m) == jump_m
     assert list(map(fault_text, index.faults)) == [f"index: encoder jumped by {abs(jump_m) * 1e3:.1f} mm"]
     assert index.read(jump_m) == jump_m
-    assert index.faults == []  # it begins anew from there: the gate has latched it
+    assert index.faults == []  # it restarts from there: the gate has latched the fault
 
 
 @given(some_jump_m, st.integers(2, 100))
-def test_glitches_again_and_again_are_a_fault_as_long_as_they_go_on(jump_m: float, apart: int) -> None:
+def test_repeated_glitches_are_a_fault_until_they_end(jump_m: float, apart: int) -> None:
     index, found = Index(), []
     for n in range(apart * (GLITCHES + 2)):
         assert index.read(jump_m if n % apart == 0 else 0.0) == 0.0
@@ -75,7 +75,7 @@ def test_glitches_again_and_again_are_a_fault_as_long_as_they_go_on(jump_m: floa
 
 
 @given(st.lists(st.tuples(st.floats(-1.0, 1.0), st.integers(1, 40)), max_size=100))
-def test_whatever_a_finger_can_do_is_believed_whichever_frames_come(moves: list[tuple[float, int]]) -> None:
+def test_every_possible_motion_is_accepted_from_any_frames(moves: list[tuple[float, int]]) -> None:
     index, place_m = Index(), 0.0
     for share, frames in moves:
         place_m += share * FINGER_M_S * FRAME_S * frames * (1.0 - 1e-9)

@@ -1,4 +1,4 @@
-"""A damaged frame now and then is nothing; too many of a kind, or none that is good, is a named fault."""
+"""A few damaged frames are no fault; too many of a kind, or no good one, are a named fault."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,10 +16,10 @@ def test_a_fault_is_there_while_more_than_the_share_of_the_window_is_damaged(fra
     watched = FrameErrorRate("HandPose")
     for n, damaged in enumerate(frames):
         watched.step(n * FRAME_S, damaged)
-        lately = frames[max(0, n + 1 - WINDOW) : n + 1]
-        seen = str(len(lately))
-        expected = Fault(FaultCode.FRAMES_DAMAGED, "HandPose", value=sum(lately), limit=MOST, detail=seen)
-        assert watched.fault == (expected if sum(lately) > MOST else None)
+        recent = frames[max(0, n + 1 - WINDOW) : n + 1]
+        seen = str(len(recent))
+        expected = Fault(FaultCode.FRAMES_DAMAGED, "HandPose", value=sum(recent), limit=MOST, detail=seen)
+        assert watched.fault == (expected if sum(recent) > MOST else None)
 
 
 def test_a_few_damaged_frames_without_a_good_one_for_the_gap_are_a_fault_of_a_slow_sender() -> None:

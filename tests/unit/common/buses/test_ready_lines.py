@@ -1,4 +1,4 @@
-"""One look at all lines: which have something to read, whatever happened to their connections meanwhile."""
+"""One poll of all lines finds those with something to read, also after lost connections."""
 
 import os
 import socket

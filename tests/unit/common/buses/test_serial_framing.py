@@ -96,6 +96,6 @@ def test_a_babbling_line_fills_no_memory_and_lost_frames_are_counted_across_the_
 @pytest.mark.parametrize(
     ("message_id", "sequence", "payload"), [(256, 0, b""), (-1, 0, b""), (1, 256, b""), (1, 0, bytes(MAX_FRAME - 3))]
 )
-def test_what_does_not_fit_is_refused(message_id: int, sequence: int, payload: bytes) -> None:
+def test_an_invalid_frame_is_not_encoded(message_id: int, sequence: int, payload: bytes) -> None:
     with pytest.raises(ValueError, match=r"range|longer"):
         encode_frame(message_id, sequence, payload)

@@ -66,7 +66,7 @@ def test_reports_come_back_and_device_time_wraps(
 @pytest.mark.parametrize(
     "report", [ThermalReading(0, 0, 0, 0, 1001), TactTipState(0, 0, 0, 0, 3001, 0), TactTipState(0, 0, 0, 0, 0, -1001)]
 )
-def test_a_report_of_a_drive_that_cannot_be_is_refused(report: Any) -> None:
+def test_an_impossible_drive_in_a_report_is_refused(report: Any) -> None:
     with pytest.raises(BadPayload, match="outside"):
         type(report).decode(report.encode())
 
@@ -120,7 +120,7 @@ def test_the_announced_count_of_samples_must_follow() -> None:
     ("position", "value", "message"),
     [(0, 0, "0 is not a valid"), (0, 4, "4 is not a valid"), (1, 5, "finger"), (2, 200, "ascii")],
 )
-def test_an_identity_of_nobody_is_refused(position: int, value: int, message: str) -> None:
+def test_a_wrong_identity_is_refused(position: int, value: int, message: str) -> None:
     payload = bytearray(Identity(DeviceKind.TACTTIP, 0, "TT1", 1, 100, 8.0, 80.0).encode())
     payload[position] = value
     with pytest.raises(BadPayload, match=message):

@@ -96,7 +96,7 @@ def test_the_end_of_a_gateway_is_noticed_by_listening_alone(there: Gateway, bus:
         bus.recv(2.0)
 
 
-def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(bus: GatewayBus) -> None:
+def test_a_gateway_that_stops_reading_blocks_nobody(bus: GatewayBus) -> None:
     taken = 0
     try:
         while taken < 1_000_000:
@@ -109,9 +109,7 @@ def test_a_gateway_that_reads_nothing_any_more_holds_nobody_up(bus: GatewayBus) 
         bus.send(FRAME)
 
 
-def test_what_is_taken_in_part_is_finished_before_the_next_frame_which_waits_or_is_not_sent_at_all(
-    there: Gateway, bus: GatewayBus
-) -> None:
+def test_a_partly_sent_frame_is_finished_before_the_next(there: Gateway, bus: GatewayBus) -> None:
     frame, heard = b"< send 123 1 01 >", bytearray()
     with socket.socket(fileno=os.dup(bus.fileno())) as same_connection:
         same_connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
@@ -134,7 +132,7 @@ def test_what_is_taken_in_part_is_finished_before_the_next_frame_which_waits_or_
     assert heard == 4001 * frame
 
 
-def test_a_frame_of_which_nothing_is_taken_is_not_sent(bus: GatewayBus) -> None:
+def test_a_frame_without_a_sent_byte_is_dropped(bus: GatewayBus) -> None:
     with socket.socket(fileno=os.dup(bus.fileno())) as same_connection:
         with suppress(BlockingIOError):
             while True:
@@ -182,13 +180,13 @@ def test_frames_are_read_among_other_words(
 
 
 @pytest.mark.parametrize("words", [b"< frame xyz 1.5 00 >", b"< frame 012 soon 00 >", b"< frame 012 1.5 0g >", b"\xff"])
-def test_what_is_no_frame_ends_the_connection_with_its_reason(words: bytes, there: Gateway, bus: GatewayBus) -> None:
+def test_a_wrong_frame_ends_the_connection_with_its_reason(words: bytes, there: Gateway, bus: GatewayBus) -> None:
     there.connections[-1].sendall(words)
     with pytest.raises(can.CanError, match="invalid frame"):
         bus.recv(2.0)
 
 
-def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(there: Gateway, stage: ExitStack) -> None:
+def test_a_line_counts_frames_not_taken_by_a_stalled_gateway_and_continues(there: Gateway, stage: ExitStack) -> None:
     line = CanPort(CanAddress(interface="socketcand", port=there.port), (FrameReceiver("HandPose"),))
     stage.callback(line.close)
     wait_until(lambda: (line.poll(), line.connected)[1])
@@ -202,7 +200,7 @@ def test_a_line_counts_what_a_stalled_gateway_did_not_take_and_goes_on(there: Ga
 
 
 @pytest.mark.parametrize("words", [(b"",), HELLO[:1], HELLO[:2]])
-def test_a_gateway_that_stops_answering_is_not_waited_for(
+def test_an_unresponsive_gateway_is_given_up(
     words: tuple[bytes, ...], stage: ExitStack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(common.buses.socketcand_bus, "ANSWER_S", 0.05)
@@ -212,14 +210,14 @@ def test_a_gateway_that_stops_answering_is_not_waited_for(
 
 
 @pytest.mark.parametrize("words", [(b"SSH-2.0-Open\r\n",), (b"< hi >", b"< error could not open bus >")])
-def test_what_is_no_gateway_or_has_no_such_bus_is_absent_by_name(words: tuple[bytes, ...], stage: ExitStack) -> None:
+def test_a_wrong_gateway_or_a_missing_bus_is_absent_by_name(words: tuple[bytes, ...], stage: ExitStack) -> None:
     there = gateway(stage, *words)
     with pytest.raises(DeviceAbsent, match=f"CAN socketcand://127.0.0.1:{there.port}/can0: "):
         CanAddress(interface="socketcand", port=there.port).open()
 
 
-def test_a_far_side_that_loses_its_power_ends_the_connection_within_seconds(bus: GatewayBus) -> None:
-    # Power cannot be cut here: what the system was told is what can be seen.
+def test_a_peer_without_power_ends_the_connection_within_seconds(bus: GatewayBus) -> None:
+    # Power cannot be cut here: only the options given to the system can be checked.
     connection = bus._connection
     assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
     if hasattr(socket, "TCP_USER_TIMEOUT"):
@@ -248,7 +246,7 @@ class Watched:
 
 
 @pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="this system has no such option")
-def test_what_came_is_acknowledged_at_once_unless_own_frames_carry_it_along(there: Gateway, bus: GatewayBus) -> None:
+def test_received_frames_are_acknowledged_at_once_unless_own_frames_do_it(there: Gateway, bus: GatewayBus) -> None:
     watched = Watched(bus._connection)
     vars(bus)["_connection"] = watched
 

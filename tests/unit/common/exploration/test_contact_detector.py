@@ -13,14 +13,14 @@ NOISE_N = 0.03
 
 def switches(contact: ContactDetector, force_n: np.ndarray) -> list[int]:
     """Ticks at which contact began or ended."""
-    told = []
+    states = []
     for force in np.round(np.maximum(force_n, 0.0), 2).tolist():
-        contact.step(TICK_S * len(told), force)
-        told.append(contact.touching)
-    return (np.flatnonzero(np.diff(told)) + 1).tolist()
+        contact.step(TICK_S * len(states), force)
+        states.append(contact.touching)
+    return (np.flatnonzero(np.diff(states)) + 1).tolist()
 
 
-def test_a_jump_is_told_at_once_and_the_thresholds_differ() -> None:
+def test_a_jump_is_detected_at_once_and_the_thresholds_differ() -> None:
     forces = np.repeat([0.0, 0.31, 0.16, 0.14, 0.29, 0.0], 50)
     began, ended = switches(ContactDetector(), forces)
     assert began == 50
@@ -28,7 +28,7 @@ def test_a_jump_is_told_at_once_and_the_thresholds_differ() -> None:
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=200))
-def test_what_is_far_beyond_a_threshold_is_told_in_the_same_tick(forces: list[float]) -> None:
+def test_a_force_far_beyond_a_threshold_is_detected_in_the_same_tick(forces: list[float]) -> None:
     contact = ContactDetector()
     for tick, force_n in enumerate(forces):
         contact.step(TICK_S * tick, force_n)
@@ -52,7 +52,7 @@ def test_a_grazing_finger_touches_once() -> None:
         assert len(switches(ContactDetector(), np.concatenate((np.zeros(50), pressed + noise[: len(pressed)])))) == 1
 
 
-def test_contact_is_told_within_5_ms_however_fast_it_rises() -> None:
+def test_contact_is_detected_within_5_ms_at_any_rise() -> None:
     late_s = []
     for seed in range(300):
         draw = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""The mode machine: which way leads from mode to mode, and which does not."""
+"""The mode machine: allowed transitions from mode to mode."""
 
 import math
 from collections.abc import Iterable
@@ -21,7 +21,7 @@ Piece = tuple[float, float, float]
 
 
 class Finger:
-    """A finger led over the bench, and the modes that were told."""
+    """A finger led over the bench, and the reported modes."""
 
     def __init__(self) -> None:
         self.hand = HandMotion()
@@ -55,11 +55,11 @@ class Finger:
 
 
 def order(modes: Iterable[ExplorationMode]) -> list[ExplorationMode]:
-    told: list[ExplorationMode] = []
+    reported: list[ExplorationMode] = []
     for mode in modes:
-        if not told or told[-1] is not mode:
-            told.append(mode)
-    return told
+        if not reported or reported[-1] is not mode:
+            reported.append(mode)
+    return reported
 
 
 def test_touch_rest_stroke_rest_lift() -> None:
@@ -71,7 +71,7 @@ def test_touch_rest_stroke_rest_lift() -> None:
     assert abs(finger.modes.count(STROKING) * TICK_S - (1.0 - first + REST_S)) < 0.010
 
 
-def test_a_turn_is_one_stroke_and_a_slip_one_as_long_as_it_lasts() -> None:
+def test_a_turn_is_one_stroke_and_so_is_a_slip() -> None:
     rested, stroke = (0.5, DOWN, 0.0), (0.5, DOWN, 0.05)
     finger = Finger().go(rested, stroke, (0.08, DOWN, 0.0), (0.5, DOWN, -0.05), (0.08, DOWN, 0.0), stroke)
     assert finger.order() == [TAPPING, QUIESCENT, STROKING]
@@ -163,7 +163,7 @@ def test_every_mode_has_its_reason(pieces: list[tuple[float, float, int]]) -> No
 
 
 @given(steps)
-def test_a_force_that_is_no_number_is_none(pieces: list[tuple[float, float, int]]) -> None:
+def test_a_force_of_nan_counts_as_none(pieces: list[tuple[float, float, int]]) -> None:
     given_, replaced = Finger(), Finger()
     for force_n, speed_m_s, ticks in pieces:
         given_.go((ticks * TICK_S, force_n, speed_m_s))
@@ -181,7 +181,7 @@ def test_noise_makes_no_two_wrong_switches(seed: int, speed_m_s: float) -> None:
     assert finger.order() == [FREE, TAPPING, QUIESCENT, STROKING][: 4 if speed_m_s else 3]
 
 
-def test_a_clock_set_back_starts_the_estimates_anew() -> None:
+def test_a_clock_set_back_restarts_the_estimates() -> None:
     finger = Finger().go((0.5, DOWN, 0.0), (0.3, DOWN, 0.05))
     finger.time_s = 0.1
     finger.go((0.02, UP, 0.0), (0.3, DOWN, 0.0))

@@ -1,4 +1,4 @@
-"""Speeds and whereabouts of a finger from noisy, quantised positions at uneven times."""
+"""Speeds and position spread of a finger from noisy, quantised positions at uneven times."""
 
 import math
 
@@ -32,17 +32,17 @@ def test_a_still_hand_is_slow_with_three_times_the_noise() -> None:
 
 
 @pytest.mark.parametrize("speed_m_s", [0.02, 0.05, 0.1, 0.3])
-def test_descent_stands_readings_that_come_twice_or_late(speed_m_s: float) -> None:
+def test_the_approach_speed_tolerates_repeated_and_late_readings(speed_m_s: float) -> None:
     """Devices and loop keep their own time: a tick may get the last reading again, and the next one two at once."""
-    draw, told = np.random.default_rng(1), []
+    draw, shares = np.random.default_rng(1), []
     for _ in range(200):
         descent, phase = ApproachSpeed(), draw.uniform()
         for tick in range(12):
             time_s = TICK_S * (tick + phase) + draw.uniform(0.0, 0.001)
             descent.step(time_s, round(-speed_m_s * TICK_S * (time_s // TICK_S) / 5e-6) * 5e-6)
-        told.append(descent.speed_m_s / speed_m_s)
-    assert abs(np.mean(told) - 1.0) < 0.03
-    assert np.quantile(np.abs(np.array(told) - 1.0), 0.95) < 0.15
+        shares.append(descent.speed_m_s / speed_m_s)
+    assert abs(np.mean(shares) - 1.0) < 0.03
+    assert np.quantile(np.abs(np.array(shares) - 1.0), 0.95) < 0.15
 
 
 def test_late_ticks_and_a_clock_set_back() -> None:
@@ -58,7 +58,7 @@ def test_late_ticks_and_a_clock_set_back() -> None:
     assert (motion.speed_m_s, descent.speed_m_s) == (0.0, 0.0)
 
 
-def test_whereabouts_tell_a_shaking_finger_from_one_that_goes_somewhere() -> None:
+def test_position_spread_distinguishes_a_shaking_finger_from_a_travelling_one() -> None:
     shaking, going = PositionSpread(), PositionSpread()
     for tick in range(500):
         time_s = TICK_S * tick
@@ -69,13 +69,13 @@ def test_whereabouts_tell_a_shaking_finger_from_one_that_goes_somewhere() -> Non
     assert going.away_m(0.010 * 0.998, 0.0) == pytest.approx(going.reach_m(), rel=0.15)
 
 
-def test_whereabouts_need_time_and_forget() -> None:
-    lately = PositionSpread()
+def test_position_spread_needs_time_and_forgets() -> None:
+    spread = PositionSpread()
     for tick in range(round(SPREAD_WINDOW_S / TICK_S) - 10):
-        lately.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
-    assert lately.reach_m() == math.inf
-    assert lately.away_m(0.0, 0.0) > 1e-3
-    assert lately.away_m(0.0, 0.0, TICK_S * 60) == 0.0
-    lately.step(0.0, 0.02, 0.0)
-    assert lately.away_m(0.02, 0.0) == 0.0, "a clock set back starts over"
-    assert lately.away_m(0.02, 0.0, EVERY_S) == 0.0, "the newest place is kept"
+        spread.step(TICK_S * tick, 0.01 * (tick < 50), 0.0)
+    assert spread.reach_m() == math.inf
+    assert spread.away_m(0.0, 0.0) > 1e-3
+    assert spread.away_m(0.0, 0.0, TICK_S * 60) == 0.0
+    spread.step(0.0, 0.02, 0.0)
+    assert spread.away_m(0.02, 0.0) == 0.0, "a clock set back starts over"
+    assert spread.away_m(0.02, 0.0, EVERY_S) == 0.0, "the newest place is kept"

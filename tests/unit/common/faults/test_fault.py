@@ -1,4 +1,4 @@
-"""Faults: each code has a text and a source, and what was packed is read back, whatever a peer makes up."""
+"""Faults: each code has a text and a source, and packed faults are read back, also false ones of a peer."""
 
 import json
 import math
@@ -80,7 +80,7 @@ def test_an_unknown_code_is_an_unknown_fault(code: str) -> None:
         ["plate-too-hot", "index", "", None, None, None, "", 0],
     ],
 )
-def test_something_else_is_no_fault_and_is_said_to_be_unknown(said: Any) -> None:
+def test_a_value_of_another_type_is_an_unknown_fault(said: Any) -> None:
     with pytest.raises(BadPacket, match="fault: "):
         read_fault(said)
     assert said_fault(said) == "unknown fault"

@@ -34,5 +34,5 @@ def test_any_text_is_one_printable_line_of_bounded_length_and_lines_of_a_note_st
         ("x" * (LONGEST + 1), "x" * LONGEST + f"... ({LONGEST + 1} characters)"),
     ],
 )
-def test_what_a_terminal_would_obey_is_written_out(text: str, shown: str) -> None:
+def test_terminal_control_characters_are_escaped(text: str, shown: str) -> None:
     assert printable(text) == shown

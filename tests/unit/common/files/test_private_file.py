@@ -57,7 +57,7 @@ def test_a_recording_is_not_written_through_a_link(tmp_path: Path, victim: Path,
     assert not (tmp_path / "absent").exists()
 
 
-def test_a_status_file_is_not_written_through_a_link_and_one_that_comes_later_is_said_once(
+def test_a_status_file_is_not_written_through_a_link_and_a_later_link_is_reported_once(
     tmp_path: Path, victim: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = tmp_path / "s.json"

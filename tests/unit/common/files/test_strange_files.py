@@ -1,4 +1,4 @@
-"""Files that people write, and what else may be in their place: one line that names the file, never a traceback."""
+"""Files that people write, and wrong ones in their place: one line that names the file, never a traceback."""
 
 import os
 from collections.abc import Callable
@@ -112,7 +112,7 @@ def test_any_csv_of_round_trips_is_read_or_refused(start: int, content: bytes, e
         ('x = """', "(at end of document)"),
     ],
 )
-def test_what_no_reader_can_take_is_named_with_its_line(name: str, line: str, says: str, tmp_path: Path) -> None:
+def test_an_unreadable_file_is_named_with_its_line(name: str, line: str, says: str, tmp_path: Path) -> None:
     file = tmp_path / "file.toml"
     file.write_bytes(b"# one\n# two\n" + line.encode("utf-8", "surrogateescape") + b"\n")
     assert f"{file}: not TOML: " in (said := tried(TOML_READERS[name][0], file))
@@ -136,7 +136,7 @@ def large(path: Path) -> None:
         (lambda path: None, "No such file or directory"),
     ],
 )
-def test_what_is_no_file_is_refused_without_waiting(
+def test_a_path_that_is_no_file_is_refused_without_waiting(
     name: str, make: Callable[[Path], object], says: str, tmp_path: Path
 ) -> None:
     json_name = name.removeprefix("json ")

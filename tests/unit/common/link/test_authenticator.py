@@ -50,7 +50,7 @@ def test_a_trusted_key_is_admitted_under_its_own_name_and_only_where_it_may(door
     assert door.keeper.answers == {"admitted": 1, "refused": 2}
 
 
-def test_a_key_that_knocks_too_often_is_sent_away_for_a_while_and_others_are_not(door: Door) -> None:
+def test_a_key_above_its_rate_is_refused_for_a_while_and_others_are_not(door: Door) -> None:
     other = zmq.utils.z85.encode(OTHER).decode()
     door.trusted.add(("motion", other))
     for _ in range(KNOCKS_AT_ONCE):
@@ -63,7 +63,7 @@ def test_a_key_that_knocks_too_often_is_sent_away_for_a_while_and_others_are_not
     assert door.keeper.answers["too_many"] == 2
 
 
-def test_who_was_admitted_and_is_no_longer_trusted_is_told_once(door: Door) -> None:
+def test_a_revoked_key_is_reported_once(door: Door) -> None:
     door.ask()
     door.ask(domain=b"control")
     door.ask(key=OTHER)
@@ -88,7 +88,7 @@ def test_a_flood_of_refusals_is_counted_each_and_logged_once_in_a_while(
     assert len(caplog.records) == 2
 
 
-def test_an_exception_of_whom_it_asks_refuses_that_one_and_the_next_is_answered(
+def test_an_exception_of_the_key_check_refuses_one_key_and_the_next_is_answered(
     door: Door, caplog: pytest.LogCaptureFixture
 ) -> None:
     def fails(domain: str, key: str) -> bool:

@@ -17,6 +17,6 @@ OURS = capabilities(("index", "middle"), 500.0, calibration="abc")
         (OURS | {"rate_hz": float("nan")}, "far side"),
     ],
 )
-def test_what_does_not_fit_is_said(theirs: dict[str, object], words: str) -> None:
+def test_different_capabilities_are_reported(theirs: dict[str, object], words: str) -> None:
     assert disagreement(OURS, capabilities(("index", "middle"), 100.0)) == ""
     assert words in disagreement(OURS, theirs)

@@ -9,7 +9,7 @@ trips = st.lists(st.tuples(st.integers(1, 60_000_000_000), delay, delay, delay),
 
 
 @given(st.integers(-(10**17), 10**17), trips)
-def test_the_true_offset_is_within_the_uncertainty_whatever_the_two_ways(
+def test_the_true_offset_is_within_the_uncertainty_for_any_two_delays(
     offset_ns: int, rounds: list[tuple[int, int, int, int]]
 ) -> None:
     clock, now = ClockOffset(), 10**18
@@ -23,7 +23,7 @@ def test_the_true_offset_is_within_the_uncertainty_whatever_the_two_ways(
 
 
 @given(st.integers(-(10**12), 10**12), st.sampled_from([-DRIFT, DRIFT, DRIFT / 3]), trips)
-def test_it_stays_within_when_the_clocks_drift_apart(
+def test_the_offset_stays_within_the_uncertainty_under_drift(
     offset_ns: int, drift: float, rounds: list[tuple[int, int, int, int]]
 ) -> None:
     def far(near_ns: int) -> int:

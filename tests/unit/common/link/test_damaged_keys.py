@@ -147,7 +147,7 @@ def test_new_folders_and_lists_are_for_their_owner_only(tmp_path: Path) -> None:
     assert {file.name for file in trusted.folder.iterdir()} == {"site.key", "site.key_secret", "trusted"}
 
 
-def test_a_replaced_list_of_the_same_size_and_time_is_read_anew(trusted: TrustedKeys) -> None:
+def test_a_replaced_list_of_the_same_size_and_time_is_read_again(trusted: TrustedKeys) -> None:
     key, status = own_key(trusted), trusted.file.stat()
     other = create_keys(trusted.folder.parent / "other")
     assert trusted.role(key) is Role.PARTNER

@@ -1,4 +1,4 @@
-"""Places between two packets: as the hand went, bounded, and never further from the truth than what is sent allows."""
+"""Places between two packets follow the hand, are bounded, and stay within the threshold of the sender."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def x_at(prediction: DeadReckoning, t_s: float) -> float:
     return places[0].x_m
 
 
-def test_it_goes_on_at_the_speed_between_the_last_packets_and_stands_after_two_refreshes() -> None:
+def test_motion_continues_at_its_last_speed_and_stops_after_two_refreshes() -> None:
     prediction = after((1.0, 0.1), (1.012, 0.1012))
     assert x_at(prediction, 1.012) == pytest.approx(0.1012)
     assert x_at(prediction, 1.020) == pytest.approx(0.1020, abs=1e-7)
@@ -51,7 +51,7 @@ Walk = st.lists(
 
 
 @given(Walk, st.sampled_from((0.001, TICK_S, 0.010)))
-def test_without_loss_no_receiver_is_ever_further_off_than_what_may_be_felt(
+def test_the_receivers_error_without_loss_stays_below_the_threshold(
     walk: list[tuple[float, ...]], tick_s: float
 ) -> None:
     """Whatever the hand does, jumps through its whole range included; times are those of a session of weeks."""

@@ -1,4 +1,4 @@
-"""When a packet is sent: at every change, again after it, and within the refresh; and what that costs."""
+"""A packet is sent at every change, again after it, and within the refresh; the cost of this."""
 
 import math
 from itertools import pairwise
@@ -12,27 +12,27 @@ from common.link.deadband import REPEATS, Deadband
 from common.timing.timeouts import FASTEST_RATE_HZ, REFRESH_S, SLOWEST_RATE_HZ
 
 RATES = st.sampled_from((SLOWEST_RATE_HZ, 250.0, 300.0, 500.0, 700.0, FASTEST_RATE_HZ))
-FELT = st.lists(st.booleans(), min_size=1, max_size=400)
+CHANGES = st.lists(st.booleans(), min_size=1, max_size=400)
 
 
-def sent_at(rate_hz: float, felt: list[bool]) -> list[int]:
+def sent_at(rate_hz: float, changes: list[bool]) -> list[int]:
     """Ticks at which it sends; what it has not sent it has counted."""
     deadband = Deadband(1.0 / rate_hz)
-    sent = [tick for tick, each in enumerate(felt) if deadband.step(1000.0 + tick / rate_hz, each)]
-    assert deadband.spared == len(felt) - len(sent)
+    sent = [tick for tick, each in enumerate(changes) if deadband.step(1000.0 + tick / rate_hz, each)]
+    assert deadband.spared == len(changes) - len(sent)
     return sent
 
 
-@given(RATES, FELT)
-def test_whatever_happens_every_change_is_sent_at_once_and_repeated_and_nothing_is_older_than_the_refresh(
-    rate_hz: float, felt: list[bool]
+@given(RATES, CHANGES)
+def test_every_change_is_sent_at_once_and_repeated_and_no_packet_is_older_than_the_refresh(
+    rate_hz: float, changes: list[bool]
 ) -> None:
-    sent = sent_at(rate_hz, felt)
+    sent = sent_at(rate_hz, changes)
     assert sent[0] == 0
-    for tick, each in enumerate(felt):
+    for tick, each in enumerate(changes):
         if each:
-            assert set(range(tick, min(tick + REPEATS + 1, len(felt)))) <= set(sent)
-    for one, next_one in pairwise([*sent, len(felt)]):
+            assert set(range(tick, min(tick + REPEATS + 1, len(changes)))) <= set(sent)
+    for one, next_one in pairwise([*sent, len(changes)]):
         assert (next_one - one) / rate_hz <= max(REFRESH_S, 1.0 / rate_hz) + 0.25 / rate_hz + 1e-9
 
 

@@ -7,7 +7,7 @@ MS = 1_000_000
 T0 = 5_000_000 * MS
 
 
-def test_it_is_over_when_every_device_has_confirmed_since_it_was_asked_for() -> None:
+def test_a_stop_is_over_once_every_device_has_confirmed_after_its_request() -> None:
     stop, off_ns = EmergencyStop(), T0 + 12 * MS
     assert stop.step(T0, lambda _: {}) is None, "nothing was asked for"
     stop.ask(T0)
@@ -25,7 +25,7 @@ def test_it_is_over_when_every_device_has_confirmed_since_it_was_asked_for() -> 
     assert "confirmed by every device after" in str(confirmed)
 
 
-def test_who_does_not_confirm_in_time_is_named() -> None:
+def test_a_device_that_does_not_confirm_in_time_is_named() -> None:
     stop = EmergencyStop()
     stop.ask(T0)
     assert stop.step(T0 + PATIENCE_NS - MS, lambda _: {"exoskeleton": "no report"}) is None
@@ -36,7 +36,7 @@ def test_who_does_not_confirm_in_time_is_named() -> None:
     assert stop.step(T0 + 2 * PATIENCE_NS, lambda _: {"exoskeleton": "no report"}) is None
 
 
-def test_each_device_is_told_with_its_own_time_and_a_late_one_still_is() -> None:
+def test_each_device_is_reported_with_its_own_time_even_a_late_one() -> None:
     stop, off_ns = EmergencyStop(), {"exoskeleton": T0 + 10 * MS, "index tacttip": T0 + PATIENCE_NS + 50 * MS}
     stop.ask(T0)
     for now_ns in range(T0, T0 + PATIENCE_NS + 100 * MS, 2 * MS):
@@ -55,7 +55,7 @@ def test_a_device_that_is_on_again_has_not_confirmed() -> None:
     assert stop.after_s == {"exoskeleton": None, "index tacttip": None}
 
 
-def test_a_stop_is_forgotten_with_its_fault_but_not_while_it_is_waited_for() -> None:
+def test_a_stop_is_forgotten_with_its_fault_but_not_before_its_confirmation() -> None:
     stop = EmergencyStop()
     stop.ask(T0)
     stop.forget()
@@ -65,5 +65,5 @@ def test_a_stop_is_forgotten_with_its_fault_but_not_while_it_is_waited_for() -> 
     assert (stop.asked_ns, stop.after_s) == (None, {})
 
 
-def test_the_patience_covers_the_slowest_output() -> None:
+def test_the_timeout_covers_the_slowest_output() -> None:
     assert max(THERMAL_SAFE_S, FORCE_SAFE_S, MOTOR_SAFE_S) < PATIENCE_NS * 1e-9

@@ -66,7 +66,7 @@ def resolver(names: Names) -> Iterator[Resolver]:
     resolver.close()
 
 
-def test_a_number_is_its_own_address_and_asks_nobody(names: Names) -> None:
+def test_a_numeric_address_needs_no_name_server(names: Names) -> None:
     for host, address in (("127.0.0.1", "127.0.0.1"), ("::1", "::1"), ("[::1]", "::1"), ("fe80::1%lo", "fe80::1%lo")):
         resolver = Resolver(host, 5600)
         assert resolver.address == address
@@ -91,7 +91,7 @@ def test_the_last_good_address_stays_while_the_name_server_fails_or_is_silent(na
     wait_until(lambda: resolver.address == "192.0.2.8")
 
 
-def test_an_address_that_answers_is_kept_whatever_the_name_server_says(names: Names) -> None:
+def test_an_answering_address_is_kept_against_the_name_server(names: Names) -> None:
     names.addresses = ["127.0.0.1"]
     with socket.create_server(("127.0.0.1", 0)) as server:
         resolver = Resolver(NAME, server.getsockname()[1])
@@ -114,7 +114,7 @@ def test_a_name_without_address_is_logged_once(names: Names, caplog: pytest.LogC
 
 
 @needs_ipv6
-def test_of_several_addresses_one_that_answers_is_taken(names: Names) -> None:
+def test_an_answering_address_of_several_is_taken(names: Names) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         names.addresses = ["::1", "127.0.0.1"]
         resolver = Resolver(NAME, server.getsockname()[1])

@@ -22,9 +22,7 @@ def key(tmp_path: Path) -> str:
     return create_keys(tmp_path / "other")
 
 
-def test_a_new_secret_key_is_for_its_owner_only_and_a_name_for_people_gives_nothing_of_it_away(
-    tmp_path: Path, key: str
-) -> None:
+def test_a_new_secret_key_is_for_its_owner_only_and_its_name_reveals_nothing(tmp_path: Path, key: str) -> None:
     public = create_keys(tmp_path / "site")
     secret_file = tmp_path / "site" / "site.key_secret"
     assert stat.S_IMODE(secret_file.stat().st_mode) == 0o600
@@ -46,7 +44,7 @@ def test_a_looser_secret_key_is_refused(tmp_path: Path, mode: int) -> None:
         load_keys(tmp_path)
 
 
-def test_a_secret_key_is_never_overwritten_and_where_there_is_none_it_is_said_how_to_make_one(tmp_path: Path) -> None:
+def test_a_secret_key_is_never_overwritten_and_a_missing_one_is_explained(tmp_path: Path) -> None:
     with pytest.raises(KeyProblem, match=r"no key; make one with `teletaction keys init"):
         load_keys(tmp_path)
     public = create_keys(tmp_path)
@@ -58,7 +56,7 @@ def test_a_secret_key_is_never_overwritten_and_where_there_is_none_it_is_said_ho
 @pytest.mark.parametrize(
     "text", ["", "short", "x" * 39, "x" * 41, *(one * 40 for one in ("é", "~", '"', "#", "\0", "\udc80"))]
 )
-def test_what_is_no_public_key_is_refused(text: str) -> None:
+def test_a_wrong_public_key_is_refused(text: str) -> None:
     with pytest.raises(KeyProblem, match="no public key"):
         check_public_key(text)
 

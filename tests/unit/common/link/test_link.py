@@ -42,7 +42,7 @@ def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> 
         assert not operator.key_refused()
 
 
-def test_an_unknown_key_is_refused_told_and_harms_nothing(keys: Keys, base_port: int) -> None:
+def test_an_unknown_key_is_refused_and_reported_and_does_no_harm(keys: Keys, base_port: int) -> None:
     with (
         remote_link(keys, base_port) as remote,
         operator_link(keys, base_port, keys.stranger) as stranger,
@@ -119,7 +119,7 @@ def test_a_slow_reader_gets_the_newest_only(keys: Keys, base_port: int) -> None:
         assert len(seen) < 100
 
 
-def test_a_reader_that_meets_a_packet_gets_it_with_the_next_at_the_latest(keys: Keys, base_port: int) -> None:
+def test_a_new_reader_gets_a_packet_with_the_next_at_the_latest(keys: Keys, base_port: int) -> None:
     # Thousands of packets written while they are read: some wait, all of them give way to a newer one.
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
         newest: list[int] = []
@@ -149,7 +149,7 @@ def test_too_large_a_packet_never_arrives(keys: Keys, base_port: int) -> None:
         ask(remote, operator, b"small")
 
 
-def test_either_side_may_come_first_and_come_back(keys: Keys, base_port: int) -> None:
+def test_either_side_may_start_first_and_return(keys: Keys, base_port: int) -> None:
     with operator_link(keys, base_port) as operator:
         for _ in range(2):
             with remote_link(keys, base_port) as remote:
@@ -172,7 +172,7 @@ def test_an_address_of_another_machine_is_a_link_problem(keys: Keys, base_port: 
 
 
 @pytest.mark.parametrize("held", ["observed", "control"])
-def test_a_port_that_was_held_for_a_moment_is_bound_with_whatever_is_read_next(
+def test_a_port_that_was_in_use_is_bound_at_the_next_read(
     keys: Keys, base_port: int, monkeypatch: pytest.MonkeyPatch, held: str
 ) -> None:
     """The observers' stream stayed closed until somebody else was revoked: nothing is ever read from it."""
@@ -227,7 +227,7 @@ def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys:
 
 
 @pytest.mark.parametrize(("refuse_s", "forgiven"), [(0.2, False), (1000.0, True)])
-def test_a_key_that_was_sent_away_is_back_after_its_time_or_at_once_when_it_is_forgiven(
+def test_a_refused_key_is_back_after_its_time_or_at_once_on_request(
     keys: Keys, base_port: int, refuse_s: float, forgiven: bool
 ) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
@@ -323,7 +323,7 @@ def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys,
             wait_until(all_heard, lambda asked=asked, heard=heard: (asked, heard), 2.0, every_s=0.001)
 
 
-def test_a_reader_that_subscribes_again_and_again_is_sent_away(keys: Keys, base_port: int) -> None:
+def test_a_reader_with_endless_subscriptions_is_refused(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
         wait_until(lambda: touched(remote, operator))
         most, made = 0, 0

@@ -1,4 +1,4 @@
-"""The desk over its real sockets: a site's side served in a thread, as its loop would."""
+"""Local control over its real sockets: a site's side served in a thread, as its loop would."""
 
 import threading
 import time
@@ -49,9 +49,9 @@ def site(keys: Keys, base_port: int) -> Iterator[Site]:
         made.close()
 
 
-def test_what_is_asked_reaches_the_site_and_its_answer_comes_back(site: Site, keys: Keys, base_port: int) -> None:
-    told = ask_desk(base_port, load_keys(keys.operator), "annotate", {"text": "a rough spot"})
-    assert told == {"state": "connected", "estop": ""}
+def test_a_request_reaches_the_site_and_its_answer_returns(site: Site, keys: Keys, base_port: int) -> None:
+    answer = ask_desk(base_port, load_keys(keys.operator), "annotate", {"text": "a rough spot"})
+    assert answer == {"state": "connected", "estop": ""}
     assert site.asked == [("annotate", {"text": "a rough spot"})]
     with pytest.raises(Refused, match="hot plate"):
         ask_desk(base_port, load_keys(keys.operator), "engage")
@@ -65,7 +65,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("impatient")
-def test_nobody_there_is_said_and_so_is_a_port_in_use(keys: Keys, base_port: int) -> None:
+def test_a_missing_site_and_a_port_in_use_are_reported(keys: Keys, base_port: int) -> None:
     own = load_keys(keys.operator)
     with pytest.raises(LinkProblem, match="is it running"):
         ask_desk(base_port, own, "status")
@@ -81,7 +81,7 @@ def test_another_key_reaches_nothing(site: Site, keys: Keys, base_port: int) -> 
 
 
 @pytest.mark.usefixtures("impatient")
-def test_a_stop_waits_for_what_the_devices_say(site: Site, keys: Keys, base_port: int) -> None:
+def test_a_stop_waits_for_the_reports_of_the_devices(site: Site, keys: Keys, base_port: int) -> None:
     own = load_keys(keys.operator)
     assert "not confirmed" in stop_from_desk(base_port, own)
     site.estop = "here: stopped, confirmed by every device after 12 ms"

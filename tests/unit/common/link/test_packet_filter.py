@@ -27,7 +27,7 @@ arrivals = st.lists(st.tuples(st.integers(0, 3), st.integers(0, 30), st.integers
 
 
 @given(arrivals, st.integers(0, 20))
-def test_what_is_accepted_is_new_in_order_and_young(arrivals: list[tuple[int, int, int]], uncertainty_ms: int) -> None:
+def test_accepted_packets_are_new_in_order_and_young(arrivals: list[tuple[int, int, int]], uncertainty_ms: int) -> None:
     acceptance = PacketFilter(MAX_AGE)
     now_ns, highest, accepted = 10**12, -1, 0
     for session, sequence, age_ms in arrivals:

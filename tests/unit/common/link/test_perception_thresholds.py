@@ -1,4 +1,4 @@
-"""What is news in a touch, and what is not: each column by its own step, and words, events and states at once."""
+"""A touch is sent when a column changes by its step, or a text, an event or a state changes."""
 
 import numpy as np
 import pytest
@@ -24,13 +24,13 @@ def touch(
     return Touch(1, 1, 1, state, pack_rows(rows), materials, events)
 
 
-def test_the_same_again_is_no_news_and_old_events_that_end_are_none() -> None:
+def test_an_equal_touch_is_not_sent_and_neither_is_the_end_of_old_events() -> None:
     assert not touch_perceptible(touch(), touch())
     assert not touch_perceptible(touch(events=(TAP,)), touch())
     assert not touch_perceptible(touch(events=(TAP,)), touch(events=(TAP,)))
 
 
-def test_state_names_words_and_new_events_are_news_at_once() -> None:
+def test_changes_of_state_names_texts_and_events_are_sent_at_once() -> None:
     for name in ("mode", "contact", "thermal_status"):
         assert touch_perceptible(touch(), touch(**{name: 1.0}))
         assert touch_perceptible(touch(**{name: 1.0}), touch())
@@ -42,7 +42,7 @@ def test_state_names_words_and_new_events_are_news_at_once() -> None:
 
 
 @given(st.sampled_from(sorted(TOUCH_STEPS)), st.floats(1e-3, 1.0), st.floats(-2.0, 2.0))
-def test_a_number_is_news_exactly_when_it_differs_by_more_than_its_step(name: str, at: float, times: float) -> None:
+def test_a_number_is_sent_exactly_when_it_differs_by_more_than_its_step(name: str, at: float, times: float) -> None:
     assert tuple(TOUCH_STEPS) == TOUCH_FIELDS, "every column has its step"
     low, high = TOUCH_RANGES[name]
     share, least = TOUCH_STEPS[name]
@@ -55,7 +55,7 @@ def test_a_number_is_news_exactly_when_it_differs_by_more_than_its_step(name: st
 
 @pytest.mark.parametrize(("column", "step_m"), [(0, PLANE_M), (1, PLANE_M), (2, HEIGHT_M)])
 @pytest.mark.parametrize("finger", range(5))
-def test_motion_is_felt_in_any_direction_of_any_finger(finger: int, column: int, step_m: float) -> None:
+def test_motion_counts_in_any_direction_of_any_finger(finger: int, column: int, step_m: float) -> None:
     expected = [MotionRow(0.0, 0.0, 0.0)] * 5
     for share in (-1.01, -0.99, 0.99, 1.01):
         true = np.zeros((5, 3))

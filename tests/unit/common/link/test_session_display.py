@@ -1,4 +1,4 @@
-"""The word that is shown of a session never says more than is live."""
+"""The displayed state of a session is never more than the live state."""
 
 import math
 
@@ -30,7 +30,7 @@ SOURCES = st.lists(st.builds(Source, AGES_S, LIMITS_S) | JUST_TOO_OLD, max_size=
 
 
 @given(KNOWN, SOURCES, st.booleans(), st.booleans())
-def test_what_acts_is_shown_only_while_all_that_it_rests_on_is_live(
+def test_acting_states_are_shown_only_while_their_sources_are_live(
     known: str, sources: list[Source], link_silent: bool, stopping: bool
 ) -> None:
     shown = shown_state(known, sources, link_silent=link_silent, stopping=stopping)
@@ -45,7 +45,7 @@ def test_what_acts_is_shown_only_while_all_that_it_rests_on_is_live(
 
 
 @pytest.mark.parametrize(("known", "shown"), [(ENGAGED, LOST), (ENGAGING, LOST), (PAUSED, PAUSED), (FAULT, FAULT)])
-def test_a_silent_link_ends_only_what_acts(known: str, shown: str) -> None:
+def test_a_silent_link_ends_only_acting_states(known: str, shown: str) -> None:
     assert shown_state(known, link_silent=True) == shown
 
 
@@ -55,5 +55,5 @@ def test_a_stop_wins_over_every_other_state_that_is_live(known: str) -> None:
     assert shown_state(known, (Source(2.0, 1.0),), stopping=True) == SILENT
 
 
-def test_ages_are_said_for_people() -> None:
+def test_ages_are_readable() -> None:
     assert (seconds_old(2.04), seconds_old(math.inf)) == ("2.0 s old", "never heard")

@@ -15,7 +15,7 @@ HOT = Fault(FaultCode.PLATE_TOO_HOT, "index", value=43.0, limit=42.0)
 
 
 class Sessions(RuleBasedStateMachine):
-    """Whatever happens in whatever order: never engaged without a far side or with a fault, and everything is told."""
+    """For events in any order: never engaged without a peer or with a fault, and every event is recorded."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -105,12 +105,12 @@ class Sessions(RuleBasedStateMachine):
         self.session.equipped(missing)
 
     @rule()
-    def tell(self) -> None:
-        told = [
+    def record(self) -> None:
+        events = [
             (happening.what, happening.session, happening.fault or happening.text)
             for happening in self.session.take_happenings()
         ]
-        assert told == self.happened
+        assert events == self.happened
         assert self.session.take_happenings() == []
         self.happened.clear()
 
@@ -129,7 +129,7 @@ class Sessions(RuleBasedStateMachine):
 TestSessions = Sessions.TestCase
 
 
-def test_a_happening_is_recorded_with_its_session() -> None:
+def test_an_event_is_recorded_with_its_session() -> None:
     session = Session()
     session.connect(7, "operator curve:abc")
     session.note("estop", "confirmed by every device")

@@ -1,4 +1,4 @@
-"""Rows of recordings: the bytes that they have always had, and a refusal of everything else."""
+"""Rows of recordings: unchanged bytes, and a refusal of all others."""
 
 import math
 from typing import Any
@@ -84,7 +84,7 @@ def test_a_field_of_another_type_is_refused_by_name(kind: type[Row], fields: lis
         (SensorFrame, 7, [1, 0.0]),
     ],
 )
-def test_a_value_that_no_writer_records_is_refused(kind: type[Row], number: int, wrong: object) -> None:
+def test_an_impossible_value_is_refused(kind: type[Row], number: int, wrong: object) -> None:
     fields = list(dict(ROWS)[kind])
     fields[number] = wrong
     with pytest.raises(ValueError, match=f"field {kind.__struct_fields__[number]}"):

@@ -73,7 +73,7 @@ def test_the_public_reader_finds_everything(tmp_path: Path) -> None:
     assert times == [(start + n * 2_000_000, start + n * 2_000_000, n.to_bytes(4, "little")) for n in range(1000)]
 
 
-def test_between_two_flushes_a_recording_grows_by_one_chunk_however_much_is_written(tmp_path: Path) -> None:
+def test_a_recording_grows_by_one_chunk_between_two_flushes_at_any_rate(tmp_path: Path) -> None:
     """Each chunk of the file costs memory until the file is closed: a session of hours must not pay by the byte."""
     record(tmp_path / "s.mcap", 1500)
     with (tmp_path / "s.mcap").open("rb") as file:
@@ -229,7 +229,7 @@ def test_a_writer_that_is_killed_stops_the_recording_and_not_the_loop(tmp_path: 
     assert recording_figures(recorder) == figures({"touch": 1}, 10, why, recorder.failed_ns)
 
 
-def test_an_end_that_is_told_to_all_processes_does_not_end_the_recording_before_its_owner(tmp_path: Path) -> None:
+def test_a_signal_to_all_processes_does_not_end_the_recording_before_its_owner(tmp_path: Path) -> None:
     with Recorder(tmp_path / "s.mcap", SCHEMAS, {}) as recorder:
         recorder.write("touch", 1, b"x")
         wait_until(lambda: recorder.written)
@@ -239,7 +239,7 @@ def test_an_end_that_is_told_to_all_processes_does_not_end_the_recording_before_
     assert (recorder.written, recorder.lost, recorder.failed) == (Counter(touch=2), 0, None)
 
 
-def test_what_was_handed_over_outlasts_its_owner(tmp_path: Path) -> None:
+def test_rows_already_handed_over_survive_their_owner(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     for n in range(5):
         recorder.write("touch", 10**9 * (n + 1), b"x")
@@ -252,7 +252,7 @@ def test_what_was_handed_over_outlasts_its_owner(tmp_path: Path) -> None:
 
 
 def test_an_owner_that_never_listens_does_not_stop_the_writer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """What it tells does not fit into the socket after a while, and stands in the next that does."""
+    """A report that does not fit into the socket is part of the next one."""
     monkeypatch.setattr(writer_process, "FLUSH_S", 0.0)
     ours, theirs = socket.socketpair()
     theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
@@ -264,16 +264,16 @@ def test_an_owner_that_never_listens_does_not_stop_the_writer(monkeypatch: pytes
         for n in range(2000):
             ours.sendall(msgpack.packb([[0, n, b"x"]]))
         ours.sendall(msgpack.packb(None))
-        told = msgpack.Unpacker()
+        reports = msgpack.Unpacker()
         last = [[], None, False, False]
         while not last[3]:
-            told.feed(ours.recv(1 << 16))
-            last = [last, *told][-1]
+            reports.feed(ours.recv(1 << 16))
+            last = [last, *reports][-1]
         writer.join(30.0)
     assert last == [[2000], None, False, True]
 
 
-def test_an_unknown_stream_is_the_callers_error_and_the_recording_goes_on(tmp_path: Path) -> None:
+def test_an_unknown_stream_is_the_callers_error_and_the_recording_continues(tmp_path: Path) -> None:
     with Recorder(tmp_path / "s.mcap", SCHEMAS, {}) as recorder:
         with pytest.raises(ValueError, match="'tuoch' is not in the recording's schemas: touch, event"):
             recorder.write("tuoch", 1, b"x")
@@ -281,7 +281,7 @@ def test_an_unknown_stream_is_the_callers_error_and_the_recording_goes_on(tmp_pa
     assert (recorder.written, recorder.lost, recorder.failed) == (Counter(touch=1), 0, None)
 
 
-def test_what_was_written_is_in_the_file_without_closing_it(tmp_path: Path) -> None:
+def test_written_rows_are_in_the_file_before_it_is_closed(tmp_path: Path) -> None:
     """However little it is: the chunk under way is ended on time, not when it is full."""
     recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
     recorder.write("touch", 7, b"seven")
@@ -290,20 +290,20 @@ def test_what_was_written_is_in_the_file_without_closing_it(tmp_path: Path) -> N
     recorder.close()
 
 
-def test_a_site_that_does_not_or_cannot_record_knows_it(tmp_path: Path) -> None:
+def test_a_site_without_a_recording_knows_it(tmp_path: Path) -> None:
     assert recording_figures(None) == figures({}, 0, "", None)
     with pytest.raises(OSError, match="No such file"):
         Recorder(tmp_path / "absent" / "s.mcap", SCHEMAS, {})
 
 
-def test_closing_twice_is_no_error_and_what_comes_after_the_end_is_lost_and_counted(tmp_path: Path) -> None:
+def test_closing_twice_is_no_error_and_rows_after_the_end_are_counted_as_lost(tmp_path: Path) -> None:
     recorder = record(tmp_path / "s.mcap", 1)
     recorder.close()
     recorder.write("touch", 1, b"x")
     assert recorder.lost == 1
 
 
-def test_a_durable_recording_calls_written_only_what_the_disk_has_and_does_not_wait_for_the_next_flush(
+def test_a_durable_recording_counts_only_rows_on_the_disk_and_flushes_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(writer_process, "FLUSH_S", 60.0)

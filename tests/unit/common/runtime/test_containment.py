@@ -40,7 +40,7 @@ def test_an_exception_is_counted_named_with_its_place_and_latched(contained: Con
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, OSError])
-def test_what_ends_a_process_and_what_is_expected_passes(error: type[BaseException]) -> None:
+def test_exits_and_expected_exceptions_pass(error: type[BaseException]) -> None:
     contain = Containment()
     with pytest.raises(error), contain.step("read", passes=(OSError,)):
         raise error
@@ -55,7 +55,7 @@ def test_every_other_exception_is_contained(error: type[Exception], contained: C
     assert contain.count == len(contained.take()) == 1
 
 
-def test_what_a_peer_sent_makes_no_second_line_and_no_long_one(contained: Contained) -> None:
+def test_text_of_a_peer_makes_no_second_line_and_no_long_one(contained: Contained) -> None:
     latched = list[Fault]()
     with Containment(latched.append).step("session"):
         look_up("\x1b[31m\nERROR a forged line\r" + "x" * 10_000)
@@ -91,7 +91,7 @@ def test_a_place_is_logged_once_until_the_fault_is_cleared(
     assert len(contained.take()) == 2
 
 
-def test_places_without_end_are_counted_together(contained: Contained) -> None:
+def test_an_unbounded_number_of_places_is_counted_together(contained: Contained) -> None:
     contain = Containment()
     for number in range(MOST_PLACES + 10):
         with contain.step(f"step {number}"):

@@ -1,4 +1,4 @@
-"""Results come in the order of the items from any number of processes, and so does what an item raises."""
+"""Results and exceptions come in the order of the items from any number of processes."""
 
 import os
 from itertools import islice
@@ -37,14 +37,14 @@ def test_results_are_in_order_and_progress_reaches_the_end(processes: int) -> No
 
 
 @pytest.mark.parametrize("processes", [1, 2])
-def test_what_an_item_raises_comes_after_the_results_before_it(processes: int) -> None:
+def test_an_exception_of_an_item_follows_the_results_before_it(processes: int) -> None:
     results = in_order(inverse, ITEMS, processes)
     assert list(islice(results, 11)) == [1.0 / (number + 1) for number in range(11)]
     with pytest.raises(ValueError, match="no inverse of 11"):
         next(results)
 
 
-def test_a_process_that_is_ended_is_said_to_be() -> None:
+def test_an_ended_process_is_reported() -> None:
     with pytest.raises(ChildProcessError, match="fewer with --processes"):
         list(in_order(ended, ITEMS, 2))
     with pytest.raises(ChildProcessError, match="fewer with --processes"), kept_processes(2) as mapped:

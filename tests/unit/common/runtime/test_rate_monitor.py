@@ -1,4 +1,4 @@
-"""A loop that does not hold its rate says so, and what keeps it from it."""
+"""A loop that does not hold its rate reports this and the reason."""
 
 import os
 import subprocess
@@ -17,18 +17,18 @@ LOOP = PeriodicLoop(1.0 / RATE_HZ)
 
 
 def looks(shares: list[float], waited: float | None = 0.0) -> list[dict[str, object]]:
-    """What is told after each second, of which the loop made so large a share of its ticks."""
-    held, ticks, told = RateMonitor(RATE_HZ), 0, []
+    """Reports after each second, in which the loop made this share of its ticks."""
+    held, ticks, reports = RateMonitor(RATE_HZ), 0, []
     for second, share in enumerate([0.0, *shares]):
         ticks += round(share * RATE_HZ)
         wait_s = None if waited is None else waited * second
-        told.append(held.look(100.0 + second, Spent(ticks, 0.25 * second, wait_s)))
-    return told[1:]
+        reports.append(held.look(100.0 + second, Spent(ticks, 0.25 * second, wait_s)))
+    return reports[1:]
 
 
-def test_a_loop_on_time_has_its_rate_and_nothing_to_say_and_at_first_nothing_is_known() -> None:
-    told = RateMonitor(RATE_HZ).look(3.0, Spent(0, 0.0, None))
-    assert told == {"rate_hz": None, "wanted_hz": RATE_HZ, "works": None, "behind": "", "behind_s": 0.0}
+def test_a_loop_on_time_reports_only_its_rate_and_at_first_nothing() -> None:
+    reports = RateMonitor(RATE_HZ).look(3.0, Spent(0, 0.0, None))
+    assert reports == {"rate_hz": None, "wanted_hz": RATE_HZ, "works": None, "behind": "", "behind_s": 0.0}
     assert looks([1.0] * 10)[-1] == {
         "rate_hz": 500.0,
         "wanted_hz": RATE_HZ,
@@ -38,23 +38,23 @@ def test_a_loop_on_time_has_its_rate_and_nothing_to_say_and_at_first_nothing_is_
     }
 
 
-def test_a_rate_that_is_not_held_is_told_with_what_the_loop_did_instead() -> None:
-    told = looks([0.8] * 8, waited=0.7)
-    assert [bool(each["behind"]) for each in told] == [False] * 4 + [True] * 4
+def test_a_missed_rate_is_reported_with_the_use_of_the_time() -> None:
+    reports = looks([0.8] * 8, waited=0.7)
+    assert [bool(each["behind"]) for each in reports] == [False] * 4 + [True] * 4
     words = "400 of 500 ticks a second; it works 25% of the time and waits for a processor 70%"
-    assert told[-1] == {"rate_hz": 400.0, "wanted_hz": RATE_HZ, "works": 0.25, "behind": words, "behind_s": 3.0}
-    assert [each["works"] for each in told] == [None] * 4 + [0.25] * 4
+    assert reports[-1] == {"rate_hz": 400.0, "wanted_hz": RATE_HZ, "works": 0.25, "behind": words, "behind_s": 3.0}
+    assert [each["works"] for each in reports] == [None] * 4 + [0.25] * 4
     without_waiting = "400 of 500 ticks a second; it works 25% of the time"
-    assert looks([0.8] * 8, waited=None)[-1]["behind"] == without_waiting, "where the system does not tell who waits"
+    assert looks([0.8] * 8, waited=None)[-1]["behind"] == without_waiting, "the system does not report waiting"
 
 
 def test_it_is_over_soon_after_the_rate_is_held_again_and_its_time_is_counted() -> None:
-    told = looks([1.0] * 5 + [0.5] * 10 + [1.0] * 10)
-    assert not told[-1]["behind"]
-    assert 10.0 <= float(str(told[-1]["behind_s"])) <= 10.0 + WINDOW_S
+    reports = looks([1.0] * 5 + [0.5] * 10 + [1.0] * 10)
+    assert not reports[-1]["behind"]
+    assert 10.0 <= float(str(reports[-1]["behind_s"])) <= 10.0 + WINDOW_S
 
 
-def test_one_short_stop_is_nothing_and_at_the_edge_it_does_not_come_and_go() -> None:
+def test_one_short_stop_is_ignored_and_the_limit_has_hysteresis() -> None:
     assert not any(each["behind"] for each in looks([1.0] * 5 + [0.8] + [1.0] * 5))
     between = 0.5 * (HELD + HELD_AGAIN)
     assert not any(each["behind"] for each in looks([between] * 10))
@@ -62,16 +62,16 @@ def test_one_short_stop_is_nothing_and_at_the_edge_it_does_not_come_and_go() -> 
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=6, max_size=30))
-def test_behind_is_what_the_last_seconds_were(shares: list[float]) -> None:
-    told = looks(shares)
+def test_only_the_last_seconds_count_for_being_behind(shares: list[float]) -> None:
+    reports = looks(shares)
     for second in range(round(WINDOW_S), len(shares) + 1):
         made = sum(round(share * RATE_HZ) for share in shares[second - round(WINDOW_S) : second])
         share = made / (WINDOW_S * RATE_HZ)
-        assert told[second - 1]["rate_hz"] == pytest.approx(share * RATE_HZ, abs=0.06)
+        assert reports[second - 1]["rate_hz"] == pytest.approx(share * RATE_HZ, abs=0.06)
         if share < HELD:
-            assert told[second - 1]["behind"]
+            assert reports[second - 1]["behind"]
         if share >= HELD_AGAIN:
-            assert not told[second - 1]["behind"]
+            assert not reports[second - 1]["behind"]
 
 
 def test_a_thread_that_waits_for_a_processor_is_seen_to() -> None:

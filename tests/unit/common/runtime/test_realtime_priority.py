@@ -1,4 +1,4 @@
-"""A loop comes first while it is on time and leaves others enough; what it asked for is what the system then tells."""
+"""A loop has real-time priority while it is on time and leaves enough to others; the system confirms it."""
 
 import os
 import subprocess
@@ -36,7 +36,7 @@ class System:
 
 
 @given(st.lists(st.tuples(st.booleans(), st.none() | st.floats(0.0, 1.0)), max_size=30))
-def test_it_comes_first_just_while_it_is_known_to_be_on_time_and_to_leave_enough(
+def test_a_loop_has_real_time_priority_only_while_on_time_and_below_its_share(
     looks: list[tuple[bool, float | None]],
 ) -> None:
     assert 0.5 < MOST_WORK < 1.0, "a site needs half of a processor"
@@ -47,14 +47,14 @@ def test_it_comes_first_just_while_it_is_known_to_be_on_time_and_to_leave_enough
         assert system.first == (holds_rate and works is not None and works <= MOST_WORK)
 
 
-def test_it_is_asked_for_once_where_it_is_refused() -> None:
+def test_a_refused_priority_is_requested_once() -> None:
     system = System(allows=False)
     precedence = system.precedence()
     assert not any([precedence.look(True, EASY), precedence.look(False, EASY), precedence.look(True, EASY)])
     assert system.asked == 1
 
 
-def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> None:
+def test_a_policy_set_from_outside_is_kept() -> None:
     if policy() != os.SCHED_OTHER:
         pytest.skip("the tests themselves run with a policy of their own")
     os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
@@ -65,7 +65,7 @@ def test_a_thread_that_was_given_another_policy_by_somebody_else_keeps_it() -> N
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
-def test_real_time_priority_that_somebody_else_gave_is_told_and_never_taken() -> None:
+def test_real_time_priority_set_from_outside_is_reported_and_kept() -> None:
     code = f"""
 import os, sys
 from common.runtime.realtime_priority import RealtimePriority
@@ -76,7 +76,7 @@ except PermissionError:
 precedence = RealtimePriority()
 print(precedence.first, precedence.look(True, {EASY}), precedence.look(False, None), os.sched_getscheduler(0))
 """
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    if told.stderr == "denied\n":
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    if result.stderr == "denied\n":
         pytest.skip("no real-time policy may be set here")
-    assert told.stdout.split() == ["True", "True", "True", str(os.SCHED_FIFO)]
+    assert result.stdout.split() == ["True", "True", "True", str(os.SCHED_FIFO)]

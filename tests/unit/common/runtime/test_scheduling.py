@@ -1,4 +1,4 @@
-"""What a process asks of the system's scheduler, as the system then tells; each in a process of its own."""
+"""Requests of a process to the scheduler, as the system then reports them; each in a process of its own."""
 
 import os
 import platform
@@ -34,16 +34,16 @@ def said(code: str, *, leads: bool = False) -> list[str]:
     return subprocess.run(run, capture_output=True, text=True, check=True, start_new_session=leads).stdout.split()
 
 
-def told(does: str, *, leads: bool = False) -> list[str]:
+def scheduling(does: str, *, leads: bool = False) -> list[str]:
     """Nice, policy, nice of the group, and slice in ns, after doing something."""
     return said(f"{does}\n{LOOK}", leads=leads)
 
 
 @pytest.mark.skipif(not KNOWS_SLICES, reason="this kernel gives no slices that were asked for (Linux 6.12 does)")
-def test_a_loop_has_short_slices_and_all_else_stays() -> None:
-    before, after = told(""), told(SHORT)
+def test_a_loop_has_short_slices_and_everything_else_stays() -> None:
+    before, after = scheduling(""), scheduling(SHORT)
     assert after == [*before[:3], str(_SLICE_NS)]
-    assert told(f"import os; os.nice(2)\n{SHORT}")[0] == str(DEFAULT_NICE + 2)
+    assert scheduling(f"import os; os.nice(2)\n{SHORT}")[0] == str(DEFAULT_NICE + 2)
 
 
 def test_other_threads_give_up_the_interpreter_within_a_small_part_of_a_tick() -> None:
@@ -55,10 +55,10 @@ def test_other_threads_give_up_the_interpreter_within_a_small_part_of_a_tick() -
 def test_a_real_time_policy_stays() -> None:
     real_time = "os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))"
     try:
-        plain = told(f"import os; {real_time}")
+        plain = scheduling(f"import os; {real_time}")
     except subprocess.CalledProcessError:
         pytest.skip("no real-time policy may be set here")
-    assert told(f"import os; {real_time}\n{SHORT}")[1] == plain[1] == str(os.SCHED_RR)
+    assert scheduling(f"import os; {real_time}\n{SHORT}")[1] == plain[1] == str(os.SCHED_RR)
 
 
 FIRST = "from common.runtime.scheduling import take_realtime; print(take_realtime())"
@@ -74,21 +74,21 @@ print(policy(), *inside, subprocess.run(
 """
 
 
-def test_a_loop_comes_first_where_it_may_and_what_it_starts_does_not() -> None:
+def test_a_loop_has_real_time_priority_where_allowed_and_its_children_do_not() -> None:
     allowed, *policies = said(f"{SHORT}\n{FIRST}\n{POLICIES}")
     own = os.SCHED_RR if allowed == "True" else os.SCHED_OTHER
     assert policies == [str(own), str(os.SCHED_OTHER), str(os.SCHED_OTHER)]
 
 
-def test_a_loop_that_came_first_stands_in_line_again_with_its_nice_and_short_slices() -> None:
+def test_a_loop_returns_to_ordinary_priority_with_its_nice_and_short_slices() -> None:
     both = (
         "from common.runtime.scheduling import take_realtime, take_ordinary; first = take_realtime(); take_ordinary()"
     )
-    assert told(f"import os; os.nice(2)\n{SHORT}\n{both}") == told(f"import os; os.nice(2)\n{SHORT}")
+    assert scheduling(f"import os; os.nice(2)\n{SHORT}\n{both}") == scheduling(f"import os; os.nice(2)\n{SHORT}")
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can become an ordinary user, who is denied a right for sure")
-def test_an_ordinary_user_may_stand_in_line_and_come_first_only_by_the_limit_of_priorities() -> None:
+def test_an_ordinary_user_gets_real_time_priority_only_within_the_limit() -> None:
     first, *then = said(f"""
 import os, resource
 from common.runtime.scheduling import take_realtime, policy, take_ordinary
@@ -104,13 +104,13 @@ print(policy(), take_realtime(), policy())
     assert then == [str(os.SCHED_OTHER), "False", str(os.SCHED_OTHER)]
 
 
-def test_who_gives_way_lowers_itself_and_the_session_that_it_leads() -> None:
+def test_a_process_lowers_itself_and_the_session_that_it_leads() -> None:
     nice = str(DEFAULT_NICE + 7)
-    leads, follows = told(GIVES_WAY, leads=True), told(GIVES_WAY)
+    leads, follows = scheduling(GIVES_WAY, leads=True), scheduling(GIVES_WAY)
     assert leads[0] == follows[0] == nice
     if KNOWS_GROUPS:
         assert leads[2] == "7"
-        assert follows[2] == told("")[2], "the group is another process's affair"
+        assert follows[2] == scheduling("")[2], "the group is another process's affair"
 
 
 STARVED = """

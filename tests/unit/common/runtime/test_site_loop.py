@@ -57,7 +57,7 @@ class Site:
 
 
 class Heard(Supervisor):
-    """What a supervisor was told."""
+    """Notices that a supervisor received."""
 
     def __init__(self) -> None:
         super().__init__("")
@@ -68,14 +68,14 @@ class Heard(Supervisor):
 
 
 class Asked(RealtimePriority):
-    """What the loop told of itself; the system is left alone."""
+    """Reports of the loop; the system is not changed."""
 
     def __init__(self) -> None:
-        self.told: list[tuple[bool, float | None]] = []
+        self.seen: list[tuple[bool, float | None]] = []
         super().__init__(take_realtime=lambda: True, take_ordinary=lambda: None)
 
     def look(self, holds_rate: bool, works: float | None) -> bool:
-        self.told.append((holds_rate, works))
+        self.seen.append((holds_rate, works))
         return super().look(holds_rate, works)
 
 
@@ -113,9 +113,7 @@ def test_it_ticks_at_its_rate_with_the_clocks_time_which_the_watchdog_sees() -> 
 
 
 @pytest.mark.parametrize("with_status", [False, True])
-def test_once_a_second_it_tells_its_figures_and_the_supervisor_and_in_the_end_that_it_has_ended(
-    tmp_path: Path, with_status: bool
-) -> None:
+def test_figures_go_to_status_and_supervisor_once_a_second_and_at_the_end(tmp_path: Path, with_status: bool) -> None:
     clock, status = Clock(), tmp_path / "remote.json"
     site = Site(clock)
     seconds: list[int] = []
@@ -129,8 +127,8 @@ def test_once_a_second_it_tells_its_figures_and_the_supervisor_and_in_the_end_th
     heard = run(clock, site, 3_500, status if with_status else None, each_second=look)
     assert len(seconds) == 4
     assert seconds[0] == 1, "at once, after the first tick"
-    told = ("WATCHDOG=1", "STATUS=engaged")
-    assert heard.lines == [("READY=1",), told, told, told, told, ("STOPPING=1",)]
+    seen = ("WATCHDOG=1", "STATUS=engaged")
+    assert heard.lines == [("READY=1",), seen, seen, seen, seen, ("STOPPING=1",)]
     if with_status:
         assert states == ["engaged"] * 3
         last = json.loads(status.read_text("utf-8"))
@@ -138,27 +136,27 @@ def test_once_a_second_it_tells_its_figures_and_the_supervisor_and_in_the_end_th
         assert last["made"] == len(site.ticked_ns), "written again at the end"
 
 
-def test_a_loop_that_cannot_hold_its_rate_tells_it_everywhere(tmp_path: Path) -> None:
+def test_a_missed_rate_is_reported_everywhere(tmp_path: Path) -> None:
     clock = Clock()
     site = Site(clock, costs_ms=dict.fromkeys(range(10_000), 4))
-    told: list[dict[str, object]] = []
-    heard = run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, figures: told.append(figures))
+    seen: list[dict[str, object]] = []
+    heard = run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, figures: seen.append(figures))
     words = json.loads((tmp_path / "remote.json").read_text("utf-8"))["behind"]
     assert words.startswith("250 of 500 ticks a second; it works ")
     assert heard.lines[-2][1].startswith("STATUS=engaged: 250 of 500 ticks a second")
-    assert told[-1]["rate_hz"] == pytest.approx(250.0, abs=1.0)
+    assert seen[-1]["rate_hz"] == pytest.approx(250.0, abs=1.0)
 
 
-def test_a_loop_on_time_comes_first_once_that_is_known_and_one_that_is_behind_does_not(tmp_path: Path) -> None:
+def test_a_loop_on_time_gets_real_time_priority_and_a_late_loop_does_not(tmp_path: Path) -> None:
     for costs_ms, first in ((0, True), (4, False)):
         clock, asked = Clock(), Asked()
         site = Site(clock, costs_ms=dict.fromkeys(range(10_000), costs_ms))
-        told: list[dict[str, object]] = []
-        run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, each: told.append(each), precedence=asked)  # noqa: B023
-        assert [works is None for _, works in asked.told] == [True] * 5 + [False] * (len(asked.told) - 5)
-        assert asked.told[-1][0] == first
-        assert not told[0]["real_time"]
-        assert told[-1]["real_time"] == first
+        seen: list[dict[str, object]] = []
+        run(clock, site, 7_000, tmp_path / "remote.json", report=lambda _, each: seen.append(each), precedence=asked)  # noqa: B023
+        assert [works is None for _, works in asked.seen] == [True] * 5 + [False] * (len(asked.seen) - 5)
+        assert asked.seen[-1][0] == first
+        assert not seen[0]["real_time"]
+        assert seen[-1]["real_time"] == first
         assert json.loads((tmp_path / "remote.json").read_text("utf-8"))["real_time"] == first
 
 
@@ -179,7 +177,7 @@ def test_a_long_tick_is_not_made_up_for_in_a_burst() -> None:
     assert min(b - a for a, b in pairwise(after)) > 1.9 * MS
 
 
-def test_the_supervisor_hears_of_an_end_by_error_too() -> None:
+def test_the_supervisor_is_notified_of_an_end_by_error() -> None:
     clock, heard = Clock(), Heard()
     with pytest.raises(RuntimeError, match="as the test says"):
         run(clock, Site(clock, fails_at=3), 1000, supervisor=heard)
@@ -198,7 +196,7 @@ def test_a_link_problem_of_the_hook_ends_the_loop() -> None:
     assert len(site.ticked_ns) == 1
 
 
-def test_what_else_the_hook_or_the_figures_raise_is_named_and_the_loop_continues(
+def test_other_exceptions_of_hook_or_figures_are_named_and_the_loop_continues(
     tmp_path: Path, contained: Contained
 ) -> None:
     clock = Clock()
@@ -238,5 +236,5 @@ def test_a_real_supervisor_is_found_in_the_environment(tmp_path: Path, monkeypat
         ({}, "running"),
     ],
 )
-def test_a_state_is_told_with_what_is_wrong(figures: dict[str, object], words: str) -> None:
+def test_a_state_is_reported_with_its_problem(figures: dict[str, object], words: str) -> None:
     assert in_words(figures) == words

@@ -1,4 +1,4 @@
-"""What a supervisor hears on its socket, and that one who does not listen changes nothing."""
+"""A supervisor receives notices on its socket, and a missing one changes nothing."""
 
 import socket
 import threading
@@ -20,7 +20,7 @@ def listener(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[s
         yield address, heard
 
 
-def test_each_saying_is_one_datagram(listener: tuple[str, socket.socket]) -> None:
+def test_each_notice_is_one_datagram(listener: tuple[str, socket.socket]) -> None:
     address, heard = listener
     with Supervisor(address) as supervisor:
         supervisor.ready()
@@ -48,7 +48,7 @@ def test_the_environment_names_the_supervisor(
 
 
 @pytest.mark.parametrize("address", ["", "vsock:2:1234", "/nowhere/at/all", "@nobody-listens-here"])
-def test_nobody_to_tell_is_no_error(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_supervisor_is_no_error(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
     with Supervisor(address or None) as supervisor:
         supervisor.ready()

@@ -28,14 +28,14 @@ with LoopWatchdog(lambda: ticks):
         time.sleep(0.002)
     print("ticked", flush=True)
     a_tick_that_hangs()
-    print("went on", flush=True)
+    print("continued", flush=True)
 """
 
 
 def start(hang: str) -> "subprocess.Popen[str]":
     return subprocess.Popen(
         [sys.executable, "-c", PROGRAM.format(hang=hang)],
-        stdin=subprocess.PIPE,  # never written to: a read waits for ever
+        stdin=subprocess.PIPE,  # never written to: a read waits without end
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -43,7 +43,7 @@ def start(hang: str) -> "subprocess.Popen[str]":
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), max_size=200))
-def test_it_trips_after_so_many_wake_ups_without_a_tick_and_never_before(between: list[tuple[int, bool]]) -> None:
+def test_the_watchdog_trips_exactly_after_its_number_of_idle_wake_ups(between: list[tuple[int, bool]]) -> None:
     standstill = Standstill()
     ticks = still = 0
     standstill.wake_up(ticks, starved=False)
@@ -53,13 +53,13 @@ def test_it_trips_after_so_many_wake_ups_without_a_tick_and_never_before(between
         assert standstill.wake_up(ticks, starved) is (still >= MOST)
 
 
-def test_a_loop_that_gets_no_processor_does_not_stand_still() -> None:
+def test_a_loop_without_a_processor_does_not_count_as_hanging() -> None:
     standstill = Standstill()
     assert not any(standstill.wake_up(7, starved=True) for _ in range(100 * MOST))
 
 
 @pytest.mark.parametrize("hang", ["while True: pass", "threading.Lock().acquire() and os.read(0, 1)"])
-def test_a_loop_that_hangs_ends_its_process_and_says_where_it_stood(hang: str) -> None:
+def test_a_hanging_loop_ends_its_process_and_reports_its_place(hang: str) -> None:
     with start(hang) as process:
         assert process.stdout is not None
         assert process.stderr is not None
@@ -71,13 +71,13 @@ def test_a_loop_that_hangs_ends_its_process_and_says_where_it_stood(hang: str) -
     assert lines[-1].endswith("the loop makes no tick any more: this process ends with exit code 70")
 
 
-def test_a_standard_error_that_nobody_reads_does_not_keep_it() -> None:
+def test_an_unread_standard_error_does_not_block_the_watchdog() -> None:
     with start("[logging.error('x' * 5000) for _ in range(100)]") as process:
         assert process.wait(50) == EXIT_CODE
 
 
-def test_a_process_that_was_stopped_for_longer_goes_on() -> None:
-    # It stands still for three wake-ups before it is stopped, and for three more when it goes on.
+def test_a_process_that_was_stopped_for_longer_continues() -> None:
+    # It stands still for three wake-ups before it is stopped, and for three more when it continues.
     with start("time.sleep(0.3); print('halfway', flush=True); [time.sleep(0.1) for _ in range(3)]") as process:
         assert process.stdout is not None
         assert [process.stdout.readline() for _ in range(2)] == ["ticked\n", "halfway\n"]
@@ -85,11 +85,11 @@ def test_a_process_that_was_stopped_for_longer_goes_on() -> None:
         os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
         time.sleep(1.3 * SITE_WATCHDOG_S)  # what is tested is that this time does not count
         os.kill(process.pid, signal.SIGCONT)
-        assert process.stdout.readline() == "went on\n"
+        assert process.stdout.readline() == "continued\n"
         assert process.wait(50) == 0
 
 
-def test_it_watches_only_while_the_loop_runs() -> None:
+def test_the_watchdog_is_active_only_while_the_loop_runs() -> None:
     ended = threading.Event()
     with LoopWatchdog(lambda: 0, end=ended.set) as watchdog:
         assert ended.wait(50.0)

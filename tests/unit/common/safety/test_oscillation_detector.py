@@ -1,4 +1,4 @@
-"""What swings by itself is found; hands that tap, press, tremble, stroke and feel a breath are not."""
+"""A force that swings by itself is found; hands that tap, press, tremble, stroke and feel a breath are not."""
 
 import itertools
 import math
@@ -19,12 +19,12 @@ T = 0.002
 
 
 def found(forces: Iterable[float], fed: Callable[[int], bool] = lambda tick: False) -> tuple[float, str]:
-    """When a swinging force is told, s, and the words; infinite when it is not."""
+    """Time at which a swinging force is reported, s, and the text; infinite when it is not."""
     watch = OscillationDetector()
     for tick, force_n in enumerate(forces):
-        told = watch.step(T * tick, force_n, fed(tick))
-        if told is not None:
-            return T * tick, fault_text(told)
+        fault = watch.step(T * tick, force_n, fed(tick))
+        if fault is not None:
+            return T * tick, fault_text(fault)
     return math.inf, ""
 
 
@@ -63,7 +63,7 @@ FASTEST_S = SWING_S / SWING_CYCLES
 AT_ONCE = SWING_CYCLES, "force swings at 12 Hz by 2.0 N"
 
 
-def test_as_many_cycles_in_as_short_a_time_as_the_limit_says_are_found() -> None:
+def test_cycles_at_the_limit_of_number_and_time_are_found() -> None:
     assert found_first(OscillationDetector(), evenly(FASTEST_S)) == AT_ONCE
     assert found_first(OscillationDetector(), evenly(1.0001 * FASTEST_S, 30)) is None
     small = found_first(OscillationDetector(), evenly(FASTEST_S, swing_n=SWING_N), base_n=0.0)
@@ -71,7 +71,7 @@ def test_as_many_cycles_in_as_short_a_time_as_the_limit_says_are_found() -> None
     assert found_first(OscillationDetector(), evenly(FASTEST_S, 30, SWING_N - 1e-6), base_n=0.0) is None
 
 
-def test_only_the_last_cycles_count_and_none_from_before_it_began_anew() -> None:
+def test_only_the_last_cycles_count_and_none_from_before_a_restart() -> None:
     assert found_first(OscillationDetector(), after(10 * [0.125] + 10 * [1 / 16])) == (
         14,
         "force swings at 12 Hz by 2.0 N",
@@ -122,16 +122,16 @@ def test_slow_cycles_are_found_when_enough_in_a_row_are_fed(
 
 
 @pytest.mark.parametrize("hz", [12.5, 23.0, 60.0, 125.0])
-def test_a_force_that_swings_faster_than_a_hand_is_told_within_half_a_second(hz: float) -> None:
-    took_s, told = found(sine(hz, 1.2))
+def test_a_swing_faster_than_a_hand_is_reported_within_half_a_second(hz: float) -> None:
+    took_s, fault = found(sine(hz, 1.2))
     assert took_s <= SWING_S + 1.5 / hz
-    assert told.startswith("force swings at ")
-    assert float(told.split()[3]) == pytest.approx(hz, rel=0.05, abs=0.5)
-    assert float(told.split()[6]) == pytest.approx(1.2, abs=0.35 if hz > 60.0 else 0.1)
+    assert fault.startswith("force swings at ")
+    assert float(fault.split()[3]) == pytest.approx(hz, rel=0.05, abs=0.5)
+    assert float(fault.split()[6]) == pytest.approx(1.2, abs=0.35 if hz > 60.0 else 0.1)
 
 
 @pytest.mark.parametrize("hz", [3.2, 6.0, 11.0])
-def test_a_slower_one_is_told_where_the_limit_on_energy_acts_in_every_cycle(hz: float) -> None:
+def test_a_slow_swing_is_reported_where_the_energy_limit_acts_in_every_cycle(hz: float) -> None:
     force = sine(hz, 1.2, 4.0)
     each, second = (lambda tick: math.sin(2.0 * math.pi * hz * T * tick) > 0.9), round(2.0 / hz / T)
     assert found(force, each)[0] <= (SWING_SLOW_CYCLES + 2.5) / hz
@@ -139,12 +139,12 @@ def test_a_slower_one_is_told_where_the_limit_on_energy_acts_in_every_cycle(hz: 
     assert found(force)[0] == math.inf
 
 
-def test_what_is_slower_than_slow_or_smaller_than_a_swing_is_not_told() -> None:
+def test_swings_below_the_limits_of_rate_and_size_are_not_reported() -> None:
     assert found(sine(0.9 * SWING_SLOW_HZ, 5.0, 6.0), lambda tick: True)[0] == math.inf
     assert found(sine(23.0, 0.95 * SWING_N), lambda tick: True)[0] == math.inf
 
 
-def test_what_rings_after_an_impact_dies_down_and_is_not_told() -> None:
+def test_ringing_after_an_impact_is_not_reported() -> None:
     """Taps of a stiff remote finger on a hard object, each with its bounces."""
 
     def tap(since_s: float) -> float:
@@ -154,12 +154,12 @@ def test_what_rings_after_an_impact_dies_down_and_is_not_told() -> None:
     assert found(tap(math.fmod(T * tick, 0.125)) for tick in range(3000))[0] == math.inf
 
 
-def test_a_clock_that_was_set_back_only_delays_it() -> None:
-    watch, told = OscillationDetector(), []
+def test_a_clock_set_back_only_delays_the_report() -> None:
+    watch, fault = OscillationDetector(), []
     for tick, force_n in enumerate(sine(25.0, 2.0, 4.0)):
-        told.append(watch.step(T * tick - (500.0 if tick >= 100 else 0.0), force_n, False))
-    assert told[99] is None
-    assert next(tick for tick, words in enumerate(told) if words) <= 100 + (SWING_S + 0.1) / T
+        fault.append(watch.step(T * tick - (500.0 if tick >= 100 else 0.0), force_n, False))
+    assert fault[99] is None
+    assert next(tick for tick, words in enumerate(fault) if words) <= 100 + (SWING_S + 0.1) / T
 
 
 taps = st.lists(
@@ -170,7 +170,7 @@ taps = st.lists(
 
 
 @given(taps, st.booleans())
-def test_no_tapping_hand_is_told(course: list[tuple[float, float, float, float]], noisy: bool) -> None:
+def test_no_tapping_hand_is_reported(course: list[tuple[float, float, float, float]], noisy: bool) -> None:
     """Up to eight taps a second, each from 0 N to 5 N and back and free in between, quick or slow, even or not."""
     forces: list[float] = []
     for contact_s, rest_s, peak_n, shape in course:
@@ -190,7 +190,7 @@ hands = st.tuples(
 
 
 @given(hands)
-def test_no_tremor_stroke_or_breath_is_told(hand: tuple[float, float, float, float, float]) -> None:
+def test_no_tremor_stroke_or_breath_is_reported(hand: tuple[float, float, float, float, float]) -> None:
     """A hand pressed on the stiffest wall (1000 N/m), trembling, over grooves of 0.08 mm, on what breathes by 4 mm."""
     pressed_n, tremor_m, tremor_hz, breath_hz, phase = hand
     forces = []
@@ -218,12 +218,12 @@ def coupled(
     """A finger presses a device with 0.09 kg and 0.5 Ns/m on a wall whose force comes late, and is not made passive.
 
     Returns:
-        when it is told that the force swings, s; what truly came out, J; how far the force swings in the end, N.
+        time at which the swinging is reported, s; true energy output, J; how far the force swings in the end, N.
     """
     kg, ns_m, n_m = hand
     port, watch = PassivityController(stiffest_n_m, 0.005, damping_n_s_m=0.5), OscillationDetector()
     late = deque([0.0] * (round(round_trip_s / period_s) + 1), maxlen=round(round_trip_s / period_s) + 1)
-    place_m, speed, given_j, most_j, step_s, told_s = -0.005, 0.0, 0.0, 0.0, 1e-4, math.inf
+    place_m, speed, given_j, most_j, step_s, reported_s = -0.005, 0.0, 0.0, 0.0, 1e-4, math.inf
     forces = []
     for tick in range(round(SECONDS / period_s)):
         t_s = period_s * tick
@@ -236,7 +236,7 @@ def coupled(
             force_n = min(force_n, payable_n)
         port.command(t_s, force_n)
         if watch.step(t_s, force_n, fed) is not None:
-            told_s = min(told_s, t_s)
+            reported_s = min(reported_s, t_s)
         forces.append(force_n)
         meant_m = -0.005 + (0.005 + 2.0 / wall_n_m + 2.0 / n_m) * min(1.0, t_s / 0.6)
         for _ in range(round(period_s / step_s)):
@@ -245,7 +245,7 @@ def coupled(
             given_j -= step_s * speed * (force_n + 0.5 * speed)
             most_j = max(most_j, given_j - 0.5 * 0.09 * speed * speed)
     last = forces[-round(1.0 / period_s) :]
-    return told_s, most_j, max(last) - min(last)
+    return reported_s, most_j, max(last) - min(last)
 
 
 LIGHT, FIRM, ARM = (0.006, 2.0, 200.0), (0.010, 3.0, 800.0), (1.4, 7.5, 400.0)
@@ -261,23 +261,21 @@ UNSTABLE = [
 
 
 @pytest.mark.parametrize(("wall", "period_s", "round_trip_s", "hand", "stiffest"), UNSTABLE)
-def test_loops_that_are_truly_unstable_are_told_and_held_back_they_give_out_what_they_may(
+def test_unstable_loops_are_reported_and_keep_the_energy_limit_when_guarded(
     wall: float, period_s: float, round_trip_s: float, hand: tuple[float, float, float], stiffest: float
 ) -> None:
-    told_s, out_j, swing_n = coupled(wall, period_s, round_trip_s, hand, stiffest_n_m=stiffest, held_back=False)
-    assert told_s < 1.2
+    reported_s, out_j, swing_n = coupled(wall, period_s, round_trip_s, hand, stiffest_n_m=stiffest, held_back=False)
+    assert reported_s < 1.2
     assert out_j > 0.02
     assert swing_n > 4.0
-    told_s, out_j, swing_n = coupled(wall, period_s, round_trip_s, hand, stiffest_n_m=stiffest, held_back=True)
+    reported_s, out_j, swing_n = coupled(wall, period_s, round_trip_s, hand, stiffest_n_m=stiffest, held_back=True)
     assert out_j <= 1.1 * PRODUCED_J + FORGIVEN_W * SECONDS
     assert swing_n < 0.1
 
 
 @pytest.mark.parametrize("round_trip_s", [0.2, 0.4])
 @pytest.mark.parametrize("hand", [LIGHT, FIRM, ARM])
-def test_a_loop_too_slow_to_be_told_from_a_hand_is_held_back(
-    round_trip_s: float, hand: tuple[float, float, float]
-) -> None:
+def test_a_loop_as_slow_as_a_hand_is_limited(round_trip_s: float, hand: tuple[float, float, float]) -> None:
     assert coupled(1000.0, 0.001, round_trip_s, hand, stiffest_n_m=1000.0, held_back=False)[1] > 0.04
     _, out_j, swing_n = coupled(1000.0, 0.001, round_trip_s, hand, stiffest_n_m=1000.0, held_back=True)
     assert out_j <= 1.1 * PRODUCED_J + FORGIVEN_W * SECONDS

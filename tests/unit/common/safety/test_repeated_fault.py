@@ -105,7 +105,7 @@ def test_a_pulse_begins_turns_and_ends_at_its_times_and_an_average_ends_before_t
     assert not plate.logic.needs_test
 
 
-def test_the_round_after_a_test_is_without_drive_however_late_it_begins() -> None:
+def test_the_round_after_a_test_is_without_drive_at_any_start() -> None:
     plate = Plate()
     assert (plate.round(), plate.round()) == (OFF, PULSE)
     plate.t_s += 2.0 * TEST_EVERY_S
@@ -144,7 +144,7 @@ def test_from_a_pulse_to_the_next_is_a_set_time(early_ticks: int, tested: bool, 
 
 @pytest.mark.parametrize("way", ["not free", "no reading", "a fault", "clock set back"])
 @pytest.mark.parametrize("tick", [1, COOLS + 1, ROUND - 1])
-def test_what_interrupts_a_pulse_ends_it_and_it_counts(way: str, tick: int) -> None:
+def test_an_interrupted_pulse_ends_and_counts(way: str, tick: int) -> None:
     plate = Plate()
     plate.round()
     assert [plate.step() for _ in range(tick)] == PULSE[:tick]

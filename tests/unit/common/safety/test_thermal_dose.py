@@ -21,7 +21,7 @@ def spent_at(dose: ThermalDose, begin_s: float, plate_c: float = WARM_C, step_s:
     return step_s * ticks
 
 
-def test_it_is_spent_when_what_is_still_to_come_would_exceed_the_limit() -> None:
+def test_the_dose_is_spent_when_the_expected_rest_would_exceed_the_limit() -> None:
     assert spent_at(ThermalDose(), 0.0) == SPENT_S
     assert spent_at(ThermalDose(), -1e6) == SPENT_S
     before = ThermalDose()
@@ -29,7 +29,7 @@ def test_it_is_spent_when_what_is_still_to_come_would_exceed_the_limit() -> None
     assert spent_at(before, 0.25) == SPENT_S - 0.25, "it may have been as warm since the reading before"
 
 
-def test_what_is_not_warm_gives_no_dose() -> None:
+def test_a_cool_plate_gives_no_dose() -> None:
     dose = ThermalDose()
     assert not any(dose.step(0.25 * tick, DOSE_ABOVE_C) for tick in range(10_000))
     assert spent_at(dose, 2500.0) == SPENT_S - 0.25
@@ -48,7 +48,7 @@ def test_a_dose_that_never_reaches_the_limit_within_the_window_is_never_spent() 
         (BIN_S / 4.0, 3.0),  # of 16.5 K s, 1.5 K s in the first second, then 2 K s in each
     ],
 )
-def test_it_comes_back_when_half_of_it_has_left_the_window(step_s: float, forgotten_s: float) -> None:
+def test_the_dose_is_available_again_when_half_of_it_has_left_the_window(step_s: float, forgotten_s: float) -> None:
     """A second's dose is forgotten when all of that second is older than the window."""
     dose = ThermalDose()
     back_s = spent_at(dose, 0.0, step_s=step_s) + step_s

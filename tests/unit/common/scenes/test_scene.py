@@ -32,7 +32,7 @@ def load(tmp_path, text):
     return load_scene(str(path))
 
 
-def test_shipped_scenes_load_and_what_is_not_there_is_said():
+def test_shipped_scenes_load_and_a_missing_one_is_reported():
     assert scene_names() == SHIPPED
     for name in scene_names():
         assert load_scene(name).name == name

@@ -32,7 +32,7 @@ def test_rough_surfaces_vibrate_more_than_smooth_ones_and_soft_ones_tap_less() -
     }
 
 
-def test_grooves_are_as_far_apart_as_said_and_arbitrary_ones_follow_the_seed() -> None:
+def test_grooves_have_their_spacing_and_arbitrary_ones_follow_the_seed() -> None:
     close, wide = surface_kind("closely_grooved_pvc").grooves, surface_kind("arbitrarily_grooved_pvc").grooves
     assert close is not None
     assert wide is not None
@@ -45,7 +45,7 @@ def test_grooves_are_as_far_apart_as_said_and_arbitrary_ones_follow_the_seed() -
     assert gaps.std() > 0.5e-3
 
 
-def test_an_unknown_surface_is_answered_with_those_there_are() -> None:
+def test_an_unknown_surface_is_refused_with_a_list_of_the_known() -> None:
     with pytest.raises(ValueError, match=r"unknown surface 'velvet'; known: .*sandpaper"):
         surface_kind("velvet")
 

@@ -62,7 +62,7 @@ def operator_outputs(tick_s: float, age: Callable[[float], float], fault_s: floa
     [("finger force", "force_n"), ("vibration motor", "motor_rpm"), ("Peltier element", "peltier_drive")],
 )
 @pytest.mark.parametrize("cause", ["link_silent", "fault"])
-def test_the_operators_gate_is_as_fast_as_the_table_says(tick_s: float, actuator: str, field: str, cause: str) -> None:
+def test_the_operators_gate_meets_the_times_of_the_table(tick_s: float, actuator: str, field: str, cause: str) -> None:
     def age(t_s: float) -> float:
         return max(0.0, t_s) if cause == "link_silent" else 0.0
 
@@ -77,7 +77,7 @@ def test_the_operators_gate_is_as_fast_as_the_table_says(tick_s: float, actuator
 
 @pytest.mark.parametrize("tick_s", [0.001, 0.002, TICK_S])
 @pytest.mark.parametrize("cause", ["link_silent", "fault"])
-def test_the_patients_gate_is_as_fast_as_the_table_says(tick_s: float, cause: str) -> None:
+def test_the_patients_gate_meets_the_times_of_the_table(tick_s: float, cause: str) -> None:
     gate = PatientGate()
     x_m = z_m = 0.0
     still_m: list[tuple[float, float, float]] = []
@@ -129,7 +129,7 @@ def when_off(is_off: Callable[[float], bool]) -> float:
     return last_on_s + STEP_S
 
 
-def test_an_exoskeleton_left_alone_lets_go_within_its_time() -> None:
+def test_an_exoskeleton_without_commands_releases_within_its_time() -> None:
     device = Exoskeleton()
     command = FrameSender("FingerForces").encode({"enabled": 1.0, **dict.fromkeys(FINGERS, 10.0)})
     device.feed(command.arbitration_id, bytes(command.data), NOW_S)
@@ -141,7 +141,7 @@ def test_an_exoskeleton_left_alone_lets_go_within_its_time() -> None:
 @pytest.mark.parametrize(
     ("actuator", "drive"), [("vibration motor", "motor_mv"), ("Peltier element", "drive_permille")]
 )
-def test_a_module_left_alone_switches_off_within_its_time(actuator: str, drive: str) -> None:
+def test_a_module_without_commands_switches_off_within_its_time(actuator: str, drive: str) -> None:
     module = TactTip(0, NOW_S)
     module.measure(1700, 2047)
     module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, TactTipCommand(1410, -500).encode()), NOW_S)
@@ -154,7 +154,7 @@ def test_a_module_left_alone_switches_off_within_its_time(actuator: str, drive: 
     assert 0.05 < when_off(is_off) <= row(actuator).site_dead.within_s + STEP_S
 
 
-def test_a_heater_left_alone_switches_off_within_its_time() -> None:
+def test_a_heater_without_commands_switches_off_within_its_time() -> None:
     sensor = ThermalSensor(0, NOW_S)
     sensor.measure(2000, 1600)
     sensor.feed(encode_frame(MessageId.HEATER_COMMAND, 0, HeaterCommand(500).encode()), NOW_S)
@@ -167,7 +167,7 @@ def test_a_heater_left_alone_switches_off_within_its_time() -> None:
     assert 0.05 < when_off(is_off) <= row("sensor heater").site_dead.within_s + STEP_S
 
 
-def test_a_telemanipulator_left_alone_stands_still_within_its_time() -> None:
+def test_a_telemanipulator_without_commands_stands_still_within_its_time() -> None:
     device = Telemanipulator()
     hand = FrameSender("HandSetpoint").encode({"x": 300.0, "y": 0.0})
     heights = FrameSender("HeightSetpoint").encode({"released": 0.0, **dict.fromkeys(FINGERS, -5.0)})
@@ -185,7 +185,7 @@ def test_a_telemanipulator_left_alone_stands_still_within_its_time() -> None:
         within_s = row(actuator).site_dead.within_s
         stopped = [target for t_s, target in targets if t_s > within_s + STEP_S]
         assert len({(target[0], float(target[2][0])) for target in stopped}) == 1
-        assert stopped[0][0] < 0.3, "it stands where it was, not where it was told to be"
+        assert stopped[0][0] < 0.3, "it stands where it was, not at its set-point"
 
 
 def test_every_actuator_has_a_way_to_safety_for_every_cause() -> None:

@@ -44,9 +44,7 @@ class Device:
 
 @pytest.mark.parametrize("stood_s", [0.08, 0.15, 0.3, 1.0, 3.0, 30.0, 2000.0])
 @pytest.mark.parametrize("device_us", [0, WRAPS_US - 500_000])
-def test_a_standstill_is_found_whole_and_each_time_though_the_devices_clock_wraps(
-    stood_s: float, device_us: int
-) -> None:
+def test_each_standstill_is_found_in_full_across_a_wrap_of_the_devices_clock(stood_s: float, device_us: int) -> None:
     device = Device(device_us)
     for _ in range(3):
         assert device.run(20) == []
@@ -63,7 +61,7 @@ def test_drift_is_no_standstill_and_hides_none(pace: float) -> None:
 
 
 @pytest.mark.parametrize("late_s", [0.03, 0.5, 3.0, 60.0])
-def test_a_line_that_was_late_is_no_standstill_however_its_reports_come(late_s: float) -> None:
+def test_a_late_line_is_no_standstill_in_any_order_of_reports(late_s: float) -> None:
     """Old reports come first, a piece in each tick, and the line has caught up at the end."""
     device = Device()
     device.run(100)
@@ -86,7 +84,7 @@ def test_a_line_that_is_late_for_seconds_and_catches_up_is_no_standstill(
     assert device.run(500, pace) == []
     error_s = (
         0.005 if pace > 1.0 - DRIFT else 0.1
-    )  # at the end of DRIFT the pace is measured anew after the line was late
+    )  # at the end of DRIFT the pace is measured again after the line was late
     assert device.step(0.3, pace=pace) == pytest.approx(0.29, abs=error_s)
 
 
@@ -117,7 +115,7 @@ def test_a_node_whose_frames_come_in_a_heap_has_seen_a_standstill() -> None:
     assert witness.frames(1.2, 100 + 150) == pytest.approx(0.3, abs=5e-3)
 
 
-def test_what_has_waited_for_a_site_that_starts_is_no_standstill() -> None:
+def test_reports_from_before_the_start_of_a_site_are_no_standstill() -> None:
     """It is read in pieces: 0.1 s of frames, or 4096 bytes of a serial module, in each tick."""
     node, module = Witness(), Witness()
     for tick in range(10):
@@ -129,7 +127,7 @@ def test_what_has_waited_for_a_site_that_starts_is_no_standstill() -> None:
     assert module.report(1.022, [5000 * n for n in range(400, 460)]) == pytest.approx(0.298, abs=5e-3)
 
 
-def test_a_site_that_never_reads_all_and_then_does_has_seen_no_standstill() -> None:
+def test_reading_a_backlog_is_no_standstill() -> None:
     """A full machine gives it ten ticks a second, each reads 0.1 s of frames, and 1.4 s wait for half a minute."""
     node = Witness()
     assert [node.frames(0.002 * n, n) for n in range(1000)] == [0.0] * 1000
@@ -145,7 +143,7 @@ def test_a_site_that_never_reads_all_and_then_does_has_seen_no_standstill() -> N
     assert node.frames(host_s + 0.002, count + 150) == pytest.approx(0.3, abs=0.03)
 
 
-def test_a_device_that_was_restarted_is_believed_again_after_a_while_and_not_after_a_moment_behind() -> None:
+def test_a_restarted_device_is_trusted_again_only_after_a_while() -> None:
     device = Device()
     device.run(100)
     device.true_s -= BEHIND_S + 0.5
@@ -157,7 +155,7 @@ def test_a_device_that_was_restarted_is_believed_again_after_a_while_and_not_aft
     assert device.step(0.3) == pytest.approx(0.29, abs=2e-3)
 
 
-def test_a_host_clock_that_is_set_back_is_put_right_and_one_that_went_on_in_a_stopped_process_stays() -> None:
+def test_a_host_clock_set_back_is_corrected_and_one_that_ran_during_a_stop_stays() -> None:
     device = Device()
     device.run(100)
     assert device.step(30.0, 30.0) == 0.0
@@ -172,7 +170,7 @@ def test_the_clock_is_put_forward_and_counts_it() -> None:
 
 
 def test_a_suspend_is_counted_by_the_clock_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both clocks of the system begin with the same reading; only one goes on in a suspend."""
+    """Both clocks of the system begin with the same reading; only one continues in a suspend."""
     boottime_ns = time.clock_gettime_ns(time.CLOCK_BOOTTIME)
     read_ns = since_boot_ns()
     assert abs(read_ns() - time.monotonic_ns()) < 100_000_000

@@ -1,4 +1,4 @@
-"""What a tick decided is sent while it is new."""
+"""A tick's decision is sent only while it is new."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The watchdog ladder: whatever may be configured keeps its order, and what breaks it is refused with both numbers."""
+"""The hierarchy of timeouts: an accepted configuration keeps its order, another one is refused with both numbers."""
 
 import math
 import re
@@ -52,10 +52,10 @@ def test_the_error_names_both_rungs_with_their_fields_and_numbers() -> None:
     assert str(caught.value) == "link.gap_s: gap of 20 ms must cover 3 x far loop (far side's rate_hz) of 10 ms = 30 ms"
 
 
-@pytest.mark.parametrize("told", ["500", True, math.nan, math.inf, -500.0, 0, 99.9, 1001, [500], {}, 10**400])
-def test_a_far_side_that_tells_no_rate_of_a_loop_is_refused(told: object) -> None:
+@pytest.mark.parametrize("rate_hz", ["500", True, math.nan, math.inf, -500.0, 0, 99.9, 1001, [500], {}, 10**400])
+def test_a_peer_without_a_valid_loop_rate_is_refused(rate_hz: object) -> None:
     with pytest.raises(InconsistentTimeouts, match=r"far side's rate_hz: .* is not in 100\.\.1000 Hz"):
-        check_ladder(500.0, limits.GAP_S, limits.AGE_DEFAULT_S, told)
+        check_ladder(500.0, limits.GAP_S, limits.AGE_DEFAULT_S, rate_hz)
 
 
 @pytest.mark.parametrize(
@@ -105,6 +105,6 @@ def test_the_ladder_has_the_times_that_sites_and_devices_use() -> None:
 
 
 @pytest.mark.parametrize(("time_s", "text"), [(0.1, "100 ms"), (1.0, "1 s"), (0.002, "2 ms"), (5.0, "5 s")])
-def test_times_are_written_for_people(time_s: float, text: str) -> None:
+def test_times_are_readable(time_s: float, text: str) -> None:
     assert in_ms(time_s) == text
     assert re.fullmatch(r"[\d.]+ m?s", in_ms(time_s))

@@ -19,7 +19,7 @@ floats = st.one_of(st.sampled_from([*odd, *edges]), st.floats(width=32), st.samp
 
 @given(st.lists(floats, min_size=N * COLUMNS, max_size=N * COLUMNS))
 @example([0.0] * (N * COLUMNS))
-def test_the_whole_number_says_what_each_float_says(values: list[float]) -> None:
+def test_the_whole_number_agrees_with_each_float(values: list[float]) -> None:
     block = np.array(values, dtype="<f4").reshape(N, COLUMNS)
     codes = block[:, 3]
     good = bool(((block >= BLOCK.low) & (block <= BLOCK.high)).all()) and bool((codes == np.floor(codes)).all())

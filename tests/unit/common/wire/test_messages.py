@@ -119,7 +119,7 @@ def test_each_headers_field_is_checked(golden: dict[str, bytes], name: str) -> N
 
 
 @pytest.mark.parametrize("name", ["motion", "touch", "heartbeat"])
-def test_a_state_that_is_none_is_refused(golden: dict[str, bytes], name: str) -> None:
+def test_an_unknown_state_is_refused(golden: dict[str, bytes], name: str) -> None:
     fields = msgpack.unpackb(golden[name])
     for bad in (4, -1, 1.0, "engaged", None, True):
         with pytest.raises(BadPacket, match="field state"):
@@ -260,13 +260,13 @@ def test_lists_of_names_and_events_have_their_lengths(golden: dict[str, bytes]) 
         7,
     ],
 )
-def test_what_is_summarised_of_a_finger_is_checked(golden: dict[str, bytes], finger: object) -> None:
+def test_each_summary_of_a_finger_is_checked(golden: dict[str, bytes], finger: object) -> None:
     summaries = msgpack.unpackb(msgpack.unpackb(golden["touch"])[7])
     with pytest.raises(BadPacket, match="summaries"):
         Touch.decode(touch_with(golden, 7, msgpack.packb([*summaries[:4], finger])))
 
 
-def test_something_is_summarised_of_each_finger(golden: dict[str, bytes]) -> None:
+def test_each_finger_has_a_summary(golden: dict[str, bytes]) -> None:
     fields = msgpack.unpackb(golden["touch"])
     summaries = msgpack.unpackb(fields[7])
     for unread in (summaries, None, "text", b"", fields[7] + b"\0", msgpack.packb(summaries[:4]), msgpack.packb(7)):
@@ -274,7 +274,7 @@ def test_something_is_summarised_of_each_finger(golden: dict[str, bytes]) -> Non
             Touch.decode(touch_with(golden, 7, unread))
 
 
-def test_no_summary_is_sent_that_would_be_refused() -> None:
+def test_every_sent_summary_would_be_accepted() -> None:
     block = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
     for wrong in (TouchSummary((("pvc", 1.5),)), TouchSummary((), math.nan), TouchSummary(groove_m=1.0)):
         with pytest.raises(BadPacket, match="summaries"):

@@ -22,12 +22,12 @@ from sim_sensors.physics.finger_plate import FingerPlates
         (ntc_counts(5.0), "the cooling water is lost or too cold: hot side at 5 C, 5 C before"),
     ],
 )
-def test_it_is_named_what_is_wrong(counts: int, fault: str) -> None:
+def test_each_fault_of_the_hot_side_is_named(counts: int, fault: str) -> None:
     assert fault_text(HotSide().step(0.0, counts)) == fault
 
 
 @pytest.mark.parametrize(("rate_k_s", "found"), [(0.2, "lost: hot"), (-0.2, "too cold"), (0.03, ""), (-0.03, "")])
-def test_a_block_that_moves_as_only_one_without_water_does_is_found_at_once(rate_k_s: float, found: str) -> None:
+def test_a_block_that_warms_as_without_water_is_found_at_once(rate_k_s: float, found: str) -> None:
     side, faults = HotSide(), []
     for n in range(3000):
         t_s = 0.01 * n
@@ -38,7 +38,7 @@ def test_a_block_that_moves_as_only_one_without_water_does_is_found_at_once(rate
         assert MOVED_K / abs(rate_k_s) <= first_s <= 1.2 * MOVED_K / abs(rate_k_s)
 
 
-def test_a_module_that_was_away_for_long_begins_anew() -> None:
+def test_a_module_that_was_absent_for_long_starts_again() -> None:
     side = HotSide()
     assert side.step(0.0, ntc_counts(18.0)) is None
     assert side.step(1.0 + MEMORY_S, ntc_counts(24.0)) is None
@@ -47,7 +47,7 @@ def test_a_module_that_was_away_for_long_begins_anew() -> None:
 
 @pytest.mark.parametrize("water_c", [15.0, 25.0])
 @pytest.mark.parametrize("drive", [-1.0, 1.0])
-def test_whatever_a_plate_is_driven_with_water_keeps_the_hot_side_normal_with_a_kelvin_to_spare(
+def test_any_drive_with_water_leaves_the_hot_side_normal_by_a_kelvin(
     monkeypatch: pytest.MonkeyPatch, water_c: float, drive: float
 ) -> None:
     """Cooled or heated for a minute, then the other way."""

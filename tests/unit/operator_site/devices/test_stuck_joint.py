@@ -1,4 +1,4 @@
-"""A stuck joint is named within its time while there is a hand; a living finger never is, nor one that nobody wears."""
+"""A stuck joint is named within its time while there is a hand; a moving or an unworn finger never is."""
 
 import math
 from functools import cache
@@ -62,8 +62,8 @@ def test_no_hand_at_work_is_ever_a_fault(scene: str, wall_n_m: float) -> None:
 @pytest.mark.parametrize("from_s", [1.0, 2.5, 4.0])
 @pytest.mark.parametrize("finger", range(5))
 def test_a_stuck_encoder_of_a_hand_at_work_is_named_within_its_time(finger: int, from_s: float) -> None:
-    told = watch(freeze(worked("materials", 400.0), finger, from_s))
-    found_s, faults = next((t_s, faults) for t_s, faults in told if faults)
+    checked = watch(freeze(worked("materials", 400.0), finger, from_s))
+    found_s, faults = next((t_s, faults) for t_s, faults in checked if faults)
     assert [fault[:3] for fault in faults] == [(FaultCode.FINGER_STILL, FINGERS[finger], "")]
     assert faults[0].limit == STILL_S == pytest.approx(faults[0].value, abs=0.01)
     assert found_s - from_s == pytest.approx(STILL_S, abs=0.05)
@@ -81,7 +81,7 @@ def step_still(
         fingers.step(TICK_S, [z_m] * 5, (0.0, 0.0), pushed_n)
 
 
-def test_where_nobody_is_nothing_is_stuck_but_what_is_pushed_and_does_not_give_before_its_stop() -> None:
+def test_only_a_pushed_joint_that_does_not_give_is_stuck_without_a_hand() -> None:
     fingers = StuckJoints()
     step_still(fingers, 20.0)
     assert fingers.faults == []
@@ -92,7 +92,7 @@ def test_where_nobody_is_nothing_is_stuck_but_what_is_pushed_and_does_not_give_b
     assert at_its_stop.faults == []
 
 
-def test_a_hand_that_lies_down_for_a_moment_starts_no_clock_for_longer_than_it_was_lively() -> None:
+def test_a_brief_rest_of_a_hand_starts_no_check_beyond_its_active_time() -> None:
     fingers, random = StuckJoints(), np.random.default_rng(0)
     for _ in range(500):
         fingers.step(TICK_S, [0.0, *(COUNT_M * random.integers(0, 5, 4)).tolist()], (0.0, 0.0), (0.0,) * 5)

@@ -1,4 +1,4 @@
-"""A loop that keeps its time shows what its period allows, one that does not shows less for as long."""
+"""A punctual loop shows the stiffness of its period, and a late loop shows less while it is late."""
 
 import math
 
@@ -20,7 +20,7 @@ def every(period_s: float, begin_s: float, end_s: float) -> list[float]:
     return [begin_s + period_s * i for i in range(round((end_s - begin_s) / period_s))]
 
 
-def test_a_loop_that_keeps_its_time_or_pauses_once_shows_the_wall_as_it_is() -> None:
+def test_a_punctual_loop_or_one_pause_shows_the_full_wall() -> None:
     held = LoopStiffness(WALL)
     run(held, every(0.002, 0.0, 1.0) + every(0.002, 1.010, 2.0))
     assert held.wall is WALL

@@ -24,7 +24,7 @@ def test_a_model_known_before_contact_is_a_spring():
     assert [contact.step(T * i, -0.001 * i, 0.0, 400.0) for i in (1, 2, 1)] == pytest.approx([0.4, 0.8, 0.0])
 
 
-def test_a_wall_is_shown_no_stiffer_than_the_device_can_and_says_so():
+def test_a_wall_is_shown_up_to_the_stiffness_of_the_device_and_the_limit_is_reported():
     contact = PassiveContact(WALL)
     contact.step(0.0, 0.001, 0.0, 5000.0)
     assert contact.step(T, -0.001, 0.0, 5000.0) == pytest.approx(WALL.stiffest_n_m * 0.001)
@@ -58,7 +58,7 @@ def pressed(stiffness: float = 400.0, depth_m: float = 0.002) -> tuple[PassiveCo
 
 
 @pytest.mark.parametrize(("surface_m", "stiffness"), [(0.003, 400.0), (0.0, 3000.0), (0.003, 3000.0), (0.01, 50.0)])
-def test_a_still_finger_is_never_pressed_harder_than_it_pressed_but_for_its_account(surface_m, stiffness):
+def test_a_still_finger_is_never_pressed_harder_than_it_pressed_beyond_its_account(surface_m, stiffness):
     contact, t_s = pressed()
     account_j, before = contact.account_j, contact.step(t_s + T, -0.002, 0.0, 400.0)
     stored = before**2 / 2 / 400.0
@@ -70,7 +70,7 @@ def test_a_still_finger_is_never_pressed_harder_than_it_pressed_but_for_its_acco
     assert force**2 / 2 / contact.stiffness_n_m <= stored + max(0.0, account_j) + lent_j + ROUNDING_J
 
 
-def test_a_surface_first_known_around_the_finger_is_felt_softly_and_is_there_when_it_presses_on():
+def test_a_surface_first_known_around_the_finger_is_felt_softly_and_fully_on_pressing():
     contact = PassiveContact(WALL)
     forces = [contact.step(T * i, -0.005, 0.0, 400.0 if i > 5 else 0.0) for i in range(50)]
     assert all(after - before <= FORCE_RAMP_UP_N_S * T + 1e-9 for before, after in itertools.pairwise(forces))
@@ -82,9 +82,9 @@ def test_a_surface_first_known_around_the_finger_is_felt_softly_and_is_there_whe
     assert contact.surface_m == pytest.approx(0.0, abs=1e-4)
 
 
-def test_an_interrupted_press_is_felt_again_without_being_lifted_however_often():
+def test_an_interrupted_press_is_felt_again_without_lifting_after_any_number_of_interruptions():
     """What is owed is forgiven while no force acts; while one does, the surface does not creep."""
-    contact, t_s, felt = PassiveContact(WALL), 0.0, []
+    contact, t_s, shown_n = PassiveContact(WALL), 0.0, []
     for _ in range(10):
         for known, seconds in ((False, 2.5), (True, 1.0)):
             forces = []
@@ -92,11 +92,11 @@ def test_an_interrupted_press_is_felt_again_without_being_lifted_however_often()
                 t_s += T
                 forces.append(contact.step(t_s, -0.002, 0.0, 400.0 if known else 0.0))
         assert forces[-1] == pytest.approx(forces[100])
-        felt.append(forces[-1])
-    assert felt == pytest.approx([math.sqrt(2.0 * 400.0 * LENT_J)] * 10)
+        shown_n.append(forces[-1])
+    assert shown_n == pytest.approx([math.sqrt(2.0 * 400.0 * LENT_J)] * 10)
 
 
-def test_outputs_that_rested_begin_with_something_and_owe_nothing():
+def test_outputs_at_rest_start_with_a_loan_and_without_debt():
     contact = PassiveContact(WALL)
     for i in range(10):
         contact.step(T * i, -0.003, 0.0, 400.0)
@@ -122,7 +122,7 @@ def test_a_surface_that_sinks_pays_for_rising_again():
     assert contact.account_j <= ACCOUNT_J
 
 
-def test_nothing_known_or_time_that_stood_still_releases():
+def test_an_unknown_surface_or_a_standstill_releases():
     contact, t_s = pressed()
     forces = [contact.step(t_s + T * i, -0.002, math.nan, 400.0) for i in range(1, 20)]
     assert forces[-1] == 0.0
@@ -133,7 +133,7 @@ def test_nothing_known_or_time_that_stood_still_releases():
     assert contact.step(t_s + 1.001, math.nan, 0.0, 400.0) == 0.0
 
 
-def test_what_was_not_let_through_is_not_given_back():
+def test_force_that_was_not_applied_is_not_returned():
     """A finger that pressed unfelt, as before engaging, finds the surface where it is."""
     contact, t_s = pressed()
     assert contact.step(t_s + T, -0.002, 0.0, 400.0) == pytest.approx(0.8)

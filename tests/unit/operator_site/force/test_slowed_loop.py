@@ -67,7 +67,7 @@ class Finger:
 
 
 @pytest.mark.parametrize("deep_m", [0.003, 0.005, 0.008])
-def test_a_finger_that_is_owed_for_does_not_swing_and_feels_the_same_again_afterwards(deep_m: float) -> None:
+def test_a_finger_with_debt_does_not_swing_and_later_feels_the_same(deep_m: float) -> None:
     """It lay in the surface when outputs began to act: what holds it is lent; the port's guard limits it."""
     finger = Finger(deep_m)
     finger.run(0.2, engaged=False)

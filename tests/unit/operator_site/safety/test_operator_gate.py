@@ -1,4 +1,4 @@
-"""The operator-side gate keeps every limit of `common.limits`, whatever is asked for."""
+"""The operator-side gate keeps every limit of `common.limits` for any request."""
 
 import itertools
 import math
@@ -275,7 +275,7 @@ def test_drive_range():
         assert out.limited == [Limit.DRIVE_RANGE if abs(wanted) > 1.0 else 0] * 5
 
 
-def test_no_fresh_reading_no_drive():
+def test_a_missing_reading_stops_the_drive():
     for age in [*dense(0.0, GAP_S, step=0.001), math.inf, math.nan]:
         rig = Rig()
         out = rig.step(measurement_age_s=age, peltier_drive=0.5)
@@ -289,7 +289,7 @@ def test_no_fresh_reading_no_drive():
     assert out.fault is None
 
 
-def test_reading_lost_in_the_middle_starts_anew():
+def test_a_lost_reading_restarts_the_plate():
     rig = Rig()
     for _ in range(100):
         rig.step(plate_set_c=20.0)
@@ -299,7 +299,7 @@ def test_reading_lost_in_the_middle_starts_anew():
 
 @pytest.mark.parametrize("name", ["force_n", "motor_rpm", "plate_set_c", "peltier_drive", "plate_measured_c"])
 @pytest.mark.parametrize("value", NOT_FINITE)
-def test_what_is_no_number_is_a_fault(name, value):
+def test_nan_or_infinity_is_a_fault(name, value):
     rig = Rig()
     rig.warm_up()
     default = 33.0 if "plate" in name else 0.0
@@ -311,12 +311,12 @@ def test_what_is_no_number_is_a_fault(name, value):
     assert all(map(math.isfinite, numbers))
 
 
-def test_age_that_is_no_number_is_a_fault():
+def test_an_age_of_nan_is_a_fault():
     assert Rig().step(age=math.nan).fault == Fault(FaultCode.AGE_NOT_A_NUMBER)
 
 
 @pytest.mark.parametrize("value", NOT_FINITE)
-def test_time_that_is_no_number_is_a_fault(value):
+def test_a_time_of_nan_is_a_fault(value):
     rig = Rig()
     rig.warm_up(force_n=10.0)
     rig.t_s = value
@@ -353,7 +353,7 @@ def test_dose_is_spent_before_it_is_exceeded_and_comes_back():
     assert rig.step(peltier_drive=0.1).peltier_drive[0] == 0.1
 
 
-def test_a_tick_without_a_time_does_not_keep_the_dose_for_ever():
+def test_a_tick_without_a_time_does_not_keep_the_dose_permanently():
     rig = Rig(WIDE)
     rig.gate.step = lambda t_s, *a, step=rig.gate.step, **k: step(t_s if rig.t_s > 10.05 else math.nan, *a, **k)
     spent = []
@@ -399,7 +399,7 @@ def pressed_then_off(t_s: float) -> float:
     "meant", [pressed_then_off, lambda t_s: 0.004 - 0.016 * math.sin(math.pi * 8.0 * t_s) ** 2, lambda t_s: -0.008]
 )
 @pytest.mark.parametrize("stiffness", [50.0, 200.0, 400.0])
-def test_a_sound_contact_is_left_alone(meant, stiffness):
+def test_a_sound_contact_is_not_limited(meant, stiffness):
     """Pressed, tapped eight times a second, or fallen into: a spring that is there from the beginning."""
     hand = Hand()
     for _ in range(150):
@@ -430,7 +430,7 @@ def pushes_the_wrong_way(_t_s: float, z_m: float) -> float:
 
 @pytest.mark.parametrize("law", [kicks, too_stiff, pushes_the_wrong_way])
 @pytest.mark.parametrize("n_m", [100.0, 400.0, 1500.0])
-def test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in(law, n_m):
+def test_energy_out_never_exceeds_energy_in_for_any_request(law, n_m):
     """0.5 mJ and what the delay makes of it, with a hand that first moved freely: that alone fills the account."""
     hand = Hand(n_m)
     for _ in range(150):
@@ -454,7 +454,7 @@ def test_whatever_the_renderer_asks_for_no_more_comes_out_than_went_in(law, n_m)
     assert hand.rig.gate.produced_mj[1]["most"] == 0.0
 
 
-def test_a_finger_that_put_nothing_in_feels_little_and_without_known_heights_it_stays_so():
+def test_a_finger_without_work_feels_little_also_without_known_heights():
     rig = Rig(wall=WALL)
     at_rest_n = math.sqrt(2.0 * 400.0 * PRODUCED_J)
     for heights in ({}, {"z_m": math.nan}, {"height_age_s": GAP_S + 0.001}, {"height_age_s": math.nan}):
@@ -473,7 +473,7 @@ def test_a_finger_that_put_nothing_in_feels_little_and_without_known_heights_it_
     assert out.force_n == pytest.approx([at_rest_n] * 5)
 
 
-def test_what_is_owed_for_is_shown_as_no_stiffer_a_wall_than_the_loop_can_as_it_runs():
+def test_debt_is_shown_with_at_most_the_stiffness_of_the_running_loop():
     """A loop that holds its forces four times as long can show a quarter of the stiffness; back in time, all of it."""
     rig = Rig(wall=WALL)
     at_rest_n = math.sqrt(2.0 * 400.0 * PRODUCED_J)
@@ -559,7 +559,7 @@ def test_a_finger_begins_without_force_and_no_limit_acts_while_none_is_wanted():
 
 
 @pytest.mark.parametrize("between_s", [0.12, 0.3])
-def test_a_force_that_the_gate_lets_go_again_and_again_does_not_swing(between_s):
+def test_a_force_that_the_gate_releases_repeatedly_does_not_swing(between_s):
     """Packets come too rarely while a finger presses without having paid: released and displayed again each time."""
     rig, fault = Rig(wall=WALL), None
     for _ in range(10):
@@ -570,7 +570,7 @@ def test_a_force_that_the_gate_lets_go_again_and_again_does_not_swing(between_s)
     assert fault is None
 
 
-def test_a_loop_that_stands_still_again_and_again_does_not_make_the_force_swing():
+def test_repeated_standstills_do_not_make_the_force_swing():
     """Each tick that comes too late begins from neutral: twelve times a second, faster than a hand."""
     rig = Rig(wall=WALL)
     for _ in range(20):
@@ -670,7 +670,7 @@ def test_a_plate_that_faults_name_twice_in_ten_minutes_is_driven_again_once_a_te
     assert out.peltier_drive == [0.4] * 5
 
 
-def test_the_second_fault_says_that_its_plate_stays_off():
+def test_the_second_fault_reports_that_its_plate_stays_off():
     rig = Rig()
     rig.gate.trip(FAILED)
     assert rig.step().fault == FAILED
@@ -731,14 +731,14 @@ def test_drive_is_cut_at_the_first_check_of_a_plate_that_will_be_too_hot(ticks):
     assert outs[-1].peltier_drive == [0.0] * 5
 
 
-def test_a_plate_in_test_is_judged_by_where_it_will_be():
+def test_a_plate_in_test_is_judged_by_its_predicted_temperature():
     rig = Rig(WIDE)
     named_twice(rig)
     outs = [rig.step(plate_measured_c=41.0 + 3.0 * DT * tick) for tick in range(150)]
     assert outs[-1].limited[1] == Limit.PLATE_TEST | Limit.PLATE_TEMPERATURE
 
 
-def test_what_a_released_plate_does_is_no_part_of_its_test():
+def test_motion_of_a_released_plate_is_no_part_of_its_test():
     rig = Rig()
     named_twice(rig)
     for _ in range(round(1.25 * ROUND_S / DT)):

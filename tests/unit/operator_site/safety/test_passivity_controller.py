@@ -1,4 +1,4 @@
-"""No port gives out more than it was given, PRODUCED_J, and what is forgiven; and a sound contact is left alone."""
+"""A port gives out at most its input, PRODUCED_J and the forgiven energy; a sound contact is not limited."""
 
 import itertools
 import math
@@ -44,7 +44,7 @@ class Finger:
             self.port.command(self.t_s, self.force_n)
 
 
-def test_it_counts_the_work_of_the_force_that_was_held() -> None:
+def test_the_work_of_the_held_force_is_counted() -> None:
     finger = Finger()
     finger.move(0.0, 0.5)
     finger.move(-1e-4, 0.5, 20)
@@ -82,7 +82,7 @@ def test_each_force_counts_for_as_long_as_it_acted(late_ticks: float, mean_n: fl
     assert port.account_j == (mean_n + acts_n) * TICK_S
 
 
-def test_before_any_force_none_acts_and_only_what_may_be_produced_can_be_paid() -> None:
+def test_the_account_starts_without_force_and_with_the_allowed_energy() -> None:
     port = PassivityController(STIFFEST_N_M, 1.0)
     assert port.limit_n() == pytest.approx(AT_REST_N)
     port.observe(0.0, 0.0)
@@ -91,7 +91,7 @@ def test_before_any_force_none_acts_and_only_what_may_be_produced_can_be_paid() 
     assert port.account_j == 1.5 * TICK_S
 
 
-def test_a_force_is_remembered_however_often_none_is_commanded_after_it() -> None:
+def test_a_force_is_remembered_after_any_number_of_zero_commands() -> None:
     port = pushed(1.0)
     for number in range(2 * MOST_FORCES):
         port.command(TICK_S + 1e-5 * number, 0.0)
@@ -129,7 +129,7 @@ def test_a_step_that_is_too_long_or_too_fast_counts_nothing_and_forgives_nothing
     assert port.most_produced_j == owed_j
 
 
-def test_what_comes_out_ends_when_it_is_spent() -> None:
+def test_output_ends_when_the_energy_is_spent() -> None:
     finger = Finger()
     finger.move(0.0, 0.9)
     finger.move(-1e-4, 0.9, 10)
@@ -143,7 +143,7 @@ def test_what_comes_out_ends_when_it_is_spent() -> None:
     assert finger.port.most_produced_j == pytest.approx(PRODUCED_J, rel=0.05)
 
 
-def test_what_is_owed_is_forgiven_slowly_and_nothing_is_given() -> None:
+def test_debt_is_forgiven_slowly_and_no_energy_is_given() -> None:
     finger = Finger()
     finger.move(1e-4, 10.0, 50)
     owed_j = -finger.port.account_j
@@ -161,7 +161,7 @@ def test_what_is_owed_is_forgiven_slowly_and_nothing_is_given() -> None:
     assert finger.port.account_j == pytest.approx(0.5 * 19e-4, rel=0.2)
 
 
-def test_what_is_spent_is_earned_again_by_pressing() -> None:
+def test_spent_energy_is_earned_again_by_pressing() -> None:
     finger = Finger(damping_n_s_m=0.5)
     finger.move(0.0, 10.0)
     finger.move(2e-5, 10.0, 300)
@@ -170,11 +170,11 @@ def test_what_is_spent_is_earned_again_by_pressing() -> None:
     assert finger.force_n > 1.0
 
 
-def test_work_under_a_force_that_comes_late_is_counted_with_that_force() -> None:
+def test_work_under_a_late_force_is_counted_with_that_force() -> None:
     """Pressed in and out evenly, a late spring gives out what its delay makes: counted without it, nothing is seen."""
     delay_s, seen = 0.004, {}
-    for told_s in (0.0, delay_s):
-        port = PassivityController(STIFFEST_N_M, 1.0, delay_s=told_s)
+    for assumed_s in (0.0, delay_s):
+        port = PassivityController(STIFFEST_N_M, 1.0, delay_s=assumed_s)
         true_j = 0.0
         for tick in range(2000):
             t_s = T * tick
@@ -184,7 +184,7 @@ def test_work_under_a_force_that_comes_late_is_counted_with_that_force() -> None
             true_j += 100.0 * late_m * (before_m - depth_m) if tick else 0.0
             port.observe(t_s, -depth_m)
             port.command(t_s, 100.0 * depth_m)
-        seen[told_s] = -port.account_j
+        seen[assumed_s] = -port.account_j
     assert true_j > 0.001
     assert seen[delay_s] == pytest.approx(true_j, rel=0.15)
     assert seen[0.0] < 0.2 * true_j
@@ -207,7 +207,7 @@ def test_a_lost_height_is_made_up_by_the_next() -> None:
 @pytest.mark.parametrize(
     ("t_s", "z_m"), [(-1.0, 0.0), (0.5, 0.0), (math.nan, 0.0), (0.101, math.nan), (0.101, math.inf), (0.101, 0.02)]
 )
-def test_what_is_not_known_makes_it_begin_anew(t_s: float, z_m: float) -> None:
+def test_unknown_heights_restart_the_account(t_s: float, z_m: float) -> None:
     """Clock set back, standing still, a height that is none, one that no finger reaches in that time."""
     finger = Finger()
     finger.move(0.0, 0.9)
@@ -242,7 +242,7 @@ def test_heights_that_never_come_cost_no_memory() -> None:
     assert len(pickle.dumps(finger.port)) < 40 * MOST_FORCES
 
 
-def test_what_a_contact_has_lost_fades_and_what_it_holds_stays() -> None:
+def test_losses_of_a_contact_fade_and_stored_energy_stays() -> None:
     finger = Finger()
     finger.move(0.0, 4.0)
     for tick in range(1, 101):  # a spring of 400 N/m, pressed in by 10 mm
@@ -266,9 +266,7 @@ def test_what_a_contact_has_lost_fades_and_what_it_holds_stays() -> None:
         pytest.param([(0.0, 0.0), (0.02, 0.0), (-0.02, 4.0), (-0.005, 1.0)], 0.005, id="no force held it higher"),
     ],
 )
-def test_a_contact_holds_its_force_over_the_way_up_to_where_it_was_highest(
-    course: list[tuple[float, float]], held_j: float
-) -> None:
+def test_a_contact_holds_its_force_up_to_its_highest_place(course: list[tuple[float, float]], held_j: float) -> None:
     port, t_s, z_m = PassivityController(STIFFEST_N_M, 0.0), 0.0, 0.0
     for rise_m, force_n in course + [(0.0, course[-1][1])] * 1000:
         z_m, t_s = z_m + rise_m, t_s + TICK_S
@@ -281,7 +279,7 @@ moves = st.tuples(st.floats(-4e-4, 4e-4), st.floats(0.0, 10.0), st.integers(1, 4
 
 
 @given(st.lists(moves, min_size=1, max_size=25))
-def test_whatever_is_asked_for_no_more_comes_out_than_went_in(course: list[tuple[float, float, int]]) -> None:
+def test_energy_out_never_exceeds_energy_in_for_any_command(course: list[tuple[float, float, int]]) -> None:
     """But for what a tick of the stiffest wall makes: the device's own damping, not counted here, is there for that."""
     finger, sampled_j = Finger(), 0.0
     for rise_m, wanted_n, ticks in course:
@@ -296,7 +294,7 @@ springs = st.tuples(st.floats(50.0, STIFFEST_N_M), st.floats(0.5, 8.0), st.float
 
 
 @given(springs)
-def test_a_spring_within_the_bound_is_never_held_back(spring: tuple[float, float, float]) -> None:
+def test_a_spring_within_the_bound_is_never_limited(spring: tuple[float, float, float]) -> None:
     """Any spring, pressed up to eight times a second, on a device with the damping that the bound assumes."""
     stiffness, hz, depth_m = spring
     finger = Finger(damping_n_s_m=STIFFEST_N_M * T / 2)

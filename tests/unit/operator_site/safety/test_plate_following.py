@@ -120,7 +120,7 @@ def test_a_reading_that_stands_still_as_long_as_the_limit_is_a_fault(drive, read
         (0.8, 1.0, 0.512, None),  # a fifth of what is expected
     ],
 )
-def test_what_is_as_much_as_the_limit_is_judged_as_the_limit_says(dt_s, drive, moved_k, fault):
+def test_a_value_at_the_limit_is_judged_by_the_limit(dt_s, drive, moved_k, fault):
     """One long step, with numbers that meet each limit without rounding."""
     follow = PlateFollowing()
     follow.step(dt_s, drive, 0.0)

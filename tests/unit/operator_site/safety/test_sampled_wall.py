@@ -19,7 +19,7 @@ def test_stiffest_wall(wall: SampledWall, stiffest_n_m: float) -> None:
 
 
 @given(st.floats(0.0, 50.0), st.floats(1e-4, 0.1), st.floats(0.0, 0.1), st.floats(0.0, 1.0))
-def test_stiffness_and_damping_share_what_the_device_has(damping: float, period_s: float, delay_s: float, share: float):
+def test_stiffness_and_damping_share_the_devices_damping(damping: float, period_s: float, delay_s: float, share: float):
     wall = SampledWall(damping, period_s, delay_s)
     left = wall.damping_left_n_s_m(share * wall.stiffest_n_m)
     assert left == pytest.approx((1.0 - share) * damping, abs=1e-9)
@@ -27,6 +27,6 @@ def test_stiffness_and_damping_share_what_the_device_has(damping: float, period_
 
 
 @pytest.mark.parametrize("wrong", [(-1.0, 0.001, 0.0), (0.5, 0.0, 0.0), (math.nan, 0.001, 0.0), (0.5, 0.001, math.inf)])
-def test_what_is_no_device_is_refused(wrong: tuple[float, float, float]) -> None:
+def test_an_impossible_device_is_refused(wrong: tuple[float, float, float]) -> None:
     with pytest.raises(ValueError, match="period above 0"):
         SampledWall(*wrong)

@@ -39,11 +39,11 @@ def joined(feed: ConsoleFeedSocket, reader: FeedReader) -> int:
     return now_ns
 
 
-def test_every_stream_of_it_is_one_that_the_site_records() -> None:
+def test_every_stream_of_the_feed_is_recorded() -> None:
     assert SCHEMAS.keys() >= STREAMS
 
 
-def test_what_is_written_arrives_in_order_batch_by_batch(feed: ConsoleFeedSocket, base_port: int, keys: Keys) -> None:
+def test_rows_arrive_in_order_batch_by_batch(feed: ConsoleFeedSocket, base_port: int, keys: Keys) -> None:
     reader = FeedReader(base_port, load_keys(keys.operator))
     start_ns = joined(feed, reader) + 100 * MS
     written = [Fed("operator/rendered", start_ns + n * 2 * MS, msgpack.packb(n)) for n in range(100)]
@@ -80,7 +80,7 @@ def test_a_batch_is_sent_thirty_times_a_second_and_nothing_is_kept_back_by_a_clo
     assert len(sent) == before + 1
 
 
-def test_a_stranger_is_fed_nothing(feed: ConsoleFeedSocket, base_port: int, keys: Keys) -> None:
+def test_another_key_gets_no_feed(feed: ConsoleFeedSocket, base_port: int, keys: Keys) -> None:
     own, stranger = load_keys(keys.operator), load_keys(keys.stranger)
     reader = FeedReader(base_port, own)
     context = zmq.Context()

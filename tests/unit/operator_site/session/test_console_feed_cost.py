@@ -45,7 +45,7 @@ def median_ticks_us(recorder: Recorder, feed: ConsoleFeedSocket) -> tuple[float,
     return statistics.median(took_us[0]), statistics.median(took_us[1])
 
 
-def test_a_console_that_is_fed_costs_the_loop_next_to_nothing(tmp_path: Path, keys: Keys, base_port: int) -> None:
+def test_a_console_costs_the_loop_almost_nothing(tmp_path: Path, keys: Keys, base_port: int) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     with (
         Recorder(tmp_path / "a.mcap", SCHEMAS, {}) as recorder,

@@ -1,4 +1,4 @@
-"""A console that nobody watches pauses the session in time."""
+"""A missing or hidden console pauses the session in time."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,7 +17,7 @@ def away(attendance: ConsolePresence, from_ms: int, to_ms: int) -> str:
     return ""
 
 
-def test_nobody_has_to_watch_where_none_is_asked_for() -> None:
+def test_no_console_is_needed_where_none_is_required() -> None:
     assert away(ConsolePresence(0.0), 0, 60_000) == ""
 
 
@@ -31,7 +31,7 @@ def test_an_acting_console_that_is_silent_pauses_the_session() -> None:
     assert away(attendance, 12_000, 12_010) == "console was silent for 3 s"
 
 
-def test_a_hidden_console_is_none() -> None:
+def test_a_hidden_console_does_not_count() -> None:
     attendance = ConsolePresence(3.0)
     attendance.step(T0, engaged=False)
     for ms in range(0, 4000, 500):
@@ -40,7 +40,7 @@ def test_a_hidden_console_is_none() -> None:
         assert reason == ("" if ms < 3000 else "console was hidden for 3 s")
 
 
-def test_who_engages_without_a_console_has_as_long_to_be_seen() -> None:
+def test_a_console_has_its_time_to_appear_after_engaging() -> None:
     attendance = ConsolePresence(3.0)
     attendance.report(T0, seen=True)
     attendance.step(T0 + 60_000 * MS, engaged=False)

@@ -38,7 +38,7 @@ def pressed(**more: float) -> Touch:
     return touch(materials=("", "pine", "", "steel", ""), **known | more)
 
 
-def test_the_opinion_is_in_words_without_numbers_that_change_all_the_time() -> None:
+def test_the_summary_has_words_instead_of_noisy_numbers() -> None:
     said = opinion(pressed())
     assert said["state"] == "engaged"
     assert list(said["fingers"]) == list(FINGERS)
@@ -54,7 +54,7 @@ def test_a_material_is_named_only_when_it_is_identified(status: ThermalStatus) -
     assert fingers["ring"]["material"] is None
 
 
-def test_numbers_are_told_of_the_fingers_that_touch() -> None:
+def test_numbers_are_reported_for_touching_fingers() -> None:
     assert measured(pressed()) == {"index": {"force_n": 1.23, "object_c": 23.5, "probability": 0.988}}
     assert measured(pressed(contact=0)) == {}
 
@@ -81,8 +81,8 @@ class Session:
         session = self.server.session
         if session.ident:
             self._sequence += 1
-            felt = self.touch.floats, self.touch.materials, self.touch.events
-            packet = Touch(session.ident, self._sequence, now_ns, session.state, *felt).encode()
+            content = self.touch.floats, self.touch.materials, self.touch.events
+            packet = Touch(session.ident, self._sequence, now_ns, session.state, *content).encode()
             self.link.send_latest("touch", packet)
             if self.observed:
                 self.link.send_latest("observed", packet)
@@ -127,14 +127,14 @@ class Session:
 
 @pytest.fixture
 def session(keys: Keys, base_port: int) -> Iterator[Session]:
-    """Whoever is a stranger elsewhere is trusted as an observer here."""
+    """A key that is unknown elsewhere is trusted as read-only here."""
     TrustedKeys(keys.remote).trust("student", load_keys(keys.stranger).public, Role.OBSERVER)
     made = Session(keys, base_port)
     yield made
     made.close()
 
 
-def test_a_line_is_told_when_the_opinion_changes_and_when_there_is_none_any_more(session: Session) -> None:
+def test_a_line_is_printed_when_the_identification_changes_or_ends(session: Session) -> None:
     session.until(session.engaged)
 
     def identified(lines: list[dict[str, Any]]) -> bool:
@@ -166,7 +166,7 @@ def test_a_line_is_told_when_the_opinion_changes_and_when_there_is_none_any_more
     assert last == {"time_s": None, "age_ms": None, "state": "disconnected", "fingers": {}, "measured": {}}
 
 
-def test_an_opinion_that_has_grown_old_is_none(session: Session) -> None:
+def test_an_old_identification_counts_as_none(session: Session) -> None:
     session.until(session.engaged)
 
     def identified(lines: list[dict[str, Any]]) -> bool:
@@ -181,19 +181,19 @@ def test_an_opinion_that_has_grown_old_is_none(session: Session) -> None:
     assert lines[-1] == {"time_s": None, "age_ms": None, "state": "silent", "fingers": {}, "measured": {}}
 
 
-def test_nothing_is_told_while_no_operator_is_there(session: Session) -> None:
+def test_nothing_is_reported_without_an_operator(session: Session) -> None:
     session.operator.capabilities["fingers"] = ["thumb"]  # the remote site does not want it
     beginning_s = time.monotonic()
     assert session.observe(lambda _: time.monotonic() - beginning_s > 0.5) == []
 
 
-def test_who_is_not_trusted_is_told_so(session: Session, keys: Keys) -> None:
+def test_an_untrusted_client_gets_the_reason(session: Session, keys: Keys) -> None:
     TrustedKeys(keys.remote).revoke("student")
     with pytest.raises(LinkProblem, match=r"127\.0\.0\.1:\d+: the remote site does not trust this key"):
         session.observe(lambda _: False)
 
 
-def test_without_the_remote_sites_key_nothing_is_observed(keys: Keys) -> None:
+def test_nothing_is_observed_without_the_remote_sites_key(keys: Keys) -> None:
     with pytest.raises(KeyProblem, match="no key named `remote`"):
         run_observer(ObserverConfig(link=OperatorLinkConfig(keys=keys.stranger)), lambda: False)
 
@@ -205,19 +205,17 @@ def test_the_operators_own_key_does_not_observe_beside_it(session: Session, keys
     with OperatorLink("127.0.0.1", base_port, load_keys(keys.operator), remote_key, Role.OBSERVER) as link:
         second = SessionClient(link, capabilities((), 50.0), 0.15, want_engaged=False, role=OBSERVER)
 
-        def told() -> bool:
+        def reported() -> bool:
             second.step(time.monotonic_ns(), "")
             return "an observer needs one of its own" in second.refusal
 
-        session.until(told)
+        session.until(reported)
         assert second.session.ident == 0
     assert session.server.observers == {}
     assert session.engaged()
 
 
-def test_an_observers_key_is_refused_where_only_an_operator_may_be(
-    session: Session, keys: Keys, base_port: int
-) -> None:
+def test_a_read_only_key_is_refused_on_operator_streams(session: Session, keys: Keys, base_port: int) -> None:
     session.until(session.engaged)
     remote_key = load_keys(keys.remote).public
     with OperatorLink("127.0.0.1", base_port, load_keys(keys.stranger), remote_key) as link:
@@ -229,8 +227,8 @@ def test_an_observers_key_is_refused_where_only_an_operator_may_be(
     assert session.engaged()
 
 
-def test_cutting_off_an_observer_closes_the_door_for_a_moment_only(session: Session, keys: Keys) -> None:
-    """The operator's own heartbeats and requests come through the sockets that are bound anew."""
+def test_cutting_off_a_read_only_client_closes_the_socket_only_briefly(session: Session, keys: Keys) -> None:
+    """The operator's own heartbeats and requests come through the sockets that are bound again."""
     session.until(session.engaged)
     ident = session.server.session.ident
     trusted, student = TrustedKeys(keys.remote), load_keys(keys.stranger).public

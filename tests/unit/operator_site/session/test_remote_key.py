@@ -24,7 +24,7 @@ def key(tmp_path: Path, folder: Path) -> str:
     return made
 
 
-def test_it_is_the_one_trusted_under_the_name_remote_until_it_is_revoked(
+def test_the_remote_key_is_the_one_trusted_as_remote_until_it_is_revoked(
     folder: Path, key: str, tmp_path: Path
 ) -> None:
     trusted = TrustedKeys(folder)
@@ -35,7 +35,7 @@ def test_it_is_the_one_trusted_under_the_name_remote_until_it_is_revoked(
         remote_public_key(OperatorLinkConfig(keys=folder))
 
 
-def test_a_configured_one_comes_first_and_needs_no_list(folder: Path, key: str, tmp_path: Path) -> None:
+def test_a_configured_key_has_precedence_and_needs_no_list(folder: Path, key: str, tmp_path: Path) -> None:
     configured = create_keys(tmp_path / "another")
     for keys in (folder, tmp_path / "nowhere"):
         assert remote_public_key(OperatorLinkConfig(keys=keys, remote_key=configured)) == configured

@@ -1,4 +1,4 @@
-"""The state of the remote site's recording: asked for once a second, bounded, and known until it says otherwise."""
+"""The state of the remote site's recording: requested once a second, bounded, and known until the next report."""
 
 from typing import Any
 
@@ -13,13 +13,11 @@ DEAD = Fault(FaultCode.FORCE_SENSOR_DEAD, "index", "telemanipulator", 1.2, 0.8)
 STOPPED = "the process that writes it has ended"
 
 
-def test_the_remote_site_is_asked_how_it_is_once_a_second(pair: Pair) -> None:
+def test_the_remote_status_is_requested_once_a_second(pair: Pair) -> None:
     assert 9 <= pair.asked("status", 10_000) <= 11
 
 
-def test_a_recording_that_stopped_at_the_remote_site_is_known_until_it_is_well_again(
-    pair: Pair, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_stopped_remote_recording_is_known_until_it_works_again(pair: Pair, caplog: pytest.LogCaptureFixture) -> None:
     for recording in (STOPPED, STOPPED, ""):
         pair.run(1_000)
         pair.answer("status", state="engaged", fault=None, missing="", recording=recording)
@@ -30,7 +28,7 @@ def test_a_recording_that_stopped_at_the_remote_site_is_known_until_it_is_well_a
     assert pair.client.remote_recording == "", "an older remote site says nothing of it"
 
 
-def test_it_ends_with_the_session(pair: Pair) -> None:
+def test_the_remote_status_ends_with_the_session(pair: Pair) -> None:
     pair.run(1_000)
     pair.answer("status", recording=STOPPED)
     pair.remote.alive = False
@@ -40,7 +38,7 @@ def test_it_ends_with_the_session(pair: Pair) -> None:
 
 
 @pytest.mark.parametrize("recording", ["x" * 3000, "no\nspace\x1b[31m\x00left", "\n" * 10])
-def test_what_it_says_is_one_short_line(pair: Pair, recording: str) -> None:
+def test_a_remote_text_is_one_short_line(pair: Pair, recording: str) -> None:
     pair.run(1_000)
     pair.answer("status", recording=recording)
     assert len(pair.client.remote_recording) <= LONGEST_REFUSAL
@@ -49,7 +47,7 @@ def test_what_it_says_is_one_short_line(pair: Pair, recording: str) -> None:
 
 
 @pytest.mark.parametrize("recording", [7, True, ["x"], {"a": 1}, None, 1.5])
-def test_what_is_no_text_is_damaged_and_changes_nothing(pair: Pair, recording: Any) -> None:
+def test_a_wrong_text_counts_as_damaged_and_changes_nothing(pair: Pair, recording: Any) -> None:
     pair.run(1_000)
     pair.answer("status", recording=STOPPED)
     pair.run(1_000)
@@ -59,7 +57,7 @@ def test_what_is_no_text_is_damaged_and_changes_nothing(pair: Pair, recording: A
     assert pair.client.damaged["control"] == damaged + 1
 
 
-def test_a_fault_is_still_asked_for_at_once_and_is_none_once_touch_says_so(pair: Pair) -> None:
+def test_a_fault_is_requested_at_once_and_ends_with_a_touch_packet(pair: Pair) -> None:
     pair.run(1_000)
     pair.remote.state = LinkState.FAULT
     assert pair.asked("status", 500) >= 2

@@ -1,4 +1,4 @@
-"""The operator's end of a session against a remote site whose every word is the test's, in virtual time."""
+"""The operator's end of a session against a remote site whose messages the test sends, in virtual time."""
 
 from typing import Any
 
@@ -19,14 +19,14 @@ THERE = "remote site: stopped, confirmed by every device after 12 ms"
 CONFIRMED = {"after_s": 0.012, "unconfirmed": ""}
 
 
-def test_what_the_remote_site_says_of_its_calibration_is_told_and_not_believed_to_be_short(pair: Pair) -> None:
+def test_the_remote_calibration_is_reported_and_bounded(pair: Pair) -> None:
     assert pair.client.calibrated == ""
     pair.client.remote["calibrated"] = "Calibrated 2026-11-03, " + "x" * 1000
     assert pair.client.calibrated.startswith("Calibrated 2026-11-03, x")
     assert len(pair.client.calibrated) == 80
 
 
-def test_an_emergency_stop_is_over_when_both_sites_have_said_how_it_went(pair: Pair) -> None:
+def test_an_emergency_stop_is_over_once_both_sites_reported_its_outcome(pair: Pair) -> None:
     pair.stop()
     assert pair.client.stopped == "", "the remote site has said nothing yet"
     pair.answer("estop", **CONFIRMED)
@@ -34,7 +34,7 @@ def test_an_emergency_stop_is_over_when_both_sites_have_said_how_it_went(pair: P
     happenings = [happening.text for happening in pair.client.session.take_happenings() if happening.what == "estop"]
     assert happenings == [HERE, THERE]
     pair.stop()
-    assert pair.client.stopped == "", "a second stop is confirmed anew"
+    assert pair.client.stopped == "", "a second stop needs its own confirmation"
     pair.run(200)
     pair.answer("estop", after_s=0.034, unconfirmed="")
     assert pair.client.stopped == f"{HERE}; remote site: stopped, confirmed by every device after 34 ms"
@@ -51,7 +51,7 @@ def test_a_device_of_either_site_that_does_not_confirm_is_named(pair: Pair) -> N
     assert there == "remote site: not confirmed by middle thermal_sensor: no report after 300 ms"
 
 
-def test_each_device_is_told_when_it_confirmed_and_the_remote_site_is_asked_until_all_of_it_has(pair: Pair) -> None:
+def test_each_confirmation_is_reported_and_the_remote_site_is_asked_until_it_confirms(pair: Pair) -> None:
     pair.here = "no report"
     pair.stop()
     assert pair.client.stopping.after_s == {
@@ -71,7 +71,7 @@ def test_each_device_is_told_when_it_confirmed_and_the_remote_site_is_asked_unti
     assert pair.asked("estop", 1000) == 0
 
 
-def test_a_stop_that_was_cleared_is_not_asked_for_again(pair: Pair) -> None:
+def test_a_cleared_stop_is_not_requested_again(pair: Pair) -> None:
     pair.stop()
     pair.answer("estop", **UNCONFIRMED)
     pair.client.clear(pair.remote.now_ns)
@@ -80,7 +80,7 @@ def test_a_stop_that_was_cleared_is_not_asked_for_again(pair: Pair) -> None:
     assert (pair.client.stopping.asked_ns, pair.client.stopping.after_s) == (None, {})
 
 
-def test_a_remote_site_that_does_not_answer_is_said_and_asked_on(pair: Pair) -> None:
+def test_a_silent_remote_site_is_reported_and_asked_again(pair: Pair) -> None:
     pair.stop()
     pair.run(round(PATIENCE_NS / MS + 2e3 * AGE_MAX_S) - 20)
     assert pair.client.stopped == "", "on the slowest link its word may still come"
@@ -92,7 +92,7 @@ def test_a_remote_site_that_does_not_answer_is_said_and_asked_on(pair: Pair) -> 
     assert pair.asked("estop", 1000) == 0
 
 
-def test_a_remote_site_that_is_gone_has_not_confirmed(pair: Pair) -> None:
+def test_an_absent_remote_site_has_not_confirmed(pair: Pair) -> None:
     pair.remote.alive = False
     pair.run(SILENCE_NS // MS - 100)
     pair.stop()
@@ -102,9 +102,7 @@ def test_a_remote_site_that_is_gone_has_not_confirmed(pair: Pair) -> None:
 
 
 @pytest.mark.parametrize("engages_itself", [True, False])
-def test_a_session_that_was_lost_is_engaged_again_only_where_nobody_had_to_ask(
-    pair: Pair, engages_itself: bool
-) -> None:
+def test_a_lost_session_engages_again_only_without_a_required_request(pair: Pair, engages_itself: bool) -> None:
     pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
     pair.remote.alive = False
     pair.run(SILENCE_NS // MS + 100)
@@ -112,7 +110,7 @@ def test_a_session_that_was_lost_is_engaged_again_only_where_nobody_had_to_ask(
     assert pair.client.want_engaged is engages_itself
 
 
-def test_without_a_remote_site_only_the_own_devices_count() -> None:
+def test_only_own_devices_count_without_a_remote_site() -> None:
     alone = Pair()
     alone.stop()
     assert alone.client.stopped == f"{HERE}; remote site: not connected"
@@ -126,7 +124,7 @@ def test_without_a_remote_site_only_the_own_devices_count() -> None:
         ("", {"after_s": "soon", "unconfirmed": ""}, "it does not say how it went"),
     ],
 )
-def test_an_answer_without_a_confirmation_is_none(
+def test_an_answer_without_a_confirmation_confirms_nothing(
     refused: str, details: dict[str, Any], words: str, pair: Pair
 ) -> None:
     pair.stop()
@@ -134,7 +132,7 @@ def test_an_answer_without_a_confirmation_is_none(
     assert pair.client.stopped == f"{HERE}; remote site: not confirmed, {words}"
 
 
-def test_a_fault_of_the_remote_site_is_taken_bounded_and_something_else_is_damaged(pair: Pair) -> None:
+def test_a_remote_fault_is_bounded_and_a_wrong_value_is_damaged(pair: Pair) -> None:
     pair.remote.state = LinkState.FAULT
     pair.run(20)
     pair.answer("status", fault=["made-up", "x" * 3000, "", 1.0, None, None, "y" * 3000, False])
@@ -147,7 +145,7 @@ def test_a_fault_of_the_remote_site_is_taken_bounded_and_something_else_is_damag
         assert pair.client.remote_fault is not None, "it is still latched there"
 
 
-def test_why_the_remote_site_does_not_clear_is_known_until_its_fault_is_gone(pair: Pair) -> None:
+def test_the_reason_of_the_remote_site_for_not_clearing_is_known_until_its_fault_ends(pair: Pair) -> None:
     pair.remote.state = LinkState.FAULT
     pair.run(20)
     pair.answer("status", fault=Fault(FaultCode.REMOTE_STOP))
@@ -165,7 +163,7 @@ def test_why_the_remote_site_does_not_clear_is_known_until_its_fault_is_gone(pai
         pair.client.clear(pair.remote.now_ns)
 
 
-def test_a_remote_site_that_cannot_be_worked_with_is_said_once(caplog: pytest.LogCaptureFixture) -> None:
+def test_an_incompatible_remote_site_is_reported_once(caplog: pytest.LogCaptureFixture) -> None:
     foreign = Pair()
     for _ in range(5):
         foreign.run(200)
@@ -176,7 +174,7 @@ def test_a_remote_site_that_cannot_be_worked_with_is_said_once(caplog: pytest.Lo
     assert caplog.text.count("laid out differently") == 1
 
 
-def test_a_late_answer_to_a_hello_that_was_asked_twice_refuses_nothing() -> None:
+def test_a_late_answer_to_a_repeated_hello_refuses_nothing() -> None:
     """A remote site that is slow to start grants the first hello, and has heard of the session at the second."""
     pair = Pair()
     pair.run(202)
@@ -190,7 +188,7 @@ def test_a_late_answer_to_a_hello_that_was_asked_twice_refuses_nothing() -> None
     assert pair.client.refusal == ""
 
 
-def test_a_session_that_the_remote_site_ends_says_why_until_both_are_engaged_again(pair: Pair) -> None:
+def test_a_session_ended_by_the_remote_site_reports_the_reason_until_both_engage_again(pair: Pair) -> None:
     why = "motion has been refused for 1.5 s: sequence"
     pair.remote.answers.append(Answer(IDENT + 1, 0, pair.remote.now_ns, why, {}).encode())
     pair.run()

@@ -8,7 +8,7 @@ from operator_site.thermal.contact_prediction import SPEED_LAG_S, ContactPredict
 from operator_site.thermal.skin_model import Touched
 
 
-def test_speed_downwards_follows_within_its_lag_and_begins_anew_after_a_pause() -> None:
+def test_downward_speed_follows_within_its_lag_and_restarts_after_a_pause() -> None:
     approach = ContactPrediction()
     speeds = [approach.step(0.002 * i, -0.05 * 0.002 * i) for i in range(100)]
     assert speeds[0] == 0.0
@@ -24,7 +24,7 @@ def test_time_to_contact_is_height_over_speed() -> None:
 
 
 @pytest.mark.parametrize("approach", [0.0, -0.1, 0.002, math.nan])
-def test_a_finger_that_does_not_come_down_meets_nothing(approach: float) -> None:
+def test_a_finger_that_does_not_descend_has_no_predicted_contact(approach: float) -> None:
     assert contact_in_s(0.001, approach) == math.inf
 
 

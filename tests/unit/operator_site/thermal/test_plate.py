@@ -48,7 +48,7 @@ def test_free_finger_is_shown_its_own_temperature():
 
 
 @pytest.mark.parametrize("profile", [COMFORT, WIDE])
-def test_set_point_keeps_range_and_rate_and_says_so(profile):
+def test_set_point_keeps_range_and_rate_and_reports_limits(profile):
     display = PlateSetpoint(profile, np.full(5, 33.0))
     for goal, rate, bound in ((-20.0, -2.5, profile.low_c), (80.0, 4.0, profile.high_c)):
         display.aim(state(goal, 0.0), [True] * 5)
@@ -87,21 +87,21 @@ def test_loop_follows_ramps_and_holds(heating, cooling, lag):
     assert max(errors[-300:]) < 0.06
 
 
-def test_what_the_finger_takes_is_fed_forward():
+def test_heat_taken_by_the_finger_is_fed_forward():
     """Cold metal draws up to some kW/m2 from a finger, and so from nothing into the plate: known, it costs no error."""
 
-    def largest_error(told: float) -> float:
+    def largest_error(share: float) -> float:
         loop, plate, errors = PlateController(), 30.0, []
         for tick in range(400):
             flux = -3000.0 * math.exp(-tick * 0.01) if tick >= 100 else 0.0
-            drive = loop.step(tick * 0.01, 30.0, plate, told * flux)
+            drive = loop.step(tick * 0.01, 30.0, plate, share * flux)
             push = 3.25 * drive + 0.75 * drive * drive
             plate += 0.01 * (push - flux / 2000.0)
             errors.append(abs(plate - 30.0))
         return max(errors)
 
-    assert largest_error(told=1.0) < 0.05
-    assert largest_error(told=0.0) > 3.0 * largest_error(told=0.7)  # known but for a third: a third of the error
+    assert largest_error(share=1.0) < 0.05
+    assert largest_error(share=0.0) > 3.0 * largest_error(share=0.7)  # known but for a third: a third of the error
 
 
 def test_loop_does_not_wind_up_on_a_plate_that_cannot():
@@ -117,7 +117,7 @@ def test_loop_does_not_wind_up_on_a_plate_that_cannot():
     assert behind[-1] < 0.05
 
 
-def test_loop_without_a_reading_drives_nothing_and_starts_afresh():
+def test_loop_without_a_reading_drives_nothing_and_restarts():
     loop = PlateController()
     for tick in range(100):
         loop.step(tick * 0.01, 38.0, 30.0)
@@ -146,7 +146,7 @@ def test_sensor_that_changes_too_fast_is_not_believed(rate, believed):
     assert (not any(faults)) == believed
 
 
-def test_readings_that_arrive_late_in_a_heap_are_no_fault():
+def test_late_readings_in_a_burst_are_no_fault():
     sensor, rate = PlateSensor(), 5.3  # as fast as a strong plate warms
     for i in range(300):
         arrives_s = i * 0.01 if i % 40 > 9 else (i // 40 * 40 + 9) * 0.01  # 90 ms of silence, then all at once

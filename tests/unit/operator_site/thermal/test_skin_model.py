@@ -80,7 +80,7 @@ def test_each_finger_has_its_own_object():
     assert state.epidermis_c[2] == pytest.approx(alone[-1])
 
 
-def test_better_estimates_in_mid_contact_do_not_jerk_and_lead_to_the_same_end():
+def test_better_estimates_in_mid_contact_make_no_step_and_reach_the_same_end():
     skin = SceneSkin(fingers=1)
     skin.touch(0, Touched.of("ceramic_tile"), 27.0)
     for _ in range(100):

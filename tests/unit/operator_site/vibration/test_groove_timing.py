@@ -54,7 +54,7 @@ def test_nothing_waits_where_nothing_is_late() -> None:
     assert [at[n] - crossed[n] for n in range(20)] == pytest.approx([0.010] * 20, abs=TICK_S)
 
 
-def test_what_is_far_too_late_is_felt_at_once_and_makes_nobody_wait_for_long() -> None:
+def test_a_very_late_groove_is_felt_at_once_and_delays_others_only_briefly() -> None:
     crossed = [START_S + 0.1 + 0.070 * n for n in range(90)]
     came = [t_s + (0.200 if n == 20 else 0.010) for n, t_s in enumerate(crossed)]
     came[20:] = list(np.maximum.accumulate(came[20:]))
@@ -65,7 +65,7 @@ def test_what_is_far_too_late_is_felt_at_once_and_makes_nobody_wait_for_long() -
     assert at[forgotten] - crossed[forgotten] == pytest.approx(0.010, abs=TICK_S)
 
 
-def test_a_tap_waits_for_nothing_and_what_came_before_it_is_not_felt_after_it() -> None:
+def test_a_tap_waits_for_nothing_and_earlier_grooves_are_not_felt_after_it() -> None:
     timing = GrooveTiming()
     assert timing.step(1.050, [groove(1, 1.0)])  # 50 ms late: the pace
     assert timing.step(1.110, [groove(2, 1.1), groove(3, 1.1, finger=2)]) == []
@@ -81,7 +81,7 @@ def test_without_a_time_of_the_hand_or_with_an_impossible_one_nothing_waits() ->
     assert timing.step(9.0, strange) == strange
 
 
-def test_what_waits_when_outputs_come_to_rest_is_never_felt() -> None:
+def test_grooves_that_wait_when_outputs_come_to_rest_are_never_felt() -> None:
     timing = GrooveTiming()
     assert timing.step(1.050, [groove(1, 1.0)])
     assert timing.step(1.110, [groove(2, 1.1)]) == []
@@ -94,7 +94,7 @@ def test_what_waits_when_outputs_come_to_rest_is_never_felt() -> None:
     lates=st.lists(st.floats(0.0, 0.09), min_size=40, max_size=40),
     repeats=st.integers(1, 3),
 )
-def test_whatever_the_link_does_each_is_felt_once_and_in_order(
+def test_each_groove_is_felt_once_and_in_order_over_any_link(
     gaps: list[float], lates: list[float], repeats: int
 ) -> None:
     crossed = list(START_S + np.cumsum(gaps))
@@ -103,6 +103,6 @@ def test_whatever_the_link_does_each_is_felt_once_and_in_order(
     end_s = came[-1] + 0.3
     for tick in range(round((end_s - START_S) / TICK_S)):
         t_s = START_S + tick * TICK_S
-        told = [groove(n, crossed[n]) for n in range(len(came)) if t_s - repeats * TICK_S < came[n] <= t_s]
-        order += [event.ident for event in timing.step(t_s, played.new(told))]
+        events = [groove(n, crossed[n]) for n in range(len(came)) if t_s - repeats * TICK_S < came[n] <= t_s]
+        order += [event.ident for event in timing.step(t_s, played.new(events))]
     assert order == list(range(len(came)))

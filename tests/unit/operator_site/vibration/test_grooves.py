@@ -60,7 +60,7 @@ def test_one_groove_that_comes_early_folds_nothing() -> None:
         assert not grooves.folded, number
 
 
-def test_grooves_that_arrive_in_a_heap_are_told_apart_by_their_own_times() -> None:
+def test_grooves_that_arrive_together_are_separated_by_their_own_times() -> None:
     """Ten a second, but the link was away for half a second."""
     grooves = Grooves()
     grooves.step(0.5, DECAY_PER_S)

@@ -1,4 +1,4 @@
-"""The motor's voltage: what holds a speed, and what brings the motor there in time; judged at the simulated motor."""
+"""The motor's voltage holds a speed and reaches it in time; judged at the simulated motor."""
 
 import math
 from collections import deque
@@ -158,7 +158,7 @@ def test_a_motor_with_other_constants_is_neither_late_nor_wild(real: Motor) -> N
     )
 )
 @example([(0.0, 1.0), (-0.0625, 1.0), (0.0625, 0.0)])  # a clock that is set back in a pulse
-def test_whatever_is_asked_for_the_voltage_can_be_sent_and_no_speed_is_no_voltage(
+def test_any_speed_gives_a_valid_voltage_and_no_speed_gives_none(
     steps: list[tuple[float, float]],
 ) -> None:
     drive, t_s = MotorDrive(), 0.0

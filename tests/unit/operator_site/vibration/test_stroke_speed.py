@@ -1,4 +1,4 @@
-"""How fast the hand strokes, also where its poses come late, or in a heap."""
+"""The speed of a stroke, also where poses come late or in a burst."""
 
 import math
 
@@ -31,7 +31,7 @@ def test_the_speed_is_that_of_both_directions_together() -> None:
 @pytest.mark.parametrize("stale", [0, 1, 3])
 def test_poses_that_were_held_up_make_no_leap(held_s: float, stale: int) -> None:
     """The line stands still, then reports some old poses and the newest, tick by tick."""
-    speed, told, held_at_s = StrokeSpeed(), [], 0.1
+    speed, speeds, held_at_s = StrokeSpeed(), [], 0.1
     for n in range(150):
         now_s = 0.002 * n
         since_s = now_s - held_at_s
@@ -41,13 +41,13 @@ def test_poses_that_were_held_up_make_no_leap(held_s: float, stale: int) -> None
             came_s, measured_s = now_s, held_at_s + since_s - held_s
         else:
             came_s = measured_s = now_s
-        told.append(speed.step(came_s, place(measured_s), 0.0))
-    assert max(told[20:]) <= 2.5 * SPEED_M_S
-    assert told[-1] == pytest.approx(SPEED_M_S, abs=0.0011)
+        speeds.append(speed.step(came_s, place(measured_s), 0.0))
+    assert max(speeds[20:]) <= 2.5 * SPEED_M_S
+    assert speeds[-1] == pytest.approx(SPEED_M_S, abs=0.0011)
 
 
 @pytest.mark.parametrize("later_s", [0.2, -0.05])
-def test_after_a_long_silence_or_a_clock_set_back_it_begins_anew(later_s: float) -> None:
+def test_the_speed_restarts_after_a_long_silence_or_a_clock_set_back(later_s: float) -> None:
     speed = StrokeSpeed()
     for n in range(20):
         speed.step(0.002 * n, place(0.002 * n), 0.0)

@@ -41,7 +41,7 @@ def test_tap_is_eq_1_and_ends():
 
 
 @pytest.mark.parametrize("speed", [0.005, 0.03, 0.1])
-def test_every_tap_is_asked_for_above_the_floor(speed):
+def test_every_tap_is_commanded_above_the_floor(speed):
     finger, weak = FingerVibration(), Surface(k_tap=1.0, b_tap_per_s=40.0)
     for tick in range(100):
         events = [tap(speed)] if tick == 0 else []
@@ -65,7 +65,7 @@ def test_stroke_is_eq_2_and_gated_by_mode():
     ],
     ids=["laid down gently", "at rest however hard it presses", "a material's event", "over nothing known"],
 )
-def test_nothing_vibrates_where_nothing_is_to_be_felt(mode, speed_m_s, force_n, more):
+def test_nothing_vibrates_without_a_sensation(mode, speed_m_s, force_n, more):
     finger, more = FingerVibration(), {"surface": Surface()} | more
     assert all(finger.step(n * DT, mode, speed_m_s, force_n, **more) == 0.0 for n in range(500))
 
@@ -166,7 +166,7 @@ def test_a_tap_that_is_known_to_come_starts_the_motor_in_time():
     assert finger.step(0.2 + TAP_S + DT, ExplorationMode.QUIESCENT, 0.0, 0.5, surface=PVC) == 0.0
 
 
-def test_a_contact_that_does_not_come_is_given_up():
+def test_a_predicted_contact_that_does_not_come_is_given_up():
     finger = FingerVibration()
     out = coming_down(finger, contact_s=0.05, until_s=0.5)
     assert max(out) > 0.0
@@ -177,7 +177,7 @@ def test_a_contact_that_does_not_come_is_given_up():
     assert again > 0.0
 
 
-def test_matched_intensity_is_linear_in_what_is_felt():
+def test_matched_intensity_is_linear_in_the_felt_intensity():
     """Twice what Eq. 2 asks for is felt twice as strongly: acceleration grows with the square of the motor's speed."""
     finger, paper = FingerVibration("intensity"), FingerVibration()
     felt = [

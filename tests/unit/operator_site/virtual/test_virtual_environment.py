@@ -1,4 +1,4 @@
-"""A scene under the operator's own fingers: contact, modes, grooves, and what is known before the touch."""
+"""A scene under the operator's own fingers: contact, modes, grooves, and data known before the touch."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ INDEX = FINGERS.index("index")
 
 
 class Hand:
-    """A hand over a scene that goes where it is told, and what it met."""
+    """A hand that follows commands over a scene, and its contacts."""
 
     def __init__(self, scene: Scene, fingers: tuple[str, ...] = FINGERS, seed: int = 0):
         self.environment = VirtualEnvironment(scene, fingers, seed)
@@ -26,7 +26,7 @@ class Hand:
         self.modes: list[int] = []
 
     def go(self, seconds: float = 0.0, x_m: float | None = None, z_m: float | None = None) -> Touch:
-        """Move evenly for so long; at once where that is no time at all."""
+        """Move evenly for this time, s; zero moves at once."""
         ticks = max(1, round(seconds / TICK_S))
         from_x, from_z = self.x_m, self.z_m
         to_x, to_z = from_x if x_m is None else x_m, from_z if z_m is None else z_m
@@ -75,7 +75,7 @@ def test_a_free_finger_above_an_object_knows_what_it_will_touch() -> None:
     assert hand.events == [], "grooves under a free finger are not crossed"
 
 
-def test_a_finger_over_nothing_has_nothing_and_one_that_is_not_used_neither() -> None:
+def test_a_finger_over_nothing_or_an_unused_one_touches_nothing() -> None:
     hand = Hand(scene(), fingers=("index",))
     hand.go(0.1, x_m=-0.05, z_m=DOWN_M)
     assert not hand.packet().block.any()
@@ -112,7 +112,7 @@ def test_a_virtual_stiffness_is_that_of_all_objects() -> None:
     assert hand.row()["stiffness_n_m"] == 4000.0
 
 
-def test_a_tap_tells_its_approach_speed_once_for_each_finger() -> None:
+def test_a_tap_reports_its_approach_speed_once_for_each_finger() -> None:
     hand = Hand(scene())
     hand.go(0.1, x_m=0.05)
     hand.go(0.15, z_m=DOWN_M)
@@ -142,7 +142,7 @@ def test_modes_are_those_of_the_paper() -> None:
 @pytest.mark.parametrize(
     ("surface", "grooves"), [("closely_grooved_pvc", 30), ("widely_grooved_pvc", 8), ("plain_pvc", 0)]
 )
-def test_each_groove_that_is_stroked_over_is_told_once(surface: str, grooves: int) -> None:
+def test_each_crossed_groove_is_reported_once(surface: str, grooves: int) -> None:
     hand = lowered(scene(surface))
     hand.go(1.2, x_m=0.082)
     assert hand.count(EventKind.GROOVE) == pytest.approx(grooves, abs=1)
@@ -155,7 +155,7 @@ def test_each_groove_that_is_stroked_over_is_told_once(surface: str, grooves: in
     )
 
 
-def test_a_groove_is_crossed_when_the_finger_is_there_and_not_when_it_is_asked() -> None:
+def test_the_time_of_a_groove_is_that_of_its_crossing() -> None:
     hand = lowered(scene("closely_grooved_pvc"))
     for way_m in (0.060, -0.060):
         before = len(hand.events)
@@ -187,7 +187,7 @@ def test_zones_of_one_body_have_one_temperature_and_other_bodies_others() -> Non
     assert found[4] != found[0]
 
 
-def test_a_clock_that_is_set_back_begins_anew_without_repeating_an_event() -> None:
+def test_a_clock_set_back_restarts_without_repeating_an_event() -> None:
     hand = Hand(scene())
     hand.go(0.1, x_m=0.05)
     hand.go(0.15, z_m=DOWN_M)
@@ -198,7 +198,7 @@ def test_a_clock_that_is_set_back_begins_anew_without_repeating_an_event() -> No
     assert idents == list(range(1, len(idents) + 1))
 
 
-def test_a_hand_that_leaps_tells_no_more_than_a_packet_holds() -> None:
+def test_a_leaping_hand_reports_at_most_a_packet() -> None:
     hand = lowered(scene("closely_grooved_pvc"), x_m=0.01)
     hand.go(0.3, x_m=0.03)
     packet = hand.go(x_m=0.09)
@@ -207,7 +207,7 @@ def test_a_hand_that_leaps_tells_no_more_than_a_packet_holds() -> None:
 
 
 @pytest.mark.parametrize("name", scene_names())
-def test_every_scene_makes_packets_that_the_far_side_would_take(name: str) -> None:
+def test_every_scene_makes_acceptable_packets(name: str) -> None:
     hand = Hand(load_scene(name), seed=3)
     for x_m in np.arange(-0.25, 0.35, 0.01):
         packet = hand.go(0.01, x_m=float(x_m), z_m=DOWN_M)

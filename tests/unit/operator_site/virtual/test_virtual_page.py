@@ -33,7 +33,7 @@ def test_the_configurations_fit_together(tmp_path: Path) -> None:
     assert f"--scene {simulated.scene} " in PAGE
 
 
-def test_the_scene_loads_and_feels_as_it_says(tmp_path: Path) -> None:
+def test_the_scene_loads_and_feels_as_described(tmp_path: Path) -> None:
     environment = VirtualEnvironment(load_scene(str(example("scene", tmp_path))), FINGERS, 0)
     environment.step(1.0, 0.04, 0.0, (0.005,) * len(FINGERS))
     rows = environment.packet(1, 1, 1, LinkState.ENGAGED).rows

@@ -18,7 +18,7 @@ def neutral(output: GatedOutput) -> bool:
     return not any(output.force_n + output.motor_rpm + output.peltier_drive)
 
 
-def test_it_engages_only_when_that_is_wished_and_its_devices_are_there() -> None:
+def test_a_session_engages_only_on_request_with_its_devices_present() -> None:
     working = Working(engage=False)
     assert all(map(neutral, working.press(ALUMINIUM_M)))
     assert working.state is LinkState.CONNECTED
@@ -35,12 +35,12 @@ def test_it_engages_only_when_that_is_wished_and_its_devices_are_there() -> None
     assert working.state is LinkState.CONNECTED, "it stays so until it is asked"
 
 
-def test_an_emergency_stop_latches_until_it_is_cleared_and_says_what_the_devices_did() -> None:
+def test_an_emergency_stop_latches_until_it_is_cleared_and_reports_the_devices() -> None:
     working = Working()
     working.press(ALUMINIUM_M)
     working.devices.on = {"index tacttip": "motor on"}
-    told = working.ask("estop")
-    assert (told["state"], told["wanted"]) == ("fault", False)
+    answer = working.ask("estop")
+    assert (answer["state"], answer["wanted"]) == ("fault", False)
     assert neutral(working.go(0.2)[-1])
     assert working.ask("status")["estop"] == ""
     working.devices.on = {"index tacttip": ""}
@@ -61,7 +61,7 @@ def test_an_emergency_stop_latches_until_it_is_cleared_and_says_what_the_devices
     assert working.ask("status")["estop"].endswith("by exoskeleton: no report")
 
 
-def test_a_hand_that_is_not_seen_or_no_longer_touches_nothing() -> None:
+def test_an_unmeasured_hand_touches_nothing() -> None:
     working = Working()
     working.devices.seen = False
     assert all(map(neutral, working.press(ALUMINIUM_M)))
@@ -100,7 +100,7 @@ def test_the_status_file_has_the_figures_of_any_operator_site() -> None:
     working.site.goodbye()
 
 
-def test_a_site_that_requires_a_console_pauses_when_nobody_watches() -> None:
+def test_a_site_that_requires_a_console_pauses_without_one() -> None:
     working = Working(required_s=1.0)
     assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""A force sensor that lies is named within its time; a sound one never is, on whatever the finger presses."""
+"""A broken force sensor is named within its time; a sound one never is, on any object."""
 
 from collections.abc import Callable, Iterator
 from itertools import islice
@@ -52,7 +52,7 @@ def test_a_sensor_that_freezes_under_load_is_named(stiffness_n_m: float) -> None
 
 
 @pytest.mark.parametrize("stiffness_n_m", [1000.0, 30_000.0])
-def test_a_sensor_that_says_nothing_is_named_when_something_holds_the_finger(stiffness_n_m: float) -> None:
+def test_a_silent_sensor_is_named_when_something_holds_the_finger(stiffness_n_m: float) -> None:
     found = watch(follow(hold(-0.003, 3.0), stiffness_n_m, 1), lambda now: 0.0)
     now, fault = next((now, fault) for now, fault in found if fault)
     assert fault is not None
@@ -63,7 +63,7 @@ def test_a_sensor_that_says_nothing_is_named_when_something_holds_the_finger(sti
     assert now.t_s <= arrived_s + MEMORY_S + PERSIST_S + 0.02
 
 
-def test_a_finger_that_meets_nothing_may_have_a_sensor_that_says_nothing() -> None:
+def test_a_free_finger_may_have_a_silent_sensor() -> None:
     for _, fault in watch(follow(presses(3, 5.0), 0.0, 3), lambda now: 0.0):
         assert fault is None
 
@@ -78,7 +78,7 @@ def test_force_without_contact_is_named(bias_n: float, deepest_m: float) -> None
     assert 0.0 < now.t_s - 1.5 <= PERSIST_S + 0.03
 
 
-def test_a_released_finger_goes_by_itself_and_tells_nothing_of_its_sensor() -> None:
+def test_motion_of_a_released_finger_is_no_evidence_on_its_sensor() -> None:
     sensor = ForceSensorFault()
     for tick in range(1000):
         assert sensor.step(TICK_S, 0.0, HOVER_M) is None
@@ -95,11 +95,11 @@ def test_pauses_do_not_count_as_time_that_a_reading_was_the_same() -> None:
     assert sensor.step(float("nan"), 1.0, 0.0) is None
 
 
-def test_it_ends_when_the_sensor_is_sound_again() -> None:
-    told = list(
+def test_the_fault_ends_when_the_sensor_is_sound_again() -> None:
+    faults = list(
         islice(
             watch(follow(hold(-0.003, 4.0), 1000.0, 1), lambda now: 1.0 if 1.5 < now.t_s < 2.5 else now.force_n), 2000
         )
     )
-    assert any(fault for _, fault in told)
-    assert told[-1][1] is None
+    assert any(fault for _, fault in faults)
+    assert faults[-1][1] is None

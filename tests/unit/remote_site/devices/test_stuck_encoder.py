@@ -37,7 +37,7 @@ def test_a_stuck_encoder_is_named_soon_after_its_finger_was_sent_elsewhere(stiff
     assert found_s <= left_s + 4.0 * SETTLE_S + PERSIST_S + 0.3
 
 
-def test_it_says_what_it_saw_and_a_new_count_ends_it() -> None:
+def test_a_fault_has_its_evidence_and_a_new_count_ends_it() -> None:
     encoder = StuckEncoder()
     for tick in range(2000):
         encoder.step(TICK_S, 0.001, 0.0, 0.001 if tick < 500 else 0.003)
@@ -45,7 +45,7 @@ def test_it_says_what_it_saw_and_a_new_count_ends_it() -> None:
     assert encoder.step(TICK_S, 0.001005, 0.0, 0.003) is None
 
 
-def test_a_finger_that_follows_nothing_may_stand_still_and_be_sent_where_it_stands() -> None:
+def test_a_finger_without_commands_may_stand_still() -> None:
     encoder = StuckEncoder()
     for set_m in [None] * 1000 + [HOVER_M] * 1000:
         assert encoder.step(TICK_S, HOVER_M, 0.0, set_m) is None

@@ -140,7 +140,7 @@ def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> N
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_something_is_felt_before_the_material_is_named_and_its_own_constants_after(
+def test_general_constants_come_before_the_name_of_the_material_and_its_own_after(
     rendered_knowledge: ThermalKnowledge, name: str
 ) -> None:
     touches = explore(rendered_knowledge, on(NAMES[name]), seconds=6.5, lift_s=6.2)

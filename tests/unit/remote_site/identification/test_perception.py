@@ -53,7 +53,7 @@ def test_the_objects_constants_come_with_how_well_they_are_known(ticks: list[Tic
     assert sd[known].min() < 0.7 * sd[known].max()
 
 
-def test_a_free_finger_tells_nothing_of_an_object(ticks: list[Tick]) -> None:
+def test_a_free_finger_reports_nothing_of_an_object(ticks: list[Tick]) -> None:
     free = column(ticks, "thermal_status") == ThermalStatus.NO_CONTACT
     assert free.any()
     assert not column(ticks, "conductivity_w_mk")[free].any()
@@ -66,7 +66,7 @@ def test_a_free_finger_tells_nothing_of_an_object(ticks: list[Tick]) -> None:
         assert tick.summaries[2] == NOTHING, "a finger that is not in use"
 
 
-def test_a_stiffness_comes_with_how_well_it_is_known_and_without_contact_there_is_none(ticks: list[Tick]) -> None:
+def test_a_stiffness_has_its_uncertainty_and_there_is_none_without_contact(ticks: list[Tick]) -> None:
     touching = column(ticks, "contact") > 0.0
     sd = column(ticks, "stiffness_ln_sd")
     assert (sd[~touching] == 10.0).all()
@@ -76,7 +76,7 @@ def test_a_stiffness_comes_with_how_well_it_is_known_and_without_contact_there_i
     assert (sd[touching] < STIFFNESS_KNOWN_LN_SD).mean() > 0.5
 
 
-def test_what_a_person_reads_changes_ten_times_a_second_at_most_and_is_the_same_object_between(
+def test_a_summary_changes_ten_times_a_second_at_most_and_is_one_object_between(
     ticks: list[Tick],
 ) -> None:
     changes_s = [now.time_s for before, now in pairwise(ticks) if now.summaries is not before.summaries]
@@ -84,7 +84,7 @@ def test_what_a_person_reads_changes_ten_times_a_second_at_most_and_is_the_same_
     assert min(later - earlier for earlier, later in pairwise(changes_s)) >= SUMMARY_INTERVAL_S - 1e-9
 
 
-def test_the_likeliest_comes_first_and_roughness_with_what_is_not_yet_known_of_it(ticks: list[Tick]) -> None:
+def test_the_likeliest_material_comes_first_and_roughness_has_its_uncertainty(ticks: list[Tick]) -> None:
     summaries = {tick.summaries[INDEX] for tick in ticks}
     assert len({len(one.candidates) for one in summaries if one.candidates}) > 1
     for one in summaries:

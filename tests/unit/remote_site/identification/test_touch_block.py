@@ -39,6 +39,6 @@ def test_a_value_beyond_its_range_saturates_and_the_others_stay(far: float) -> N
         np.testing.assert_array_equal(np.delete(row, column), np.delete(usual, column))
 
 
-def test_what_is_no_number_is_not_sent() -> None:
+def test_nan_and_infinity_are_not_sent() -> None:
     with pytest.raises(BadPacket):
         TOUCH_BLOCK.check(packed(PRESSED._replace(surface_z_m=math.nan)))

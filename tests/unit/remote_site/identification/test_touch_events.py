@@ -1,4 +1,4 @@
-"""When the operator's hand was over a place, whatever the way to the remote site has cost."""
+"""The time at which the operator's hand was over a place, for any delay to the remote site."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def stroked(hand: HandPath, speed_m_s: float, seconds: float) -> None:
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.5])
-def test_the_moment_is_that_of_the_place_between_two_packets_whichever_came(lost: float) -> None:
+def test_the_time_of_a_place_is_interpolated_between_two_packets(lost: float) -> None:
     hand, rng = HandPath(), np.random.default_rng(1)
     for ms in range(0, 400, 2):
         if rng.random() >= lost:
@@ -26,7 +26,7 @@ def test_the_moment_is_that_of_the_place_between_two_packets_whichever_came(lost
     assert hand.when_ns(0.0301, 0.02) == pytest.approx(START_NS + 301 * MS, abs=1000)
 
 
-def test_after_a_turn_the_pass_counts_that_is_as_late_as_the_grooves_before_it() -> None:
+def test_after_a_turn_the_pass_with_the_delay_of_earlier_grooves_counts() -> None:
     """To and fro at 100 mm/s, followed 60 ms late: each place is passed twice within 0.2 s."""
     hand = HandPath()
     place = [1e-4 * (ms % 200 if ms % 400 < 200 else 200 - ms % 200) for ms in range(2000)]
@@ -49,7 +49,7 @@ def test_where_the_hand_never_was_the_newest_motion_counts() -> None:
     assert hand.when_ns(0.01, 0.02 + 1.1 * NEAR_M) == START_NS + 198 * MS
 
 
-def test_a_way_is_bounded_when_its_clock_hardly_moves() -> None:
+def test_a_path_is_bounded_when_its_clock_hardly_moves() -> None:
     hand = HandPath()
     hand.step(HandPlace(START_NS, 0.5, 0.0))
     for ns in range(1, 5 * MOST):
@@ -59,7 +59,7 @@ def test_a_way_is_bounded_when_its_clock_hardly_moves() -> None:
     assert hand.when_ns(0.5, 0.0) == START_NS + 5 * MOST - 1
 
 
-def test_the_way_is_whole_however_long_it_is_followed() -> None:
+def test_the_path_is_whole_over_any_length() -> None:
     hand, kept = HandPath(), round(KEPT_S / 0.001)
     for ms in range(6 * MOST):
         hand.step(HandPlace(START_NS + ms * MS, 1e-4 * ms, 0.0))
@@ -68,7 +68,7 @@ def test_the_way_is_whole_however_long_it_is_followed() -> None:
             assert hand.when_ns(1e-4 * earliest, 0.0) == pytest.approx(START_NS + earliest * MS, abs=1000)
 
 
-def test_nothing_followed_is_no_time() -> None:
+def test_an_empty_path_gives_no_time() -> None:
     hand = HandPath()
     assert hand.when_ns(0.0, 0.0) == 0
     stroked(hand, 0.1, 0.2)
@@ -77,9 +77,9 @@ def test_nothing_followed_is_no_time() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(0, 2**62), st.floats(-0.7, 0.7), st.floats(-0.7, 0.7)), max_size=30))
-def test_any_motion_gives_a_time_of_its_own_last_moments(told: list[tuple[int, float, float]]) -> None:
+def test_any_motion_gives_a_time_of_its_own_last_moments(places: list[tuple[int, float, float]]) -> None:
     hand = HandPath()
-    for time_ns, x_m, y_m in told:
+    for time_ns, x_m, y_m in places:
         hand.step(HandPlace(time_ns, x_m, y_m))
         found_ns = hand.when_ns(0.0, 0.0)
         assert time_ns - KEPT_S * 1e9 - 1e4 <= found_ns <= time_ns

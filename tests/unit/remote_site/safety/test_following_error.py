@@ -146,7 +146,7 @@ def swinging(tick: int) -> Wanted:
 
 
 @pytest.mark.parametrize(("broken", "within_s"), [("servos_dead", 0.5), ("bus_cut", 1.0)])
-def test_servos_that_die_or_are_no_longer_reached_under_way_are_a_fault(broken: str, within_s: float) -> None:
+def test_dead_or_unreachable_servos_are_a_fault(broken: str, within_s: float) -> None:
     loop = Loop()
     for tick in range(500):
         loop.tick(swinging(tick))

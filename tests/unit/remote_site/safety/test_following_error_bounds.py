@@ -84,7 +84,7 @@ def test_a_force_bends_its_own_finger_upwards_only(number: int) -> None:
         assert found(sent(), place(number, -MARGINS_M[number]), pressing(pressed, -2.0)) == ""
 
 
-def test_a_finger_that_takes_no_part_may_stand_anywhere_and_the_hand_may_not() -> None:
+def test_an_unused_finger_may_stand_anywhere_and_the_hand_may_not() -> None:
     for number in range(7):
         for absent in range(5):
             follow, taking_part = sent(), [finger != absent for finger in range(5)]
@@ -113,7 +113,7 @@ def test_places_and_forces_of_another_length_are_refused() -> None:
             follow.commanded(DT, HERE, True)
 
 
-def test_only_fresh_reports_count_and_a_good_one_ends_the_doubt() -> None:
+def test_only_fresh_reports_count_and_a_good_one_restarts_the_count() -> None:
     off = place(0, 0.1)
     follow = sent()
     for _ in range(10):
@@ -136,7 +136,7 @@ def test_after_a_pause_one_report_counts_as_one_tick() -> None:
     assert follow.step(1.0, 0.0, place(0, 0.1), IN_THE_AIR) is not None
 
 
-def test_nothing_is_wrong_before_it_was_sent_anywhere() -> None:
+def test_nothing_is_wrong_before_the_first_set_point() -> None:
     assert found(FollowingError(), place(0, 9.0)) == ""
 
 
@@ -150,7 +150,7 @@ def release(follow: FollowingError, begin_s: float, rest_m: Sequence[float], for
 
 @pytest.mark.parametrize("number", range(7))
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_released_it_stays_where_it_comes_to_rest(number: int, sign: float) -> None:
+def test_a_released_hand_stays_at_its_place_of_rest(number: int, sign: float) -> None:
     rest_m, follow = place(number, 0.02 * sign), sent()
     for begin_s in (1.0, 5.0):
         release(follow, begin_s, rest_m, IN_THE_AIR)
@@ -170,7 +170,7 @@ def test_a_released_finger_comes_to_rest_where_its_servo_was_held_off(number: in
     assert "2.5 mm off its set-points" in found(follow, place(number, 0.0125))
 
 
-def test_released_at_a_time_that_is_no_number_it_is_never_judged() -> None:
+def test_a_release_at_a_time_of_nan_is_never_judged() -> None:
     follow = sent()
     for k in range(20):
         is_m = place(0, 0.1 * k)

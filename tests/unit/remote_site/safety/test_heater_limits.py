@@ -32,7 +32,7 @@ class Plate:
         return self.limits
 
 
-def test_nothing_is_known_in_the_beginning() -> None:
+def test_nothing_is_known_at_the_beginning() -> None:
     limits = HeaterLimits()
     assert (limits.known, limits.spent, limits.too_hot, limits.repeated.needs_test) == (False,) * 4
 
@@ -65,7 +65,7 @@ def test_a_plate_without_a_rate_is_judged_by_its_reading() -> None:
 
 @pytest.mark.parametrize("rate_k_s", [0.9, 8.0])
 @pytest.mark.parametrize("off_k", [-0.01, 0.01])
-def test_a_plate_that_warms_is_judged_by_where_its_smoothed_rate_takes_it(rate_k_s: float, off_k: float) -> None:
+def test_a_warming_plate_is_judged_by_its_extrapolated_temperature(rate_k_s: float, off_k: float) -> None:
     plate, share = Plate(), 0.5  # of the rate, after RATE_LAG_S; then three quarters
     reached_c = SENSOR_PLATE_C + off_k - share * LOOK_AHEAD_S * rate_k_s
     plate.step(reached_c - RATE_LAG_S * rate_k_s)
@@ -84,7 +84,7 @@ def test_a_plate_that_cools_is_judged_by_its_reading() -> None:
     assert plate.step(SENSOR_PLATE_C - 0.5, 0.1).too_hot is False
 
 
-def test_the_rate_begins_anew_with_a_reading_that_comes_back() -> None:
+def test_the_rate_restarts_when_a_reading_returns() -> None:
     plate = Plate()
     for reading_c in (33.0, 35.0, math.nan):
         plate.step(reading_c, 0.1)
@@ -111,7 +111,7 @@ def test_drive_that_holds_a_temperature_needs_no_answer_and_makes_up_for_more() 
 
 
 def test_a_demanded_test_is_not_demanded_again_without_further_drive() -> None:
-    """Each demand begins a test anew: a heater that answers again must come to its end."""
+    """Each demand restarts the test: a heater that answers again must come to its end."""
     plate = Plate()
     plate.step(33.0)
     assert plate.step(33.0, 1.0, 1.0).repeated.needs_test

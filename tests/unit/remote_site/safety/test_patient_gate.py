@@ -1,4 +1,4 @@
-"""The patient-side gate keeps its limits, whatever is asked for."""
+"""The patient-side gate keeps its limits for any request."""
 
 import itertools
 import math
@@ -213,7 +213,7 @@ def test_contact_force_stays_below_the_limit_on_an_object(stiffness):
     assert forces[-1] > 0.7 * CONTACT_FORCE_N
 
 
-def test_gap_stops_then_retreats_until_clear_then_goes_on():
+def test_a_gap_stops_then_retreats_until_clear_then_continues():
     rig = Rig(z_m=-0.002)
     rig.step()
     start = list(rig.z_m)
@@ -281,7 +281,7 @@ def test_unknown_force_stops_and_retreats():
         "heater_drive",
     ],
 )
-def test_what_is_no_number_is_a_fault(name, value):
+def test_nan_or_infinity_is_a_fault(name, value):
     rig = Rig(z_m=-0.002)
     rig.step()
     out = rig.step(**{"heater_drive": 0.5} | {name: one(value, 0.0) if name[-1] != "m" or "z" in name else value})
@@ -296,7 +296,7 @@ def test_what_is_no_number_is_a_fault(name, value):
 
 
 @pytest.mark.parametrize("value", NOT_FINITE)
-def test_time_that_is_no_number_is_a_fault(value):
+def test_a_time_of_nan_is_a_fault(value):
     rig = Rig()
     rig.step()
     rig.t_s = value
@@ -306,7 +306,7 @@ def test_time_that_is_no_number_is_a_fault(value):
     assert out.heater_drive == [0.0] * 5
 
 
-def test_it_begins_stopped_and_in_the_middle():
+def test_the_gate_begins_stopped_and_in_the_middle():
     rig = Rig(z_m=-0.002)
     out = rig.step(force_age_s=math.inf)
     assert (out.ready, out.x_m, out.y_m, out.z_m) == (False, 0.0, 0.0, [CLEAR_HEIGHT_M] * 5)
@@ -363,7 +363,7 @@ def test_faults_have_codes_and_numbers():
         assert (Rig().step(sensor_c=reading_c).fault is not None) == (reading_c == SENSOR_HIGH_C)
 
 
-def test_a_time_that_is_no_number_moves_nothing():
+def test_a_time_of_nan_moves_nothing():
     rig = Rig(z_m=-0.002)
     rig.step()
     rig.t_s = math.nan
@@ -504,7 +504,7 @@ FIRST_PULSE_S = ROUND_S + WINDOW_S
     ids=str,
 )
 @pytest.mark.parametrize("after_s", [0.3, 1.0])
-def test_a_test_begins_anew_when_its_heater_may_not_be_driven_for_a_moment(blocked, after_s):
+def test_a_test_restarts_after_a_moment_without_drive(blocked, after_s):
     rig = Rig()
     reading = {"sensor_c": SENSOR_PLATE_C - 0.1, "heater_drive": 1.0}
     rig.step(**reading)
@@ -585,7 +585,7 @@ def test_a_fresh_reading_that_is_implausible_again_is_a_repeated_fault():
     assert rig.step(heater_drive=0.5).heater_drive == [0.5] * 5
 
 
-def test_a_plate_that_holds_or_warms_is_believed():
+def test_a_plate_that_holds_or_warms_is_plausible():
     rig = Rig()
     for tick in range(1500):
         assert rig.step(heater_drive=1.0, sensor_c=23.0 + 4.0 * tick * DT).heater_drive[0] == 1.0
@@ -616,7 +616,7 @@ def test_dose_is_spent_before_it_is_exceeded_and_comes_back():
     assert rig.step(heater_drive=0.1, sensor_c=30.0).heater_drive[0] == 0.1
 
 
-def test_set_points_begin_where_the_hand_is_whenever_it_is_let_go():
+def test_set_points_begin_at_the_hand_after_each_release():
     rig = Rig(z_m=-0.002)
     rig.step()
     rig.step(age=1.0)
@@ -628,7 +628,7 @@ def test_set_points_begin_where_the_hand_is_whenever_it_is_let_go():
     assert out.z_m == pytest.approx([-0.003 + rise, HEIGHT_HIGH_M, rise, 0.001 + rise, 0.002 + rise])
 
 
-def test_after_a_standstill_set_points_begin_where_the_hand_is():
+def test_set_points_begin_at_the_hand_after_a_standstill():
     """The telemanipulator has stopped by itself meanwhile, and may have raised its fingers."""
     for stood_s in (TICK_AGE_S - 0.001, TICK_AGE_S + 0.001, 1.0):
         rig = Rig(z_m=-0.002).met()
@@ -647,7 +647,7 @@ def come_back(rig: Rig, ticks: int, **wanted) -> list:
     return [rig.step(**wanted) for _ in range(ticks)]
 
 
-def test_a_hand_that_went_elsewhere_meanwhile_is_approached_without_a_jump():
+def test_a_hand_that_moved_meanwhile_is_approached_without_a_jump():
     rig = Rig()
     places = [(0.0, 0.0, 0.006)]
     outs = come_back(rig, 1000, wanted_x_m=0.08, wanted_y_m=-0.03, wanted_z_m=-0.002)
@@ -714,7 +714,7 @@ def test_contact_in_the_approach_is_soft_and_stays_below_the_limit(stiffness):
     assert end_n > 0.7 * CONTACT_FORCE_N
 
 
-def test_stale_motion_stops_and_raises_the_fingers_and_then_it_is_as_after_an_engagement():
+def test_stale_motion_stops_and_raises_the_fingers_and_a_new_approach_follows():
     rig = Rig(z_m=-0.001).met()
     for tick in range(round((STOP_S + 0.1) / DT)):
         out = rig.step(age=GAP_S + tick * DT + 1e-6, wanted_x_m=0.05)
@@ -756,7 +756,7 @@ def test_work_left_in_the_object_slows_the_finger_and_three_such_cycles_are_a_fa
     assert rig.step().fault is None
 
 
-def test_work_left_is_counted_anew_once_the_finger_was_out_of_sight():
+def test_residual_work_restarts_after_missing_reports():
     rig = Rig(z_m=0.0).met()
     for z_m in (0.0, -0.002):
         rig.step(measured_z_m=one(z_m, 0.0), force_n=one(4.0, 0.0))
@@ -833,7 +833,7 @@ def test_a_hand_that_does_not_follow_is_a_fault(axis, speed):
 
 
 @pytest.mark.parametrize("drift_m_s", [0.02, -0.02, 0.3])
-def test_a_hand_that_moves_untold_is_a_fault_live_and_released(drift_m_s):
+def test_motion_without_a_command_is_a_fault_live_and_released(drift_m_s):
     for engaged in (True, False):
         rig = Rig()
         rig.run(200, engaged=engaged)
@@ -844,7 +844,7 @@ def test_a_hand_that_moves_untold_is_a_fault_live_and_released(drift_m_s):
         assert why == "hand's x"
 
 
-def test_a_hand_that_goes_on_after_its_release_is_a_fault_once_it_had_time_to_stop():
+def test_a_hand_that_moves_after_its_release_is_a_fault_once_it_had_time_to_stop():
     rig = Rig()
     took_s, why = until_fault(rig, 2.0, engaged=False, measured_x_m=lambda t_s: 0.05 * t_s)
     assert took_s == pytest.approx(STOPPING_S + PLANE_MARGIN_M / 0.05 + PERSIST_S, abs=0.02)
@@ -878,7 +878,7 @@ def test_a_finger_that_an_object_holds_back_is_no_fault():
     assert until_fault(Rig(z_m=0.0), 2.0, force_n=0.0, **pressed)[0] < 1.0  # what holds it back is no object
 
 
-def test_a_released_finger_may_sink_with_the_object_by_what_had_bent_its_servo():
+def test_a_released_finger_may_sink_with_the_object_by_the_deflection_of_its_servo():
     rig = Rig(z_m=0.0)
     for tick in range(100 + round(STOPPING_S / DT) + 5):
         rig.step(engaged=tick < 100, wanted_z_m=-0.003, measured_z_m=0.0, force_n=3.0)
@@ -900,7 +900,7 @@ def test_single_wrong_lost_or_late_reports_are_no_fault():
         assert out.fault is None
 
 
-def test_old_reports_add_nothing_to_the_doubt():
+def test_old_reports_do_not_count_towards_a_fault():
     rig = Rig()
     rig.step()
     for tick in range(3000):
@@ -909,7 +909,7 @@ def test_old_reports_add_nothing_to_the_doubt():
     assert until_fault(rig, 1.0, wanted_x_m=0.1, measured_x_m=0.2)[0] < PERSIST_S
 
 
-def test_what_was_out_of_sight_may_stand_anywhere():
+def test_an_unreported_hand_may_stand_anywhere():
     rig = Rig()
     rig.run(200)
     rig.step(force_age_s=GAP_S + 0.01)

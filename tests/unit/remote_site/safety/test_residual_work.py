@@ -1,4 +1,4 @@
-"""The work that a finger has left in what it touches, counted from what it measures."""
+"""The work that a finger has left in its object, from its measurements."""
 
 import itertools
 import math
@@ -14,7 +14,7 @@ DT = 0.002
 
 
 @given(st.lists(st.tuples(st.floats(-0.01, 0.01), st.floats(0.0, 5.0)), min_size=2, max_size=20))
-def test_it_is_the_force_on_the_way_down_less_what_may_lastingly_be_left(places: list[tuple[float, float]]) -> None:
+def test_residual_work_is_the_work_downwards_less_the_allowed_rate(places: list[tuple[float, float]]) -> None:
     left, expected_j = ResidualWork(), 0.0
     left.step(DT, *places[0])
     for (before_m, before_n), (z_m, force_n) in itertools.pairwise(places):
@@ -24,7 +24,7 @@ def test_it_is_the_force_on_the_way_down_less_what_may_lastingly_be_left(places:
         assert left.room_j == pytest.approx(max(0.0, LEFT_J - expected_j), abs=1e-12)
 
 
-def test_what_was_left_drains_in_the_air() -> None:
+def test_residual_work_drains_in_the_air() -> None:
     left = ResidualWork()
     for z_m, force_n in ((0.0, 1.0), (-0.01, 1.0), (0.0, 0.0), (0.001, 0.0)):
         left.step(DT, z_m, force_n)
@@ -32,7 +32,7 @@ def test_what_was_left_drains_in_the_air() -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_what_is_no_number_begins_anew(value: float) -> None:
+def test_nan_restarts_the_account(value: float) -> None:
     for wrong in ((value, 1.0), (0.0, value)):
         left = ResidualWork()
         assert (left.left_j, left.room_j) == (0.0, LEFT_J)

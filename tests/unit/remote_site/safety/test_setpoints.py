@@ -41,7 +41,7 @@ def finger_at(z_m: float, left_j: float = 0.0) -> HeightSetpoint:
     return finger
 
 
-def test_it_begins_clear_and_where_the_frames_can_say() -> None:
+def test_a_set_point_begins_clear_and_within_the_range_of_the_frames() -> None:
     finger = HeightSetpoint(CONTACT_FORCE_N)
     assert finger.z_m == CLEAR_HEIGHT_M
     for z_m, begins_m in ((-1.0, HEIGHT_LOW_M), (0.001, 0.001), (1.0, HEIGHT_HIGH_M)):
@@ -59,7 +59,7 @@ def test_it_begins_clear_and_where_the_frames_can_say() -> None:
         (math.nan, 0.0, False),
     ],
 )
-def test_it_retreats_once_stopped_or_pressed_too_hard(pressed_n: float, stopped_s: float, rises: bool) -> None:
+def test_a_set_point_retreats_after_a_stop_or_a_hard_press(pressed_n: float, stopped_s: float, rises: bool) -> None:
     finger = finger_at(0.0)
     finger.retreat(DT, pressed_n, stopped_s)
     assert finger.z_m == (RETREAT_SPEED_M_S * DT if rises else 0.0)
@@ -105,7 +105,7 @@ def test_it_retreats_once_stopped_or_pressed_too_hard(pressed_n: float, stopped_
         ),
     ],
 )
-def test_it_names_each_limit_that_acts(
+def test_each_acting_limit_is_named(
     begins_m: float,
     wanted_m: float,
     measured_m: float,
@@ -127,14 +127,14 @@ def test_a_set_point_that_misses_by_rounding_only_is_not_limited(missed_m: float
 
 
 @pytest.mark.parametrize("pressed_n", [0.0, TOUCHING_N, 1.0])
-def test_the_room_for_work_decides_how_fast_it_goes_down(pressed_n: float) -> None:
+def test_the_room_for_work_limits_the_speed_downwards(pressed_n: float) -> None:
     room_j = 0.5 * APPROACH_DOWN_M_S * REACTION_S * max(TOUCHING_N, pressed_n)
     finger = finger_at(0.0, LEFT_J - room_j)
     assert finger.follow(DT, -0.01, 0.0, pressed_n, True) == APPROACH | ENERGY
     assert finger.z_m == pytest.approx(-0.5 * DOWN_M)
 
 
-def test_it_stays_slow_until_it_has_met_and_then_reaches_full_speed() -> None:
+def test_the_approach_is_slow_until_it_has_met_and_then_reaches_full_speed() -> None:
     approach = ApproachLimiter(0.1, 0.1 + 1.5 * WIDEN_M_S2)
 
     def state() -> tuple[float, bool, bool]:

@@ -11,12 +11,12 @@ from remote_site.safety.sliding_extrema import MEMORY_S, SlidingExtrema
 @example([(0.0, 1.0), (0.0, -1.0), (MEMORY_S, 0.0)])
 @example([(0.2347243933826205, 0.0), (MEMORY_S, 1.0)])  # its age is MEMORY_S only where the difference is rounded
 @given(st.lists(st.tuples(st.floats(0.0, 0.3), st.floats(-1.0, 1.0)), min_size=1, max_size=60))
-def test_it_knows_the_extremes_of_what_was_told_lately(told: list[tuple[float, float]]) -> None:
-    lately, t_s, values = SlidingExtrema(), 0.0, []
-    assert (lately.lowest, lately.highest) == (math.inf, -math.inf)
-    for after_s, value in told:
+def test_the_extremes_are_those_of_recent_set_points(set_points: list[tuple[float, float]]) -> None:
+    recent, t_s, values = SlidingExtrema(), 0.0, []
+    assert (recent.lowest, recent.highest) == (math.inf, -math.inf)
+    for after_s, value in set_points:
         t_s += after_s
-        lately.add(t_s, value)
+        recent.add(t_s, value)
         values.append((t_s, value))
         fresh = [value for then_s, value in values if then_s >= t_s - MEMORY_S]
-        assert (lately.lowest, lately.highest) == (min(fresh), max(fresh))
+        assert (recent.lowest, recent.highest) == (min(fresh), max(fresh))

@@ -1,4 +1,4 @@
-"""Who is heard by the remote site's session: the operator's own connections, and others within their rate."""
+"""The remote site's session accepts the operator's own connections, and others within their rate."""
 
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -61,7 +61,7 @@ class Link:
 
 
 class Remote:
-    """A session server, its honest operator, and whoever else the test lets speak."""
+    """A session server, its honest operator, and all other senders of the test."""
 
     def __init__(self) -> None:
         self.link = Link()
@@ -149,7 +149,7 @@ def test_motion_of_a_second_operator_moves_nothing_and_its_connection_is_ended(w
     assert working.server.both_engaged
 
 
-def test_after_a_second_operator_has_left_the_rightful_one_moves_on(working: Remote) -> None:
+def test_the_operator_continues_after_a_second_one_has_left(working: Remote) -> None:
     working.move(0.17, key=SECOND, connection=OTHER, sequence=9_000)
     working.step()
     working.honest()
@@ -158,7 +158,7 @@ def test_after_a_second_operator_has_left_the_rightful_one_moves_on(working: Rem
     assert x_m(working) == pytest.approx(0.01)
 
 
-def test_who_sends_motion_before_hello_is_ignored_and_becomes_the_operator_all_the_same() -> None:
+def test_motion_before_hello_is_ignored_and_its_sender_may_still_become_the_operator() -> None:
     remote = Remote()
     for _ in range(20):
         remote.arrive("motion", OPERATOR, motion_packet(0, 1, remote.now_ns, LinkState.CONNECTED, bytes(60)))
@@ -187,7 +187,7 @@ def test_a_copy_of_the_operators_key_moves_nothing_and_latches_a_fault(
     assert ("motion", OPERATOR, OTHER, 0.0) in working.link.expelled
 
 
-def test_a_copy_gains_nothing_by_a_remote_site_that_stood_still(working: Remote) -> None:
+def test_a_copy_gains_nothing_from_a_standstill_of_the_remote_site(working: Remote) -> None:
     for _ in range(5):
         working.now_ns += 3 * round(GAP_S * 1e9)
         working.move(0.17, connection=OTHER, sequence=working.motions + 50)
@@ -201,7 +201,7 @@ def test_a_copy_gains_nothing_by_a_remote_site_that_stood_still(working: Remote)
     assert x_m(working) == pytest.approx(0.01), "its clock is the operator's still"
 
 
-def test_an_operator_that_connects_anew_is_no_copy_of_itself(working: Remote) -> None:
+def test_an_operator_that_reconnects_is_no_copy(working: Remote) -> None:
     late = [working.motions + 1, working.motions + 2]
     working.motions += 2
     for number in late:  # sent before the old connection broke, and on its way for long
@@ -236,7 +236,7 @@ def test_requests_of_a_copy_are_refused(working: Remote, verb: str) -> None:
     assert working.server.take_notes() == []
 
 
-def test_a_copys_requests_lock_the_operator_out_of_nothing(working: Remote) -> None:
+def test_requests_of_a_copy_block_no_request_of_the_operator(working: Remote) -> None:
     working.ask("disengage", connection=OTHER, sequence=10**9)
     working.ask("disengage")
     working.step()
@@ -254,7 +254,7 @@ def test_a_copys_heartbeat_changes_nothing_of_the_clock(working: Remote) -> None
 
 
 @pytest.mark.parametrize(("connection", "sequence"), [(OWN, 0), (OTHER, 10**9), (OTHER, 0)])
-def test_an_emergency_stop_of_the_operators_key_counts_whatever_its_connection_and_sequence(
+def test_an_emergency_stop_of_the_operators_key_counts_from_any_connection_and_sequence(
     working: Remote, connection: int, sequence: int
 ) -> None:
     working.ask("estop", connection=connection, sequence=sequence)
@@ -272,7 +272,7 @@ def test_an_emergency_stop_of_another_key_is_refused(working: Remote, key: str) 
     assert working.server.session.state is LinkState.ENGAGED
 
 
-def test_an_engaged_session_whose_motion_is_refused_ends_and_says_why(working: Remote) -> None:
+def test_refused_motion_ends_an_engaged_session_with_the_reason(working: Remote) -> None:
     ident, sequence = working.ident, 0
     for tick in range(2000):
         sequence += 1
@@ -291,9 +291,7 @@ def test_an_engaged_session_whose_motion_is_refused_ends_and_says_why(working: R
 
 @pytest.mark.parametrize("stream", ["control", "heartbeat"])
 @pytest.mark.parametrize("key", [SECOND, OBSERVER])
-def test_who_floods_a_request_stream_is_sent_away_and_the_operator_is_heard(
-    working: Remote, stream: str, key: str
-) -> None:
+def test_a_flooding_client_is_refused_and_the_operator_is_served(working: Remote, stream: str, key: str) -> None:
     for _ in range(10):
         for _ in range(60):
             if stream == "control":
@@ -309,7 +307,7 @@ def test_who_floods_a_request_stream_is_sent_away_and_the_operator_is_heard(
     assert working.answered(working.requests) == ""
 
 
-def test_a_stop_among_the_operators_own_flood_is_carried_out_at_once(working: Remote) -> None:
+def test_a_stop_within_the_operators_own_flood_acts_at_once(working: Remote) -> None:
     for _ in range(300):
         working.ask("annotate", text="not an estop")
     working.ask("estop")

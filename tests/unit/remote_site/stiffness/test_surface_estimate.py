@@ -38,7 +38,7 @@ def presses(stiffness_n_m: float) -> Touches:
 
 @pytest.mark.parametrize("steps", STEPS)
 @pytest.mark.parametrize("stiffness_n_m", SEEDS)
-def test_one_press_tells_the_stiffness_and_only_when_it_is_known(stiffness_n_m: float, steps: str) -> None:
+def test_one_press_gives_the_stiffness_only_when_it_is_known(stiffness_n_m: float, steps: str) -> None:
     felt = presses(stiffness_n_m)
     for finger, each in enumerate(identified(felt, 1, steps)):
         pressing = felt.force_n[:, finger] > 1.0
@@ -61,19 +61,19 @@ def test_before_it_is_known_no_place_is_pressed_harder_than_by_the_object(stiffn
             assert np.all(shown_n <= object_n + 0.02), "but for two standard deviations of the force's noise"
 
 
-def test_damping_is_told_where_a_press_was_fast_enough() -> None:
+def test_damping_is_reported_where_a_press_was_fast_enough() -> None:
     shares = []
     for stiffness_n_m in (200.0, 500.0):
         felt = presses(stiffness_n_m)
         for finger, each in enumerate(identified(felt, 3)):
-            tells = each.damping_n_s_m > 0.0
-            shares += (each.damping_n_s_m / np.maximum(0.1, felt.force_n[:, finger]))[tells].tolist()
+            reported = each.damping_n_s_m > 0.0
+            shares += (each.damping_n_s_m / np.maximum(0.1, felt.force_n[:, finger]))[reported].tolist()
     assert np.median(shares) == pytest.approx(1.5, rel=0.2), "Hunt and Crossley's constant"
     assert not any(each.damping_n_s_m.any() for each in identified(rested(np.array([3000.0]), 0.5, 1.0), 3))
 
 
 @pytest.mark.parametrize("stiffness_n_m", [50.0, 3000.0])
-def test_the_told_surface_does_not_shake(stiffness_n_m: float) -> None:
+def test_the_reported_surface_does_not_shake(stiffness_n_m: float) -> None:
     felt = rested(np.array([stiffness_n_m]), 1.0, 5.0)
     force_n, z_m = sense(felt, np.random.default_rng(4), STEPS["12 bits"])
     late = felt.time_s > 1.5
@@ -102,7 +102,7 @@ def test_a_moving_surface_is_followed(
     assert np.ptp(each.stiffness_n_m[late]) < 0.1 * stiffness_n_m, "it is the surface that moves"
 
 
-def test_a_surface_that_comes_up_to_a_finger_tells_no_stiffness() -> None:
+def test_a_surface_that_rises_to_a_finger_gives_no_stiffness() -> None:
     felt = rested(np.array([1000.0]), 0.0, 4.0, amplitude_m=-2e-3, frequency_hz=0.5)
     (each,) = identified(felt, 6)
     assert felt.force_n.max() > 0.5
@@ -127,7 +127,7 @@ def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -
 
 
 @pytest.mark.parametrize("stiffness_n_m", [150.0, 3000.0])
-def test_a_stroke_tells_the_slope_and_rest_does_not(stiffness_n_m: float) -> None:
+def test_a_stroke_gives_the_slope_and_a_rest_does_not(stiffness_n_m: float) -> None:
     wall = np.array([stiffness_n_m])
     felt = stroked(lambda _: wall, wall, 4.0, 2.0, slope=-0.08)
     (each,) = identified(felt, 8)
@@ -138,12 +138,12 @@ def test_a_stroke_tells_the_slope_and_rest_does_not(stiffness_n_m: float) -> Non
     )
 
 
-def test_each_contact_begins_anew_and_none_is_nothing() -> None:
+def test_each_contact_starts_a_new_estimate_and_no_contact_gives_none() -> None:
     surface = SurfaceEstimate()
 
     def neutral() -> bool:
-        told = (surface.stiffness_n_m, surface.surface_z_m, surface.damping_n_s_m, surface.slope_x, surface.slope_y)
-        return told == (0.0,) * 5 and surface.stiffness_ln_sd == UNKNOWN_LN_SD and not surface.known
+        values = (surface.stiffness_n_m, surface.surface_z_m, surface.damping_n_s_m, surface.slope_x, surface.slope_y)
+        return values == (0.0,) * 5 and surface.stiffness_ln_sd == UNKNOWN_LN_SD and not surface.known
 
     def press() -> None:
         for _ in range(400):
@@ -178,7 +178,7 @@ def test_each_contact_begins_anew_and_none_is_nothing() -> None:
         max_size=60,
     )
 )
-def test_whatever_is_felt_what_is_told_can_be_sent(samples: list[tuple[float, float, float, float, float]]) -> None:
+def test_every_estimate_fits_into_a_packet(samples: list[tuple[float, float, float, float, float]]) -> None:
     surface, t_s, ever = SurfaceEstimate(), 0.0, False
     for force_n, z_m, x_m, y_m, dt_s in samples:
         t_s += dt_s

@@ -36,9 +36,7 @@ def touched(identification: TextureIdentification, piezo: Piezo, seed: int) -> l
     ("fault", "name"),
     [("saturated", SATURATED), ("clipped", CLIPPED), ("cut", DISCONNECTED), ("loose", NOISE_ONLY)],
 )
-def test_a_broken_element_is_named_gives_nothing_and_is_believed_again_when_it_is_sound(
-    fault: PiezoFault, name: str
-) -> None:
+def test_a_broken_element_is_named_and_ignored_until_it_is_sound_again(fault: PiezoFault, name: str) -> None:
     identification, piezo = TextureIdentification(SurfaceTable.load(TABLES / "surfaces.json")), Piezo()
     assert sum(len(reading.impulses) for reading in touched(identification, piezo, 0)) > 5
     piezo.fault = fault

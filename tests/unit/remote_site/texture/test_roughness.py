@@ -9,7 +9,7 @@ from remote_site.texture.groove_detector import GrooveDetector
 from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.roughness import PathCell, Roughness
 from remote_site.texture.tip_path import CELL_M, Curve
-from tests.unit.remote_site.felt_strokes import held_values
+from tests.unit.remote_site.simulated_strokes import held_values
 
 
 def cells(seed, count, rms):
@@ -61,7 +61,7 @@ def test_a_surface_that_becomes_rougher_is_an_edge_and_nothing_latches():
 
 
 @pytest.mark.parametrize("step_v", [-0.5, 0.5])
-def test_an_edge_is_one_impulse_whichever_way_it_goes(step_v):
+def test_an_edge_is_one_impulse_in_either_direction(step_v):
     values = cells(4, 600, 0.007)
     values[296:300] += 0.5 * step_v
     values[300:304] -= 0.5 * step_v
@@ -95,22 +95,22 @@ def test_another_surface_is_seen_and_learned_within_a_centimetre(before, after):
     assert roughness.roughness_v == pytest.approx(after, rel=0.35)
 
 
-def test_the_roughness_is_as_uncertain_as_it_says():
+def test_the_roughness_scatters_by_its_stated_deviation():
     """On many equal surfaces, roughness scatters by its reported deviation, after 3 mm and after 30 mm."""
-    values, told = {30: [], 300: []}, {30: [], 300: []}
+    values, stated = {30: [], 300: []}, {30: [], 300: []}
     for seed in range(200):
         roughness = Roughness()
         for k, value in enumerate(cells(seed, 312, 0.1), 1):
             roughness.step(PathCell(k * CELL_M, value * value, 0.0))
             if k - 11 in values:
                 values[k - 11].append(roughness.roughness_v)
-                told[k - 11].append(roughness.roughness_sd_v)
+                stated[k - 11].append(roughness.roughness_sd_v)
     for count, found in values.items():
-        assert np.std(found) == pytest.approx(np.mean(told[count]), rel=0.25)
-    assert np.mean(told[300]) < 0.5 * np.mean(told[30])
+        assert np.std(found) == pytest.approx(np.mean(stated[count]), rel=0.25)
+    assert np.mean(stated[300]) < 0.5 * np.mean(stated[30])
 
 
-def test_what_was_felt_is_forgotten_with_the_way():
+def test_old_samples_are_forgotten_along_the_path():
     roughness, jumps = roughness_of(np.concatenate((cells(6, 1000, 0.010), cells(7, 600, 0.016))))
     assert jumps == 0
     assert roughness.roughness_v == pytest.approx(0.016, rel=0.2)

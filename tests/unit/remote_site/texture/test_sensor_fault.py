@@ -11,7 +11,7 @@ from remote_site.texture.recorded.stroke_playback import Array
 from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
 from remote_site.texture.tip_path import RATE_HZ
 from sim_sensors.traces.simulated_stroke import simulate_stroke
-from tests.unit.remote_site.felt_strokes import SIX, drawn, played, stroking
+from tests.unit.remote_site.simulated_strokes import SIX, drawn, played, stroking
 
 
 def noise(noise_v: float) -> Callable[[Array], Array]:
@@ -57,7 +57,7 @@ def test_a_fault_within_a_stroke_ends_with_its_cause(fault):
 
 
 @pytest.mark.parametrize("surface", SIX)
-def test_a_sensor_that_was_named_for_a_force_that_was_none_is_sound_again_when_it_is_felt_with(surface):
+def test_a_false_fault_of_a_sensor_ends_with_the_next_contact(surface):
     """A force sensor that is biased for a while before the finger comes down, at once into a stroke."""
     trace = drawn(surface, 86_000)
     came_s = trace.stroke_s[0] + 0.15

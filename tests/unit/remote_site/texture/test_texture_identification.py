@@ -10,12 +10,12 @@ from remote_site.texture.recorded.stroke_playback import Array, felt
 from remote_site.texture.texture_identification import TextureIdentification, TextureReading
 from remote_site.texture.tip_path import RATE_HZ
 from sim_sensors.traces.simulated_stroke import simulate_stroke
-from tests.unit.remote_site.felt_strokes import SIX, counted, drawn, even, held_values, modes_of, played, stroking
 from tests.unit.remote_site.shipped_tables import SURFACES
+from tests.unit.remote_site.simulated_strokes import SIX, counted, drawn, even, held_values, modes_of, played, stroking
 
 
 @pytest.mark.parametrize("surface", SIX)
-def test_a_surface_is_recognised_and_as_rough_however_it_is_stroked(surface):
+def test_a_surface_and_its_roughness_are_the_same_for_any_stroke(surface):
     roughness = []
     for seed in range(71_000, 71_006):
         blocks = stroking(played(drawn(surface, seed)))
@@ -107,7 +107,7 @@ def test_a_wrong_speed_makes_the_period_wrong_by_its_factor_and_the_grooves_no_l
     assert not period_of(even(trace, factor)).irregular
 
 
-def test_a_swing_of_the_arm_larger_than_the_pattern_is_not_taken_for_it():
+def test_a_large_swing_of_the_arm_is_not_mistaken_for_the_pattern():
     stroke = even(simulate_stroke("widely_grooved_pvc", 79_000, 50.0, 1.2, length_m=0.12))
     way_m = np.cumsum(stroke.speed_m_s) / 2000.0
     stroke.signal_v[:] += 3.0 * np.sin(2.0 * np.pi * way_m / 0.020)  # grooves have 1 V

@@ -19,7 +19,7 @@ def way(speed_m_s, seconds=1.0):
 
 
 @pytest.mark.parametrize("speed_m_s", [0.01, 0.02, 0.05, 0.15, 0.3])
-def test_a_groove_lies_at_one_place_and_is_as_deep_however_fast_it_is_crossed(speed_m_s):
+def test_a_groove_has_one_place_and_depth_at_any_speed(speed_m_s):
     x = way(speed_m_s, 0.012 / speed_m_s)
     found = curvature(-np.exp(-(((x - 0.006) / 0.3e-3) ** 2)), speed_m_s)
     time_s, place_m, curved_v, _ = found[found[:, 2].argmin()]
@@ -55,7 +55,7 @@ def test_the_leak_of_the_integrator_is_undone():
     assert undone < 0.25 * left
 
 
-def test_a_rest_interrupts_the_way():
+def test_a_rest_interrupts_the_path():
     path = TipPath(0.0, 0.0)
     assert path.step([0.0] * 100, 0.05, 0.05)
     assert path.step([1.0] * 400, 0.25, 0.002) == []

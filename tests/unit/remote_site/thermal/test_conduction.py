@@ -1,4 +1,4 @@
-"""The kernel of heat conduction against theory: half space, slab by Fourier's series, and what has to hold between."""
+"""The kernel of heat conduction against theory: half space, slab by Fourier's series, and the range between."""
 
 import numpy as np
 import pytest

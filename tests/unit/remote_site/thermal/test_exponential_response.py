@@ -28,7 +28,7 @@ def test_noise_costs_no_more_than_twice_the_bound():
     assert np.std(errors) < 0.01
 
 
-def test_nothing_is_said_without_readings_or_change():
+def test_no_estimate_without_readings_or_change():
     assert ExponentialResponse(30.0).fit() is None
     still = ExponentialResponse(30.0)
     for k in range(200):

@@ -33,7 +33,7 @@ def test_the_plate_reaches_its_offset_without_overshoot(offset_k: float, lag_s: 
     assert worst < AMBIENT_C + offset_k + 0.6
 
 
-def test_the_heater_is_off_in_contact_and_in_doubt() -> None:
+def test_the_heater_is_off_in_contact_and_when_uncertain() -> None:
     control = HeaterControl()
     assert control.step(0.0, 25.0, 23.0, False) == 1.0
     assert control.step(0.1, 25.0, 23.0, True) == 0.0

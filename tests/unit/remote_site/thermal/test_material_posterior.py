@@ -1,4 +1,4 @@
-"""Joint judgement of several fingers against numerical integration, and what it is for."""
+"""Joint judgement of several fingers against numerical integration, and its benefit."""
 
 import numpy as np
 import pytest
@@ -95,7 +95,7 @@ def densities(fingers: list[Finger]) -> list[Array]:
 
 
 @pytest.mark.parametrize(("count", "seed"), [(1, 0), (2, 1), (5, 0)])
-def test_it_is_the_integral(count: int, seed: int) -> None:
+def test_the_posterior_is_the_integral(count: int, seed: int) -> None:
     fingers = [Finger(10 * seed + k, AMBIENT_C + 10.0 + k) for k in range(count)]
     found = densities(fingers)
     each = np.array([density.sum() for density in found])

@@ -42,13 +42,13 @@ def test_a_sensor_at_rest_is_at_ambient() -> None:
 
 
 @pytest.mark.parametrize("touches", [1, 3, 6])
-def test_plates_heated_anew_cool_the_backs(touches: int) -> None:
+def test_reheated_plates_cool_the_backs(touches: int) -> None:
     back, world = session(touches)
     assert leaks_to_k(world) < -0.1
     assert back.above_k == pytest.approx(leaks_to_k(world), abs=0.5 * back.sd_k)
 
 
-def test_what_was_done_is_forgotten_in_minutes_and_doubted_until_then() -> None:
+def test_the_heaters_history_is_forgotten_in_minutes_and_uncertain_until_then() -> None:
     back, _ = session(6)
     assert back.sd_k > 1.1 * LEAST_SD_K
     for _ in range(60_000):
@@ -57,7 +57,7 @@ def test_what_was_done_is_forgotten_in_minutes_and_doubted_until_then() -> None:
     assert back.sd_k == pytest.approx(LEAST_SD_K, rel=0.01)
 
 
-def test_cooling_warms_it_and_a_hole_in_the_readings_counts_little() -> None:
+def test_cooling_warms_the_back_and_a_gap_in_the_readings_counts_little() -> None:
     back = PeltierBackside()
     back.step(0.1, -1.0, 0.0)
     assert back.above_k > 0.05

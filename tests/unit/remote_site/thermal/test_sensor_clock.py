@@ -18,7 +18,7 @@ def times(arrived_s: list[float], taken_s: list[float] | None = None, powered_us
     return [clock.step(a, (powered_us + round(t * 1e6)) % WRAPS) for a, t in zip(arrived_s, taken, strict=True)]
 
 
-def test_jitter_of_the_way_is_not_the_readings() -> None:
+def test_jitter_of_the_transport_does_not_move_readings() -> None:
     late = np.random.default_rng(0).uniform(0.0, 0.008, 400)
     found = times((PERIOD_S * np.arange(400) + late).tolist())
     gaps = np.diff(found)
@@ -60,6 +60,6 @@ def test_a_sensors_clock_may_begin_at_0_again() -> None:
 
 
 @pytest.mark.parametrize("off_s", [2.0 * LOST_S, 5.0])
-def test_a_sensor_that_began_anew_is_timed_anew(off_s: float) -> None:
+def test_a_restarted_sensor_is_timed_again(off_s: float) -> None:
     found = times([0.0, 0.010, 0.020 + off_s, 0.030 + off_s], [3.0, 3.010, 3.020, 3.030])
     assert found == pytest.approx([0.0, 0.010, 0.020 + off_s, 0.030 + off_s])

@@ -51,7 +51,7 @@ def test_on_different_objects_each_finger_speaks_for_itself(knowledge: ThermalKn
     assert Hand(knowledge, touches).play()[-1] is None
 
 
-def test_what_was_found_together_stays_when_the_touch_is_over(knowledge: ThermalKnowledge) -> None:
+def test_a_joint_result_stays_when_the_touch_is_over(knowledge: ThermalKnowledge) -> None:
     hand = Hand(knowledge, same("stone", 5, 2.5))
     answer = hand.play()[-1]
     for finger in hand.fingers.values():
@@ -76,7 +76,7 @@ def test_a_finger_whose_sensor_fails_at_once_does_not_count(knowledge: ThermalKn
 
 
 @pytest.mark.parametrize("stays", [False, True], ids=["all leave", "one by one"])
-def test_the_next_object_is_judged_anew(knowledge: ThermalKnowledge, stays: bool) -> None:
+def test_the_next_object_is_judged_separately(knowledge: ThermalKnowledge, stays: bool) -> None:
     """Fingers may change one by one: one always touches, and the answer for the object before must not stay."""
     hand, after = Hand(knowledge, same("stone", 8, 2.5)), Hand(knowledge, same("plastic", 9, 2.5))
     hand.play()

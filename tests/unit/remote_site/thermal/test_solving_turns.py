@@ -1,4 +1,4 @@
-"""A tick solves one finger at most, and a late one none for a while; nothing is lost by it, or named wrongly."""
+"""A tick solves one finger at most, and a late one none for a while; no reading is lost, and no name is wrong."""
 
 import math
 from itertools import pairwise
@@ -65,7 +65,7 @@ def test_all_that_are_due_have_one_tick_after_the_other() -> None:
     assert turns_of(SolvingTurns(PERIOD_S), due, 7) == [0, 1, 3, 0, 1, 3, 0]
 
 
-def test_where_nothing_is_due_it_is_nobodys_turn() -> None:
+def test_no_finger_has_a_turn_where_nothing_is_due() -> None:
     turns = SolvingTurns(PERIOD_S)
     assert turns_of(turns, [Waiting(NOTHING_DUE)] * 3, 3) == [None] * 3
     assert turns.step(6.0, []) is None
@@ -80,7 +80,7 @@ def test_a_tick_is_late_by_half_a_period() -> None:
     assert turns.postponed == 1
 
 
-def test_late_ticks_are_given_to_those_that_have_waited_long() -> None:
+def test_late_ticks_solve_fingers_that_have_waited_long() -> None:
     due = [Waiting(0.0), Waiting(POSTPONED_S), Waiting(NOTHING_DUE)]
     turns = SolvingTurns(PERIOD_S)
     assert turns_of(turns, due, 4, 2 * PERIOD_S) == [0, 1, 1, 1]
@@ -118,7 +118,7 @@ def test_a_tick_solves_one_finger_or_judges_the_hand(monkeypatch: pytest.MonkeyP
     assert all_work == {TouchEstimate, SharedObject}
 
 
-def test_where_every_tick_is_late_answers_come_later_and_none_is_wrong(knowledge: ThermalKnowledge) -> None:
+def test_answers_come_later_and_none_is_wrong_with_every_tick_late(knowledge: ThermalKnowledge) -> None:
     for seed, name in enumerate(MATERIALS):
         (touch,) = made_touches(name, 1, seed=700 + seed)
         usual, postponed = course(knowledge, touch, 0.0)

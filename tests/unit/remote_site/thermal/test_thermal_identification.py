@@ -49,7 +49,7 @@ def test_calibration_finds_the_sensor_and_the_materials(calibrated: tuple[Materi
         assert abs(entry.offset_k) < 3.0
 
 
-def test_materials_are_named_and_none_wrongly_or_early_and_a_probability_is_always_said(answered: Answered) -> None:
+def test_materials_are_named_rightly_and_not_early_and_always_with_a_probability(answered: Answered) -> None:
     for touch, answers in answered:
         assert names(answers) <= {touch.name}
         assert names(answers[: round(100 * EARLIEST_S) - 1]) == set()
@@ -61,7 +61,7 @@ def test_materials_are_named_and_none_wrongly_or_early_and_a_probability_is_alwa
     assert np.mean([answers[49].best == touch.name for touch, answers in answered]) >= 0.9
 
 
-def test_temperature_and_effusivity_are_as_near_as_their_uncertainty_says(answered: Answered) -> None:
+def test_temperature_and_effusivity_are_within_their_uncertainty(answered: Answered) -> None:
     squares = []
     for touch, answers in answered:
         answer = answers[-1]
@@ -73,7 +73,7 @@ def test_temperature_and_effusivity_are_as_near_as_their_uncertainty_says(answer
     assert np.mean(squares) < 2.3
 
 
-def test_the_papers_method_stands_beside_it(answered: Answered) -> None:
+def test_the_papers_method_is_reported_beside_the_result(answered: Answered) -> None:
     for touch, answers in answered:
         assert answers[10].rate_per_s is None
         last = answers[-1]
@@ -100,7 +100,7 @@ def test_another_preheat_needs_no_other_table(
     assert answer.object_c == pytest.approx(object_c, abs=off_k)
 
 
-def test_an_unusually_good_or_bad_contact_makes_no_other_material(knowledge: ThermalKnowledge) -> None:
+def test_an_unusual_contact_makes_no_other_material(knowledge: ThermalKnowledge) -> None:
     """Contacts that scatter by 12 %, as they are calibrated to: one in twenty is beyond two standard deviations.
 
     Taken for `unknown` at most as often as anything may be foreign.
@@ -116,7 +116,7 @@ def test_an_unusually_good_or_bad_contact_makes_no_other_material(knowledge: The
     assert [answer.status for answer in ends].count(ThermalStatus.UNKNOWN) <= 1
 
 
-def test_a_touch_is_done_in_the_end(knowledge: ThermalKnowledge) -> None:
+def test_a_finished_touch_keeps_its_answer_until_its_release(knowledge: ThermalKnowledge) -> None:
     (touch,) = made_touches("stone", 1, seed=24, seconds=LASTS_S + 0.5)
     identification = touching(knowledge, touch)
     for row in touch.after():
@@ -130,7 +130,7 @@ def test_a_touch_is_done_in_the_end(knowledge: ThermalKnowledge) -> None:
     assert identification.evidence() is None
 
 
-def test_touch_after_touch_starts_anew(knowledge: ThermalKnowledge) -> None:
+def test_each_touch_starts_a_new_identification(knowledge: ThermalKnowledge) -> None:
     first, second = (made_touches(name, 1, seed=25, seconds=2.5)[0] for name in ("metal", "plastic"))
     used = ThermalIdentification(knowledge)
     for from_s, touch in ((0.0, first), (100.0, second)):

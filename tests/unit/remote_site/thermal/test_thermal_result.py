@@ -1,4 +1,4 @@
-"""From posterior to answer: when a name is given, kept and taken back, and what is said where none can be given."""
+"""From posterior to answer: a name is given, kept and withdrawn, and its absence has a reason."""
 
 import numpy as np
 import pytest
@@ -47,15 +47,13 @@ def play(concluded: ThermalConclusion, said: Posterior, from_s: float, to_s: flo
 
 
 @pytest.mark.parametrize(("from_s", "named_s"), [(0.5, 0.5 + HELD_S), (0.01, EARLIEST_S + HELD_S)])
-def test_a_name_has_to_be_sure_for_a_while_and_what_is_sure_too_early_does_not_count(
-    from_s: float, named_s: float
-) -> None:
+def test_a_name_must_be_sure_for_a_while_and_early_certainty_does_not_count(from_s: float, named_s: float) -> None:
     answers = play(conclusion(), stone(CERTAIN), from_s, named_s)
     assert {answer.status for answer in answers[:-1]} == {ThermalStatus.DECIDING}
     assert (answers[-1].status, answers[-1].material) == (ThermalStatus.IDENTIFIED, "stone")
 
 
-def test_a_name_sticks_until_it_is_doubtful() -> None:
+def test_a_name_is_kept_until_it_is_doubtful() -> None:
     concluded = conclusion()
     play(concluded, stone(CERTAIN), 0.5, 1.0)
     kept = play(concluded, stone(KEEP + 0.01), 1.01, 1.5)
@@ -66,7 +64,7 @@ def test_a_name_sticks_until_it_is_doubtful() -> None:
     assert concluded.step(stone(KEEP + 0.01), 1.52).material is None
 
 
-def test_a_stranger_in_question_delays_a_name_more_than_another_material_does() -> None:
+def test_an_uncalibrated_candidate_delays_a_name_more_than_a_calibrated_one() -> None:
     little = 0.5 * (1.0 - SURE)
     strange = posterior(0.0, 1.0 - little, 0.0)
     assert (strange.foreign, CERTAIN) == (pytest.approx(little), 1.0 - little)
@@ -76,7 +74,7 @@ def test_a_stranger_in_question_delays_a_name_more_than_another_material_does() 
     assert (answer.material, answer.probability) == ("stone", pytest.approx(1.0 - little / CAUTION))
 
 
-def test_a_name_is_taken_back_where_a_stranger_comes_into_question() -> None:
+def test_a_name_is_withdrawn_when_an_uncalibrated_candidate_becomes_likely() -> None:
     concluded = conclusion()
     play(concluded, stone(CERTAIN), 0.5, 1.0)
     assert concluded.step(posterior(0.0, 0.97, 0.0), 1.01).material == "stone"
@@ -92,7 +90,7 @@ def test_another_name_takes_over_only_when_held() -> None:
     assert answers[-1].material == "metal"
 
 
-def test_what_stays_undecided_is_ambiguous_in_the_end_and_the_set_is_named() -> None:
+def test_an_undecided_touch_is_ambiguous_and_its_candidates_are_named() -> None:
     concluded = conclusion()
     said = posterior(0.02, 0.5, 0.46)
     assert concluded.step(said, LATEST_S - 0.01).status is ThermalStatus.DECIDING
@@ -102,7 +100,7 @@ def test_what_stays_undecided_is_ambiguous_in_the_end_and_the_set_is_named() -> 
     assert answer.reason is ThermalReason.NONE
 
 
-def test_one_candidate_is_ambiguous_for_what_was_not_calibrated() -> None:
+def test_one_candidate_is_ambiguous_against_uncalibrated_substances() -> None:
     answer = conclusion().step(posterior(0.0, 0.99, 0.0), LATEST_S)
     assert (answer.status, list(answer.candidates)) == (ThermalStatus.AMBIGUOUS, ["stone"])
     assert answer.reason == ThermalReason.NOT_RULED_OUT
@@ -137,7 +135,7 @@ def test_a_touch_is_not_given_up_at_once(found: dict[str, float], status: Therma
     assert (given_up.status, given_up.reason, given_up.material) == (status, reason, None)
 
 
-def test_before_the_first_reading_the_prior_is_said() -> None:
+def test_the_prior_is_reported_before_the_first_reading() -> None:
     prior = dict(zip(NAMES, (0.1, 0.2, 0.6), strict=True))
     answer = undecided(prior)
     assert answer.status is ThermalStatus.DECIDING
@@ -164,7 +162,7 @@ def posteriors(draw: st.DrawFn) -> Posterior:
 
 
 @given(st.lists(st.tuples(posteriors(), st.integers(1, 40)), max_size=25), st.sampled_from([0.01, 0.3, 6.5]))
-def test_what_holds_for_every_course_of_posteriors(course: list[tuple[Posterior, int]], from_s: float) -> None:
+def test_a_name_follows_its_rules_for_all_posteriors(course: list[tuple[Posterior, int]], from_s: float) -> None:
     concluded, since_s = conclusion(), from_s
     shown: list[tuple[float, str, float]] = []
     named: set[str] = set()

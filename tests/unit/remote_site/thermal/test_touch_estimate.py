@@ -1,4 +1,4 @@
-"""The filters of one touch against exact inference, and what they say of touches made by another physics."""
+"""The filters of one touch against exact inference, and on touches made by another physics."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def prior_of_temperatures(table: MaterialTable, start_c: float) -> tuple[Array, 
     return mean, np.array([ANYWHERE_K, table.start_sd_k, table.back_sd_k]) ** 2
 
 
-def test_with_all_but_the_temperatures_known_it_is_exact() -> None:
+def test_the_filter_is_exact_with_only_the_temperatures_unknown() -> None:
     """Then the readings are jointly normal: their probability and the regression on the courses are textbook."""
     touch = made_touches("stone", 1, seed=5, seconds=1.5)[0]
     e, h = (np.array([MATERIALS["stone"].effusivity]), np.array([MATERIALS["stone"].conductance_w_m2k]))
@@ -161,7 +161,7 @@ def compare_with_brute_force(knowledge: ThermalKnowledge, name: str, contact_z: 
 
 
 @pytest.mark.parametrize("name", MATERIALS)
-def test_the_truth_is_where_it_is_said_to_be(knowledge: ThermalKnowledge, name: str) -> None:
+def test_the_truth_lies_within_the_stated_uncertainty(knowledge: ThermalKnowledge, name: str) -> None:
     number = list(MATERIALS).index(name)
     zs, misfits = [], []
     for touch in made_touches(name, 8, seed=11, seconds=3.0):
@@ -183,14 +183,14 @@ def test_all_temperatures_may_be_shifted(knowledge: ThermalKnowledge) -> None:
     assert there.start_c == here.start_c - 7.0
 
 
-def test_the_object_becomes_known_better_and_better(knowledge: ThermalKnowledge) -> None:
+def test_the_uncertainty_of_the_object_shrinks(knowledge: ThermalKnowledge) -> None:
     touch = made_touches("plastic", 1, seed=3, seconds=5.0)[0]
     sds = [np.sqrt(estimated(knowledge, touch.until(t)).covariance[2, 0, 0]) for t in (0.3, 1.0, 2.0, 5.0)]
     assert sds == sorted(sds, reverse=True)
     assert sds[-1] < 0.4 * sds[0]
 
 
-def test_what_no_guess_explains_is_a_misfit(knowledge: ThermalKnowledge) -> None:
+def test_an_unexplained_touch_is_a_misfit(knowledge: ThermalKnowledge) -> None:
     touch = made_touches("stone", 1, seed=4, seconds=3.0)[0]
     jumped = replace(touch, sensor_c=np.where(touch.time_s > 1.0, touch.sensor_c - 3.0, touch.sensor_c))
     assert estimated(knowledge, jumped).misfit > 5.0
@@ -221,7 +221,7 @@ def test_a_plate_that_was_still_warming_up_is_ahead_of_its_reading(knowledge: Th
     assert abs(warming.mean[2, 0] - (22.0 - AMBIENT_C)) < 3.0 * np.sqrt(warming.covariance[2, 0, 0])
 
 
-def test_substances_that_are_given_up_are_given_up_whole_and_nothing_breaks(knowledge: ThermalKnowledge) -> None:
+def test_rejected_substances_are_removed_completely(knowledge: ThermalKnowledge) -> None:
     """Not their improbability without their temperature: fingers would agree on what each of them finds absurd."""
     said = estimated(knowledge, made_touches("metal", 1, seed=6, seconds=3.0)[0])
     behind = said.ln_likelihood.max() - said.ln_likelihood
@@ -237,7 +237,7 @@ def test_substances_that_are_given_up_are_given_up_whole_and_nothing_breaks(know
 
 
 @pytest.mark.parametrize("name", MATERIALS)
-def test_what_stands_for_other_effusivities_is_not_heard_of_this_one(knowledge: ThermalKnowledge, name: str) -> None:
+def test_a_substance_outside_its_range_of_effusivities_is_excluded(knowledge: ThermalKnowledge, name: str) -> None:
     """Pushed there by the readings it is less exact than its neighbour; it has outvoted the right material by that."""
     known = knowledge.substances
     said = estimated(knowledge, second_of(name, -3.0))

@@ -1,4 +1,4 @@
-"""Every way in which a touch can fail to show its material, and the kind of answer that it gets: never a wrong name."""
+"""Each way in which a touch can fail to show its material gets its kind of answer, never a wrong name."""
 
 from dataclasses import replace
 from typing import Any
@@ -32,7 +32,7 @@ def test_no_temperature_difference(knowledge: ThermalKnowledge, name: str, off_k
     assert (answers[-1].status, answers[-1].reason) == (ThermalStatus.UNIDENTIFIABLE, ThermalReason.NO_DIFFERENCE)
 
 
-def test_a_second_start_temperature_shows_what_the_first_could_not(knowledge: ThermalKnowledge) -> None:
+def test_a_second_start_temperature_adds_information(knowledge: ThermalKnowledge) -> None:
     hand = Hand(knowledge, made_touches("stone", 2, seed=2, seconds=3.0, start_c=np.array([31.0, 37.0]), object_c=31.0))
     joint = hand.play()[-1]
     assert hand.fingers[0].answer.reason == ThermalReason.NO_DIFFERENCE
@@ -44,7 +44,7 @@ def test_a_second_start_temperature_shows_what_the_first_could_not(knowledge: Th
 # --- contact lost ---
 
 
-def test_contact_lost_early_leaves_nothing_and_late_keeps_the_name(knowledge: ThermalKnowledge) -> None:
+def test_a_contact_lost_early_gives_no_result_and_one_lost_late_keeps_the_name(knowledge: ThermalKnowledge) -> None:
     (touch,) = made_touches("metal", 1, seed=3, seconds=6.0)
     early = play(knowledge, touch, lambda t, c, f: (t, c, f if t < 0.15 else 0.0))[-1]
     assert (early.status, early.reason) == (ThermalStatus.UNIDENTIFIABLE, ThermalReason.CONTACT_LOST)
@@ -53,7 +53,7 @@ def test_contact_lost_early_leaves_nothing_and_late_keeps_the_name(knowledge: Th
     assert (late.status, late.material, late.reason) == (ThermalStatus.IDENTIFIED, "metal", ThermalReason.CONTACT_LOST)
 
 
-def test_a_glimpse_of_no_force_is_no_loss(knowledge: ThermalKnowledge) -> None:
+def test_a_moment_without_force_is_no_loss(knowledge: ThermalKnowledge) -> None:
     (touch,) = made_touches("stone", 1, seed=4, seconds=2.0)
     answers = play(knowledge, touch, lambda t, c, f: (t, c, 0.0 if 1.0 <= t < 1.03 else f))
     assert answers[-1].reason is ThermalReason.NONE
@@ -79,7 +79,7 @@ BORNE: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("how", BORNE)
-def test_what_is_part_of_the_model_or_near_it_changes_no_name(knowledge: ThermalKnowledge, how: str) -> None:
+def test_effects_within_or_near_the_model_change_no_name(knowledge: ThermalKnowledge, how: str) -> None:
     for name in MATERIALS:
         answers = play(knowledge, made_touches(name, 1, seconds=3.0, **BORNE[how])[0])
         assert names(answers) <= {name}
@@ -152,12 +152,12 @@ def test_an_untrained_material_is_unknown_in_the_end_with_its_effusivity(strange
 
 
 @pytest.mark.long
-def test_an_untrained_material_is_hardly_ever_taken_for_a_calibrated_one_on_the_way(strange: Strange) -> None:
+def test_an_untrained_material_is_rarely_mistaken_for_a_calibrated_one_during_a_touch(strange: Strange) -> None:
     taken = [names(answers) for _, answers in strange]
     assert sum(map(bool, taken)) <= 0.05 * len(taken), taken
 
 
-def test_no_guess_is_given_up_for_one_step_too_far() -> None:
+def test_no_hypothesis_is_dropped_for_one_overshooting_step() -> None:
     """Exact readings make a step of the solver look impossible for a moment; what it leads to may be the truth."""
     quiet = MadeSensor(noise_k=0.005)
     exact = {
@@ -192,7 +192,7 @@ def test_thin_pieces_that_were_calibrated_thin_are_named() -> None:
 # --- near ties ---
 
 
-def test_materials_that_nothing_tells_apart_are_a_set() -> None:
+def test_indistinguishable_materials_are_a_set() -> None:
     """PVC and oak: 3 % of effusivity between them."""
     twins = {
         **MATERIALS,

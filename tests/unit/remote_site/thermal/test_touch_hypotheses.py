@@ -1,4 +1,4 @@
-"""Guesses laid out over what a touch draws at random: together they are the calibrated normals."""
+"""Hypotheses over the random parameters of a touch together form the calibrated normals."""
 
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def test_every_guess_starts_possible():
     assert laid_out.contact_of.max() == len(laid_out.contacts.ln_effusivity) - 1
 
 
-def test_what_was_not_calibrated_is_covered_from_foam_to_copper():
+def test_uncalibrated_substances_are_covered_from_foam_to_copper():
     known = substances(true_table())
     assert known.calibrated == len(MATERIALS)
     assert known.probability.sum() == pytest.approx(1.0)

@@ -114,7 +114,7 @@ def test_readings_may_come_at_any_rate():
     assert mixed.courses == pytest.approx(fine[99], abs=3e-3)
 
 
-def test_keep_goes_on_with_some_as_if_the_others_had_never_been():
+def test_keep_continues_with_some_as_if_the_others_had_never_existed():
     ln_e, ln_h = np.log([0.2, 0.9, 7.0]), np.log([0.4, 0.8, 1.1])
     slabs = np.array([np.inf, 2.0, 0.5])
     contact_of = np.array([0, 0, 1, 2, 2])

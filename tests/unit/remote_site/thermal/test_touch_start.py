@@ -1,4 +1,4 @@
-"""How warm the plate was at contact, from what its sensor read before."""
+"""The plate's temperature at contact, from the readings before."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_a_plate_whose_heater_was_just_switched_is_known_from_the_shorter_line()
     assert np.abs(found[:, 1]).mean() < 0.3
 
 
-def test_few_readings_tell_no_slope() -> None:
+def test_few_readings_give_no_slope() -> None:
     assert reading_at_contact([29.0] * 3 + [30.0] * 5) == (30.0, 0.0)
     with pytest.raises(ValueError, match="no reading"):
         reading_at_contact([])

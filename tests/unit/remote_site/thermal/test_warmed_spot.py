@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from common.fingers import FINGERS
 from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.warmed_spot import LONGEST_S, SPOT_M, TRACES, WARM, WarmedSpot
-from tests.unit.remote_site.landings import Felt, Landing, land, named
+from tests.unit.remote_site.landings import Landing, Moment, land, named
 
 TRUE = {"aluminium": "aluminium", "ceramic": "ceramic_tile", "wood": "pine", "pvc_plain": "pvc"}
 THUMB = FINGERS[:1]
@@ -28,13 +28,13 @@ def pressed(for_s: float, tick_s: float = 0.01) -> WarmedSpot:
 
 
 @given(for_s=st.floats(0.1, LONGEST_S), pauses=st.floats(0.0, 100.0))
-def test_what_is_left_follows_from_the_touch_and_the_pause_alone(for_s: float, pauses: float) -> None:
+def test_the_remaining_warmth_follows_from_touch_and_pause_alone(for_s: float, pauses: float) -> None:
     for_s = round(for_s, 2)
     left = pressed(for_s).left(for_s * (1.0 + pauses), 0.0, 0.0)
     assert left == pytest.approx(math.sqrt(1.0 + pauses) - math.sqrt(pauses), abs=1e-6)
 
 
-def test_three_times_the_touch_it_is_warm_and_thirty_times_there_are_traces() -> None:
+def test_a_spot_is_warm_for_three_times_the_touch_and_leaves_traces_for_thirty() -> None:
     spot = pressed(1.0)
     assert [spot.left(1.0 + pause_s, 0.0, 0.0) > WARM for pause_s in (0.0, 2.9, 3.1)] == [True, True, False]
     assert [spot.left(1.0 + pause_s, 0.0, 0.0) > TRACES for pause_s in (3.1, 29.0, 31.0)] == [True, True, False]
@@ -67,22 +67,22 @@ def test_touches_that_follow_each_other_at_once_add_up() -> None:
 
 @pytest.mark.parametrize("name", TRUE)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_a_finger_that_stumbles_is_not_taken_in_by_its_own_warmth(name: str, seed: int) -> None:
-    felt = land(name, STUMBLED, seed, THUMB)
-    assert named(felt) <= {TRUE[name]}
-    last = felt[-200].touches[0].thermal
+def test_a_stumbling_finger_is_not_misled_by_its_own_warmth(name: str, seed: int) -> None:
+    moments = land(name, STUMBLED, seed, THUMB)
+    assert named(moments) <= {TRUE[name]}
+    last = moments[-200].touches[0].thermal
     assert (last.status, last.reason) == (ThermalStatus.UNIDENTIFIABLE, ThermalReason.STILL_WARM)
 
 
 @cache
-def retouched(name: str) -> list[Felt]:
+def retouched(name: str) -> list[Moment]:
     """Five fingers rest, leave for half a second, come back; leave for ten seconds, come back."""
     return land(name, (Landing(3.0, 0.5), Landing(1.0, 13.0), Landing(4.0, 0.1)))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", TRUE)
-def test_what_was_found_holds_for_a_hand_that_comes_back_at_once(name: str) -> None:
+def test_a_result_holds_for_a_hand_that_returns_at_once(name: str) -> None:
     again = [moment for moment in retouched(name) if moment.landing == 1 and moment.touches[0].contact]
     assert named(retouched(name), 0) == {TRUE[name]}
     for moment in again[10:-10]:
@@ -104,10 +104,10 @@ def test_no_hand_is_misled_by_traces_of_its_last_touch(name: str) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["aluminium", "ceramic"])
-def test_beside_the_last_spot_a_hand_begins_anew(name: str) -> None:
-    felt = land(name, (Landing(2.0, 2.5), Landing(3.0, beside_m=0.03)))
-    assert named(felt, 1) == {TRUE[name]}
-    reasons = {touch.thermal.reason for moment in felt if moment.landing == 1 for touch in moment.touches.values()}
+def test_a_hand_beside_the_last_spot_starts_a_new_identification(name: str) -> None:
+    moments = land(name, (Landing(2.0, 2.5), Landing(3.0, beside_m=0.03)))
+    assert named(moments, 1) == {TRUE[name]}
+    reasons = {touch.thermal.reason for moment in moments if moment.landing == 1 for touch in moment.touches.values()}
     assert ThermalReason.TOUCHED_BEFORE not in reasons
     assert ThermalReason.STILL_WARM not in reasons
 
@@ -115,16 +115,16 @@ def test_beside_the_last_spot_a_hand_begins_anew(name: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", TRUE)
 def test_a_finger_that_bounces_as_it_lands_touches_once(name: str) -> None:
-    felt = land(name, (Landing(0.02, 0.03), Landing(5.0)))
-    assert named(felt) == {TRUE[name]}
-    began = [b.time_s for a, b in pairwise(felt) if b.touches[0].contact > a.touches[0].contact]
+    moments = land(name, (Landing(0.02, 0.03), Landing(5.0)))
+    assert named(moments) == {TRUE[name]}
+    began = [b.time_s for a, b in pairwise(moments) if b.touches[0].contact > a.touches[0].contact]
     assert len(began) == 2, "the hand did not bounce"
-    assert {felt[-100].touches[finger].thermal.reason for finger in range(5)} == {ThermalReason.NONE}
+    assert {moments[-100].touches[finger].thermal.reason for finger in range(5)} == {ThermalReason.NONE}
 
 
 def test_the_heater_waits_for_a_finger_that_may_bounce_and_warms_the_plate_of_one_that_left() -> None:
     tapped, left = (land("ceramic", (Landing(down_s, 0.4),), fingers=THUMB) for down_s in (0.05, 0.4))
-    for felt, drives in ((tapped, False), (left, True)):
-        lift_s = max(moment.time_s for moment in felt if moment.touches[0].contact)
-        after = [moment.drive[0] for moment in felt if 0.05 < moment.time_s - lift_s < 0.3]
+    for moments, drives in ((tapped, False), (left, True)):
+        lift_s = max(moment.time_s for moment in moments if moment.touches[0].contact)
+        after = [moment.drive[0] for moment in moments if 0.05 < moment.time_s - lift_s < 0.3]
         assert any(drive > 0.0 for drive in after) is drives

@@ -19,7 +19,7 @@ Entered = Callable[[Callable[..., Any]], Callable[[], VirtualNode]]
 Going = Callable[[Any, Any, float, float, Any], tuple[float, float, Any]]
 """Where a node goes instead: it is given the node, its world, and where it should go."""
 POSE_ID = 0x100
-HANGS_ON = 6
+HELD_FRAMES = 6
 """State frames, 60 ms."""
 
 
@@ -71,7 +71,7 @@ def hanging_on(end: VirtualNode, signal: str, value: float) -> None:
 
     def hang(values: dict[str, float]) -> dict[str, float]:
         nonlocal left
-        left = HANGS_ON if values[signal] == value else left - 1
+        left = HELD_FRAMES if values[signal] == value else left - 1
         return {**values, signal: value} if left > 0 else values
 
     changed_states(end, hang)

@@ -42,7 +42,7 @@ def test_a_sound_module_passes(at: Callable[[Any], Any]) -> None:
     assert result.err == f"tacttip TT0001 at {ADDRESS}: 38 pass\n"
 
 
-def test_a_wrong_one_fails_and_the_first_duty_is_named(at: Callable[[Any], Any]) -> None:
+def test_a_wrong_module_fails_and_its_first_duty_is_named(at: Callable[[Any], Any]) -> None:
     at(strange_flag())
     result = command("conformance", ADDRESS)
     assert result.code == 1
@@ -50,7 +50,7 @@ def test_a_wrong_one_fails_and_the_first_duty_is_named(at: Callable[[Any], Any])
     assert result.err.splitlines()[-1] == "teletaction: D2: Flags that the page does not name are 0: 0x81"
 
 
-def test_the_results_for_a_program(at: Callable[[Any], Any]) -> None:
+def test_results_are_written_as_json(at: Callable[[Any], Any]) -> None:
     at(strange_flag())
     result = command("conformance", ADDRESS, "--json")
     found = json.loads(result.out)
@@ -67,7 +67,7 @@ def test_the_results_for_a_program(at: Callable[[Any], Any]) -> None:
 
 
 @pytest.mark.parametrize(("node", "frames"), [(Exoskeleton, 2), (Telemanipulator, 2)])
-def test_a_node_says_by_its_frames_what_it_is(at: Callable[[Any], Any], node: Callable[[], Any], frames: int) -> None:
+def test_a_node_is_identified_by_its_frames(at: Callable[[Any], Any], node: Callable[[], Any], frames: int) -> None:
     end = at(VirtualNode(node()))
     result = command("conformance", BUS, "--exercise", "--yes")
     assert result.code == 0, result
@@ -76,7 +76,7 @@ def test_a_node_says_by_its_frames_what_it_is(at: Callable[[Any], Any], node: Ca
 
 
 @pytest.mark.parametrize(("answer", "code"), [("n\n", 130), ("", 130), ("y\n", 0)])
-def test_nothing_is_driven_unless_it_is_confirmed(
+def test_nothing_is_driven_without_confirmation(
     at: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch, answer: str, code: int
 ) -> None:
     end = at(VirtualNode(Exoskeleton()))
@@ -109,5 +109,5 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:
     [(text, text) for text in ("socketcan:can0", "socketcand://10.0.0.7:29536/can1", "virtual:a bus")]
     + [(text, "") for text in ("/dev/ttyUSB0", "socket://127.0.0.1:7001")],
 )
-def test_a_can_address_is_read_as_it_is_written_and_a_serial_one_is_none(text: str, read: str) -> None:
+def test_a_can_address_is_read_as_written_and_a_serial_one_is_no_can_address(text: str, read: str) -> None:
     assert str(can_address(text) or "") == read

@@ -1,4 +1,4 @@
-"""An examination drives nothing unless it is let, stops when more happens than was announced, and ends neutral."""
+"""An examination drives only with permission, stops beyond the announced motion, and ends neutral."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -48,7 +48,7 @@ def commands(end: VirtualModule) -> list[HeaterCommand | TactTipCommand]:
 
 
 @pytest.mark.parametrize("kind", [ThermalSensor, TactTip, TextureSensor])
-def test_without_leave_a_module_gets_no_command(kind: Callable[..., Any]) -> None:
+def test_a_module_gets_no_command_without_permission(kind: Callable[..., Any]) -> None:
     end = VirtualModule(kind(1, BORN_S))
     results = examined(end, LISTENING)
     assert commands(end) == []
@@ -57,13 +57,13 @@ def test_without_leave_a_module_gets_no_command(kind: Callable[..., Any]) -> Non
 
 
 @pytest.mark.parametrize("node", [Exoskeleton(), Telemanipulator()])
-def test_without_leave_a_node_gets_no_frame(node: Any) -> None:
+def test_a_node_gets_no_frame_without_permission(node: Any) -> None:
     end = VirtualNode(node)
     examined(end, LISTENING)
     assert end.said == []
 
 
-def test_without_leave_to_heat_no_plate_comes_near_its_limit() -> None:
+def test_no_plate_comes_near_its_limit_without_permission_to_heat() -> None:
     end = VirtualModule(ThermalSensor(1, BORN_S))
     warmest_c = 0.0
 
@@ -85,7 +85,7 @@ def interrupted(end: VirtualModule | VirtualNode, share: float, steps: int) -> N
 
 
 @pytest.mark.parametrize("kind", [ThermalSensor, TactTip])
-def test_interrupted_anywhere_a_module_is_left_neutral(kind: Callable[..., Any]) -> None:
+def test_a_module_is_left_neutral_wherever_the_examination_is_interrupted(kind: Callable[..., Any]) -> None:
     whole = VirtualModule(kind(1, BORN_S))
     examined(whole)
     off = TactTipCommand(0, 0) if kind is TactTip else HeaterCommand(0)
@@ -102,7 +102,7 @@ def test_interrupted_anywhere_a_module_is_left_neutral(kind: Callable[..., Any])
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", [Exoskeleton, Telemanipulator])
-def test_interrupted_anywhere_a_node_is_left_neutral(kind: Callable[[], Any]) -> None:
+def test_a_node_is_left_neutral_wherever_the_examination_is_interrupted(kind: Callable[[], Any]) -> None:
     whole = VirtualNode(kind())
     examined(whole)
     for point in range(POINTS):
@@ -184,7 +184,7 @@ def test_a_telemanipulator_that_runs_away_stops_everything() -> None:
     assert neutral(end.said[-1])
 
 
-def test_a_finger_that_meets_something_stops_everything() -> None:
+def test_a_finger_in_contact_stops_everything() -> None:
     end = VirtualNode(Telemanipulator())
 
     def measure(below: Callable[..., None], x_m: float, y_m: float, z_m: Any, force_n: Any) -> None:
@@ -212,21 +212,21 @@ def test_a_finger_is_not_asked_to_jump() -> None:
     assert 0.1 < max(ahead_mm) < 0.4
 
 
-def test_no_finger_is_asked_for_more_than_was_announced() -> None:
+def test_no_finger_gets_more_force_than_announced() -> None:
     end = VirtualNode(Exoskeleton())
     examined(end)
     forces = [values_of(message, "FingerForces") for message in end.said if len(message.data) == 8]
     assert max(values[finger] for values in forces for finger in FINGERS) == pytest.approx(0.3)
 
 
-def test_a_device_that_was_not_meant_is_left_alone() -> None:
+def test_another_device_is_left_alone() -> None:
     end = VirtualModule(TactTip(1, BORN_S))
     results = examined(end, expected_finger=3)
     stopped(results, "the index tacttip: not the expected device, so it is not tried")
     assert commands(end) == []
 
 
-def test_a_device_that_goes_when_it_is_driven_has_failed() -> None:
+def test_a_device_that_disappears_while_driven_fails() -> None:
     end = VirtualModule(TactTip(1, BORN_S))
 
     def send(below: Callable[[bytes], None], data: bytes) -> None:
@@ -240,7 +240,7 @@ def test_a_device_that_goes_when_it_is_driven_has_failed() -> None:
     assert commands(end)[-1] == TactTipCommand(0, 0)
 
 
-def test_what_could_not_be_judged_is_made_neutral_too() -> None:
+def test_an_unjudged_device_is_made_neutral_too() -> None:
     end = VirtualModule(ThermalSensor(1, BORN_S))
     drives = Drives(ModuleTalk(end))
 
@@ -294,7 +294,7 @@ def test_a_bus_that_a_site_commands_is_left_alone() -> None:
     assert end.said == []
 
 
-def test_a_bus_without_a_node_is_said() -> None:
+def test_a_bus_without_a_node_is_reported() -> None:
     end = BusEnd(CanAddress(interface="virtual", channel="nobody"))
     with pytest.raises(DeviceAbsent, match="CAN virtual:nobody: open, but no state frame of a node heard"):
         name_of(end)

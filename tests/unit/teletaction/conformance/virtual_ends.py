@@ -1,4 +1,4 @@
-"""Emulated devices on a clock of their own: a whole examination takes no time but that of working it out."""
+"""Emulated devices on a clock of their own: a whole examination takes only computing time."""
 
 from collections.abc import Callable, Iterator
 from typing import Any

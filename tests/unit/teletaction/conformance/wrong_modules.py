@@ -1,4 +1,4 @@
-"""Emulated serial modules that say or hear one thing wrong each, under the number of the duty that they break."""
+"""Emulated serial modules that send or read one thing wrong each, under the number of the duty that they break."""
 
 import struct
 from collections.abc import Callable

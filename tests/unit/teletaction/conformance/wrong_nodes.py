@@ -12,7 +12,7 @@ from sim_sensors.devices.exoskeleton import Exoskeleton
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from tests.unit.teletaction.conformance.spoiled_module import over
 from tests.unit.teletaction.conformance.spoiled_node import (
-    HANGS_ON,
+    HELD_FRAMES,
     changed_states,
     hanging_on,
     remade,
@@ -177,7 +177,7 @@ def lets_go_slowly(end: Any) -> None:
 
     def linger(values: Values) -> Values:
         nonlocal left
-        left = HANGS_ON if values["thumb"] > 0.0 else left - 1
+        left = HELD_FRAMES if values["thumb"] > 0.0 else left - 1
         return {**values, "thumb": max(values["thumb"], 0.02)} if left > 0 else values
 
     changed_states(end, linger)

@@ -1,4 +1,4 @@
-"""The doctor without a session: what it finds on a host, and what it says of a device that is elsewhere."""
+"""The doctor without a session: findings on a host, and devices that are elsewhere."""
 
 import re
 import shutil
@@ -57,32 +57,32 @@ def config(configs: dict[str, Path]) -> Path:
     return configs["operator"]
 
 
-def test_what_answers_is_found_and_named_also_without_a_configuration(ports: Path, tmp_path: Path) -> None:
+def test_devices_that_answer_are_named_without_a_configuration(ports: Path, tmp_path: Path) -> None:
     good, mute = find_modules(ports)
     assert (good.address, good.words) == (str(ports / "usb-good"), "index tacttip, serial number TT0001, firmware 1")
     assert (mute.good, mute.words) == (False, "a port, but no device answers IDENTIFY within 1 s")
-    told = command("doctor", "--ports", ports)
-    assert told.code == 0
-    assert f"{good.address}: index tacttip, serial number TT0001" in told.out
+    result = command("doctor", "--ports", ports)
+    assert result.code == 0
+    assert f"{good.address}: index tacttip, serial number TT0001" in result.out
     assert "no device answers" in one_line(command("doctor", "--ports", tmp_path / "nothing"), 1)
 
 
-def test_what_is_not_known_is_not_driven_and_exercises_are_duties_of_the_page() -> None:
+def test_unknown_devices_are_not_driven_and_exercises_are_duties_of_the_page() -> None:
     assert "--exercise needs --config" in one_line(command("doctor", "--exercise", "--yes"), 2)
     assert {duty.number for checklist in CHECKLISTS for duty in checklist.duties} >= EXERCISES
 
 
-def test_what_is_missing_is_said(configs: dict[str, Path]) -> None:
-    told = command("doctor", "--config", configs["remote"])
-    assert told.code == 1
-    lines = told.out.splitlines()
+def test_missing_devices_are_reported(configs: dict[str, Path]) -> None:
+    result = command("doctor", "--config", configs["remote"])
+    assert result.code == 1
+    lines = result.out.splitlines()
     assert lines[0].startswith("ok   own key: curve:")
     assert [line.split(":")[0] for line in lines if line.startswith("FAIL")] == [
         "FAIL index texture sensor",
         "FAIL index thermal sensor",
         "FAIL telemanipulator",
     ]
-    assert "Connection refused" in told.out
+    assert "Connection refused" in result.out
     (priority,) = (line for line in lines if "loop's priority" in line)
     assert priority.startswith(("ok   loop's priority: real-time", "ok   loop's priority: ordinary"))
 
@@ -95,7 +95,7 @@ def test_what_is_missing_is_said(configs: dict[str, Path]) -> None:
         (400e-6, False, "at most 0.7 fit: lower rate_hz, or a faster machine"),
     ],
 )
-def test_the_rate_is_held_against_the_machine(
+def test_the_rate_is_compared_with_the_machine(
     step_s: float, good: bool, words: str, configs: dict[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(doctor, "reference_step_s", lambda: step_s)
@@ -118,7 +118,7 @@ def test_a_device_of_another_finger_is_named(config: Path, ports: Path) -> None:
     assert "is the index tacttip, serial number TT0001, firmware 1; expected the ring tacttip" in finding.result
 
 
-def test_can_interfaces_are_those_of_the_kernels_list(tmp_path: Path) -> None:
+def test_can_interfaces_come_from_the_kernels_list(tmp_path: Path) -> None:
     for name, kind, state in (("can0", "280", "up"), ("can1", "280", "down"), ("eth0", "1", "up")):
         (tmp_path / name).mkdir()
         (tmp_path / name / "type").write_text(f"{kind}\n")
@@ -130,10 +130,10 @@ def test_can_interfaces_are_those_of_the_kernels_list(tmp_path: Path) -> None:
         require_interface(CanAddress(interface="socketcan", channel="can1"), tmp_path)
 
 
-def test_real_time_priority_that_is_there_is_no_ordinary_one(configs: dict[str, Path]) -> None:
+def test_inherited_real_time_priority_is_reported(configs: dict[str, Path]) -> None:
     chrt = shutil.which("chrt")
     if chrt is None or subprocess.run((chrt, "--rr", "1", "true"), capture_output=True, check=False).returncode:
         pytest.skip("no real-time policy may be set here")
     doctor = (chrt, "--rr", "1", sys.executable, "-m", "teletaction", "doctor", "--config", configs["remote"])
-    told = subprocess.run(doctor, capture_output=True, text=True, check=False)
-    assert "loop's priority: real-time, inherited from the parent process" in told.stdout
+    result = subprocess.run(doctor, capture_output=True, text=True, check=False)
+    assert "loop's priority: real-time, inherited from the parent process" in result.stdout

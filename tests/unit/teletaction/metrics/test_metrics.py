@@ -1,4 +1,4 @@
-"""Metrics over a socket: what a status file tells, what a missing or old one does, and who may ask."""
+"""Metrics over a socket: the content of a status file, a missing or old file, and the token."""
 
 import contextlib
 import json
@@ -73,8 +73,8 @@ TOKEN = "correct-horse-battery-staple"
 
 
 def write_status(path: Path, age_s: float = 0.0, **changes: object) -> None:
-    told = {**STATUS, **changes, "time_ns": time.monotonic_ns() - round(age_s * 1e9)}
-    path.write_text(json.dumps(told), "utf-8")
+    status = {**STATUS, **changes, "time_ns": time.monotonic_ns() - round(age_s * 1e9)}
+    path.write_text(json.dumps(status), "utf-8")
 
 
 @contextlib.contextmanager
@@ -108,7 +108,7 @@ def values(text: str) -> dict[tuple[str, tuple[tuple[str, str], ...]], float]:
     }
 
 
-def test_what_a_site_tells_is_served(tmp_path: Path) -> None:
+def test_the_status_of_a_site_is_served(tmp_path: Path) -> None:
     write_status(tmp_path / "operator.json")
     with serving([tmp_path / "operator.json"]) as address:
         code, headers, text = ask(address)
@@ -160,7 +160,7 @@ def test_what_a_site_tells_is_served(tmp_path: Path) -> None:
     assert served == METRICS.keys(), "each metric of the table was looked at here"
 
 
-def test_of_an_old_or_missing_status_nothing_is_told_but_that(tmp_path: Path) -> None:
+def test_an_old_or_missing_status_serves_only_up_and_age(tmp_path: Path) -> None:
     write_status(tmp_path / "old.json", age_s=OLDEST_S + 1.0)
     write_status(tmp_path / "before_start.json", age_s=-1000.0)
     (tmp_path / "broken.json").write_text('{"time_ns": ', "utf-8")
@@ -176,7 +176,7 @@ def test_of_an_old_or_missing_status_nothing_is_told_but_that(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("told", "shown"),
+    ("status", "shown"),
     [
         ({"state": "engaged"}, "engaged"),
         ({"state": "engaged", "stale": "no touch for 0.30 s"}, "lost"),
@@ -184,13 +184,13 @@ def test_of_an_old_or_missing_status_nothing_is_told_but_that(tmp_path: Path) ->
         ({"state": "engaging"}, "engaging"),
     ],
 )
-def test_no_state_that_acts_is_served_while_the_link_is_silent(told: dict[str, Any], shown: str) -> None:
-    found = {labels["state"]: value for name, labels, value in samples(told) if name == "session_state"}
+def test_no_state_that_acts_is_served_while_the_link_is_silent(status: dict[str, Any], shown: str) -> None:
+    found = {labels["state"]: value for name, labels, value in samples(status) if name == "session_state"}
     assert [state for state, value in found.items() if value] == [shown]
-    assert ("fault", {}, 0.0) in list(samples(told))
+    assert ("fault", {}, 0.0) in list(samples(status))
 
 
-def test_a_process_that_ended_is_down_however_young_its_last_word(tmp_path: Path) -> None:
+def test_an_ended_process_is_down_even_with_a_fresh_status(tmp_path: Path) -> None:
     write_status(tmp_path / "remote.json", state="ended")
     (name, _, value), *others = process_samples(tmp_path / "remote.json", time.monotonic_ns())
     assert (name, value) == ("up", 0.0)
@@ -205,8 +205,8 @@ JSON = st.recursive(
 
 
 @given(st.dictionaries(st.sampled_from([*STATUS, "other"]), JSON))
-def test_no_status_whatever_it_holds_is_an_error(told: dict[str, Any]) -> None:
-    for name, labels, value in samples({**STATUS, **told}):
+def test_a_status_with_any_content_is_no_error(status: dict[str, Any]) -> None:
+    for name, labels, value in samples({**STATUS, **status}):
         assert name in METRICS
         assert all(isinstance(label, str) for label in labels.values())
         assert abs(value) < 1e30
@@ -223,7 +223,7 @@ def test_no_status_whatever_it_holds_is_an_error(told: dict[str, Any]) -> None:
         {"Authorization": "Bearer "},
     ],
 )
-def test_without_the_token_nothing_is_told(tmp_path: Path, headers: dict[str, str]) -> None:
+def test_nothing_is_served_without_the_token(tmp_path: Path, headers: dict[str, str]) -> None:
     write_status(tmp_path / "operator.json")
     with serving([tmp_path / "operator.json"], TOKEN) as address:
         for path in ("/metrics", "/other"):
@@ -243,7 +243,7 @@ def test_there_is_one_page_and_one_method(tmp_path: Path) -> None:
         connection.close()
 
 
-def test_a_client_that_says_nothing_or_goes_away_does_not_hold_the_others(tmp_path: Path) -> None:
+def test_a_silent_or_lost_client_does_not_delay_the_others(tmp_path: Path) -> None:
     with serving([tmp_path / "operator.json"]) as address:
         with socket.create_connection(address), socket.create_connection(address) as rude:
             rude.sendall(b"GET /metr")
@@ -252,7 +252,7 @@ def test_a_client_that_says_nothing_or_goes_away_does_not_hold_the_others(tmp_pa
 
 
 @pytest.mark.parametrize("listen", ["0.0.0.0:0", "[::]:0"])
-def test_where_others_can_reach_it_a_token_is_needed(tmp_path: Path, listen: str) -> None:
+def test_a_token_is_needed_beyond_loopback(tmp_path: Path, listen: str) -> None:
     if listen.startswith("[") and not socket.has_dualstack_ipv6():
         pytest.skip("no IPv6 here")
     with pytest.raises(ListenProblem, match=r"others can reach this address: give a --token-file"):
@@ -265,12 +265,12 @@ def test_where_others_can_reach_it_a_token_is_needed(tmp_path: Path, listen: str
 @pytest.mark.parametrize(
     "listen", ["", "9634", "127.0.0.1:", ":9634", "127.0.0.1:99999", "127.0.0.1:-1", "127.0.0.1:x"]
 )
-def test_what_is_no_address_is_said(listen: str) -> None:
+def test_a_wrong_address_is_reported(listen: str) -> None:
     with pytest.raises(ListenProblem, match=r"expected HOST:PORT, such as 127\.0\.0\.1:9634"):
         MetricsServer(listen, StatusCollector([]), None)
 
 
-def test_a_token_that_others_can_read_is_refused(tmp_path: Path) -> None:
+def test_a_token_readable_by_others_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "token"
     file.write_text(TOKEN + "\n", "utf-8")
     file.chmod(0o600)
@@ -298,7 +298,7 @@ def test_bad_input_is_one_line(arguments: list[str], says: str) -> None:
     assert says in one_line(command("metrics", *arguments), 2)
 
 
-def test_the_command_serves_until_it_is_told_to_end(tmp_path: Path) -> None:
+def test_the_command_serves_until_it_is_stopped(tmp_path: Path) -> None:
     write_status(tmp_path / "remote.json", process="remote")
     served = [sys.executable, "-m", "teletaction", "metrics", "--listen", "127.0.0.1:0", "--status"]
     with subprocess.Popen([*served, str(tmp_path / "remote.json")], stderr=subprocess.PIPE, text=True) as process:

@@ -1,4 +1,4 @@
-"""The verdict names who was late, for how long, and what was missed by it; and says nothing that it does not know."""
+"""The verdict names the late process, the time and the losses, and leaves out unknown values."""
 
 from teletaction.recordings.machine_verdict import behind, machine_verdict
 
@@ -11,7 +11,7 @@ LATE = {
 }
 
 
-def test_a_late_session_says_who_was_late_and_what_that_means() -> None:
+def test_a_late_session_names_the_late_process_and_its_effect() -> None:
     verdict = machine_verdict(LATE)
     assert verdict.startswith("This machine was too slow for this session: the rate was not held for 57 s of 60 s")
     for part in (
@@ -24,12 +24,12 @@ def test_a_late_session_says_who_was_late_and_what_that_means() -> None:
     assert behind(LATE) == "remote for 57 s, sim-remote for 3 s"
 
 
-def test_a_session_in_time_is_said_to_be_one() -> None:
+def test_a_punctual_session_is_reported_as_such() -> None:
     loop = {"remote": {"behind_s": 0.0}, "operator": {"behind_s": 0.8}, "gone": None}
     assert machine_verdict(LATE | {"loop": loop}).startswith("This machine was fast enough")
 
 
-def test_what_was_not_measured_is_not_spoken_of() -> None:
+def test_unmeasured_values_are_left_out() -> None:
     assert machine_verdict({}) == ""
     bare = machine_verdict({"loop": {"remote": {"behind_s": 5.0}}})
     assert "5 s (remote for 5 s)" in bare

@@ -115,9 +115,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_kept(tmp_path: Path, whole:
     assert 50 < len(missing) < 2 * writer_process.CHUNK_BYTES / 131
 
 
-def test_whatever_the_damage_all_that_stands_before_it_is_restored(
-    tmp_path_factory: pytest.TempPathFactory, whole: bytes
-) -> None:
+def test_everything_before_any_damage_is_restored(tmp_path_factory: pytest.TempPathFactory, whole: bytes) -> None:
     folder = tmp_path_factory.mktemp("damaged")
     path, out = folder / "damaged.mcap", folder / "out.mcap"
     ends = ends_of_chunks(whole)
@@ -167,7 +165,7 @@ def test_a_recorder_and_its_writer_killed_lose_at_most_half_a_second(tmp_path: P
         assert len(times) == result.messages["touch"]
 
 
-def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(
+def test_a_full_disk_leaves_a_file_that_is_good_up_to_that_point(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "full.mcap"
@@ -212,12 +210,12 @@ def test_a_disk_that_became_full_leaves_a_file_that_is_good_up_to_there(
     assert 200 < len(times) < 50_000 / 100
 
 
-def test_the_command_says_what_was_restored(tmp_path: Path, whole: bytes) -> None:
+def test_the_command_reports_what_was_restored(tmp_path: Path, whole: bytes) -> None:
     cut, out = tmp_path / "remote.mcap", tmp_path / "remote-recovered.mcap"
     cut.write_bytes(whole[: len(whole) // 2])
-    told = command("recover", cut)
-    assert told.code == 0
-    *streams, last = told.err.splitlines()
+    outcome = command("recover", cut)
+    assert outcome.code == 0
+    *streams, last = outcome.err.splitlines()
     assert [line.split()[1] for line in streams] == ["event", "touch"]
     total = sum(int(line.split()[0]) for line in streams)
     assert f"remote-recovered.mcap: {total} messages over" in last
@@ -230,7 +228,7 @@ def test_the_command_says_what_was_restored(tmp_path: Path, whole: bytes) -> Non
     ("content", "words"),
     [(b"", "not an MCAP file"), (b"time_s,force_n\n", "not an MCAP file"), (None, "No such file")],
 )
-def test_what_is_no_recording_is_said_in_one_line(tmp_path: Path, content: bytes | None, words: str) -> None:
+def test_a_file_that_is_no_recording_is_reported_in_one_line(tmp_path: Path, content: bytes | None, words: str) -> None:
     path = tmp_path / "x.mcap"
     if content is not None:
         path.write_bytes(content)
@@ -238,7 +236,7 @@ def test_what_is_no_recording_is_said_in_one_line(tmp_path: Path, content: bytes
     assert list(tmp_path.glob("*-recovered.mcap")) == []
 
 
-def test_a_recording_of_which_nothing_is_left_is_said_and_leaves_no_file(tmp_path: Path, whole: bytes) -> None:
+def test_an_empty_recovery_is_reported_and_leaves_no_file(tmp_path: Path, whole: bytes) -> None:
     cut = tmp_path / "s.mcap"
     cut.write_bytes(whole[:400])
     with pytest.raises(ValueError, match="not one message in it can be read"):

@@ -1,4 +1,4 @@
-"""Replay: what it writes, what it needs, and what it says of a recording that is not the same, or not enough."""
+"""Replay: its output, its input, and its reports of a different or incomplete recording."""
 
 import csv
 import json
@@ -84,7 +84,7 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> Own:
     return path, replay(path, out)
 
 
-def test_a_replay_writes_what_left_for_the_devices_and_what_it_compared(golden: Own) -> None:
+def test_a_replay_writes_commands_of_devices_and_its_comparison(golden: Own) -> None:
     out, result = golden
     assert json.loads((out / "replay.json").read_text("utf-8")) == result
     remote, operator = result["remote"]["remote"], result["operator"]["operator"]
@@ -177,7 +177,7 @@ def test_input_and_wall_time_of_a_row_are_no_difference(golden: Own, tmp_path: P
 
 
 @pytest.mark.long
-def test_a_restarted_site_begins_anew(golden: Own, tmp_path: Path) -> None:
+def test_a_restarted_site_begins_from_its_initial_state(golden: Own, tmp_path: Path) -> None:
     """Two recordings of one site in one session: the second knows nothing of the first."""
     first = altered(tmp_path / "remote-1.mcap", as_it_is, STREAMS[:2], single=True)
     shutil.copy(first, tmp_path / "remote.mcap")
@@ -201,7 +201,7 @@ def test_a_cut_recording_is_replayed_after_it_was_recovered(own: Own, tmp_path: 
         assert part["identical"] == part["touch_packets"] > 10
 
 
-def test_what_this_machine_computed_is_identical_to_the_last_bit_and_it_is_said(own: Own, tmp_path: Path) -> None:
+def test_a_replay_on_the_same_machine_is_identical_to_the_last_bit_and_says_so(own: Own, tmp_path: Path) -> None:
     """Whatever processor runs this: what it records, it replays."""
     path, result = own
     for part, what in (
@@ -210,19 +210,19 @@ def test_what_this_machine_computed_is_identical_to_the_last_bit_and_it_is_said(
     ):
         assert part["identical"] == part[what] > 80
         assert part["first_difference"] is None
-    told = command("replay", path, "--out", tmp_path / "out")
-    assert (told.code, told.out) == (0, "")
-    remote, operator, *_ = told.err.splitlines()
+    outcome = command("replay", path, "--out", tmp_path / "out")
+    assert (outcome.code, outcome.out) == (0, "")
+    remote, operator, *_ = outcome.err.splitlines()
     assert remote.startswith("remote: ")
     assert remote.endswith("touch packets are identical")
     assert "all of" in operator
 
 
-def test_touches_that_late_ticks_changed_are_listed(golden: Own, tmp_path: Path) -> None:
+def test_touches_changed_by_late_ticks_are_listed(golden: Own, tmp_path: Path) -> None:
     """By its configuration this site made a tick each millisecond: all that it recorded are late."""
     path = altered(tmp_path / "late.mcap", as_it_is, STREAMS[:2], configured="rate_hz = 1000.0\n")
-    told = command("replay", path, "--out", tmp_path / "late")
-    assert told.code == 0
+    outcome = command("replay", path, "--out", tmp_path / "late")
+    assert outcome.code == 0
     remote = json.loads((tmp_path / "late" / "replay.json").read_text("utf-8"))["remote"]["remote"]
     assert remote["postponed"] > 10 * golden[1]["remote"]["remote"]["postponed"]
     changed = remote["changed_by_waiting"]
@@ -232,7 +232,7 @@ def test_touches_that_late_ticks_changed_are_listed(golden: Own, tmp_path: Path)
     assert all(line["named_s"] != line["full_named_s"] for line in changed)
     for line in changed:
         where = f"the {line['finger']}'s touch at {line['began_s']:.1f} s"
-        assert f"without late ticks, {where} would be named" in told.err
+        assert f"without late ticks, {where} would be named" in outcome.err
 
 
 def lines(out: Path) -> list[dict[str, Any]]:
@@ -259,7 +259,7 @@ def test_a_recording_that_lacks_something_is_refused_in_one_line(
     assert words in one_line(command("replay", path, "--out", tmp_path / "out"), 2)
 
 
-def test_what_is_no_recording_or_two_of_one_name_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_a_wrong_file_or_a_repeated_name_is_refused_in_one_line(tmp_path: Path) -> None:
     other, empty = tmp_path / "a.csv", tmp_path / "b.mcap"
     other.write_text("time_s,force_n\n")
     Recorder(empty, {"a": {"type": "integer"}}, {}).close()
@@ -272,7 +272,7 @@ def test_what_is_no_recording_or_two_of_one_name_is_refused_in_one_line(tmp_path
     assert not (tmp_path / "out").exists()
 
 
-def test_bits_decide_and_not_numbers() -> None:
+def test_values_are_compared_by_their_bits() -> None:
     comparison = Comparison(msgpack.unpackb)
     comparison.add(3, 0.5, msgpack.packb({"a": 1.0, "b": 0.0}), msgpack.packb({"a": 1.0, "b": -0.0}))
     comparison.add(4, 0.6, msgpack.packb({"a": float("nan")}), msgpack.packb({"a": float("nan")}))

@@ -1,4 +1,4 @@
-"""The examination in the report: findings, maps, what was not felt, who did what; and nothing in it is executed."""
+"""The examination in the report: findings, maps, untouched places and actions of persons; it runs no script."""
 
 import json
 from functools import cache
@@ -41,7 +41,7 @@ def numbers_in(page: Page) -> dict[str, Any]:
     return numbers
 
 
-def test_what_was_recorded_is_read(path: Path) -> None:
+def test_a_recorded_examination_is_read(path: Path) -> None:
     examination = Examination.read(path)
     assert examination.begun["pseudonym"] == "P-0417"
     assert examination.ended_s == START_S + 61.0
@@ -53,7 +53,7 @@ def test_what_was_recorded_is_read(path: Path) -> None:
     assert here.value == pytest.approx(35.0)
 
 
-def test_the_report_tells_whose_it_was_and_what_was_found(path: Path) -> None:
+def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
     html, page = page_of(path)
     assert "@page { size: A4 portrait" in html
     for words in (
@@ -74,7 +74,7 @@ def test_the_report_tells_whose_it_was_and_what_was_found(path: Path) -> None:
         assert words in page.text, words
 
 
-def test_hostile_text_is_text_and_the_page_needs_nothing_from_outside_and_runs_nothing(path: Path) -> None:
+def test_hostile_text_stays_text_and_the_page_loads_and_runs_nothing(path: Path) -> None:
     html, page = page_of(path)
     assert "default-src 'none'" in html
     assert {picture[:10] for picture in page.pictures} == {"data:image"}
@@ -87,19 +87,19 @@ def test_hostile_text_is_text_and_the_page_needs_nothing_from_outside_and_runs_n
     assert "x" * 10_000 in page.text
 
 
-def test_every_number_is_there_for_a_program(path: Path) -> None:
-    told = numbers_in(page_of(path)[1])
-    (warm, moment) = told["findings"]
+def test_every_number_is_in_the_json(path: Path) -> None:
+    numbers = numbers_in(page_of(path)[1])
+    (warm, moment) = numbers["findings"]
     assert warm["felt_by_the_end"]["temperature"]["value"] == pytest.approx(35.0)
     assert warm["confidence"] == 3
     assert moment["felt_by_the_end"] is None
-    assert told["coverage"]["roughness"] is None
-    assert told["coverage"]["temperature"]["felt_m2"] > 3e-4
-    assert told["link"]["superseded_or_lost"] == 0
-    assert told["configurations"]["session"]
+    assert numbers["coverage"]["roughness"] is None
+    assert numbers["coverage"]["temperature"]["felt_m2"] > 3e-4
+    assert numbers["link"]["superseded_or_lost"] == 0
+    assert numbers["configurations"]["session"]
 
 
-def test_without_a_console_it_says_so_and_the_rest_stays(tmp_path: Path) -> None:
+def test_a_report_without_a_console_says_so_and_keeps_the_rest(tmp_path: Path) -> None:
     _, page = page_of(record(tmp_path / "plain.mcap", console=False))
     assert "No console took part" in page.text
     assert "33.0" not in page.text.split("Every number")[0]
@@ -144,7 +144,7 @@ def lines(apart_cells: int) -> MapPicture:
     return MapPicture(0.0, 0.0, value, np.full(value.shape, 3, dtype=np.uint8), np.zeros(value.shape, dtype=np.bool_))
 
 
-def test_lines_too_far_apart_are_told() -> None:
+def test_lines_too_far_apart_are_reported() -> None:
     close, far = coverage(lines(5)), coverage(lines(9))
     assert not close.gaps
     assert close.share == pytest.approx(1.0)
@@ -153,7 +153,7 @@ def test_lines_too_far_apart_are_told() -> None:
     assert far.share == pytest.approx(5 / 9, abs=0.06)
 
 
-def test_what_was_not_felt_has_no_colour_and_scales_have_plain_numbers() -> None:
+def test_untouched_places_have_no_colour_and_scales_have_plain_numbers() -> None:
     shown = lines(9)
     colour = cell_colours("temperature", shown, (30.0, 36.0))
     np.testing.assert_array_equal(colour[..., 3] > 0.0, ~np.isnan(shown.value))

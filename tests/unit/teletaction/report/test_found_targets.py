@@ -1,4 +1,4 @@
-"""Targets on a map: found where the quantity stands out most, and judged by what is true of them."""
+"""Targets on a map are found where the quantity stands out most, and judged by the truth."""
 
 import math
 
@@ -13,11 +13,11 @@ from teletaction.report.report_words import targets_table
 
 def presses(*hot_mm: tuple[int, int]) -> TactileMap:
     """Presses every 7 mm, stiffer at these."""
-    felt = TactileMap()
+    touched = TactileMap()
     for number, (x, y) in enumerate((x, y) for x in range(0, 56, 7) for y in range(0, 56, 7)):
         value = math.log(1800.0 if (x, y) in hot_mm else 600.0)
-        felt.take(Sample("stiffness", (1, number, 0), number, 1, 1e-3 * x, 1e-3 * y, 0.0, value, 0.03**2))
-    return felt
+        touched.take(Sample("stiffness", (1, number, 0), number, 1, 1e-3 * x, 1e-3 * y, 0.0, value, 0.03**2))
+    return touched
 
 
 FOUR = ((14, 14), (21, 14), (14, 21), (21, 21))
@@ -26,17 +26,17 @@ FOUR = ((14, 14), (21, 14), (14, 21), (21, 21))
 @pytest.mark.parametrize(
     ("hot_mm", "middle_m"), [(FOUR, (0.0175, 0.0175)), (((14, 14), (21, 14), (49, 49)), (0.0175, 0.014))]
 )
-def test_a_target_is_the_middle_of_what_stands_out_and_of_two_places_the_larger_counts(
+def test_a_target_is_the_centre_of_the_largest_outstanding_place(
     hot_mm: tuple[tuple[int, int], ...], middle_m: tuple[float, float]
 ) -> None:
-    felt = presses(*hot_mm)
-    found = find_highest(felt, "stiffness")
+    touched = presses(*hot_mm)
+    found = find_highest(touched, "stiffness")
     assert found is not None
     assert (found.x_m, found.y_m) == pytest.approx(middle_m, abs=0.3e-3)
-    assert value_near(felt, "stiffness", found).value == pytest.approx(1800.0, rel=1e-3)
+    assert value_near(touched, "stiffness", found).value == pytest.approx(1800.0, rel=1e-3)
 
 
-def test_where_nothing_was_felt_nothing_is_found() -> None:
+def test_nothing_is_found_on_an_untouched_map() -> None:
     assert find_highest(TactileMap(), "roughness") is None
     assert find_highest(presses(), "temperature") is None
 
@@ -67,10 +67,10 @@ def test_a_target_is_judged_by_its_place_and_its_value_and_has_a_row_in_the_repo
     html = targets_table(rows)
     for words in ("&lt;b&gt;stiff&lt;/b&gt;", "<td>1700 N/m</td>", "<td>600 N/m</td>", "<td>+100 ± 50 N/m</td>"):
         assert words in html
-    assert "<td>not felt</td>" in html
+    assert "<td>not touched</td>" in html
 
 
-def test_what_nobody_has_felt_is_not_found_elsewhere() -> None:
+def test_an_untouched_target_is_not_found_elsewhere() -> None:
     away = scene().model_copy(update={"objects": (scene().objects[0].model_copy(update={"x_m": 0.1}),)})
     (row,) = found_targets(away, presses((14, 14), (21, 14)))
     assert row["value"] is None

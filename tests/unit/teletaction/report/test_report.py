@@ -1,4 +1,4 @@
-"""A report: every figure and number, whatever is missing, and nothing from outside."""
+"""A report has every figure and number, also with missing data, and loads nothing from outside."""
 
 import base64
 import re
@@ -113,9 +113,9 @@ def summary(**changed: object) -> dict[str, object]:
     } | changed
 
 
-def report(tmp_path: Path, data: SessionData, told: dict[str, object]) -> tuple[str, Page]:
+def report(tmp_path: Path, data: SessionData, figures: dict[str, object]) -> tuple[str, Page]:
     out = tmp_path / "report.html"
-    write_report(data, told, out)
+    write_report(data, figures, out)
     html = out.read_text("utf-8")
     return html, Page(html)
 
@@ -149,11 +149,11 @@ def test_a_report_holds_all_figures_and_numbers_and_needs_nothing_from_outside(t
         assert words in page.text, words
 
 
-def test_targets_of_a_scene_and_a_rate_that_was_not_held_are_said(tmp_path: Path) -> None:
+def test_targets_of_a_scene_and_a_missed_rate_are_reported(tmp_path: Path) -> None:
     target = {"target": "nodule", "quantity": "stiffness", "place_error_mm": 0.62, "value": 1790.0, "sd": 31.0}
     loop = {"remote": {"behind_s": 12.2}, "operator": {"behind_s": 0.0}}
-    told = summary(targets=[target | {"true_value": 1800.0, "error": -10.0}], loop=loop)
-    html, page = report(tmp_path, session(), told)
+    figures = summary(targets=[target | {"true_value": 1800.0, "error": -10.0}], loop=loop)
+    html, page = report(tmp_path, session(), figures)
     assert "<h2>Targets</h2>" in html
     assert "1790 ± 30 N/m" in html
     assert "−10 ± 30 N/m" in html
@@ -161,7 +161,7 @@ def test_targets_of_a_scene_and_a_rate_that_was_not_held_are_said(tmp_path: Path
 
 
 def test_names_are_escaped_everywhere(tmp_path: Path) -> None:
-    told = summary(
+    figures = summary(
         scene=NAME,
         contacts=[contact(object=NAME, true_material=NAME, best=NAME, reason=NAME)],
         faults=[{"site": "remote", "fault": NAME}],
@@ -171,16 +171,16 @@ def test_names_are_escaped_everywhere(tmp_path: Path) -> None:
         loop={NAME: {"behind_s": 3.0}},
         rss_mib={NAME: 1.0},
     )
-    html, page = report(tmp_path, session(NAME), told)
+    html, page = report(tmp_path, session(NAME), figures)
     assert NAME not in html
     assert page.text.count(NAME) >= 8
 
 
 @pytest.mark.parametrize(
-    "told", [{}, summary(contacts=[], modes={"agreement": None, "confusion": {}}, loop={}, packets={})]
+    "figures", [{}, summary(contacts=[], modes={"agreement": None, "confusion": {}}, loop={}, packets={})]
 )
-def test_an_empty_session_says_none(tmp_path: Path, told: dict[str, object]) -> None:
-    _, page = report(tmp_path, nothing(), told)
+def test_an_empty_session_is_reported_as_empty(tmp_path: Path, figures: dict[str, object]) -> None:
+    _, page = report(tmp_path, nothing(), figures)
     assert not page.pictures
     for title in FIGURES:
         assert f"{title} none" in page.text
@@ -246,8 +246,8 @@ def test_a_mode_has_spans_and_a_pause_in_the_recording_does_not_count_as_held() 
 
 def test_right_wrong_and_silence_are_words() -> None:
     rows = [contact(), contact(material="wood"), contact(material=None, status="ambiguous", paper_material=None)]
-    told = [re.findall("right|wrong|no answer", re.sub("class=.[a-z-]+", "", contacts_table([row]))) for row in rows]
-    assert told == [["right", "wrong"], ["wrong", "wrong"], ["no answer", "no answer"]]
+    answers = [re.findall("right|wrong|no answer", re.sub("class=.[a-z-]+", "", contacts_table([row]))) for row in rows]
+    assert answers == [["right", "wrong"], ["wrong", "wrong"], ["no answer", "no answer"]]
     assert "<td>pvc</td><td>3</td><td>1</td><td>1</td><td>1</td><td>0</td><td>2</td><td>1</td>" in tally_table(rows)
 
 

@@ -69,7 +69,7 @@ def test_a_recording_without_its_end_gives_what_it_has_and_each_its_configuratio
 
 
 @pytest.mark.parametrize("length", [0, 5, 30])
-def test_a_recording_that_hardly_began_gives_nothing(tmp_path: Path, length: int) -> None:
+def test_a_recording_without_a_whole_chunk_gives_nothing(tmp_path: Path, length: int) -> None:
     begun = record(tmp_path / "begun.mcap", "a", range(3))
     begun.write_bytes(begun.read_bytes()[:length])
     assert merge_recordings([begun], tmp_path / "all.mcap") == {}
@@ -81,7 +81,7 @@ def test_a_restarted_process_has_several_recordings(tmp_path: Path) -> None:
     assert [p.name for p in recordings_of(tmp_path, "remote")] == ["remote-1.mcap", "remote-2.mcap", "remote.mcap"]
 
 
-def test_a_wrong_scene_or_what_is_missing_is_named_before_anything_is_written(tmp_path: Path) -> None:
+def test_a_wrong_scene_or_a_missing_recording_is_named_before_anything_is_written(tmp_path: Path) -> None:
     def refuse(words: str, **options: str) -> None:
         with pytest.raises(ValueError, match=words):
             conclude(tmp_path, tmp_path / "out", DemoOptions(**options))

@@ -9,7 +9,7 @@ from common.link.keys import load_keys
 from teletaction.session.demo_files import DemoOptions, prepare
 
 
-def test_a_folder_may_be_named_from_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_may_be_relative_to_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     files = prepare(DemoOptions(fingers=1), Path("out"))
     monkeypatch.chdir("/")

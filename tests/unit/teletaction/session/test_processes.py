@@ -1,4 +1,4 @@
-"""What a session's processes cost, with those that they start themselves."""
+"""The cost of a session's processes includes their child processes."""
 
 import subprocess
 import sys
@@ -39,7 +39,7 @@ def test_a_process_is_accounted_for_with_those_that_it_started(parent: "subproce
     assert used[1] > 2 * 5.0 + 47.0, "MiB of two interpreters and of what the child holds"
 
 
-def test_one_that_is_gone_costs_nothing(parent: "subprocess.Popen[bytes]") -> None:
+def test_an_ended_process_costs_nothing(parent: "subprocess.Popen[bytes]") -> None:
     end(parent)
     assert family(parent.pid) == [parent.pid]
     assert SessionProcesses(Path(), {"site": parent}).usage() == {}

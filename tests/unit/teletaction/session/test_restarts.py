@@ -23,7 +23,7 @@ def start_again(restarts: Restarts, now_s: float) -> float:
     return now_s
 
 
-def test_pauses_grow_until_it_is_given_up() -> None:
+def test_pauses_grow_until_the_launcher_gives_up() -> None:
     restarts, now_s, times = Restarts(), 100.0, [100.0]
     for _ in range(MOST):
         now_s = start_again(restarts, now_s)
@@ -33,7 +33,7 @@ def test_pauses_grow_until_it_is_given_up() -> None:
     assert restarts.ended(now_s + 1.0) is None
 
 
-def test_one_that_ran_for_long_is_counted_anew() -> None:
+def test_a_console_that_ran_for_long_starts_a_new_count() -> None:
     restarts = Restarts()
     now_s = start_again(restarts, start_again(restarts, 100.0))
     assert restarts.count == 2
@@ -54,7 +54,7 @@ def session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SessionProcesses
     return session
 
 
-def test_a_console_that_dies_is_started_again_and_never_ends_the_session(
+def test_a_dead_console_is_restarted_and_never_ends_the_session(
     session: SessionProcesses, capsys: pytest.CaptureFixture[str]
 ) -> None:
     restarts, now_s, pids = Restarts(), 0.0, set[int]()

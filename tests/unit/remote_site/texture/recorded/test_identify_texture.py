@@ -63,7 +63,7 @@ def test_grooves_at_any_distance_are_called_irregular(tmp_path):
     assert part["surface"] is None
 
 
-def test_a_calibration_says_what_it_found_and_what_it_lacks(calibrated, tmp_path):
+def test_a_calibration_reports_its_findings_and_its_gaps(calibrated, tmp_path):
     fit, _ = calibrated
     assert fit.law.law.viscous_s == pytest.approx(1e-3, rel=0.5)
     assert fit.law.law.force_exponent == pytest.approx(1.0, abs=0.1)
@@ -77,7 +77,7 @@ def test_a_calibration_says_what_it_found_and_what_it_lacks(calibrated, tmp_path
     assert [warning.partition(" ")[0] for warning in poor.warnings[:2]] == ["force", "speed"]
 
 
-def test_two_surfaces_that_are_one_cannot_be_told_apart(tmp_path):
+def test_two_equal_surfaces_cannot_be_distinguished(tmp_path):
     for number, (speed_mm_s, force_n) in enumerate((*WAYS, (80.0, 1.0))):
         simulate_stroke_set("plain_pvc", 1, speed_mm_s=speed_mm_s, force_n=force_n, seed=number, out=tmp_path)
         simulate_stroke_set("widely_grooved_pvc", 1, speed_mm_s=speed_mm_s, force_n=force_n, seed=number, out=tmp_path)

@@ -19,7 +19,7 @@ def fit():
     return calibrate_spectra(folder_of((120, 180)))
 
 
-def test_another_pressure_and_another_place_are_told(fit):
+def test_surfaces_are_recognised_at_another_pressure_and_place(fit):
     assert fit.by_load
     assert [model.along for model in fit.table.models] == ["m", "stroke"]
     assert sum(label == said for label, said in fit.left_out) >= 0.9 * len(fit.left_out)
@@ -29,7 +29,7 @@ def test_another_pressure_and_another_place_are_told(fit):
         assert [one.surface for one in found if one is not None] == [one.surface for one in new]
 
 
-def test_without_a_speed_the_stroke_is_the_measure(fit):
+def test_the_stroke_is_the_unit_without_a_speed(fit):
     new = folder_of((240,), seed=3)
     found = [fit.table.recognise(one.trace) for one in new]
     assert sum(one is not None and one.surface == own.surface for one, own in zip(found, new, strict=True)) >= 8
@@ -56,7 +56,7 @@ def test_a_strange_surface_is_unknown(fit):
     assert found.surface == "unknown"
 
 
-def test_a_short_stroke_is_told_by_fewer_bands_or_not_at_all(fit):
+def test_a_short_stroke_is_recognised_by_fewer_bands_or_not_at_all(fit):
     half = fit.table.recognise(stroke("waved", 150, 20.0, 2, length_mm=240.0), 0.02)
     assert half is not None
     assert half.surface == "waved"
@@ -116,7 +116,7 @@ def test_from_a_folder_to_a_name(tmp_path, signal):
     assert all(line["k_speed_rpm_per_mm_s"] is None for line in lines)
 
 
-def test_errors_say_what_to_do(tmp_path, fit):
+def test_errors_name_the_remedy(tmp_path, fit):
     write(tmp_path, folder_of((120,)))
     with pytest.raises(ValueError, match="pressure_v is missing; --signal names another of"):
         list(identify_texture([tmp_path / "0.csv"], fit.table))

@@ -67,7 +67,7 @@ def found() -> Population:
     return fit(MATERIALS)[0]
 
 
-def test_it_does_not_depend_on_the_processes_that_share_it() -> None:
+def test_the_fit_is_the_same_for_any_number_of_processes() -> None:
     few = dict(list(MATERIALS.items())[:2])
     shares: list[float] = []
     with kept_processes(2) as mapped:
@@ -130,7 +130,7 @@ def test_thin_pieces_are_recognised() -> None:
     assert capacity == pytest.approx(14000.0, rel=0.1)
 
 
-def test_temperatures_that_nobody_measured_are_found() -> None:
+def test_unmeasured_temperatures_are_found() -> None:
     found, objects_k = fit(MATERIALS, object_sd_k=3.0, each=4)
     off = found.object_k - np.array(objects_k)
     metal = off[: 3 * 4]

@@ -88,7 +88,7 @@ def test_no_sample_after_contact_and_t_is_used(table: MaterialTable, tmp_path: P
     assert lines[0] == lines[1] == lines[2]
 
 
-def test_time_counts_from_contact_whatever_the_clock_says(table: MaterialTable, tmp_path: Path) -> None:
+def test_time_counts_from_contact_on_any_clock(table: MaterialTable, tmp_path: Path) -> None:
     first, again = (identify(table, stone().write(tmp_path / "a.csv", clock_s=clock_s))[0] for clock_s in (0.0, 1000.0))
     assert again["probability"] == pytest.approx(first["probability"], abs=0.002)
     assert again["object_c"] == pytest.approx(first["object_c"], abs=0.02)
@@ -190,14 +190,14 @@ def test_an_unheated_sensor_counts_as_a_second_finger(table: MaterialTable, tmp_
     assert with_it["object_c"] == pytest.approx(26.0, abs=0.3)
 
 
-def test_it_shows_what_the_heated_one_cannot(table: MaterialTable, tmp_path: Path) -> None:
+def test_an_unheated_sensor_identifies_where_the_heated_one_cannot(table: MaterialTable, tmp_path: Path) -> None:
     line = identify(table, with_reference(33.0, 33.0, 3.0).write(tmp_path / "a.csv"))[-1]
     assert line["best"] == "stone"
     assert line["reason"] is None
     assert line["object_c"] == pytest.approx(33.0, abs=0.3)
 
 
-def test_it_stands_in_for_the_ambient_temperature(table: MaterialTable, tmp_path: Path) -> None:
+def test_an_unheated_sensor_gives_the_ambient_temperature(table: MaterialTable, tmp_path: Path) -> None:
     both = with_reference(33.0, 24.0)
     given, missing = (identify(table, both.write(tmp_path / "a.csv", ambient=ambient))[0] for ambient in (True, False))
     assert missing["object_c"] == pytest.approx(given["object_c"], abs=0.05)
@@ -252,7 +252,7 @@ BAD: dict[str, tuple[Spoil, str | None, str | None]] = {
 
 
 @pytest.mark.parametrize("kind", BAD)
-def test_a_bad_trace_is_answered_with_its_reason_and_the_others_go_on(
+def test_a_bad_trace_is_answered_with_its_reason_and_the_others_continue(
     table: MaterialTable, tmp_path: Path, kind: str
 ) -> None:
     spoil, status, reason = BAD[kind]

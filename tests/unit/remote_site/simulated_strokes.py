@@ -1,4 +1,4 @@
-"""Simulated strokes as the identification of one finger feels them."""
+"""Simulated strokes, played to the identification of one finger."""
 
 from dataclasses import dataclass
 
