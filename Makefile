@@ -64,15 +64,9 @@ demo: $(READY)
 	$(BIN)/teletaction demo --headless --seconds 60 --scene materials --out $(OUT)
 	@echo "the report is $(OUT)/report.html"
 
-# The gates, all that they are made of, and their tests.
-GATES := operator_site.safety remote_site.safety common.safety
-GATE_TESTS := $(addprefix tests/unit/,$(subst .,/,$(GATES)))
-
-# LEFT_OUT are folders that another target runs.
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal $(addprefix --ignore=,$(LEFT_OUT)) \
-		-m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports)'
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports)'
 
 .PHONY: long
 long: $(READY)
@@ -147,6 +141,10 @@ docs: $(READY)
 	$(LOCKED) locks/docs.txt
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env -c docs . $(SITE)
 	@echo "the site is $(SITE)/docs/index.html"
+
+# The gates, all that they are made of, and their tests.
+GATES := operator_site.safety remote_site.safety common.safety
+GATE_TESTS := $(addprefix tests/unit/,$(subst .,/,$(GATES)))
 
 .PHONY: coverage
 coverage: $(READY)

@@ -1,4 +1,4 @@
-"""What the remote site records: each tick's exact input and output, and at 10 Hz what it identifies."""
+"""Records the remote site: each tick's exact input and output, and at 10 Hz what it identifies."""
 
 from collections.abc import Iterable, Mapping
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from tests.docs.pages import tokens
+from tests.packaging.requirements import ROOMS
 from tests.places import ROOT
 
 SEARCHED = (
@@ -16,12 +17,10 @@ SEARCHED = (
     "docs/decisions/*.md",
     "docs/how-it-works/*.md",
     "docs/howto/*.md",
-    "robustness/**/*.py",
-    "sim_sensors/**/*.py",
-    "studies/**/*.py",
-    "benchmarks/**/*.py",
+    *(f"{room}/**/*.py" for room in (*ROOMS, "tests")),
+    "operator_site/console/page/*",
 )
-"""Patterns of the files to search. Add a clean part of the code with a line such as `common/**/*.py`."""
+"""Patterns of the files to search: pages, code, tests, and the console's page."""
 QUOTING = ("tests/docs/test_words.py", "tests/structure.py")
 """Files that contain the words on purpose."""
 _TEXTS = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}

@@ -21,6 +21,7 @@ from mcap.stream_reader import StreamReader
 
 from common.recording import recorder as recording
 from common.recording import writer_process
+from common.recording.clock_anchor import ClockAnchor
 from common.recording.recorder import Recorder, recording_figures
 from common.version import software_version
 from tests.waiting import wait_until
@@ -65,8 +66,9 @@ def test_the_public_reader_finds_everything(tmp_path: Path) -> None:
         assert {c.message_encoding for c in summary.channels.values()} == {"msgpack"}
         assert {s.name: json.loads(s.data) for s in summary.schemas.values()} == SCHEMAS
         (metadata,) = list(reader.iter_metadata())
-        assert metadata.metadata.pop("version") == software_version()
-        assert metadata.metadata == METADATA
+        anchor = ClockAnchor.read(metadata.metadata)
+        assert anchor is not None
+        assert metadata.metadata == METADATA | anchor.metadata() | {"version": software_version()}
         assert {attached.name: attached.data for attached in reader.iter_attachments()} == ATTACHED
         times = [(m.log_time, m.publish_time, m.data[:4]) for _, c, m in reader.iter_messages() if c.topic == "touch"]
     start = 10**12
