@@ -32,8 +32,8 @@ SHELL = set("|<>&;()")
 
 
 def given(block: Block) -> bool:
-    """Whether commands of this block are given here."""
-    return block.commands and not {RUN_BY, NOT_RUN} & block.said.keys()
+    """Whether commands of this block, or its Python, are run here."""
+    return (block.commands or block.info == ("python",)) and not {RUN_BY, NOT_RUN} & block.said.keys()
 
 
 PAGES = [name for name in NAMES if name != RECORD and any(given(block) for block in blocks(name))]
@@ -70,6 +70,12 @@ class Reader:
             time.sleep(0.2)
             code, printed = self._give(line)
         assert code == 0, f"{block.where}: {line}\n{printed}\n{self._last_words()}"
+
+    def run(self, block: Block) -> None:
+        """Run a block of Python; it has to succeed."""
+        words = [sys.executable, "-c", block.text]
+        run = subprocess.run(words, capture_output=True, text=True, timeout=120, env=self.environment, check=False)
+        assert run.returncode == 0, f"{block.where}: {run.stderr}"
 
     def _give(self, line: str) -> tuple[int, str]:
         if not line.startswith("teletaction ") or any(set(word) <= SHELL for word in _words(line)):
@@ -159,7 +165,9 @@ def test_commands_of_a_page_succeed(name: str, tmp_path: Path, monkeypatch: pyte
         reader.write(block)
     try:
         for block in page:
-            for line in one_by_one(block) if given(block) else ():
+            if given(block) and block.info == ("python",):
+                reader.run(block)
+            for line in one_by_one(block) if given(block) and block.commands else ():
                 reader.give(line, block)
     finally:
         reader.end()

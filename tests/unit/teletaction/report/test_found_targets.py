@@ -67,7 +67,7 @@ def test_a_target_is_judged_by_its_place_and_its_value_and_has_a_row_in_the_repo
     html = targets_table(rows)
     for words in ("&lt;b&gt;stiff&lt;/b&gt;", "<td>1700 N/m</td>", "<td>600 N/m</td>", "<td>+100 ± 50 N/m</td>"):
         assert words in html
-    assert "<td>not touched</td>" in html
+    assert "<td>not felt</td>" in html
 
 
 def test_an_untouched_target_is_not_found_elsewhere() -> None:
