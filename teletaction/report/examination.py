@@ -57,6 +57,7 @@ class Examination:
         sequences: sequence number of each touch packet.
         clock: offset, uncertainty and round trip, s, 20 times a second.
         figures: last figures of the operator site; empty without any.
+        clocks: fields of the `ClockLine` by which the remote host's times were converted; empty for one host.
         facts: metadata of each recording: configuration, hashes, version.
         tables: name, kind, date, sensor, number of touches and hash of each calibrated table.
         damaged: number of unreadable messages, by stream.
@@ -73,6 +74,7 @@ class Examination:
     clock: list[tuple[float, float, float]] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
     facts: dict[str, dict[str, str]] = field(default_factory=dict)
+    clocks: dict[str, str] = field(default_factory=dict)
     tables: list[dict[str, Any]] = field(default_factory=list)
     damaged: Counter[str] = field(default_factory=Counter)
 
@@ -89,6 +91,7 @@ class Examination:
             reader = RecordingReader(path, file)
             for name, facts in reader.metadata.items():
                 made.facts[name.removesuffix("/session")] = dict(facts)
+            made.clocks = made.facts.pop("clocks", {})
             for attached in reader.attachments.values():
                 made._take_table(attached.name, attached.data)
             for _, channel, message in reader.messages(STREAMS):

@@ -143,6 +143,9 @@ def _link(examination: Examination, data: SessionData) -> str:
             ("largest number lost in a row", "longest_gap_packets"),
         )
     ]
+    if examination.clocks:
+        offset_s, bound_s = (1e-9 * int(examination.clocks[name]) for name in ("offset_ns", "uncertainty_p95_ns"))
+        rows.append(["clock of the remote host, ahead (s), with 95 % bound", f"{offset_s:+.6f} ± {bound_s:.6f}"])
     return table(("", "value"), rows)
 
 

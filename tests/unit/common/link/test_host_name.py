@@ -124,10 +124,11 @@ def test_an_answering_address_of_several_is_taken(names: Names) -> None:
 
 
 def test_closing_ends_the_thread(names: Names) -> None:
-    before = threading.active_count()
+    before = set(threading.enumerate())
     resolver = Resolver(NAME, 5600)
+    started = set(threading.enumerate()) - before
     resolver.close()
-    wait_until(lambda: threading.active_count() == before)
+    wait_until(lambda: not any(thread.is_alive() for thread in started))
 
 
 def test_a_link_by_name_follows_its_host_to_another_address(names: Names, keys: Keys, base_port: int) -> None:

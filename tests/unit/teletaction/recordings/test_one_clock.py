@@ -1,5 +1,6 @@
 """Recordings of two hosts on one clock: how exact, what it states, and when it refuses."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -76,6 +77,14 @@ def test_true_contacts_and_identified_ones_meet(hosts: SimpleNamespace) -> None:
     true_s = min(event["time_s"] for event in data.truth_events if event["kind"] == "contact")
     found_s = data.touch.time_s[np.flatnonzero(data.touch["contact"].any(axis=1))[0]]
     assert abs(found_s - true_s) < 0.03, "without conversion they are an hour apart"
+
+
+def test_the_report_states_offset_and_bound(hosts: SimpleNamespace) -> None:
+    recordings = [hosts.out / f"{name}.mcap" for name in ("operator", "remote")]
+    report = hosts.out / "report.html"
+    made = command("report", *recordings, "--out", report)
+    assert made.code == 0, made.err
+    assert re.search(r"clock of the remote host[^<]*</td><td>\+3600\.\d{6} ± 0\.0\d{5}</td>", report.read_text("utf-8"))
 
 
 def test_replay_uses_each_sites_own_clock(hosts: SimpleNamespace, tmp_path: Path) -> None:
