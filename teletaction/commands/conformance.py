@@ -1,6 +1,5 @@
 """Command `conformance`: tests one device against the protocol document."""
 
-import json
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,6 +7,7 @@ import typer
 
 from common.files.printable import printable
 from common.fingers import FINGERS
+from teletaction.commands.as_json import Json, print_json
 from teletaction.commands.failed import Failed
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ Heat = Annotated[
     bool, typer.Option("--heat", help="Also test its temperature limit: heats the plate to 42 C. Includes --exercise.")
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask; nobody touches the device.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")]
 
 
 @app.command()
@@ -87,7 +86,7 @@ def conformance(
             for t in results
         ]
         summary = {"address": address, "device": found.name, "counts": counts, "duties": rows}
-        typer.echo(json.dumps(summary, indent=1))
+        print_json(summary)
     counted = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
     typer.echo(f"{found.name} at {address}: {counted}", err=True)
     if counts[Verdict.FAIL]:

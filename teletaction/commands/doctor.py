@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from common.files.printable import printable
+from teletaction.commands.as_json import Json, print_json
 from teletaction.commands.failed import Failed
 
 app = typer.Typer()
@@ -29,6 +30,7 @@ def doctor(
     ports: Annotated[Path, typer.Option(help="Folder of serial ports to look for devices in.")] = Path(
         "/dev/serial/by-id"
     ),
+    as_json: Json = False,
 ) -> None:
     """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
     from common.logs import quiet_libraries
@@ -39,25 +41,30 @@ def doctor(
     if config is None:
         if exercise:
             raise ValueError("--exercise needs --config: only configured devices are driven")
-        _list(ports)
+        _list(ports, as_json)
         return
     if exercise and not yes:
         typer.confirm(WARNING, abort=True, err=True)
     findings = []
     with ended_as_by_hand():
         for finding in examine(config, exercise, ports):
-            typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {printable(finding.result)}")
+            if not as_json:
+                typer.echo(f"{'ok  ' if finding.good else 'FAIL'} {finding.what}: {printable(finding.result)}")
             findings.append(finding)
+    if as_json:
+        print_json({"checks": [{"check": each.what, "good": each.good, "result": each.result} for each in findings]})
     bad = [finding for finding in findings if not finding.good]
     if bad:
         raise Failed(f"{len(bad)} of {len(findings)} checks failed; first: {bad[0].what}: {bad[0].result}")
 
 
-def _list(ports: Path) -> None:
+def _list(ports: Path, as_json: bool) -> None:
     from teletaction.conformance.find_devices import find_modules, find_nodes
 
     found = [*find_modules(ports), *find_nodes()]
-    for one in found:
+    if as_json:
+        print_json({"devices": [{"address": one.address, "good": one.good, "device": one.words} for one in found]})
+    for one in found if not as_json else ():
         typer.echo(f"{one.address}: {printable(one.words)}")
     if not any(one.good for one in found):
         raise Failed(f"no device answers at the serial ports in {ports} or on a CAN interface of this host")

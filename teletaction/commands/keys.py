@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from teletaction.commands.as_json import Json, print_json
+
 app = typer.Typer(name="keys", help="CurveZMQ keys of a site and the list of those it trusts.", no_args_is_help=True)
 
 KeyFolder = Annotated[Path, typer.Option("--keys", help="Key folder of the site.")]
@@ -19,13 +21,17 @@ def keys_init(keys: KeyFolder) -> None:
 
 
 @app.command("show")
-def keys_show(keys: KeyFolder) -> None:
+def keys_show(keys: KeyFolder, as_json: Json = False) -> None:
     """Print the site's public key, its fingerprint, and the keys that it trusts."""
     from common.link.keys import TrustedKeys, fingerprint, load_keys
 
-    own = load_keys(keys)
+    own, owners = load_keys(keys), TrustedKeys(keys).owners()
+    if as_json:
+        trusted = [{"name": owner.name, "role": owner.role.value, "key": key} for key, owner in owners.items()]
+        print_json({"own": own.public, "trusted": trusted})
+        return
     typer.echo(f"own {fingerprint(own.public)} {own.public}")
-    for key, owner in TrustedKeys(keys).owners().items():
+    for key, owner in owners.items():
         typer.echo(f"trusted {owner.name} ({owner.role.value}) {fingerprint(key)} {key}")
 
 

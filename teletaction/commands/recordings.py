@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from common.runtime.parallel_map import processors
+from teletaction.commands.as_json import Json, print_json
 from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer()
@@ -20,12 +21,15 @@ def summarise_command(
     scene: Annotated[str, typer.Option(help="Scene that was explored.")] = "materials",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated world.")] = 0,
     fingers: Annotated[int, typer.Option(min=1, max=5, help="Number of fingers, 1 to 5.")] = 5,
+    as_json: Json = False,
 ) -> None:
     """Merge the recordings of a session whose processes were started one by one; write summary and report."""
     from teletaction.session.conclude import conclude
     from teletaction.session.demo_files import DemoOptions
 
-    conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers))
+    summary = conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers))
+    if as_json:
+        print_json(summary)
     typer.echo(f"summary {out / 'summary.json'}, report {out / 'report.html'}", err=True)
 
 
