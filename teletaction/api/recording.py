@@ -111,9 +111,10 @@ class Recording:
         self.path = Path(path)
         with self.path.open("rb") as file:
             named = NamedRecording(self.path, file, began)
-            self._streams = _read(named)
         self.streams = tuple(named.topics)
         self.began = datetime.fromtimestamp(named.begin_ns * 1e-9).astimezone()
+        self._given = began
+        self._read: dict[str, Stream] = {}
 
     def __repr__(self) -> str:
         return f"<Recording {self.path}: {', '.join(self.streams)}>"
@@ -123,10 +124,25 @@ class Recording:
 
         Raises:
             KeyError: the recording has no such stream; the message lists those there are.
+            OSError: the file cannot be read any more.
+            ValueError: the stream is damaged.
         """
-        if stream not in self._streams:
+        if stream not in self.streams:
             raise KeyError(f"{self.path}: no stream {stream!r}; there are {', '.join(self.streams)}")
-        return self._streams[stream]
+        if stream not in self._read:
+            with self.path.open("rb") as file:
+                self._read[stream] = _stream(NamedRecording(self.path, file, self._given), stream)
+        return self._read[stream]
+
+    def read(self) -> None:
+        """Read all streams now, so that the file is no longer needed.
+
+        Raises:
+            OSError: the file cannot be read.
+            ValueError: a stream is damaged.
+        """
+        for stream in self.streams:
+            self[stream]
 
     @property
     def touch(self) -> Stream:
@@ -144,21 +160,18 @@ class Recording:
         return self["operator/rendered"]
 
 
-def _read(recording: NamedRecording) -> dict[str, Stream]:
-    schemas = {topic: columns_of(topic) for topic in recording.topics}
-    rows: dict[str, list[list[Any]]] = {topic: [] for topic in recording.topics}
-    times: dict[str, list[int]] = {topic: [] for topic in recording.topics}
-    for message in recording.messages():
-        times[message.topic].append(message.wall_ns)
-        rows[message.topic].append([*row_of(message.topic, message.fields).values()])
-    found = {}
-    for topic, schema in schemas.items():
-        wall_ns = np.array(times[topic], dtype=np.int64)
-        columns = dict(zip(schema, zip(*rows[topic], strict=True), strict=True))
-        values = {name: _array(columns[name], schema[name]["type"]) for name in schema}
-        units = {name: each.get("unit", "") for name, each in schema.items()}
-        found[topic] = Stream(topic, wall_ns, (wall_ns - recording.begin_ns) * 1e-9, values, units)
-    return found
+def _stream(recording: NamedRecording, topic: str) -> Stream:
+    schema = columns_of(topic)
+    times, rows = [], []
+    for message in recording.messages([topic]):
+        times.append(message.wall_ns)
+        rows.append(row_of(topic, message.fields).values())
+    wall_ns = np.array(times, dtype=np.int64)
+    values = {
+        name: _array(column, schema[name]["type"]) for name, column in zip(schema, zip(*rows, strict=True), strict=True)
+    }
+    units = {name: each.get("unit", "") for name, each in schema.items()}
+    return Stream(topic, wall_ns, (wall_ns - recording.begin_ns) * 1e-9, values, units)
 
 
 def _array(values: tuple[Any, ...], kind: str) -> Array:

@@ -27,5 +27,9 @@ def simulate(
     if not 0.0 < seconds <= 3600.0:
         raise ValueError(f"seconds must be above 0 and at most 3600, not {seconds}")
     options = DemoOptions(seconds=seconds, scene=scene, fingers=fingers, seed=seed)
+    if out is not None:
+        return Recording(record_session(options, Path(out)))
     with tempfile.TemporaryDirectory() as temporary:
-        return Recording(record_session(options, Path(out or temporary)))
+        recording = Recording(record_session(options, Path(temporary)))
+        recording.read()
+        return recording

@@ -1,6 +1,6 @@
 """Reads a recording as named messages with wall-clock times."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import IO, NamedTuple
@@ -60,13 +60,13 @@ class NamedRecording:
         """Wall-clock time of the last message, ns since 1970 (UTC)."""
         return self.anchor.wall_time_ns(self._reader.end_ns)
 
-    def messages(self) -> Iterator[NamedMessage]:
-        """Yield all messages in order of time.
+    def messages(self, topics: Sequence[str] | None = None) -> Iterator[NamedMessage]:
+        """Yield messages in order of time, of `topics` only where given.
 
         Raises:
             ValueError: a message is damaged; the error names stream, time and remedy.
         """
-        for _, channel, message in self._reader.messages(self.topics):
+        for _, channel, message in self._reader.messages(self.topics if topics is None else topics):
             try:
                 fields = TOPICS[channel.topic].read(message.data)
             except ValueError as error:
