@@ -222,6 +222,7 @@ sbom: $(READY)
 	$(BIN)/python -m venv --without-pip build/sbom
 	$(BIN)/pip --python build/sbom/bin/python install --quiet --no-deps --require-hashes -r locks/run.txt
 	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --of JSON -o $(SBOM) build/sbom/bin/python
+	$(BIN)/python -m tests.packaging.trim_sbom $(SBOM)
 	@echo "the bill of materials is $(SBOM)"
 
 # Asks a public database for known weaknesses of the locked versions. A version that it does not know is an error.

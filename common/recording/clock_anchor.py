@@ -70,13 +70,20 @@ class ClockAnchor(NamedTuple):
 
 
 def clock_id() -> str:
-    """Return the identifier of this process's monotonic clock: run of the machine and time namespace.
+    """Return the identifier of this process's monotonic clock: run of the host and time namespace.
 
     It is empty where the system gives none.
     """
+    boot = boot_id()
     try:
-        return (
-            f"{Path('/proc/sys/kernel/random/boot_id').read_text('ascii').strip()} {os.readlink('/proc/self/ns/time')}"
-        )
+        return f"{boot} {os.readlink('/proc/self/ns/time')}" if boot else ""
+    except OSError:
+        return ""
+
+
+def boot_id() -> str:
+    """Return the identifier of this run of the host; empty where the system gives none."""
+    try:
+        return Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
     except OSError:
         return ""

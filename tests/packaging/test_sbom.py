@@ -8,6 +8,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from tests.packaging.requirements import PROJECT
+from tests.packaging.trim_sbom import trimmed
 from tests.places import ROOT
 
 IMAGE = {
@@ -52,3 +53,7 @@ def test_it_is_of_this_version(bill: dict[str, Any]) -> None:
 
 def test_each_package_has_a_licence(bill: dict[str, Any]) -> None:
     assert [each["name"] for each in bill["components"] if not each.get("licenses")] == []
+
+
+def test_it_names_no_web_address_of_a_package(bill: dict[str, Any]) -> None:
+    assert trimmed(bill) == bill, "run: make sbom"

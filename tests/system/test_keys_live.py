@@ -136,8 +136,8 @@ def use_desks(session: FaultSession) -> None:
     """Give each command at each desk, and keep what it prints."""
     for site in ("remote", "operator"):
         for verb in ("status", "estop", "status", "clear", "engage", "disengage"):
-            told = command("session", verb, "--config", session.configurations[site])
-            (session.out / "said" / f"{site}-{verb}-{time.monotonic_ns()}").write_text(told.out + told.err, "utf-8")
+            answer = command("session", verb, "--config", session.configurations[site])
+            (session.out / "said" / f"{site}-{verb}-{time.monotonic_ns()}").write_text(answer.out + answer.err, "utf-8")
     assert command("session", "note", "a rough spot", "--config", session.configurations["operator"]).code == 0
     session.clear_and_engage()
 
@@ -225,8 +225,8 @@ def story(tmp_path_factory: pytest.TempPathFactory) -> Story:
             session.wait_until_working()
         ended = session.processes.ended()
     files = ("--recordings", folder, "--out", folder / "out", "--scene", folder / "materials.toml")
-    told = command("summarise", *files, "--fingers", 2)
-    assert told.code == 0, told.err
+    merged = command("summarise", *files, "--fingers", 2)
+    assert merged.code == 0, merged.err
     return Story(
         folder, lines, revoked, state_then, trusted, working_s, replayed, observer_ended, ended, read_truth(folder)
     )

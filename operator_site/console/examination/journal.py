@@ -14,8 +14,9 @@ from typing import Any
 import msgpack
 
 from common.files.unique_path import free_name
+from common.recording.clock_anchor import boot_id
 from common.recording.recorder import Recorder
-from operator_site.console.examination.resume import Unfinished, boot, unfinished
+from operator_site.console.examination.resume import Unfinished, unfinished
 
 log = logging.getLogger(__name__)
 
@@ -61,7 +62,7 @@ class Journal:
         Raises:
             OSError: the recording cannot be created, for another reason than a full disk.
         """
-        self._path, self._metadata = path, {"boot": boot(), **metadata}
+        self._path, self._metadata = path, {"boot": boot_id(), **metadata}
         self.unfinished = Unfinished() if path is None else unfinished(path, self._metadata["boot"])
         self.files: list[Path] = [] if self.unfinished.cut_off else [*self.unfinished.files]
         self._saved_findings: set[int | None] = set() if self.unfinished.cut_off else {*self.unfinished.findings}

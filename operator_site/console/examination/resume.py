@@ -40,14 +40,6 @@ class Unfinished:
         return {record["id"] for stream, record in self.records if stream == "console/finding"}
 
 
-def boot() -> str:
-    """Return the identifier of this boot, for which the monotonic clock is valid; empty if unavailable."""
-    try:
-        return Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
-    except OSError:
-        return ""
-
-
 def unfinished(path: Path, now: str) -> Unfinished:
     """Return the unfinished examination in `PATH` or in files of its name with `-` and any suffix.
 
@@ -55,7 +47,7 @@ def unfinished(path: Path, now: str) -> Unfinished:
 
     Args:
         path: path of the first file.
-        now: identifier of this boot, `boot()`.
+        now: identifier of this boot, `boot_id()`.
     """
     named = (glob.escape(path.name), f"{glob.escape(path.stem)}-*{path.suffix}")
     files = [file for name in named for file in path.parent.glob(name)]

@@ -98,8 +98,8 @@ def test_a_recording_without_an_anchor_needs_its_begin(tmp_path: Path) -> None:
     said = one_line(command("export", GOLDEN, "--to", "csv", "--out", tmp_path / "out"), 2)
     assert "--began" in said
     assert not (tmp_path / "out").exists()
-    told = command("export", GOLDEN, "--to", "foxglove", "--out", tmp_path / "out", "--began", BEGAN)
-    assert told.code == 0, told.err
+    exported = command("export", GOLDEN, "--to", "foxglove", "--out", tmp_path / "out", "--began", BEGAN)
+    assert exported.code == 0, exported.err
     with (tmp_path / "out" / "session.mcap").open("rb") as file:
         first = min(message.log_time for _, _, message in make_reader(file).iter_messages())
     assert first == began_ns()

@@ -5,9 +5,10 @@ from typing import Any
 
 import pytest
 
+from common.recording.clock_anchor import boot_id
 from operator_site.console.examination import journal as keeping_module
 from operator_site.console.examination.journal import Journal
-from operator_site.console.examination.resume import Unfinished, boot, unfinished
+from operator_site.console.examination.resume import Unfinished, unfinished
 
 
 def session(what: str, at_s: float, pseudonym: str = "P-0417") -> dict[str, Any]:
@@ -78,7 +79,7 @@ def test_a_killed_run_leaves_what_it_had_written(tmp_path: Path, share: float) -
     whole = path.read_bytes()  # not closed: as a killed process leaves it
     keeping.close()
     path.write_bytes(whole[: round(share * len(whole))])
-    before = unfinished(path, boot())
+    before = unfinished(path, boot_id())
     assert before.findings == set(range(1, len(before.findings) + 1))
     assert len(before.findings) >= 20 * share - 4
 
@@ -88,7 +89,7 @@ def test_what_another_run_of_the_machine_left_is_said_and_not_continued(
 ) -> None:
     path = tmp_path / "console.mcap"
     with monkeypatch.context() as patch:
-        patch.setattr(keeping_module, "boot", lambda: "another")
+        patch.setattr(keeping_module, "boot_id", lambda: "another")
         run(path, (50_000.0, session("begin", 50_000.0)), (50_001.0, finding(1, 50_001.0)))
     keeping = Journal(path, {})
     assert keeping.unfinished.cut_off == "P-0417"
@@ -116,4 +117,4 @@ def test_a_file_that_is_none_hides_nothing(tmp_path: Path, content: bytes) -> No
     run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))
     (tmp_path / "console-1.mcap").write_bytes(content)
     (tmp_path / "console-notes.mcap").write_bytes(content)
-    assert unfinished(path, boot()).findings == {1}
+    assert unfinished(path, boot_id()).findings == {1}
