@@ -30,6 +30,7 @@ help:
 	@echo "make everything  all that takes longer, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
 	@echo "make exports     exported recordings as pandas, pyarrow and Rerun read them (downloads 500 MB)"
+	@echo "make examples    every script and notebook of examples/ (downloads 100 MB); NOTEBOOKS=examples/notebooks keeps their output"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
 	@echo "make pages       every command of README and pages; the demo as installed from the source distribution"
@@ -66,7 +67,7 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports)'
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports or examples)'
 
 .PHONY: long
 long: $(READY)
@@ -164,6 +165,11 @@ exports: $(READY)
 	$(LOCKED) locks/exports.txt
 	$(BIN)/pytest -m exports tests/unit/teletaction
 
+.PHONY: examples
+examples: $(READY)
+	$(LOCKED) locks/examples.txt
+	NOTEBOOKS=$(NOTEBOOKS) $(BIN)/pytest -m examples -n 2 tests/examples
+
 # Interrupted, it goes on where it was; `teletaction study --compare OLD NEW` tells what became worse.
 .PHONY: results
 results: $(READY)
@@ -202,7 +208,7 @@ budget: $(READY)
 # Versions stay as they are unless ARGUMENTS=--upgrade, or --upgrade-package NAME.
 COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --system-certs --quiet --universal --python-version 3.11 --no-annotate
 HASHED := $(COMPILE) --generate-hashes -c constraints.txt
-TOOLS := docs browser mutants supply
+TOOLS := docs browser mutants examples supply
 # Large packages, which only exports need: a lock of their own.
 EXPORTS := pandas parquet rerun
 .PHONY: lock

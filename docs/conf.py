@@ -17,12 +17,19 @@ project = "teletaction"
 copyright = "the teletaction developers, MIT licence"  # the name that Sphinx reads
 release = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 
-extensions = ["myst_parser", "mathml", "without_network"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "without_network"]
 root_doc = "docs/index"
-include_patterns = ["docs/**", "deploy/**", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md"]
+include_patterns = ["docs/**", "deploy/**", "examples/*.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md"]
 """The repository is the source: pages link to each other as they lie there."""
 exclude_patterns = [".*", "docs/_extensions", "site", "build"]
 nitpicky = True
+nitpick_ignore_regex = [("py:.*", ".*")]
+"""Types of other packages have no page here."""
+autodoc_member_order = "bysource"
+default_role = "code"
+"""Of single backquotes in docstrings."""
+napoleon_use_ivar = True
+python_use_unqualified_type_names = True
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3

@@ -33,7 +33,7 @@ def stroke(surface, load, speed_mm_s, seed, start_mm=50.0, length_mm=500.0, taxe
     means = load * np.linspace(0.5, 1.5, 16)
     signals = means * (1.0 + shaken[:, None] + tilted + local) + 0.8 * chance.normal(size=(len(t), 16))
     names = tuple(f"taxel{k + 1}" for k in range(taxels))
-    return StrokeTrace(f"{surface}_{load}_{speed_mm_s:.0f}", t, signals[:, :taxels], names, None, None)
+    return StrokeTrace(t, signals[:, :taxels], signal_names=names, name=f"{surface}_{load}_{speed_mm_s:.0f}")
 
 
 def folder_of(loads, seed=0, **how):

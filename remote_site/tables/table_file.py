@@ -33,7 +33,7 @@ class TableFile(BaseModel):
         fields: dict[str, Any] = self.model_dump(mode="json", exclude={"content_hash"})
         return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path | str) -> None:
         """Write the table with its hash.
 
         Raises:
@@ -41,10 +41,10 @@ class TableFile(BaseModel):
         """
         fields = self.model_dump(mode="json")
         fields["content_hash"] = self._hash()
-        path.write_text(json.dumps(fields, indent=1) + "\n", "utf-8")
+        Path(path).write_text(json.dumps(fields, indent=1) + "\n", "utf-8")
 
     @classmethod
-    def load(cls, path: Path) -> Self:
+    def load(cls, path: Path | str) -> Self:
         """Read a table.
 
         Raises:
@@ -53,7 +53,7 @@ class TableFile(BaseModel):
         """
         kind = cls.model_fields["kind"].default
         try:
-            fields = read_json(path)
+            fields = read_json(Path(path))
         except OSError as error:
             raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
         except ValueError:

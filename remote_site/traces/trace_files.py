@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.exploration.contact_detector import CONTACT_ON_N
-from remote_site.traces.units import wrong_forces, wrong_speeds, wrong_temperature, wrong_times
+from remote_site.traces.units import wrong_forces, wrong_speeds, wrong_speeds_m_s, wrong_temperature, wrong_times
 
 Array = NDArray[np.float64]
 
@@ -27,14 +27,37 @@ _OF_LABELS = {"object_c": wrong_temperature, "speed_mm_s": wrong_speeds}
 
 @dataclass(frozen=True, slots=True)
 class ThermalTrace:
-    """One recorded touch in arrays of one length; `ambient_c` and `reference_c` are None if the file lacks them."""
+    """One recorded touch of a thermal sensor, in arrays of one length.
 
-    name: str
+    Attributes:
+        time_s: times, (n,), s, ascending; n is at least 2.
+        sensor_c: readings of the heated sensor, (n,), C.
+        force_n: contact force, (n,), N; contact begins at 0.3 N held for 50 ms.
+        ambient_c: temperature of the air, (n,), C; None if unknown.
+        reference_c: readings of a second, unheated sensor on the same object, (n,), C; None without one.
+        name: name of the touch, for messages; path of the file if it was read from one.
+
+    Raises:
+        ValueError: the arrays differ in length, hold a number that is not finite, or are in another unit, or the times
+            do not ascend.
+    """
+
     time_s: Array
     sensor_c: Array
     force_n: Array
-    ambient_c: Array | None
-    reference_c: Array | None
+    ambient_c: Array | None = None
+    reference_c: Array | None = None
+    name: str = "touch"
+
+    def __post_init__(self) -> None:
+        _check_columns(
+            self,
+            time_s=wrong_times,
+            sensor_c=wrong_temperature,
+            force_n=wrong_forces,
+            ambient_c=wrong_temperature,
+            reference_c=wrong_temperature,
+        )
 
     def contact(self) -> int | None:
         """Return the index of the first sample in contact, or None."""
@@ -48,19 +71,59 @@ class ThermalTrace:
 
 @dataclass(frozen=True, slots=True)
 class StrokeTrace:
-    """One recorded stroke: signals (samples x signals), and force and speed, or None if unknown."""
+    """One recorded stroke of a texture sensor, in arrays of one length.
 
-    name: str
+    Attributes:
+        time_s: times, (n,), s, ascending; n is at least 2.
+        signals: signals of the sensor, (n,) or (n, signals), V or the sensor's own unit.
+        force_n: contact force, (n,), N; None if unknown.
+        speed_m_s: speed of the stroke, (n,), m/s; None if unknown.
+        signal_names: name of each signal.
+        name: name of the stroke, for messages; path of the file if it was read from one.
+
+    Raises:
+        ValueError: as `ThermalTrace`.
+    """
+
     time_s: Array
     signals: Array
-    signal_names: tuple[str, ...]
-    force_n: Array | None
-    speed_m_s: Array | None
+    force_n: Array | None = None
+    speed_m_s: Array | None = None
+    signal_names: tuple[str, ...] = ("pressure_v",)
+    name: str = "stroke"
+
+    def __post_init__(self) -> None:
+        if np.ndim(self.signals) == 1:
+            object.__setattr__(self, "signals", np.asarray(self.signals, dtype=np.float64)[:, np.newaxis])
+        _check_columns(self, time_s=wrong_times, signals=None, force_n=wrong_forces, speed_m_s=wrong_speeds_m_s)
+        if self.signals.shape[1] != len(self.signal_names):
+            raise ValueError(f"{self.name}: {self.signals.shape[1]} signals and {len(self.signal_names)} names")
 
     @property
     def rate_hz(self) -> float:
         """Mean sampling rate, 1/s."""
         return (len(self.time_s) - 1) / float(self.time_s[-1] - self.time_s[0])
+
+
+def _check_columns(trace: ThermalTrace | StrokeTrace, **units: Callable[[Array], str] | None) -> None:
+    """Make arrays of a trace's columns, and check length, values and, where there is a check, unit."""
+    for column, wrong in units.items():
+        values = getattr(trace, column)
+        if values is None:
+            continue
+        array = np.asarray(values, dtype=np.float64)
+        object.__setattr__(trace, column, array)
+        where = f"{trace.name}: column {column}"
+        if array.ndim != (2 if column == "signals" else 1) or len(array) != len(trace.time_s):
+            raise ValueError(f"{where}: shape {array.shape} beside {len(trace.time_s)} times")
+        if len(array) < 2:
+            raise ValueError(f"{where}: fewer than two samples")
+        if not np.isfinite(array).all():
+            raise ValueError(f"{where}: sample {int(np.argwhere(~np.isfinite(array))[0][0])} is not a finite number")
+        if column == "time_s" and (np.diff(array) <= 0.0).any():
+            raise ValueError(f"{where}: does not ascend at sample {int(np.argmax(np.diff(array) <= 0.0)) + 1}")
+        if wrong is not None and (why := wrong(array)):
+            raise ValueError(f"{where}: {why}")
 
 
 class TraceFile:
@@ -69,15 +132,15 @@ class TraceFile:
     Extra columns may therefore hold anything.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path | str) -> None:
         """Read the file.
 
         Raises:
             ValueError: the file is missing, empty, not UTF-8, or has a line of the wrong length.
         """
-        self.path = path
+        self.path = Path(path)
         try:
-            with path.open(encoding="utf-8-sig", newline="") as file:
+            with self.path.open(encoding="utf-8-sig", newline="") as file:
                 rows = list(csv.reader(file))
         except OSError as error:
             raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
@@ -126,26 +189,11 @@ class TraceFile:
                 raise ValueError(f"{self.path}: line {line}: column {name}: {what}")
         return values
 
-    def in_unit(self, name: str, wrong: Callable[[Array], str]) -> Array:
-        """Return a column as finite numbers in its unit.
-
-        Args:
-            name: the column.
-            wrong: returns what the numbers look like in another unit; empty if they may be in this one.
-
-        Raises:
-            ValueError: as `numbers`, or the numbers are in another unit.
-        """
-        values = self.numbers(name)
-        if len(values) and (why := wrong(values)):
-            raise ValueError(f"{self.path}: column {name}: {why}")
-        return values
-
     def times(self) -> Array:
         """Return the column `time_s`, s.
 
         Raises:
-            ValueError: as `numbers`, or the times do not ascend strictly, are not in s, or there are fewer than two.
+            ValueError: as `numbers`, or the times do not ascend strictly, or there are fewer than two.
         """
         time_s = self.numbers("time_s")
         if len(time_s) < 2:
@@ -153,10 +201,10 @@ class TraceFile:
         stuck = np.flatnonzero(np.diff(time_s) <= 0.0)
         if len(stuck):
             raise ValueError(f"{self.path}: line {self.rows[stuck[0] + 1][0]}: column time_s does not ascend")
-        return self.in_unit("time_s", wrong_times)
+        return time_s
 
 
-def read_thermal(path: Path) -> ThermalTrace:
+def read_thermal(path: Path | str) -> ThermalTrace:
     """Read a touch: `time_s,sensor_c,force_n` and, if present, `ambient_c`, `reference_c`.
 
     Raises:
@@ -164,16 +212,16 @@ def read_thermal(path: Path) -> ThermalTrace:
     """
     file = TraceFile(path)
     return ThermalTrace(
-        name=path.name,
         time_s=file.times(),
-        sensor_c=file.in_unit("sensor_c", wrong_temperature),
-        force_n=file.in_unit("force_n", wrong_forces),
-        ambient_c=file.in_unit("ambient_c", wrong_temperature) if "ambient_c" in file.names else None,
-        reference_c=file.in_unit("reference_c", wrong_temperature) if "reference_c" in file.names else None,
+        sensor_c=file.numbers("sensor_c"),
+        force_n=file.numbers("force_n"),
+        ambient_c=file.numbers("ambient_c") if "ambient_c" in file.names else None,
+        reference_c=file.numbers("reference_c") if "reference_c" in file.names else None,
+        name=str(path),
     )
 
 
-def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
+def read_stroke(path: Path | str, signal: str | None = None) -> StrokeTrace:
     """Read a stroke: `time_s`, a signal and, if present, `force_n`, `speed_mm_s`.
 
     Args:
@@ -199,13 +247,20 @@ def read_stroke(path: Path, signal: str | None = None) -> StrokeTrace:
     if signal == "mean":
         signals, names = signals.mean(axis=1, keepdims=True), ("mean",)
     return StrokeTrace(
-        name=path.name,
         time_s=file.times(),
         signals=signals,
+        force_n=file.numbers("force_n") if "force_n" in file.names else None,
+        speed_m_s=_speed_m_s(file) if "speed_mm_s" in file.names else None,
         signal_names=names,
-        force_n=file.in_unit("force_n", wrong_forces) if "force_n" in file.names else None,
-        speed_m_s=file.in_unit("speed_mm_s", wrong_speeds) / 1000.0 if "speed_mm_s" in file.names else None,
+        name=str(path),
     )
+
+
+def _speed_m_s(file: TraceFile) -> Array:
+    speed_mm_s = file.numbers("speed_mm_s")
+    if len(speed_mm_s) and (why := wrong_speeds(speed_mm_s)):
+        raise ValueError(f"{file.path}: column speed_mm_s: {why}")
+    return speed_mm_s / 1000.0
 
 
 def read_labels(folder: Path, label: str, optional: str | None = None) -> list[tuple[Path, str, float | None]]:

@@ -16,6 +16,8 @@ LARGEST_FORCE_N = 20.0
 """Largest force of a finger in a trace, N; the sites accept half of it."""
 SLOWEST_MM_S = 0.5
 """Lowest maximum speed of a stroke, mm/s."""
+FASTEST_M_S = 10.0
+"""Largest speed of a stroke, m/s; a hand reaches a tenth of it."""
 
 
 def wrong_temperature(values: Array) -> str:
@@ -57,3 +59,11 @@ def wrong_speeds(values_mm_s: Array) -> str:
     if largest == 0.0 or largest >= SLOWEST_MM_S:
         return ""
     return f"at most {largest:g} mm/s is no stroke: it looks like m/s; multiply by 1000"
+
+
+def wrong_speeds_m_s(values: Array) -> str:
+    """Return what speeds look like if they are not in m/s, and how to convert; empty if they may be."""
+    largest = float(np.abs(values).max())
+    if largest <= FASTEST_M_S:
+        return ""
+    return f"{largest:g} m/s is no stroke: it looks like mm/s; divide by 1000"

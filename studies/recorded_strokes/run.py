@@ -133,7 +133,7 @@ def boards(strokes: Sequence[Stroke]) -> list[Row]:
         signals = stroke.trace.signals
         for signal, values in (("best", signals), ("mean", signals.mean(axis=1, keepdims=True))):
             found = spatial_period(stroke.speed_m_s * stroke.trace.time_s, values)
-            row: Row = {"stroke": stroke.trace.name, "signal": signal, "true_mm": true_mm, "period_mm": None}
+            row: Row = {"stroke": Path(stroke.trace.name).name, "signal": signal, "true_mm": true_mm, "period_mm": None}
             row |= {"period_sd_mm": None, "error_percent": None, "error_sds": None, "taxel": None}
             if found is not None:
                 period_mm, sd_mm = 1e3 * found[0].period_m, 1e3 * found[0].period_sd_m
@@ -263,7 +263,7 @@ def judged(strokes: Sequence[Stroke], groups: NDArray[np.intp], method: Method) 
         said = method(learn, judge)
         rows.append({"group": int(group), **_counted(judge, said)})
         wrong += [
-            {"stroke": s.trace.name, "surface": s.surface, "said": str(name)}
+            {"stroke": Path(s.trace.name).name, "surface": s.surface, "said": str(name)}
             for s, name in zip(judge, said, strict=True)
             if name != s.surface
         ]

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -78,9 +77,7 @@ def touched(situation: Situation) -> list[Hand]:
         fingers = []
         for trace in traces:
             name = f"{situation.material} {number}"
-            touch = find_touch(
-                ThermalTrace(name, trace.time_s, trace.sensor_c, trace.force_n, trace.ambient_c, reference_c=None)
-            )
+            touch = find_touch(ThermalTrace(trace.time_s, trace.sensor_c, trace.force_n, trace.ambient_c, name=name))
             if touch is None:
                 raise ValueError(f"{name}: the simulated finger touched nothing")
             fingers.append(touch)
@@ -124,4 +121,4 @@ def calibrated(hands: Mapping[str, Sequence[Hand]]) -> MaterialTable:
     listed: dict[str, list[tuple[RecordedTouch, float | None]]] = {
         material: [(hand.fingers[0], hand.object_c) for hand in each] for material, each in hands.items()
     }
-    return fit_thermal(Path("simulated touches"), listed, USUAL_LEAK_PER_S).table
+    return fit_thermal("simulated touches", listed, USUAL_LEAK_PER_S).table

@@ -46,10 +46,11 @@ def render_vibration_command(
     """Compute the motor speed that displays a recorded stroke."""
     from operator_site.offline_rendering import VIBRATION_COLUMNS
     from remote_site.texture.surface_table import SurfaceTable
+    from remote_site.traces.trace_files import read_stroke
     from teletaction.replay.render_vibration import render_stroke
     from teletaction.session.demo_files import SURFACES
 
-    _print_csv(VIBRATION_COLUMNS, render_stroke(stroke, SurfaceTable.load(table or SURFACES)))
+    _print_csv(VIBRATION_COLUMNS, render_stroke(read_stroke(stroke), SurfaceTable.load(table or SURFACES)))
 
 
 def _print_csv(columns: Sequence[str], rows: Iterable[Sequence[float]]) -> None:

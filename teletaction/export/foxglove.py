@@ -1,6 +1,7 @@
 """Writes a recording as MCAP with JSON messages, which Foxglove and other MCAP tools read."""
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,14 @@ from teletaction.export.named_fields import Named, Schema, finite
 from teletaction.export.named_recording import NamedMessage, NamedRecording
 from teletaction.export.topics import TOPICS
 
+LAYOUT = Path(__file__).with_name("foxglove_layout.json")
+"""Panels that show a session: forces, temperatures, motors, modes, materials, maps and events."""
+
 
 def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
     """Write `session.mcap` into `out`: one JSON topic a stream, `/log` for people, and `/map/...` with images.
+
+    `layout.json` beside it has panels for Foxglove.
 
     Log times are wall-clock times, publish times are monotonic times. A field of unknown value is left out.
 
@@ -27,6 +33,7 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
         ValueError: the recording is damaged.
     """
     counts: dict[str, int] = {}
+    shutil.copyfile(LAYOUT, out / "layout.json")
     with create_private(out / "session.mcap", replace=True) as file:
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="", library="teletaction")

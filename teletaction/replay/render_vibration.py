@@ -1,7 +1,6 @@
 """Renders a recorded stroke as vibration: the remote site's identification, then the operator site's vibration."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.offline_rendering import StrokeSample, render_vibration
@@ -15,28 +14,25 @@ from remote_site.texture.surface_table import (
     SurfaceTable,
 )
 from remote_site.texture.texture_law import ln_roughness
-from remote_site.traces.trace_files import read_stroke
+from remote_site.traces.trace_files import StrokeTrace
 
 APPROACH_M_S = 0.05
 """Assumed approach speed of the finger, m/s: that of an ordinary touch. A stroke's file does not hold it."""
 
 
-def render_stroke(stroke: Path, table: SurfaceTable) -> Iterator[tuple[float, int, float]]:
+def render_stroke(stroke: StrokeTrace, table: SurfaceTable) -> Iterator[tuple[float, int, float]]:
     """Yield rows of time_s, mode and motor_rpm every 5 ms.
 
-    A file without force counts as in contact throughout. A file without speed counts as a stroke at nominal speed.
-
-    Raises:
-        ValueError: the file cannot be used; the message names file, line and column.
+    A stroke without force counts as in contact throughout, one without speed as a stroke at nominal speed.
     """
     return render_vibration(_samples(stroke, table))
 
 
-def _samples(stroke: Path, table: SurfaceTable) -> Iterator[StrokeSample]:
+def _samples(stroke: StrokeTrace, table: SurfaceTable) -> Iterator[StrokeSample]:
     law = StrokeLaw(table)
     constants = law.at(table.surfaces[0].ln_roughness)
     count = 0
-    for block in felt(even_stroke(read_stroke(stroke)), table):
+    for block in felt(even_stroke(stroke), table):
         texture = block.texture
         happened = [(EventKind.TAP, APPROACH_M_S)] if block.began else []
         happened += [(EventKind.GROOVE, table.groove_rad_s(impulse.strength_v)) for impulse in texture.impulses]

@@ -25,7 +25,7 @@ KINDS: dict[str, type[BaseModel]] = {
     "sim-remote": SimRemoteConfig,
 }
 """Second word behind a fence of `toml`: what reads it. A third is the file's name, or `part`: not all of the file."""
-OTHER = {"golden", "text", "nginx", "{literalinclude}", "{toctree}"}
+OTHER = {"golden", "text", "nginx", "{literalinclude}", "{toctree}", "{eval-rst}"}
 """Blocks with tests of their own, or nothing to test."""
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 
@@ -27,14 +27,50 @@ SHIPPED = Path(__file__).parents[2] / "tables" / "surfaces.json"
 """Table whose sensor law is used when no table is given."""
 
 
-def load_surfaces(path: Path) -> SurfaceTable | SpectrumTable:
+class SurfaceAnswer(TypedDict):
+    """Answer about one segment of a stroke; None for what could not be determined.
+
+    Attributes:
+        mode: `tapping`, `quiescent` or `stroking`.
+        start_s: begin of the segment, s.
+        end_s: end of the segment, s.
+        surface: likeliest calibrated surface.
+        surface_probability: its probability, 0..1, with a table of slow strokes.
+        roughness_v: roughness without grooves, V or the signal's own unit.
+        k_speed_rpm_per_mm_s: motor speed for each mm/s of stroke speed, rpm/(mm/s) (Kron & Schmidt 2003, Eq. 2).
+        k_force_rpm_per_n: motor speed for each newton, rpm/N.
+        impulses_s: times of grooves and edges, s.
+        period_mm: distance of the grooves, mm.
+        period_sd_mm: its standard deviation, mm.
+        irregular: whether there are grooves without a period.
+        changed: whether the segment begins where the stroke reached another surface.
+        fault: fault of the sensor.
+    """
+
+    mode: str
+    start_s: float
+    end_s: float
+    surface: str | None
+    surface_probability: NotRequired[float | None]
+    roughness_v: float | None
+    k_speed_rpm_per_mm_s: float | None
+    k_force_rpm_per_n: float | None
+    impulses_s: list[float]
+    period_mm: float | None
+    period_sd_mm: float | None
+    irregular: bool | None
+    changed: bool
+    fault: str | None
+
+
+def load_surfaces(path: Path | str) -> SurfaceTable | SpectrumTable:
     """Read a table of surfaces, either of a texture sensor or of slow strokes.
 
     Raises:
         ValueError: the file is neither, or was changed.
     """
     try:
-        kind = read_json(path).get("kind")
+        kind = read_json(Path(path)).get("kind")
     except (OSError, ValueError, AttributeError):
         kind = None
     return SpectrumTable.load(path) if kind == "surface_spectra" else SurfaceTable.load(path)
@@ -76,29 +112,48 @@ def _lines(
     table: SurfaceTable | SpectrumTable | None, signal: str | None, speed_m_s: float | None, path: Path
 ) -> list[dict[str, Any]]:
     """Return the lines of one stroke."""
+    trace = read_stroke(path, signal)
+    whole = read_stroke(path, "best") if signal == "mean" and isinstance(table, SpectrumTable) else None
+    return [{"stroke": str(path), **answer} for answer in identify_stroke(trace, table, speed_m_s, whole)]
+
+
+def identify_stroke(
+    trace: StrokeTrace,
+    table: SurfaceTable | SpectrumTable | None = None,
+    speed_m_s: float | None = None,
+    whole: StrokeTrace | None = None,
+) -> list[SurfaceAnswer]:
+    """Return one answer per segment in contact of a stroke.
+
+    Args:
+        trace: the stroke.
+        table: sensor and calibrated surfaces, as for `identify_texture`.
+        speed_m_s: speed of a stroke without one, m/s.
+        whole: all signals of the stroke, for a table of slow strokes; by default those of `trace`.
+
+    Raises:
+        ValueError: the table is of another kind of stroke or of another sensor.
+    """
     surfaces = table if isinstance(table, SurfaceTable) else SurfaceTable.load(SHIPPED)
-    trace, lines = read_stroke(path, signal), []
+    answers = []
     for part in segments(trace, surfaces, speed_m_s):
-        line = _line(path, part, table if isinstance(table, SurfaceTable) else None)
+        answer = _answer(part, table if isinstance(table, SurfaceTable) else None)
         if isinstance(table, SpectrumTable):
-            whole = read_stroke(path, "best") if signal == "mean" else trace
-            found = _recognised(path, whole, table, speed_m_s)
-            line["surface"] = None if found is None else found.surface
-            line["surface_probability"] = None if found is None else round(found.probability, 4)
-        lines.append(line)
-    return lines
+            found = _recognised(whole or trace, table, speed_m_s)
+            answer["surface"] = None if found is None else found.surface
+            answer["surface_probability"] = None if found is None else round(found.probability, 4)
+        answers.append(answer)
+    return answers
 
 
-def _recognised(path: Path, trace: StrokeTrace, table: SpectrumTable, speed_m_s: float | None) -> Recognised | None:
+def _recognised(trace: StrokeTrace, table: SpectrumTable, speed_m_s: float | None) -> Recognised | None:
     if trace.rate_hz >= FAST_HZ:
-        raise ValueError(f"{path}: {trace.rate_hz:.0f} samples/s; the table is of strokes below {FAST_HZ:.0f}")
+        raise ValueError(f"{trace.name}: {trace.rate_hz:.0f} samples/s; the table is of strokes below {FAST_HZ:.0f}")
     return table.recognise(trace, speed_m_s)
 
 
-def _line(path: Path, part: Segment, table: SurfaceTable | None) -> dict[str, Any]:
-    """Return a segment as a line of output."""
-    line: dict[str, Any] = {
-        "stroke": str(path),
+def _answer(part: Segment, table: SurfaceTable | None) -> SurfaceAnswer:
+    answer: SurfaceAnswer = {
         "mode": part.mode.name.lower(),
         "start_s": round(part.start_s, 4),
         "end_s": round(part.end_s, 4),
@@ -114,11 +169,11 @@ def _line(path: Path, part: Segment, table: SurfaceTable | None) -> dict[str, An
         "fault": part.fault,
     }
     if part.period is not None and not part.period.irregular:
-        line["period_mm"] = round(1000.0 * part.period.period_m, 3)
-        line["period_sd_mm"] = round(1000.0 * part.period.period_sd_m, 3)
+        answer["period_mm"] = round(1000.0 * part.period.period_m, 3)
+        answer["period_sd_mm"] = round(1000.0 * part.period.period_sd_m, 3)
     if table is not None and part.surface is not None and part.roughness_v is not None:
         constants = StrokeLaw(table).at(ln_roughness(part.roughness_v))
-        line["surface"] = part.surface
-        line["k_speed_rpm_per_mm_s"] = round(constants.k_stroke_v * RPM_PER_MM_S, 3)
-        line["k_force_rpm_per_n"] = round(constants.k_stroke_f * RPM, 2)
-    return line
+        answer["surface"] = part.surface
+        answer["k_speed_rpm_per_mm_s"] = round(constants.k_stroke_v * RPM_PER_MM_S, 3)
+        answer["k_force_rpm_per_n"] = round(constants.k_stroke_f * RPM, 2)
+    return answer

@@ -1,5 +1,6 @@
 """Calibrates the thermal look-up table from labelled touches."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -90,41 +91,67 @@ def calibrate_thermal(
     Raises:
         ValueError: a file cannot be used; the message names file, line and column.
     """
-    leaks: list[float] = []
-    touches: dict[str, list[tuple[RecordedTouch, float | None]]] = {}
-    for path, label, object_c in read_labels(folder, "material", "object_c"):
-        trace = read_thermal(path)
-        if label == AIR:
-            leaks.append(_leak_per_s(trace, path))
-            continue
-        touch = find_touch(trace)
-        if touch is None:
-            raise ValueError(f"{path}: column force_n: no contact (0.30 N held for 50 ms)")
-        touches.setdefault(label, []).append((touch, object_c))
-    leak_per_s = float(np.mean(leaks)) if leaks else USUAL_LEAK_PER_S
-    with kept_processes(processes) as mapped:
-        fit = fit_thermal(folder / "labels.csv", touches, leak_per_s, mapped, progress)
+    labelled = [
+        (label, read_thermal(path), object_c) for path, label, object_c in read_labels(folder, "material", "object_c")
+    ]
+    fit = calibrate_traces(labelled, f"{folder / 'labels.csv'}", processes=processes, progress=progress)
     table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
     table.save(out)
     return replace(fit, table=table)
 
 
-def _leak_per_s(trace: ThermalTrace, path: Path) -> float:
+def calibrate_traces(
+    labelled: Iterable[tuple[str, ThermalTrace, float | None]],
+    where: str = "labels",
+    *,
+    processes: int = 1,
+    progress: Progress = unseen,
+) -> ThermalFit:
+    """Make a look-up table from labelled touches.
+
+    Args:
+        labelled: label, trace, and temperature of the object, C, or None if unknown; the label `air` is a free
+            cool-down.
+        where: source of the labels, for messages.
+        processes: number of processes that share the work; the table does not depend on it.
+        progress: is called with the completed share of the longest possible fit.
+
+    Raises:
+        ValueError: a trace has no contact or is no cool-down, or as `fit_thermal`.
+    """
+    leaks: list[float] = []
+    touches: dict[str, list[tuple[RecordedTouch, float | None]]] = {}
+    for label, trace, object_c in labelled:
+        if label == AIR:
+            leaks.append(_leak_per_s(trace))
+            continue
+        touch = find_touch(trace)
+        if touch is None:
+            raise ValueError(f"{trace.name}: column force_n: no contact (0.30 N held for 50 ms)")
+        touches.setdefault(label, []).append((touch, object_c))
+    leak_per_s = float(np.mean(leaks)) if leaks else USUAL_LEAK_PER_S
+    with kept_processes(processes) as mapped:
+        return fit_thermal(where, touches, leak_per_s, mapped, progress)
+
+
+def _leak_per_s(trace: ThermalTrace) -> float:
     """Return the rate of a free cool-down to ambient, 1/s."""
     around = trace.ambient_c if trace.ambient_c is not None else trace.reference_c
     if around is None:
-        raise ValueError(f"{path}: column ambient_c is missing: a free cool-down needs it")
+        raise ValueError(f"{trace.name}: column ambient_c is missing: a free cool-down needs it")
     # the heater may hold the plate at first; in the last three quarters it is free
     free = trace.time_s >= trace.time_s[0] + 0.25 * (trace.time_s[-1] - trace.time_s[0])
     above = (trace.sensor_c - around)[free]
     if not above.min() > 0.5:
-        raise ValueError(f"{path}: column sensor_c: a free cool-down stays 0.5 K above ambient, this one does not")
+        raise ValueError(
+            f"{trace.name}: column sensor_c: a free cool-down stays 0.5 K above ambient, this one does not"
+        )
     slope = float(np.polyfit(trace.time_s[free], np.log(above), 1)[0])
     return min(max(-slope, 0.001), 0.5)
 
 
 def fit_thermal(
-    where: Path,
+    where: str,
     touches: dict[str, list[tuple[RecordedTouch, float | None]]],
     leak_per_s: float,
     mapped: Map = map,
@@ -133,7 +160,7 @@ def fit_thermal(
     """Fit the table to labelled touches.
 
     Args:
-        where: the file of labels, for messages.
+        where: source of the labels, for messages.
         touches: touches of each material, each with the temperature of its object, C, or None if unknown.
         leak_per_s: rate of a free cool-down, 1/s.
         mapped: the function `map`, or a parallel one, that computes courses of touches.
@@ -163,7 +190,7 @@ def fit_thermal(
 
 
 def _fit(
-    where: Path,
+    where: str,
     touches: dict[str, list[tuple[RecordedTouch, float | None]]],
     leak_per_s: float,
     length_s: float,

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from common.runtime.parallel_map import Progress, in_order, unseen
 from common.wire.messages import ThermalStatus
@@ -14,11 +14,59 @@ from remote_site.thermal.thermal_identification import ThermalIdentification, Th
 from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
 from remote_site.thermal.touch_estimate import TouchEvidence
 from remote_site.thermal.touch_start import RecordedTouch, find_touch, reference_touch
-from remote_site.traces.trace_files import TraceFile, read_thermal
+from remote_site.traces.trace_files import ThermalTrace, TraceFile, read_thermal
 
 DEFAULT_AT_S = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0)
 
 Line = dict[str, Any]
+
+
+class Exponential(TypedDict):
+    """Answer of the paper's exponential fit (Kron & Schmidt 2003, Eq. 11); None for an unknown value.
+
+    Attributes:
+        rate_per_s: rate of the response, 1/s.
+        object_c: temperature that the response tends to, C.
+        material: material with the nearest rate.
+    """
+
+    rate_per_s: float | None
+    object_c: float | None
+    material: str | None
+
+
+class MaterialAnswer(TypedDict):
+    """Answer about the object under the finger; None for an unknown value.
+
+    Attributes:
+        t_s: time since contact, s; no later sample is used.
+        final: whether this is the answer from the whole trace.
+        status: `no_contact`, `deciding`, `identified`, `ambiguous`, `unknown` or `unidentifiable`.
+        material: name of the material if it is identified.
+        best: likeliest calibrated material.
+        probability: probability of `best`, 0..1.
+        candidates: probability of each material that is still possible, 0..1.
+        object_c: temperature of the object, C.
+        object_c_sd: its standard deviation, K.
+        effusivity: thermal effusivity, J/(m2 K s^0.5).
+        effusivity_ln_sd: standard deviation of its logarithm.
+        exponential: answer of the paper's method to the same samples.
+        reason: why nothing is identified, as a code or, for an unusable file, a sentence.
+    """
+
+    t_s: float
+    final: bool
+    status: str
+    material: str | None
+    best: str | None
+    probability: float
+    candidates: dict[str, float]
+    object_c: float | None
+    object_c_sd: float | None
+    effusivity: float | None
+    effusivity_ln_sd: float | None
+    exponential: Exponential
+    reason: str | None
 
 
 def identify_thermal(
@@ -46,8 +94,7 @@ def identify_thermal(
     Raises:
         ValueError: the file of touches cannot be used (names file, line and column), or a time is not positive.
     """
-    if any(not 0.0 < t < math.inf for t in at):
-        raise ValueError(f"--at: times must be positive and finite, not {', '.join(map(str, at))}")
+    _check_times(at)
     grouped = {} if touches is None else _read_touches(touches)
     # labelled as the caller named it, so that equal file names in two folders stay apart
     jobs = [({"trace": str(path)}, [path]) for path in traces]
@@ -63,7 +110,37 @@ def _knowledge(table: str) -> ThermalKnowledge:
 
 def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> list[Line]:
     label, paths = job
-    return list(_lines(label, paths, at, _knowledge(table)))
+    traces, broken = [], ""
+    for path in paths:
+        try:
+            traces.append(read_thermal(path))
+        except ValueError as error:
+            broken = broken or str(error)
+    return [{**label, **answer} for answer in _lines(traces, at, _knowledge(table), broken)]
+
+
+def identify_traces(
+    table: MaterialTable, traces: Sequence[ThermalTrace], at: Sequence[float] = DEFAULT_AT_S
+) -> list[MaterialAnswer]:
+    """Return the answers to one touch of one or more fingers on one object: one for each time, and the final one.
+
+    Args:
+        table: calibrated materials.
+        traces: a trace of each finger; each trace's clock starts at its own contact.
+        at: times since contact, s.
+
+    Raises:
+        ValueError: there is no trace, or a time is not positive.
+    """
+    _check_times(at)
+    if not traces:
+        raise ValueError("nothing to identify: there is no trace")
+    return list(_lines(traces, at, ThermalKnowledge.of(table)))
+
+
+def _check_times(at: Sequence[float]) -> None:
+    if any(not 0.0 < t < math.inf for t in at):
+        raise ValueError(f"--at: times must be positive and finite, not {', '.join(map(str, at))}")
 
 
 def _read_touches(path: Path) -> dict[str, list[Path]]:
@@ -102,16 +179,12 @@ class _Replay:
         return self.identification.answer
 
 
-def _lines(label: Line, paths: list[Path], at: Sequence[float], knowledge: ThermalKnowledge) -> Iterator[Line]:
-    """Lines of one trace or joint touch; the final one after the last sample."""
+def _lines(
+    traces: Sequence[ThermalTrace], at: Sequence[float], knowledge: ThermalKnowledge, broken: str = ""
+) -> Iterator[MaterialAnswer]:
+    """Yield the answers to one touch, the final one after the last sample; `broken` is what is wrong with a trace."""
     replays: list[_Replay] = []
-    broken = ""
-    for path in paths:
-        try:
-            trace = read_thermal(path)
-        except ValueError as error:
-            broken = broken or str(error)
-            continue
+    for trace in traces:
         touch = find_touch(trace)
         if touch is not None:
             replays.append(_Replay(knowledge, touch))
@@ -120,13 +193,13 @@ def _lines(label: Line, paths: list[Path], at: Sequence[float], knowledge: Therm
     if not replays:
         answer = NO_CONTACT if not broken else ThermalResult(ThermalStatus.UNIDENTIFIABLE)
         for t_s in sorted(at):
-            yield _line(label, t_s, False, answer, broken)
-        yield _line(label, 0.0, True, answer, broken)
+            yield _answer(t_s, False, answer, broken)
+        yield _answer(0.0, True, answer, broken)
         return
     judged = _Joint(knowledge, replays)
     for t_s in sorted(at):
-        yield _line(label, t_s, False, judged.play(t_s))
-    yield _line(label, judged.length_s, True, judged.play(math.inf))
+        yield _answer(t_s, False, judged.play(t_s))
+    yield _answer(judged.length_s, True, judged.play(math.inf))
 
 
 class _Joint:
@@ -181,10 +254,8 @@ def _rounded(value: float | None, digits: int) -> float | None:
     return None if value is None else round(value, digits)
 
 
-def _line(label: Line, t_s: float, final: bool, answer: ThermalResult, broken: str = "") -> Line:
-    """An answer as the line that is printed; `broken` is what is wrong with the trace."""
+def _answer(t_s: float, final: bool, answer: ThermalResult, broken: str = "") -> MaterialAnswer:
     return {
-        **label,
         "t_s": round(t_s, 3),
         "final": final,
         "status": answer.status.name.lower(),

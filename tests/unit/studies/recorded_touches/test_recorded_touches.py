@@ -44,11 +44,11 @@ def test_the_linear_classifier_finds_the_best_line_between_two_normals() -> None
 def test_no_reading_after_its_time_is_a_feature() -> None:
     time_s = np.asarray(np.arange(800) * 0.01)
     readings = [np.asarray(30.0 - 0.1 * time_s), np.asarray(22.0 - 0.2 * time_s)]
-    later = [np.where(time_s > 2.5 + 1e-9, 99.0, reading) for reading in readings]
+    later = [np.where(time_s > 2.5 + 1e-9, 45.0, reading) for reading in readings]
     force_n = np.where(time_s >= 1.0 - 1e-9, 2.0, 0.0)  # contact at 1.0 s
     for sensors in (HEATED, BOTH):
         plain, changed = (
-            linear_features(ThermalTrace("made", time_s, np.asarray(a), force_n, None, np.asarray(b)), 1.5, sensors)
+            linear_features(ThermalTrace(time_s, np.asarray(a), force_n, None, np.asarray(b)), 1.5, sensors)
             for a, b in (readings, later)
         )
         assert np.array_equal(plain, changed)

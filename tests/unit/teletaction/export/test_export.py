@@ -17,6 +17,7 @@ from common.recording.clock_anchor import ClockAnchor
 from common.recording.recorder import Recorder
 from teletaction.export.export import FORMATS, Format, export
 from teletaction.export.named_recording import NamedRecording
+from teletaction.export.topics import TOPICS
 from teletaction.recordings.session_data import SessionData
 from tests.commands import command, one_line
 from tests.places import GOLDEN
@@ -139,3 +140,16 @@ def test_a_recorder_anchors_its_recording(tmp_path: Path) -> None:
         (message,) = recording.messages()
         assert abs(message.wall_ns * 1e-9 - datetime.now().timestamp()) < 60.0
         assert message.fields == {"text": "hi"}
+
+
+def test_the_layout_shows_values_that_the_export_has(session: Path, tmp_path: Path) -> None:
+    export(session, "foxglove", tmp_path)
+    panels = json.loads((tmp_path / "layout.json").read_text("utf-8"))["configById"]
+    paths = [path["value"] for panel in panels.values() for path in panel.get("paths", ())]
+    assert len(paths) > 20
+    for path in paths:
+        topic, *names = path.removeprefix("/").split(".")
+        part = TOPICS[topic].schema
+        for name in names:
+            part = part["properties"][name]
+        assert part["type"] in ("number", "string"), path

@@ -74,7 +74,8 @@ def test_heaving_and_tilting_leave_no_trace():
 
 def test_flat_signals_and_signals_without_load():
     trace = stroke("waved", 150, 40.0, 0)
-    flat = replace(trace, signals=np.column_stack([trace.signals, np.zeros(len(trace.time_s))]))
+    signals = np.column_stack([trace.signals, np.zeros(len(trace.time_s))])
+    flat = replace(trace, signals=signals, signal_names=(*trace.signal_names, "flat"))
     seen = unevenness(flat, "s")
     assert seen is not None
     assert seen.used.tolist() == list(range(16))

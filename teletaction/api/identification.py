@@ -1,0 +1,78 @@
+"""Calibration and identification of touches and strokes in arrays, for Python programs."""
+
+from collections.abc import Iterable, Sequence
+
+from remote_site.texture.recorded.identify_texture import SurfaceAnswer, identify_stroke
+from remote_site.texture.recorded.spectrum_table import SpectrumTable
+from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.calibration.thermal_calibration import ThermalFit, calibrate_traces
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.recorded.identify_thermal import DEFAULT_AT_S, MaterialAnswer, identify_traces
+from remote_site.traces.trace_files import StrokeTrace, ThermalTrace
+from teletaction.session.demo_files import SURFACES, TABLES
+
+
+def calibrate_thermal(
+    touches: Iterable[tuple[str, ThermalTrace] | tuple[str, ThermalTrace, float | None]], processes: int = 1
+) -> ThermalFit:
+    """Fit a table of materials to labelled touches of one thermal sensor.
+
+    Args:
+        touches: label and trace of each touch and, where it is known, the temperature of the object, C. The label
+            `air` is a free cool-down. Ten touches or more of each material show how touches differ.
+        processes: number of processes that share the work. With more than one, a script needs
+            `if __name__ == "__main__":` around its own work, as for `multiprocessing`.
+
+    Returns:
+        The fit: `table` is the table, `warnings` its limits, and `residual_k`, (touches, k), what the model leaves
+        unexplained at `times_s`, (k,).
+
+    Raises:
+        ValueError: there are fewer than two materials or two touches of one, a touch has no contact, is too short or
+            has no temperature difference, or a cool-down is none.
+    """
+    labelled = [(touch[0], touch[1], touch[2] if len(touch) > 2 else None) for touch in touches]
+    return calibrate_traces(labelled, processes=processes)
+
+
+def identify_thermal(
+    traces: ThermalTrace | Sequence[ThermalTrace],
+    table: MaterialTable | None = None,
+    at_s: Sequence[float] = DEFAULT_AT_S,
+) -> list[MaterialAnswer]:
+    """Identify the material and the temperature of a touched object (extends Kron & Schmidt 2003, Eq. 11).
+
+    Args:
+        traces: a touch, or the touches of several fingers on one object, which are judged together. The clock of each
+            trace starts at its own contact.
+        table: calibrated materials; by default those of the simulated sensors.
+        at_s: times since contact, s. An answer uses no later sample.
+
+    Returns:
+        One answer for each time, and the final one.
+
+    Raises:
+        ValueError: there is no trace, or a time is not positive.
+    """
+    listed = [traces] if isinstance(traces, ThermalTrace) else list(traces)
+    return identify_traces(table or MaterialTable.load(TABLES / "materials.json"), listed, at_s)
+
+
+def identify_texture(
+    stroke: StrokeTrace, table: SurfaceTable | SpectrumTable | None = None, speed_m_s: float | None = None
+) -> list[SurfaceAnswer]:
+    """Identify exploration mode, roughness, grooves and surface of a stroke (Kron & Schmidt 2003, Eq. 2).
+
+    Args:
+        stroke: the stroke. One without force counts as in contact throughout.
+        table: calibrated surfaces; by default those of the simulated sensors. A table of slow strokes is for sensors
+            below 1000 samples/s.
+        speed_m_s: speed of a stroke without one, m/s.
+
+    Returns:
+        One answer for each segment of one mode on one surface.
+
+    Raises:
+        ValueError: the table is of another kind of stroke or of another sensor.
+    """
+    return identify_stroke(stroke, table or SurfaceTable.load(SURFACES), speed_m_s)
