@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from common.config import load_config
+from common.config.file import load_config
 from common.files.printable import printable
 from common.logs import LogForm, log_to_stderr
 

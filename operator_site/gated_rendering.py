@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 from msgspec import Struct
 from msgspec.structs import asdict
 
-from common.config import RenderingConfig
+from common.config.models import RenderingConfig
 from common.faults.fault import Fault, contained
 from common.fingers import FINGERS
 from common.limits import GAP_S, PLATE_PROFILES

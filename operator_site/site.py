@@ -8,7 +8,8 @@ from functools import partial
 from typing import Any
 
 from common.buses.device_startup import wait_for_devices
-from common.config import OperatorConfig, to_toml
+from common.config.file import to_toml
+from common.config.models import OperatorConfig
 from common.faults.fault import contained
 from common.faults.texts import fault_figures, fault_text
 from common.fingers import FINGERS

@@ -11,7 +11,8 @@ from typing import Any
 from msgspec import structs
 
 from common.buses.device_startup import wait_for_devices
-from common.config import RemoteConfig, to_toml
+from common.config.file import to_toml
+from common.config.models import RemoteConfig
 from common.faults.fault import contained
 from common.faults.texts import fault_text
 from common.fingers import FINGERS

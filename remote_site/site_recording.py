@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 import msgpack
 
-from common.config import RemoteConfig
+from common.config.models import RemoteConfig
 from common.link.session_state import Happening
 from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.wire.messages import Event, Motion

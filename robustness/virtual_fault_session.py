@@ -5,7 +5,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from common.config import to_toml
+from common.config.file import to_toml
 from common.recording.recorder import Recorder
 from operator_site.site_recording import SCHEMAS
 from remote_site.site_recording import open_recorder

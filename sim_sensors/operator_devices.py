@@ -6,7 +6,8 @@ from contextlib import ExitStack, closing
 import numpy as np
 
 from common.buses.serial_messages import DRIVE_FULL
-from common.config import SimOperatorConfig, to_toml
+from common.config.file import to_toml
+from common.config.models import SimOperatorConfig
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.devices.breakable_parts import Encoder, Hang, Thermistor, read_all

@@ -6,7 +6,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from common.config import SimRemoteConfig, to_toml
+from common.config.file import to_toml
+from common.config.models import SimRemoteConfig
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all

@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 from operator_site.console import texts
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting

@@ -14,7 +14,8 @@ from typing import Any
 import uvicorn
 from starlette.applications import Starlette
 
-from common.config import ConsoleConfig, to_toml
+from common.config.file import to_toml
+from common.config.models import ConsoleConfig
 from common.link.keys import fingerprint, load_keys
 from common.runtime.containment import Containment
 from common.runtime.status_file import StatusFile

@@ -10,7 +10,7 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from common.config import load_config
+from common.config.file import load_config
 from common.files.printable import printable
 from common.files.whole_file import read_whole
 from sim_sensors.network.conditions import Conditions, ConditionsOverTime, phased, recorded

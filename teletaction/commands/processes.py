@@ -13,7 +13,7 @@ app = typer.Typer()
 @app.command()
 def remote(config: ConfigFile) -> None:
     """Run the remote site."""
-    from common.config import RemoteConfig
+    from common.config.models import RemoteConfig
     from common.process import run_process
     from remote_site.site import run_remote
 
@@ -23,7 +23,7 @@ def remote(config: ConfigFile) -> None:
 @app.command()
 def operator(config: ConfigFile) -> None:
     """Run the operator site."""
-    from common.config import OperatorConfig
+    from common.config.models import OperatorConfig
     from common.process import run_process
     from operator_site.site import run_operator
 
@@ -39,7 +39,7 @@ def virtual(
     """Run the operator site on a virtual environment, without any remote site."""
     from functools import partial
 
-    from common.config import OperatorConfig
+    from common.config.models import OperatorConfig
     from common.process import run_process
     from common.scenes.scene import load_scene
     from operator_site.virtual.virtual_site import run_virtual
@@ -62,7 +62,7 @@ def console(
         raise ValueError("the console needs `pip install teletaction[console]`")
     if (config is None) == (play is None):
         raise ValueError("console: give either --config FILE or --play SESSION.mcap")
-    from common.config import ConsoleConfig
+    from common.config.models import ConsoleConfig
     from common.logs import log_to_stderr
     from common.process import StopSignal, run_process
     from operator_site.console.run import run_console, run_playback
@@ -77,7 +77,7 @@ def console(
 @app.command()
 def observe(config: ConfigFile) -> None:
     """Watch a session read-only: print what the remote site identifies as JSON lines whenever it changes."""
-    from common.config import ObserverConfig
+    from common.config.models import ObserverConfig
     from common.process import run_process
     from operator_site.session.read_only_client import run_observer
 
@@ -87,7 +87,7 @@ def observe(config: ConfigFile) -> None:
 @app.command()
 def sim_remote(config: ConfigFile) -> None:
     """Run the simulated devices of the remote site."""
-    from common.config import SimRemoteConfig
+    from common.config.models import SimRemoteConfig
     from common.process import run_process
     from sim_sensors.remote_devices import run_sim_remote
 
@@ -97,7 +97,7 @@ def sim_remote(config: ConfigFile) -> None:
 @app.command()
 def sim_operator(config: ConfigFile) -> None:
     """Run the simulated devices and the scripted hand of the operator site."""
-    from common.config import SimOperatorConfig
+    from common.config.models import SimOperatorConfig
     from common.process import run_process
     from sim_sensors.operator_devices import run_sim_operator
 
@@ -108,7 +108,7 @@ def sim_operator(config: ConfigFile) -> None:
 @app.command("network", hidden=True)  # The demo starts this process under the name network.
 def sim_network(config: ConfigFile) -> None:
     """Run a simulated network between the two sites."""
-    from common.config import SimNetworkConfig
+    from common.config.models import SimNetworkConfig
     from common.process import run_process
     from sim_sensors.network.proxy import run_sim_network
 

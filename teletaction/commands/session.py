@@ -70,7 +70,7 @@ def session_note(text: str, config: ConfigFile) -> None:
 
 
 def _desk(config: Path) -> "tuple[int, KeyPair]":
-    from common.config import load_site
+    from common.config.file import load_site
     from common.link.keys import load_keys
 
     site = load_site(config)

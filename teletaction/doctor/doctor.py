@@ -11,7 +11,8 @@ from common.buses.can_frames import FrameReceiver
 from common.buses.can_port import CanPort
 from common.buses.serial_device import open_line
 from common.buses.serial_messages import DeviceKind
-from common.config import OperatorConfig, RemoteConfig, load_site
+from common.config.file import load_site
+from common.config.models import OperatorConfig, RemoteConfig
 from common.fingers import FINGERS
 from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.runtime.reference_step import reference_step_s

@@ -7,7 +7,8 @@ from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
 
-from common.config import SimNetworkConfig, load_config
+from common.config.file import load_config
+from common.config.models import SimNetworkConfig
 from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal

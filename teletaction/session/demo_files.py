@@ -11,7 +11,8 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from common.buses.can_address import CanAddress
-from common.config import (
+from common.config.file import to_toml
+from common.config.models import (
     CalibrationConfig,
     ConsoleConfig,
     OperatorConfig,
@@ -21,7 +22,6 @@ from common.config import (
     SimNetworkConfig,
     SimOperatorConfig,
     SimRemoteConfig,
-    to_toml,
 )
 from common.fingers import chosen_fingers
 from common.link.keys import TrustedKeys, create_keys

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config, to_toml
+from common.config.file import load_config, to_toml
+from common.config.models import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
 from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.link.local_control import LocalControlSocket

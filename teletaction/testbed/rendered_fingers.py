@@ -7,7 +7,7 @@ import numpy as np
 
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import DRIVE_FULL, MessageId
-from common.config import RenderingConfig
+from common.config.models import RenderingConfig
 from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import GAP_S

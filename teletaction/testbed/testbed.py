@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-from common.config import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
+from common.config.file import load_config
+from common.config.models import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
 from common.recording.recorder import Recorder
 from common.timing.standstill import HostClock
 from common.timing.timeouts import NOTICE_S

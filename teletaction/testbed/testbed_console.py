@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, MutableMapping
 from typing import Any
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 from operator_site.console.examination.journal import Journal
 from operator_site.console.interval import Interval
 from operator_site.console.live import LiveConsole

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from common.config import to_toml
+from common.config.file import to_toml
 from common.recording.clock_anchor import ClockAnchor
 from common.recording.recorder import Recorder
 from operator_site.site_recording import SCHEMAS

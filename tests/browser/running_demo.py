@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from common.config import SimNetworkConfig, load_config
+from common.config.file import load_config
+from common.config.models import SimNetworkConfig
 from teletaction.session.demo_files import HOST, NETWORK
 
 

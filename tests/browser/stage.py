@@ -12,7 +12,7 @@ import uvicorn
 from starlette.types import Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 from operator_site.console.state.frame import Kind
 from operator_site.console.state.signals import BINS, SPAN_S
 from operator_site.console.texts import looks_like_a_name

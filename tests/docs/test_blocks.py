@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig, load_config
+from common.config.file import load_config
+from common.config.models import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
 from common.scenes.scene import load_scene
 from tests.docs.pages import LASTING, NAMES, NOT_RUN, PRINTED, RUN_BY, Block, blocks
 from tests.places import ROOT

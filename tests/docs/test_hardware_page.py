@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from common.config import OperatorConfig, RemoteConfig, load_config
+from common.config.file import load_config
+from common.config.models import OperatorConfig, RemoteConfig
 from teletaction.conformance.checklist import HALF_A_REPORT_S
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses

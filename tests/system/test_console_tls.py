@@ -17,7 +17,8 @@ from urllib.request import urlopen
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from common.config import ConsoleConfig, to_toml
+from common.config.file import to_toml
+from common.config.models import ConsoleConfig
 from tests.commands import command
 from tests.system.page import Page, opened
 from tests.system.truth import written

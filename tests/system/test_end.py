@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from common.config import OperatorConfig, load_config, to_toml
+from common.config.file import load_config, to_toml
+from common.config.models import OperatorConfig
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.waiting import wait_until

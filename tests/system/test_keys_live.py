@@ -20,7 +20,8 @@ import zmq.utils.z85
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.config import ObserverConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
+from common.config.file import load_config, to_toml
+from common.config.models import ObserverConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig
 from common.limits import FORCE_SAFE_S, MOTOR_SAFE_S, THERMAL_SAFE_S
 from common.link.curve import LinkProblem
 from common.link.keys import TrustedKeys, create_keys, fingerprint, load_keys

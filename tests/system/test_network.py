@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from common.config import SimNetworkConfig, load_config
+from common.config.file import load_config
+from common.config.models import SimNetworkConfig
 from robustness.fault_session import read_figures
 from robustness.stroking_scene import write_stroking_scene
 from teletaction.session.demo_files import DemoOptions, prepare

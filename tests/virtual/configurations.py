@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from common.buses.can_address import CanAddress
-from common.config import (
+from common.config.models import (
     CalibrationConfig,
     FingerName,
     OperatorConfig,

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 from operator_site.console.web.access import Role, Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed_console import MemorySocket, TestbedConsole

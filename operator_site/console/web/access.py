@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, get_args
 from urllib.parse import urlsplit
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 
 Role = Literal["act", "observe"]
 LEAST_TOKEN = 32

@@ -21,7 +21,8 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from common.config import ConsoleConfig, to_toml
+from common.config.file import to_toml
+from common.config.models import ConsoleConfig
 from tests.busy import busy
 from tests.conftest import Keys
 from tests.unit.operator_site.console.stub_site import Site

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from common.buses.can_address import CanAddress
-from common.config import CalibrationConfig, RemoteConfig, RemoteLinkConfig
+from common.config.models import CalibrationConfig, RemoteConfig, RemoteLinkConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.link.curve import Received, Sender

@@ -5,7 +5,7 @@ import math
 import pytest
 from msgspec.structs import replace
 
-from common.config import RenderingConfig
+from common.config.models import RenderingConfig
 from common.faults.fault import Fault, FaultCode
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
 from common.wire.messages import Event, EventKind, ExplorationMode, Touch

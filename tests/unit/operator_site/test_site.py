@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from common.config import to_toml
+from common.config.file import to_toml
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.link.link import OperatorLink

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from common.buses.can_frames import FrameSender
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
-from common.config import SimOperatorConfig, SimRemoteConfig
+from common.config.models import SimOperatorConfig, SimRemoteConfig
 from sim_sensors.devices.exoskeleton import DRIVEN_S
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.operator_hand.hand_plan import HOVER_M

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from common.config import OperatorConfig, RemoteConfig, SimNetworkConfig, load_config
+from common.config.file import load_config
+from common.config.models import OperatorConfig, RemoteConfig, SimNetworkConfig
 from common.wire.streams import STREAMS
 from sim_sensors.network.file import load_network
 from teletaction.recordings.summary import proxy

@@ -7,7 +7,8 @@ import subprocess
 
 import pytest
 
-from common.config import OperatorConfig, RemoteConfig, load_config
+from common.config.file import load_config
+from common.config.models import OperatorConfig, RemoteConfig
 from tests.places import ROOT
 
 RULES = ROOT / "deploy" / "udev" / "70-teletaction.rules"

@@ -8,7 +8,8 @@ from typing import Protocol
 import pytest
 import zmq
 
-from common.config import ObserverConfig, OperatorLinkConfig, RemoteConfig, load_config, to_toml
+from common.config.file import load_config, to_toml
+from common.config.models import ObserverConfig, OperatorLinkConfig, RemoteConfig
 from common.link.bind_address import check_bind
 from common.link.curve import LinkProblem
 from common.link.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys

@@ -10,7 +10,8 @@ from typing import Any, cast
 import pytest
 
 import common.link.local_control
-from common.config import ObserverConfig, OperatorConfig, OperatorLinkConfig, load_config, load_site, to_toml
+from common.config.file import load_config, load_site, to_toml
+from common.config.models import ObserverConfig, OperatorConfig, OperatorLinkConfig
 from common.faults.fault import Fault, FaultCode, read_fault
 from common.faults.texts import fault_text
 from common.link.keys import create_keys, load_keys

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from common.config import ConsoleConfig, OperatorConfig, RemoteConfig, SimNetworkConfig, load_config, load_site
+from common.config.file import load_config, load_site
+from common.config.models import ConsoleConfig, OperatorConfig, RemoteConfig, SimNetworkConfig
 from common.health import NoStatus, find_problem, read_status
 from common.scenes.materials import read_materials
 from common.scenes.scene import load_scene
@@ -17,7 +18,7 @@ from remote_site.texture.recorded.identify_texture import load_surfaces
 from remote_site.thermal.material_table import MaterialTable
 from sim_sensors.network.file import load_network
 from tests.places import ROOT
-from tests.unit.common.test_config import OPERATOR, REMOTE
+from tests.unit.common.config.test_file import OPERATOR, REMOTE
 
 Reader = Callable[[Path], object]
 

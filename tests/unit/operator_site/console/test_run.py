@@ -7,7 +7,7 @@ from typing import cast
 
 from starlette.applications import Starlette
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 from common.runtime.containment import Containment
 from operator_site.console.live import LiveConsole
 from operator_site.console.run import _run

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from common.config import OperatorConfig, SimOperatorConfig, load_config
+from common.config.file import load_config
+from common.config.models import OperatorConfig, SimOperatorConfig
 from common.fingers import FINGERS
 from common.scenes.scene import SceneObject, load_scene, scene_names
 from common.wire.packets import LinkState

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from common.buses.serial_framing import encode_frame
 from common.buses.serial_messages import MessageId, TactTipCommand
 from common.buses.thermometry import COUNT_MAX
-from common.config import SimOperatorConfig
+from common.config.models import SimOperatorConfig
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.faults.faults import Fault, Faults

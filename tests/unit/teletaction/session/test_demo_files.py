@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from common.config import OperatorConfig, RemoteConfig, load_config
+from common.config.file import load_config
+from common.config.models import OperatorConfig, RemoteConfig
 from common.link.keys import load_keys
 from teletaction.session.demo_files import DemoOptions, prepare
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 from operator_site.console.web.access import Access, AccessProblem, Visitor, read_tokens
 
 TOKEN, OTHER = "a" * 40, "b" * 40

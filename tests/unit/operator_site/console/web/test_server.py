@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import pytest
 
-from common.config import ConsoleConfig
+from common.config.models import ConsoleConfig
 from operator_site.console.web.access import Access
 from operator_site.console.web.pages import Pages
 from operator_site.console.web.server import application

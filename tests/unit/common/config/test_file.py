@@ -3,7 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from common.config import ConfigProblem, OperatorConfig, RemoteConfig, SimOperatorConfig, load_config, to_toml
+from common.config.file import ConfigProblem, load_config, to_toml
+from common.config.models import OperatorConfig, RemoteConfig, SimOperatorConfig
 from common.fingers import FINGERS
 
 OPERATOR = """\

@@ -1,0 +1,130 @@
+"""Reads and writes configurations as TOML files; an error names every problem with its line."""
+
+import difflib
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from common.config.models import OperatorConfig, RemoteConfig
+from common.files.printable import printable
+from common.files.read_files import NotToml, read_toml
+
+M = TypeVar("M", bound=BaseModel)
+_LONGEST_FIELD = 200
+_MOST_PROBLEMS = 5
+"""Number of problems of a file that its error names."""
+
+
+class ConfigProblem(ValueError):
+    """An invalid configuration; the message names file, line and field."""
+
+
+def load_config(path: Path, model: type[M]) -> M:
+    """Read a TOML file into `model`; relative paths in it start at the file's own folder.
+
+    Raises:
+        ConfigProblem: the file is missing or not TOML, or fields are missing, unknown or break a rule; the message
+            names each problem with its line.
+    """
+    try:
+        text, values = read_toml(path)
+    except OSError as error:
+        raise ConfigProblem(f"{path}: {error.strerror}") from None
+    except NotToml as error:
+        raise ConfigProblem(f"{path}: {error}") from None
+    try:
+        checked = model.model_validate(values)
+    except ValidationError as error:
+        problems = sorted(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
+        stated = [f"{path}:{_problem(text, problem, model)}" for problem in problems[:_MOST_PROBLEMS]]
+        if more := len(problems) - len(stated):
+            stated.append(f"and {more} more")
+        raise ConfigProblem("; ".join(stated)) from None
+    return _anchor(checked, path.parent)
+
+
+def _problem(text: str, problem: Mapping[str, Any], model: type[BaseModel]) -> str:
+    """Return line, field and message of one problem, with the known name that a misspelt field resembles."""
+    location = [str(part) for part in problem["loc"]]
+    where = printable(".".join(location), _LONGEST_FIELD)
+    message = printable(problem["msg"].removeprefix("Value error, "))
+    if problem["type"] == "extra_forbidden" and (known := _resembling(location, model)):
+        message = f"no such field; did you mean {known}?"
+    return f"{_line_of(text, location)}: {where + ': ' if where else ''}{message}"
+
+
+def _resembling(location: list[str], model: type[BaseModel]) -> str:
+    """Return the field of this or of another table that a misspelt or misplaced field resembles; empty without one."""
+    tables = {
+        f"{name}.": each.annotation
+        for name, each in model.model_fields.items()
+        if isinstance(each.annotation, type) and issubclass(each.annotation, BaseModel)
+    }
+    known = [*model.model_fields, *(f"{name}{field}" for name, table in tables.items() for field in table.model_fields)]
+    here = [name for name in known if name.rpartition(".")[0] == ".".join(location[:-1])]
+    near = difflib.get_close_matches(".".join(location), here, 1, 0.75)
+    elsewhere = [name for name in known if name.rpartition(".")[2] == location[-1]]
+    return next(iter(near + elsewhere), "")
+
+
+def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
+    """Read the configuration of either site; the operator's has `tacttip` modules.
+
+    Raises:
+        ConfigProblem: as `load_config`.
+    """
+    try:
+        _, values = read_toml(path)
+    except (OSError, NotToml):
+        values = {}  # load_config reports the error
+    return load_config(path, OperatorConfig) if "tacttip" in values else load_config(path, RemoteConfig)
+
+
+def _line_of(text: str, location: list[str]) -> int:
+    """Return the line of the deepest part of `location` that the file mentions; 1 when it mentions none."""
+    found = 1
+    lines = [line[:_LONGEST_FIELD] for line in text.splitlines()]
+    for above, part in zip(["", *location], location, strict=False):
+        if part.isdigit():
+            entry = re.compile(rf"^\s*\[\[\s*{re.escape(above)}\s*\]\]")
+            entries = [number for number, line in enumerate(lines, 1) if entry.match(line)]
+            found = entries[int(part)] if int(part) < len(entries) else found
+            continue
+        name = re.escape(part)
+        pattern = re.compile(rf"^\s*\[.*\b{name}\b.*\]|^.*\b{name}\b\"?\s*=")
+        for number in range(found, len(lines) + 1):
+            if pattern.match(lines[number - 1]):
+                found = number
+                break
+    return found
+
+
+def _anchor(model: M, folder: Path) -> M:
+    """Make relative paths start at `folder`."""
+    changed: dict[str, object] = {}
+    for name in type(model).model_fields:
+        value = getattr(model, name)
+        if isinstance(value, Path) and not value.is_absolute():
+            changed[name] = folder / value
+        elif isinstance(value, BaseModel):
+            changed[name] = _anchor(value, folder)
+    return model.model_copy(update=changed)
+
+
+def to_toml(model: BaseModel) -> str:
+    """Return the resolved configuration as TOML that `load_config` reads; it is stored in every recording."""
+    values = model.model_dump(mode="json", exclude_none=True)
+    lines = [f"{key} = {_toml(value)}" for key, value in values.items() if not isinstance(value, dict)]
+    for key, table in values.items():
+        if isinstance(table, dict):
+            lines += ["", f"[{key}]", *(f"{name} = {_toml(value)}" for name, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: object) -> str:
+    # TOML and JSON write scalars and lists of scalars alike, except for this one character.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
