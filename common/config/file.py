@@ -1,6 +1,5 @@
 """Reads and writes configurations as TOML files; an error names every problem with its line."""
 
-import difflib
 import json
 import re
 from collections.abc import Mapping
@@ -9,6 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from common.config.advice import COMMANDS, advice, command_for
 from common.config.models import OperatorConfig, RemoteConfig
 from common.files.printable import printable
 from common.files.read_files import NotToml, read_toml
@@ -39,6 +39,8 @@ def load_config(path: Path, model: type[M]) -> M:
     try:
         checked = model.model_validate(values)
     except ValidationError as error:
+        if model in COMMANDS.values() and (command := command_for(values)):
+            raise ConfigProblem(f"{path}: a configuration for `teletaction {command}`, not for this command") from None
         problems = sorted(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
         stated = [f"{path}:{_problem(text, problem, model)}" for problem in problems[:_MOST_PROBLEMS]]
         if more := len(problems) - len(stated):
@@ -48,31 +50,19 @@ def load_config(path: Path, model: type[M]) -> M:
 
 
 def _problem(text: str, problem: Mapping[str, Any], model: type[BaseModel]) -> str:
-    """Return line, field and message of one problem, with the known name that a misspelt field resembles."""
-    location = [str(part) for part in problem["loc"]]
+    """Return line, field and message of one problem."""
+    location = [str(part) for part in problem["loc"] if part != "[key]"]
     where = printable(".".join(location), _LONGEST_FIELD)
-    message = printable(problem["msg"].removeprefix("Value error, "))
-    if problem["type"] == "extra_forbidden" and (known := _resembling(location, model)):
-        message = f"no such field; did you mean {known}?"
-    return f"{_line_of(text, location)}: {where + ': ' if where else ''}{message}"
-
-
-def _resembling(location: list[str], model: type[BaseModel]) -> str:
-    """Return the field of this or of another table that a misspelt or misplaced field resembles; empty without one."""
-    tables = {
-        f"{name}.": each.annotation
-        for name, each in model.model_fields.items()
-        if isinstance(each.annotation, type) and issubclass(each.annotation, BaseModel)
-    }
-    known = [*model.model_fields, *(f"{name}{field}" for name, table in tables.items() for field in table.model_fields)]
-    here = [name for name in known if name.rpartition(".")[0] == ".".join(location[:-1])]
-    near = difflib.get_close_matches(".".join(location), here, 1, 0.75)
-    elsewhere = [name for name in known if name.rpartition(".")[2] == location[-1]]
-    return next(iter(near + elsewhere), "")
+    message = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "extra_forbidden":
+        message = advice(location, problem["input"], model)
+    elif problem["type"] in {"model_type", "dict_type"}:
+        message = f"must be a table: [{where}]"
+    return f"{_line_of(text, location)}: {where + ': ' if where else ''}{printable(message)}"
 
 
 def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
-    """Read the configuration of either site; the operator's has `tacttip` modules.
+    """Read the configuration of either site: of the one that has more of the file's fields and tables.
 
     Raises:
         ConfigProblem: as `load_config`.
@@ -81,7 +71,9 @@ def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
         _, values = read_toml(path)
     except (OSError, NotToml):
         values = {}  # load_config reports the error
-    return load_config(path, OperatorConfig) if "tacttip" in values else load_config(path, RemoteConfig)
+    if len(values.keys() & OperatorConfig.model_fields) > len(values.keys() & RemoteConfig.model_fields):
+        return load_config(path, OperatorConfig)
+    return load_config(path, RemoteConfig)
 
 
 def _line_of(text: str, location: list[str]) -> int:
