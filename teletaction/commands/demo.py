@@ -28,7 +28,9 @@ def demo(
         str | None,
         typer.Option(help="Ticks a second, REMOTE,OPERATOR; by default the fastest that this machine can hold now."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; by default a new one.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Output folder; by default a new one in ~/.local/state/teletaction.")
+    ] = None,
 ) -> None:
     """Run a whole telediagnosis session on this machine with simulated devices over the real transports."""
     from teletaction.session.demo import run_demo

@@ -5,35 +5,35 @@ from typing import Annotated
 
 import typer
 
-from teletaction.commands.config_file import ConfigFile
+from teletaction.commands.config_file import ConfigFile, OwnConfigFile, own_config
 
 app = typer.Typer()
 
 
 @app.command()
-def remote(config: ConfigFile) -> None:
+def remote(config: OwnConfigFile = None) -> None:
     """Run the remote site."""
     from common.config.models import RemoteConfig
     from common.process import run_process
     from remote_site.site import run_remote
 
-    run_process("remote", config, RemoteConfig, run_remote)
+    run_process("remote", own_config(config, "remote"), RemoteConfig, run_remote)
 
 
 @app.command()
-def operator(config: ConfigFile) -> None:
+def operator(config: OwnConfigFile = None) -> None:
     """Run the operator site."""
     from common.config.models import OperatorConfig
     from common.process import run_process
     from operator_site.site import run_operator
 
-    run_process("operator", config, OperatorConfig, run_operator)
+    run_process("operator", own_config(config, "operator"), OperatorConfig, run_operator)
 
 
 @app.command()
 def virtual(
-    config: ConfigFile,
     scene: Annotated[str, typer.Option(help="Scene to touch: its name, or a path that ends in .toml.")],
+    config: OwnConfigFile = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random values: temperatures, arbitrary grooves.")] = 0,
 ) -> None:
     """Run the operator site on a virtual environment, without any remote site."""
@@ -44,12 +44,13 @@ def virtual(
     from common.scenes.scene import load_scene
     from operator_site.virtual.virtual_site import run_virtual
 
-    run_process("virtual", config, OperatorConfig, partial(run_virtual, scene=load_scene(scene), seed=seed))
+    run = partial(run_virtual, scene=load_scene(scene), seed=seed)
+    run_process("virtual", own_config(config, "operator"), OperatorConfig, run)
 
 
 @app.command()
 def console(
-    config: Annotated[Path | None, typer.Option(help="TOML file of the console of a running site.")] = None,
+    config: OwnConfigFile = None,
     play: Annotated[Path | None, typer.Option(help="Merged recording of a session to play back instead.")] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of the page with --play; 0 takes a free one.")
@@ -60,28 +61,28 @@ def console(
 
     if find_spec("starlette") is None:
         raise ValueError("the console needs `pip install teletaction[console]`")
-    if (config is None) == (play is None):
+    if config is not None and play is not None:
         raise ValueError("console: give either --config FILE or --play SESSION.mcap")
     from common.config.models import ConsoleConfig
     from common.logs import log_to_stderr
     from common.process import StopSignal, run_process
     from operator_site.console.run import run_console, run_playback
 
-    if config is not None:
-        run_process("console", config, ConsoleConfig, run_console)
-    elif play is not None:
+    if play is None:
+        run_process("console", own_config(config, "console"), ConsoleConfig, run_console)
+    else:
         log_to_stderr("console")
         run_playback(play, port, StopSignal())
 
 
 @app.command()
-def observe(config: ConfigFile) -> None:
+def observe(config: OwnConfigFile = None) -> None:
     """Watch a session read-only: print what the remote site identifies as JSON lines whenever it changes."""
     from common.config.models import ObserverConfig
     from common.process import run_process
     from operator_site.session.read_only_client import run_observer
 
-    run_process("observer", config, ObserverConfig, run_observer)
+    run_process("observer", own_config(config, "observer"), ObserverConfig, run_observer)
 
 
 @app.command()

@@ -2,22 +2,30 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from common.files.printable import printable
-from teletaction.commands.config_file import ConfigFile
+from teletaction.commands.config_file import own_config
 from teletaction.commands.failed import Failed
 
 if TYPE_CHECKING:
     from common.link.keys import KeyPair
 
+SiteFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="TOML file of a running site; by default operator.toml, or else remote.toml, in ~/.config/teletaction.",
+    ),
+]
+
 app = typer.Typer(name="session", help="Commands of a person to a running site.", no_args_is_help=True)
 
 
 @app.command("status")
-def session_status(config: ConfigFile) -> None:
+def session_status(config: SiteFile = None) -> None:
     """Print the status of a running site's session, as JSON."""
     from common.faults.fault import read_fault
     from common.faults.texts import fault_figures
@@ -29,19 +37,19 @@ def session_status(config: ConfigFile) -> None:
 
 
 @app.command("engage")
-def session_engage(config: ConfigFile) -> None:
+def session_engage(config: SiteFile = None) -> None:
     """Request at the operator's site that outputs act; both sites must agree."""
     _ask_desk(config, "engage")
 
 
 @app.command("disengage")
-def session_disengage(config: ConfigFile) -> None:
+def session_disengage(config: SiteFile = None) -> None:
     """Bring all outputs to neutral."""
     _ask_desk(config, "disengage")
 
 
 @app.command("estop")
-def session_estop(config: ConfigFile) -> None:
+def session_estop(config: SiteFile = None) -> None:
     """Stop in an emergency, wait until the devices confirm, and print the outcome."""
     from common.link.local_control import stop_from_desk
 
@@ -52,7 +60,7 @@ def session_estop(config: ConfigFile) -> None:
 
 
 @app.command("clear")
-def session_clear(config: ConfigFile) -> None:
+def session_clear(config: SiteFile = None) -> None:
     """Clear a latched fault, at both sites if this site may; nothing moves until engaged again."""
     from common.link.local_control import clear_from_desk
     from common.link.session_state import Refused
@@ -64,20 +72,20 @@ def session_clear(config: ConfigFile) -> None:
 
 
 @app.command("note")
-def session_note(text: str, config: ConfigFile) -> None:
+def session_note(text: str, config: SiteFile = None) -> None:
     """Write a note into the session's recording, at the operator's site."""
     _ask_desk(config, "annotate", {"text": text})
 
 
-def _desk(config: Path) -> "tuple[int, KeyPair]":
+def _desk(config: Path | None) -> "tuple[int, KeyPair]":
     from common.config.file import load_site
     from common.link.keys import load_keys
 
-    site = load_site(config)
+    site = load_site(own_config(config, "operator", "remote"))
     return site.desk_port, load_keys(site.link.keys)
 
 
-def _ask_desk(config: Path, verb: str, details: dict[str, object] | None = None) -> dict[str, object]:
+def _ask_desk(config: Path | None, verb: str, details: dict[str, object] | None = None) -> dict[str, object]:
     from common.link.local_control import ask_desk
     from common.link.session_state import Refused
 

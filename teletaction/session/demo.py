@@ -9,6 +9,7 @@ from pathlib import Path
 
 from common.config.file import load_config
 from common.config.models import SimNetworkConfig
+from common.files.user_folders import make_private, state_folder
 from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal
@@ -190,7 +191,10 @@ def _refusals(refused: object) -> str:
 
 
 def _output_folder(options: DemoOptions) -> Path:
-    out = options.out or Path(f"session-{datetime.now():%Y%m%d-%H%M%S}")
+    out = options.out
+    if out is None:
+        make_private(state_folder())
+        out = state_folder() / f"session-{datetime.now():%Y%m%d-%H%M%S}"
     if out.exists():
         if not out.is_dir():
             raise ValueError(f"--out {out}: is a file, expected a folder")
