@@ -5,6 +5,7 @@ Text for people goes to stderr, data to stdout. Exit code 0 is success, 1 a fail
 
 import os
 import platform
+from types import FunctionType
 from typing import Annotated
 
 import typer
@@ -41,13 +42,24 @@ app = typer.Typer(
 
 
 def _print_version(wanted: bool) -> None:
-    if wanted:
-        from common.wire.packets import SCHEMA_VERSION  # noqa: PLC0415 - help and completion stay fast
+    if not wanted:
+        return
+    # Imported here, so that help and completion stay fast.
+    from msgpack import unpackb  # noqa: PLC0415
 
-        facts = [f"teletaction {software_version()}", f"commit {source_commit()}", f"packet schema {SCHEMA_VERSION}"]
-        facts.append(f"Python {platform.python_version()}")
-        typer.echo(", ".join(fact for fact in facts if fact != "commit "))
-        raise typer.Exit
+    from common.buses import serial_framing  # noqa: PLC0415
+    from common.wire.packets import SCHEMA_VERSION  # noqa: PLC0415
+
+    compiled = {"COBS": serial_framing.COMPILED, "msgpack": not isinstance(unpackb, FunctionType)}
+    facts = [
+        f"teletaction {software_version()}",
+        f"commit {source_commit()}",
+        f"packet schema {SCHEMA_VERSION}",
+        f"Python {platform.python_version()}",
+        *(f"{name} {'compiled' if is_compiled else 'pure Python'}" for name, is_compiled in compiled.items()),
+    ]
+    typer.echo(", ".join(fact for fact in facts if fact != "commit "))
+    raise typer.Exit
 
 
 @app.callback()

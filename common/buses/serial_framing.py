@@ -8,6 +8,7 @@ CRC-16/CCITT-FALSE over id, sequence and payload.
 
 import binascii
 from dataclasses import dataclass, field
+from types import FunctionType
 from typing import NamedTuple
 
 try:  # compiled, where there is a wheel for the machine; both give the same bytes
@@ -15,6 +16,8 @@ try:  # compiled, where there is a wheel for the machine; both give the same byt
 except ImportError:
     from cobs.cobs import DecodeError, decode, encode
 
+COMPILED = not isinstance(encode, FunctionType)
+"""Whether COBS is compiled here; a pure Python form is slower."""
 MAX_FRAME = 250
 """Maximum size of a frame before COBS, bytes: one COBS block. It also bounds the buffer on a line without zeros."""
 _CRC_INIT = 0xFFFF

@@ -3,7 +3,10 @@
 import logging
 import os
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +14,7 @@ from common.logs import LEVEL_VARIABLE, LEVELS, log_level
 from common.version import software_version, source_commit
 from common.wire.packets import SCHEMA_VERSION
 from tests.commands import command, one_line
+from tests.places import ROOT
 
 
 @pytest.fixture(autouse=True)
@@ -25,9 +29,22 @@ def test_the_version_names_program_schema_and_python() -> None:
     assert shown.code == 0
     commit = f", commit {source_commit()}" if source_commit() else ""
     expected = (
-        rf"teletaction {re.escape(software_version())}{commit}, packet schema {SCHEMA_VERSION}, Python 3\.\d+\.\d+\n"
+        rf"teletaction {re.escape(software_version())}{commit}, packet schema {SCHEMA_VERSION}, Python 3\.\d+\.\d+, "
+        r"COBS (compiled|pure Python), msgpack (compiled|pure Python)\n"
     )
     assert re.fullmatch(expected, shown.out)
+
+
+def test_the_version_names_packages_that_are_not_compiled() -> None:
+    without = "import sys; sys.modules.update({'corncobs': None, 'cobs.cobs._cobs_ext': None}); "
+    run = subprocess.run(
+        [sys.executable, "-c", without + "from teletaction.cli import main; main(['--version'])"],
+        env=os.environ | {"MSGPACK_PUREPYTHON": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.endswith(", COBS pure Python, msgpack pure Python\n")
 
 
 @pytest.mark.parametrize("words", [["-h"], ["report", "-h"], ["keys", "-h"], ["calibrate", "thermal", "-h"]])
@@ -53,5 +70,35 @@ def test_an_unknown_level_of_the_environment_is_one_line(monkeypatch: pytest.Mon
     assert "no level 'quiet'" in one_line(command("doctor", "--config", "site.toml"), 2)
 
 
-def test_completion_is_there() -> None:
-    assert "--install-completion" in command("-h").out
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    """The program under its own name, as it is installed."""
+    path = tmp_path / "teletaction"
+    path.write_text(f"#!{sys.executable}\nimport sys\nfrom teletaction.cli import main\nsys.exit(main())\n", "utf-8")
+    path.chmod(0o755)
+    return path
+
+
+def without_home(*words: object, **variables: str) -> str:
+    """What a command prints in an environment without a home directory."""
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), **variables}
+    return subprocess.run(map(str, words), env=environment, capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.parametrize(
+    ("shell", "line"),
+    [
+        ("bash", "complete -o default -F _teletaction_completion teletaction"),
+        ("zsh", "compdef _teletaction_completion teletaction"),
+        ("fish", "complete --command teletaction --no-files"),
+    ],
+)
+def test_a_shell_gets_its_completion_script(shell: str, line: str, program: Path) -> None:
+    assert line in without_home(program, _TELETACTION_COMPLETE=f"source_{shell}")
+
+
+def test_bash_is_recognised_and_completes_commands(program: Path) -> None:
+    shown = without_home("bash", "-c", f"{program} --show-completion; true")
+    assert "complete -o default -F _teletaction_completion teletaction" in shown
+    words = {"COMP_WORDS": "teletaction re", "COMP_CWORD": "1", "_TELETACTION_COMPLETE": "complete_bash"}
+    assert set(without_home(program, **words).split()) == {"remote", "report", "recover", "replay", "render"}
