@@ -130,19 +130,24 @@ class Recording:
         if stream not in self.streams:
             raise KeyError(f"{self.path}: no stream {stream!r}; there are {', '.join(self.streams)}")
         if stream not in self._read:
-            with self.path.open("rb") as file:
-                self._read[stream] = _stream(NamedRecording(self.path, file, self._given), stream)
+            self._load([stream])
         return self._read[stream]
 
     def read(self) -> None:
-        """Read all streams now, so that the file is no longer needed.
+        """Read all streams now, so that the file is no longer needed. The file is checked once.
 
         Raises:
             OSError: the file cannot be read.
             ValueError: a stream is damaged.
         """
-        for stream in self.streams:
-            self[stream]
+        if missing := [stream for stream in self.streams if stream not in self._read]:
+            self._load(missing)
+
+    def _load(self, streams: list[str]) -> None:
+        with self.path.open("rb") as file:
+            recording = NamedRecording(self.path, file, self._given)
+            for stream in streams:
+                self._read[stream] = _stream(recording, stream)
 
     @property
     def touch(self) -> Stream:

@@ -1,14 +1,17 @@
 """The Python interface: a simulated session, its streams, and errors that list the choices."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import teletaction as tt
+from teletaction.export.named_recording import NamedRecording
 
 
 @pytest.fixture(scope="module")
-def recording() -> tt.Recording:
-    return tt.simulate(seconds=2.0, fingers=2, seed=3)
+def recording(tmp_path_factory: pytest.TempPathFactory) -> tt.Recording:
+    return tt.simulate(seconds=2.0, fingers=2, seed=3, out=tmp_path_factory.mktemp("session"))
 
 
 def test_a_stream_has_columns_with_units_and_times(recording: tt.Recording) -> None:
@@ -25,6 +28,22 @@ def test_the_same_seed_gives_the_same_session(recording: tt.Recording) -> None:
     again = tt.simulate(seconds=2.0, fingers=2, seed=3)
     for column in ("middle.force_n", "middle.motor_rpm", "middle.plate_set_c"):
         np.testing.assert_array_equal(again.rendered.array(column), recording.rendered.array(column))
+
+
+def test_all_streams_are_read_with_one_check_of_the_file(
+    recording: tt.Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checked = []
+
+    def open_counted(*arguments: Any) -> NamedRecording:
+        checked.append(arguments)
+        return NamedRecording(*arguments)
+
+    again = tt.Recording(recording.path)
+    monkeypatch.setattr("teletaction.api.recording.NamedRecording", open_counted)
+    again.read()
+    assert len(again.touch) == len(recording.touch)
+    assert len(checked) == 1
 
 
 def test_a_wrong_name_lists_the_choices(recording: tt.Recording) -> None:
