@@ -163,7 +163,7 @@ dask: $(READY)
 .PHONY: exports
 exports: $(READY)
 	$(LOCKED) locks/exports.txt
-	$(BIN)/pytest -m exports tests/unit/teletaction
+	$(BIN)/pytest -m exports tests/unit/teletaction tests/packaging
 
 .PHONY: examples
 examples: $(READY)
