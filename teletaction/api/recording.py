@@ -134,7 +134,7 @@ class Recording:
         return self._read[stream]
 
     def read(self) -> None:
-        """Read all streams now, so that the file is no longer needed. The file is checked once.
+        """Read all streams now, so that the file is no longer needed. The file is checked and read once.
 
         Raises:
             OSError: the file cannot be read.
@@ -145,9 +145,7 @@ class Recording:
 
     def _load(self, streams: list[str]) -> None:
         with self.path.open("rb") as file:
-            recording = NamedRecording(self.path, file, self._given)
-            for stream in streams:
-                self._read[stream] = _stream(recording, stream)
+            self._read |= _streams(NamedRecording(self.path, file, self._given), streams)
 
     @property
     def touch(self) -> Stream:
@@ -165,18 +163,24 @@ class Recording:
         return self["operator/rendered"]
 
 
-def _stream(recording: NamedRecording, topic: str) -> Stream:
+def _streams(recording: NamedRecording, topics: list[str]) -> dict[str, Stream]:
+    """Read streams in one pass over the file."""
+    times: dict[str, list[int]] = {topic: [] for topic in topics}
+    rows: dict[str, list[tuple[Any, ...]]] = {topic: [] for topic in topics}
+    for message in recording.messages(topics):
+        times[message.topic].append(message.wall_ns)
+        rows[message.topic].append(tuple(row_of(message.topic, message.fields).values()))
+    return {topic: _stream(topic, recording.begin_ns, times.pop(topic), rows.pop(topic)) for topic in topics}
+
+
+def _stream(topic: str, begin_ns: int, times: list[int], rows: list[tuple[Any, ...]]) -> Stream:
     schema = columns_of(topic)
-    times, rows = [], []
-    for message in recording.messages([topic]):
-        times.append(message.wall_ns)
-        rows.append(row_of(topic, message.fields).values())
     wall_ns = np.array(times, dtype=np.int64)
     values = {
         name: _array(column, schema[name]["type"]) for name, column in zip(schema, zip(*rows, strict=True), strict=True)
     }
     units = {name: each.get("unit", "") for name, each in schema.items()}
-    return Stream(topic, wall_ns, (wall_ns - recording.begin_ns) * 1e-9, values, units)
+    return Stream(topic, wall_ns, (wall_ns - begin_ns) * 1e-9, values, units)
 
 
 def _array(values: tuple[Any, ...], kind: str) -> Array:
