@@ -5,20 +5,18 @@ The input is complete: it is recorded, and replay renders the same outputs from 
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Generic, TypeVar
 
-from msgspec import Struct
 from msgspec.structs import asdict
 
 from common.config.models import RenderingConfig
 from common.faults.fault import Fault, contained
 from common.fingers import FINGERS
 from common.limits import GAP_S, PLATE_PROFILES
-from common.recording.recorded_row import Finite, FixedFive, Row, Whole
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, Touch
 from operator_site.fingertips import Fingertips
 from operator_site.force.loop_stiffness import LoopStiffness
+from operator_site.recorded_rows import InputFields, RecordedInput
 from operator_site.safety.gated_output import GatedOutput, Outputs, neutral
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
@@ -29,40 +27,9 @@ _NO_TOUCHES = (NO_TOUCH,) * len(FINGERS)
 """Touch rows without contact, rendered while there is no fresh touch."""
 _NO_INPUT_S = 1e9
 """Age of an input that never came, s."""
-_T = TypeVar("_T")
 
 
-class _Input(Struct, Generic[_T], array_like=True, forbid_unknown_fields=True):
-    time_s: Finite
-    session: Whole
-    """Number of the session, 0 without one; each session numbers its own events."""
-    fault_cleared: bool
-    """Whether a person has cleared the fault since the last tick."""
-    engaged: bool
-    """Whether both sites permit outputs to act."""
-    gap_ns: Whole | None
-    """Time since the last accepted touch packet, ns; None before the first of the session."""
-    touch: _T | None
-    """The newest accepted touch packet of the session, fresh or not."""
-    x_m: float
-    y_m: float
-    z_m: FixedFive[float]
-    """Place of the hand and height of each fingertip, m."""
-    pose_s: float
-    heights_s: float
-    """Times at which place and heights were measured, s; -inf before the first measurement."""
-    plate_c: FixedFive[float]
-    plate_age_s: FixedFive[float]
-    """Last reading of each plate, C, NaN from a faulty sensor, and its age, s, infinite before the first reading."""
-    device_faults: tuple[Fault, ...]
-    """Faults of the modules."""
-
-
-class RecordedInput(_Input[Whole], Row):
-    """The input of a tick. The touch is the newest of operator/touch before it; here is its sequence number."""
-
-
-class RenderingInput(_Input[Touch]):
+class RenderingInput(InputFields[Touch]):
     """One tick's input, five fingers each."""
 
     @property

@@ -1,7 +1,45 @@
 """Rows that the operator site records and consoles read."""
 
+from typing import Generic, TypeVar
+
+from msgspec import Struct
+
 from common.faults.fault import Fault
 from common.recording.recorded_row import FingerNumber, Finite, Five, FixedFive, Row, Whole
+
+_T = TypeVar("_T")
+
+
+class InputFields(Struct, Generic[_T], array_like=True, forbid_unknown_fields=True):
+    """Input of one tick of the rendering. The touch is a packet, or its sequence number."""
+
+    time_s: Finite
+    session: Whole
+    """Number of the session, 0 without one; each session numbers its own events."""
+    fault_cleared: bool
+    """Whether a person has cleared the fault since the last tick."""
+    engaged: bool
+    """Whether both sites permit outputs to act."""
+    gap_ns: Whole | None
+    """Time since the last accepted touch packet, ns; None before the first of the session."""
+    touch: _T | None
+    """The newest accepted touch packet of the session, fresh or not."""
+    x_m: float
+    y_m: float
+    z_m: FixedFive[float]
+    """Place of the hand and height of each fingertip, m."""
+    pose_s: float
+    heights_s: float
+    """Times at which place and heights were measured, s; -inf before the first measurement."""
+    plate_c: FixedFive[float]
+    plate_age_s: FixedFive[float]
+    """Last reading of each plate, C, NaN from a faulty sensor, and its age, s, infinite before the first reading."""
+    device_faults: tuple[Fault, ...]
+    """Faults of the modules."""
+
+
+class RecordedInput(InputFields[Whole], Row):
+    """The input of a tick. The touch is the newest of operator/touch before it; here is its sequence number."""
 
 
 class Rendered(Row):

@@ -13,8 +13,8 @@ from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.wire.messages import Touch
 from common.wire.streams import STREAMS
 from operator_site.fingertips import Fingertips
-from operator_site.gated_rendering import RecordedInput, RenderingInput
-from operator_site.recorded_rows import Clock, Played, Rendered, Skin
+from operator_site.gated_rendering import RenderingInput
+from operator_site.recorded_rows import Clock, Played, RecordedInput, Rendered, Skin
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.session.console_feed import ConsoleFeed
 from operator_site.session.session_protocol import SessionProtocol

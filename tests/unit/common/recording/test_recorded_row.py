@@ -8,8 +8,7 @@ import pytest
 
 from common.link.session_state import Happening
 from common.recording.recorded_row import Row
-from operator_site.gated_rendering import RecordedInput
-from operator_site.recorded_rows import Clock, Played, Rendered, Skin
+from operator_site.recorded_rows import Clock, Played, RecordedInput, Rendered, Skin
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from tests.places import GOLDEN

@@ -1,5 +1,7 @@
 """The Python interface: a simulated session, its streams, and errors that list the choices."""
 
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 
 import teletaction as tt
 from teletaction.export.named_recording import NamedRecording
+from tests.places import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +68,9 @@ def test_the_package_lists_its_names_and_loads_nothing_before() -> None:
     assert all(hasattr(tt, name) for name in tt.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         tt.nothing  # noqa: B018 - the access is the test
+
+
+def test_reading_recordings_loads_neither_rendering_nor_devices() -> None:
+    loaded = "import sys, teletaction.api.recording; print(*{'scipy', 'can', 'zmq', 'pydantic'} & sys.modules.keys())"
+    run = subprocess.run([sys.executable, "-c", loaded], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout == "\n"
