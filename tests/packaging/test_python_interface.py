@@ -10,7 +10,7 @@ from tests.packaging.wheel import Built, install, run
 
 pytestmark = [pytest.mark.exports, pytest.mark.timeout(600)]
 
-PAGE = "docs/howto/export.md"
+PAGE = "README.md"
 """Page whose first block of Python is run, beside the session that it opens, `demo-out`."""
 
 
