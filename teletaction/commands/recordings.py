@@ -48,7 +48,7 @@ def report_command(
 @app.command("export")
 def export_command(
     recording: Annotated[Path, typer.Argument(help="A merged session.mcap, or the recording of one site.")],
-    to: Annotated[str, typer.Option(help="Format: csv, parquet, foxglove, rerun or fhir.")],
+    to: Annotated[str, typer.Option(help="Format: csv, parquet, foxglove, rerun, fhir or dicom-sr.")],
     out: Annotated[Path, typer.Option(help="Folder for the files; it is created.")],
     began: Annotated[
         datetime | None,
@@ -57,11 +57,18 @@ def export_command(
             help="Time of the first message with its zone; needed for a recording of version 0.1.0.",
         ),
     ] = None,
+    body_site: Annotated[
+        str | None,
+        typer.Option(
+            help="Examined part of the body, for fhir and dicom-sr: a text, or a SNOMED CT code as "
+            "SCT:80248007:left breast."
+        ),
+    ] = None,
 ) -> None:
     """Write a recording in a format that other tools read, with named fields and wall-clock times."""
     from teletaction.export.export import export
 
-    for name, count in export(recording, to, out, began).items():
+    for name, count in export(recording, to, out, began, body_site).items():
         typer.echo(f"{count:9d} {name}", err=True)
     typer.echo(f"wrote {out}", err=True)
 

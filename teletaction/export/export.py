@@ -6,19 +6,25 @@ from datetime import datetime
 from importlib import import_module
 from pathlib import Path
 
+from teletaction.export.body_site import BodySite
 from teletaction.export.named_recording import NamedRecording
 
-Write = Callable[[NamedRecording, Path], dict[str, int]]
+Write = Callable[..., dict[str, int]]
+"""Writes a NamedRecording into a folder, for a clinical format with the BodySite or None; returns numbers of rows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """A format: its content for the help, the function that writes it, and the extra that it needs."""
+    """A format: its content for the help, the function that writes it, the extra that it needs.
+
+    A clinical format has the findings of an examination, and may name the body site.
+    """
 
     content: str
     module: str
     function: str
     extra: str = ""
+    clinical: bool = False
 
     def load(self) -> Write:
         """Import the function that writes this format.
@@ -37,12 +43,15 @@ FORMATS = {
     "csv": Format("one CSV file a stream", "csv_tables", "write_csv"),
     "parquet": Format("one Parquet file a stream, with types and units", "parquet_tables", "write_parquet", "parquet"),
     "foxglove": Format("session.mcap with JSON messages", "foxglove", "write_foxglove"),
-    "fhir": Format("findings as FHIR R4, findings.fhir.json", "fhir", "write_fhir"),
+    "fhir": Format("findings as FHIR R4, findings.fhir.json", "fhir", "write_fhir", clinical=True),
+    "dicom-sr": Format("findings as DICOM SR, findings.dcm", "dicom_sr", "write_dicom_sr", "dicom", clinical=True),
     "rerun": Format("session.rrd with every number as a curve", "rerun_file", "write_rerun", "rerun"),
 }
 
 
-def export(recording: Path, to: str, out: Path, began: datetime | None = None) -> dict[str, int]:
+def export(
+    recording: Path, to: str, out: Path, began: datetime | None = None, body_site: str | None = None
+) -> dict[str, int]:
     """Write a recording into the folder `out`, which is created.
 
     Args:
@@ -50,21 +59,27 @@ def export(recording: Path, to: str, out: Path, began: datetime | None = None) -
         to: a key of FORMATS.
         out: folder for the files; files of the same names are replaced.
         began: wall-clock time of the first message, for a recording without a clock anchor.
+        body_site: examined part of the body, `left breast` or `SCT:80248007:left breast`, for a clinical format.
 
     Returns:
         Number of messages or rows of each stream.
 
     Raises:
         OSError: the recording cannot be read, or a file cannot be written.
-        ValueError: the format is unknown or needs a package, the recording is damaged or has no wall-clock time, or
-            `out` would replace it.
+        ValueError: the format is unknown, needs a package or takes no body site, the body site is written otherwise,
+            the recording is damaged or has no wall-clock time, or `out` would replace it.
     """
     if to not in FORMATS:
         raise ValueError(f"no format {to!r}; choose one of {', '.join(FORMATS)}")
-    write = FORMATS[to].load()
+    chosen = FORMATS[to]
+    if body_site is not None and not chosen.clinical:
+        clinical = " or ".join(name for name, known in FORMATS.items() if known.clinical)
+        raise ValueError(f"{to} takes no body site; export to {clinical}")
+    clinical_options = (None if body_site is None else BodySite.parse(body_site),) if chosen.clinical else ()
+    write = chosen.load()
     with recording.open("rb") as file:
         named = NamedRecording(recording, file, began)
         out.mkdir(parents=True, exist_ok=True)
         if recording.resolve().parent == out.resolve():
             raise ValueError(f"{out}: is the folder of the recording; name another one with --out")
-        return write(named, out)
+        return write(named, out, *clinical_options)

@@ -1,5 +1,6 @@
 """A small recording with a console: a warm spot, findings with hostile notes, acts, an alarm."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,20 @@ from common.wire.packets import LinkState
 from common.wire.touch_summary import NOTHING, TouchSummary
 
 HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(1)> & \"quotes\" 'and' \u202eleft \u0000 " + "x" * 10_000
+NOTES = {
+    "script": HOSTILE,
+    "long": "a word and " * 900 + "an end",
+    "controls": "".join(map(chr, range(32))) + "\x7f\x80\x9f\u2028",
+    "terminal": "\x1b[2J\x1b]0;title\x07 \x1b$B escaped charset",
+    "lines": "first line\nsecond line\r\nthird \\ backslash ^ = & | ~ \t tab",
+    "html": "</text></div>&lt;b&gt; <![CDATA[ x ]]> <!-- y -->",
+    "right to left": "כתוב בעברית, مكتوب بالعربية \u202e\u2066 override",
+    "emoji": "👩\u200d🔬 🖐🏽 é e\u0301 𝔘 \U0010ffff",
+    "nul": "before\x00after",
+    "blanks": " \n\t ",
+    "worst": "\U000f0000" * 10_000,
+}
+"""Notes that have broken programs before, each as long as the console allows or shorter, but for the first."""
 START_S = 5000.0
 INDEX = FINGERS.index("index")
 PLACES_M = [(x, y) for y in (0.0, 0.006, 0.012) for x in (0.0, 0.006, 0.012, 0.018, 0.024)]
@@ -42,6 +57,33 @@ def record(out: Path, *, console: bool = True) -> Path:
         for stream, entry in _at_the_console() if console else ():
             recorder.write(stream, now_ns, msgpack.packb(entry))
     return out
+
+
+def record_empty(out: Path) -> Path:
+    """A session without a console, so without an examination and findings."""
+    return record(out, console=False)
+
+
+def record_findings(out: Path, findings: Iterable[dict[str, Any]], pseudonym: str = "P-0418") -> Path:
+    """Findings one second apart, of the index finger on an unexplored bench; returns the recording."""
+    with Recorder(out, {"console/session": {}, "console/finding": {}}, {}) as recorder:
+        begin = {"what": "begin", "at_s": 1.0, "pseudonym": pseudonym, "wall_clock": None, "who": None, "sides": {}}
+        recorder.write("console/session", 10**9, msgpack.packb(begin))
+        for number, finding in enumerate(findings, 1):
+            known = {"id": number, "at_s": 1.0 + number, "kind": "stiff", "finger": "index", "x_m": None, "y_m": None}
+            texts = {"text": f"stiff {number}", "compare": None, "note": None}
+            recorder.write("console/finding", 10**9 * (1 + number), msgpack.packb(known | texts | finding))
+    return out
+
+
+def record_notes(out: Path) -> Path:
+    """One finding for each of NOTES, in their order."""
+    return record_findings(out, ({"text": note[:50], "note": note} for note in NOTES.values()))
+
+
+def record_many(out: Path) -> Path:
+    """500 findings, at places that no decimal number of 16 characters describes."""
+    return record_findings(out, ({"x_m": number / 7000.0, "y_m": -number / 3e5} for number in range(500)))
 
 
 def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool, warm: bool) -> Touch:

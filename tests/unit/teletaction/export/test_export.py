@@ -109,7 +109,7 @@ def test_a_recording_without_an_anchor_needs_its_begin(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--to", "xml"], "choose one of csv, parquet, foxglove, fhir, rerun"),
+        (["--to", "xml"], "choose one of csv, parquet, foxglove, fhir, dicom-sr, rerun"),
         (["--to", "csv", "--began", "yesterday"], "--began"),
     ],
 )

@@ -1,21 +1,28 @@
 """Findings as FHIR: values with unit and uncertainty, the pseudonym, hostile notes, no findings and many."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import msgpack
 import pytest
 
-from common.recording.recorder import Recorder
+from teletaction.export.clinical_findings import plain_text
 from teletaction.export.export import export
 from teletaction.report.examination import Examination
-from tests.unit.teletaction.recorded_examination import HOSTILE, record
+from tests.unit.teletaction.recorded_examination import (
+    NOTES,
+    record,
+    record_empty,
+    record_findings,
+    record_many,
+    record_notes,
+)
 
 
-def exported(recording: Path, out: Path) -> dict[str, list[dict[str, Any]]]:
+def exported(recording: Path, out: Path, body_site: str | None = None) -> dict[str, list[dict[str, Any]]]:
     """Resources of the bundle by type."""
-    counts = export(recording, "fhir", out)
+    counts = export(recording, "fhir", out, body_site=body_site)
     bundle = json.loads((out / "findings.fhir.json").read_text("utf-8"))
     assert (bundle["resourceType"], bundle["type"]) == ("Bundle", "collection")
     found: dict[str, list[dict[str, Any]]] = {"DiagnosticReport": [], "Observation": []}
@@ -41,6 +48,9 @@ def test_a_finding_has_its_values_with_unit_and_uncertainty(tmp_path: Path) -> N
     (report,) = found["DiagnosticReport"]
     assert report["subject"]["identifier"]["value"] == examination.begun["pseudonym"]
     assert report["status"] == "preliminary"
+    assert report["conclusion"] == (
+        "2 findings marked by the operator; not signed. 1 message of the recording could not be read."
+    )
     assert [each["reference"] for each in report["result"]] == [
         f"urn:uuid:{each['id']}" for each in found["Observation"]
     ]
@@ -64,15 +74,18 @@ def test_a_finding_has_its_values_with_unit_and_uncertainty(tmp_path: Path) -> N
         stated = {each["url"].rpartition("-")[2]: each for each in temperature["extension"]}
         assert stated["uncertainty"]["valueDecimal"] == pytest.approx(here.temperature.sd, rel=1e-5)
         assert stated["uncertaintyType"]["valueCode"] == "N"
+        texts = {
+            part["code"]["text"]: part["valueString"] for part in observation["component"] if "valueString" in part
+        }
+        assert texts == {"finger": "index", "comparison": finding["compare"], "material": "<i>skin</i>"}
     assert placed
 
 
-def test_a_hostile_note_is_plain_text_and_bounded(tmp_path: Path) -> None:
-    found = exported(record(tmp_path / "session.mcap"), tmp_path / "out")
-    notes = [note["text"] for each in found["Observation"] for note in each.get("note", ())]
-    assert any(note.startswith("<script>alert(1)</script>") for note in notes)
-    assert all(len(note) <= 10_000 and "\u0000" not in note and "\u202e" not in note for note in notes)
-    assert HOSTILE not in notes
+def test_hostile_notes_are_plain_text(tmp_path: Path) -> None:
+    found = exported(record_notes(tmp_path / "session.mcap"), tmp_path / "out")
+    notes = [each.get("note", [{"text": ""}])[0]["text"] for each in found["Observation"]]
+    assert notes == [plain_text(note) for note in NOTES.values()]
+    assert all(note.replace("\n", "").isprintable() for note in notes)
 
 
 def test_the_same_recording_gives_the_same_bundle(tmp_path: Path) -> None:
@@ -83,41 +96,43 @@ def test_the_same_recording_gives_the_same_bundle(tmp_path: Path) -> None:
 
 
 def test_a_session_without_an_examination_has_an_empty_report(tmp_path: Path) -> None:
-    found = exported(record(tmp_path / "session.mcap", console=False), tmp_path / "out")
+    found = exported(record_empty(tmp_path / "session.mcap"), tmp_path / "out")
     (report,) = found["DiagnosticReport"]
     assert "subject" not in report
     assert "result" not in report, "FHIR has no empty lists"
     assert found["Observation"] == []
-    assert report["conclusion"].startswith("0 findings")
-
-
-def many(path: Path) -> Path:
-    """A recording of 500 findings."""
-    with Recorder(path, {"console/session": {}, "console/finding": {}}, {}) as recorder:
-        begin = {"what": "begin", "at_s": 1.0, "pseudonym": "P-0418", "wall_clock": None, "who": None, "sides": {}}
-        recorder.write("console/session", 10**9, msgpack.packb(begin))
-        for number in range(500):
-            finding = {"id": number, "at_s": 1.0 + number, "kind": "hard", "finger": "index", "text": f"hard {number}"}
-            place = {"x_m": 1e-3 * (number % 50), "y_m": 1e-3 * (number // 50), "compare": None, "note": None}
-            recorder.write("console/finding", 10**9 * (1 + number), msgpack.packb(finding | place))
-    return path
+    assert report["conclusion"] == "0 findings marked by the operator; not signed."
 
 
 def test_five_hundred_findings_are_all_there(tmp_path: Path) -> None:
-    found = exported(many(tmp_path / "many.mcap"), tmp_path / "out")
-    assert [each["valueString"] for each in found["Observation"]] == [f"hard {number}" for number in range(500)]
+    found = exported(record_many(tmp_path / "many.mcap"), tmp_path / "out")
+    assert [each["valueString"] for each in found["Observation"]] == [f"stiff {number}" for number in range(1, 501)]
     assert len({each["id"] for each in found["Observation"]}) == 500
 
 
+def test_every_observation_names_the_body_site(tmp_path: Path) -> None:
+    recording = record(tmp_path / "session.mcap")
+    found = exported(recording, tmp_path / "coded", body_site="SCT:80248007:left breast")
+    coded = {"coding": [{"system": "http://snomed.info/sct", "code": "80248007"}], "text": "left breast"}
+    assert [each["bodySite"] for each in found["Observation"]] == [coded, coded]
+    found = exported(recording, tmp_path / "text", body_site="left breast")
+    assert [each["bodySite"] for each in found["Observation"]] == [{"text": "left breast"}] * 2
+
+
+def test_an_impossible_time_is_one_clear_error(tmp_path: Path) -> None:
+    recording = record_findings(tmp_path / "session.mcap", [{"at_s": 1e300}])
+    with pytest.raises(ValueError, match=r"has an impossible time, 1e\+300 s"):
+        export(recording, "fhir", tmp_path / "out")
+
+
 @pytest.mark.exports
-@pytest.mark.parametrize("case", ["hostile", "empty", "many"])
-def test_the_bundle_is_valid(case: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("site", [None, "left breast", "SCT:80248007:left breast"])
+@pytest.mark.parametrize("recorded", [record, record_empty, record_notes, record_many])
+def test_the_bundle_is_valid(recorded: Callable[[Path], Path], site: str | None, tmp_path: Path) -> None:
     """The validator of another project accepts the bundle, and gives the same values back."""
     from fhir.resources.R4B.bundle import Bundle
 
-    session = tmp_path / "session.mcap"
-    recording = many(session) if case == "many" else record(session, console=case == "hostile")
-    export(recording, "fhir", tmp_path / "out")
+    export(recorded(tmp_path / "session.mcap"), "fhir", tmp_path / "out", body_site=site)
     written = (tmp_path / "out" / "findings.fhir.json").read_text("utf-8")
     read = Bundle.model_validate_json(written).model_dump_json().replace('000Z"', 'Z"')  # it writes microseconds
     assert json.loads(read) == json.loads(written)
