@@ -173,13 +173,14 @@ def _group(
 
 
 def _measurement(quantity: Quantity) -> Measurement:
-    """Return a measured value (TID 300) with its standard deviation."""
+    """Return a measured value (TID 300) with its standard deviation as upper and lower uncertainty (TID 310)."""
     unit = Code(quantity.unit, "UCUM", UNIT_TEXT.get(quantity.unit, quantity.unit))
     properties = MeasurementProperties()
     if quantity.sd is not None:
-        spread = codes.SCT.RangeOfMeasurementUncertainty
-        properties.append(
-            NumContentItem(spread, quantity.sd, unit, relationship_type=RelationshipTypeValues.HAS_PROPERTIES)
+        # highdicom's own arguments for them write no unit.
+        properties.extend(
+            NumContentItem(side, quantity.sd, unit, relationship_type=RelationshipTypeValues.HAS_PROPERTIES)
+            for side in (codes.SCT.RangeOfUpperMeasurementUncertainty, codes.SCT.RangeOfLowerMeasurementUncertainty)
         )
     return Measurement(_own(quantity.name), quantity.value, unit, properties=properties)
 

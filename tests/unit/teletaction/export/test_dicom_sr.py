@@ -27,6 +27,7 @@ pytestmark = pytest.mark.exports
 RECORDED = pytest.mark.parametrize("recorded", [record, record_empty, record_notes, record_many])
 NO_PATIENT = "Warning - Missing attribute or value that would be needed to build DICOMDIR - Patient ID"
 SCHEME = "99TELETACTION"
+UNCERTAINTY = "+, range of upper measurement uncertainty", "-, range of lower measurement uncertainty"
 Recorded = Callable[[Path], Path]
 
 
@@ -68,9 +69,13 @@ def finding(group: Any) -> Found:
             found.texts[item.name.meaning.lower()] = item.value
     for measurement in group.get_measurements():
         (item,) = measurement
-        spreads = item.ContentSequence if "ContentSequence" in item else ()
-        assert {spread.unit.value for spread in spreads} <= {measurement.unit.value}
-        sd = spreads[0].value if spreads else None
+        sd = None
+        if "ContentSequence" in item:
+            upper, lower = item.ContentSequence
+            assert (upper.name.meaning, lower.name.meaning) == UNCERTAINTY
+            assert {upper.unit.value, lower.unit.value} == {measurement.unit.value}
+            assert upper.value == lower.value
+            sd = upper.value
         assert measurement.unit.scheme_designator == "UCUM"
         found.values[measurement.name.meaning] = measurement.value, measurement.unit.value, sd
     return found
