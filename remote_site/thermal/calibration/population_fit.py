@@ -314,14 +314,9 @@ class PopulationFit:
         """Update the scatter of the touches around the means of their populations."""
         weight = np.array(PRIOR_TOUCHES)
         usual = weight * np.square(USUAL_SD)
-        pairs = np.sqrt(np.outer(weight[:2], weight[:2]))
         for m in range(len(self.mean)):
             mine = self.seen.material == m
-            away = self.own[mine, :2] - self.mean[m]
-            scatter = np.diag(usual[:2]) + away.T @ away + covariance[mine][:, 3:5, 3:5].sum(axis=0)
-            # the prediction of another touch is less certain than the scatter of these
-            wider = (mine.sum() + 2.0) / max(mine.sum() - 2.0, 1.0)
-            self.covariance[m] = scatter / (mine.sum() + pairs) * wider
+            self.covariance[m] = population_scatter(self.own[mine, :2] - self.mean[m], covariance[mine][:, 3:5, 3:5])
         square = np.sum((self.own[:, 2] - self.lag[0]) ** 2 + covariance[:, 5, 5]) + usual[2]
         width = float(np.sqrt(square / (len(self.own) + weight[2])))
         self.lag = (self.lag[0], max(width, LEAST_LAG_SD))
@@ -363,6 +358,23 @@ class PopulationFit:
         best = misfit.argmin(axis=0)
         gained = misfit[0] - misfit.min(axis=0) > SLAB_GAIN
         self.slab_s = np.where(gained, np.array(SLABS_S)[best], np.inf)
+
+
+def population_scatter(away: Array, covariance: Array) -> Array:
+    """Return the covariance of ln effusivity and ln conductance of the next touch of a material, (2, 2).
+
+    Args:
+        away: (touches, 2) differences of the touches from the material's mean.
+        covariance: (touches, 2, 2) uncertainty of each difference.
+    """
+    weight, count = np.array(PRIOR_TOUCHES[:2]), len(away)
+    usual = np.diag(weight * np.square(USUAL_SD[:2]))
+    scatter = usual + away.T @ away + covariance.sum(axis=0)
+    # the product of two roots keeps the correlation below 1
+    counted = np.sqrt(np.outer(count + weight, count + weight))
+    # the prediction of another touch is less certain than the scatter of these
+    wider = (count + 2.0) / max(count - 2.0, 1.0)
+    return np.asarray(scatter / counted * wider)
 
 
 def _courses(seen: CalibrationReadings, own: Array, difference_k: Array, way: tuple[Array, Array]) -> Array:

@@ -7,7 +7,7 @@ import pytest
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.thermal.calibration.calibration_touches import CalibrationTouch
-from remote_site.thermal.calibration.population_fit import Population, PopulationFit
+from remote_site.thermal.calibration.population_fit import Population, PopulationFit, population_scatter
 from tests.unit.remote_site.made_touches import (
     AMBIENT_C,
     MATERIALS,
@@ -139,3 +139,11 @@ def test_unmeasured_temperatures_are_found() -> None:
     assert np.exp(found.mean[:, 0]) * PLATE_J_M2K == pytest.approx(
         [material.effusivity for material in MATERIALS.values()], rel=0.35
     )
+
+
+@pytest.mark.parametrize("touches", [2, 10, 25])
+def test_touches_whose_effusivity_and_conductance_go_together_have_a_covariance(touches: int) -> None:
+    along = np.linspace(-1.0, 1.0, touches)[:, np.newaxis] * np.array([2.0, -2.0])
+    found = population_scatter(along, np.tile(1e-6 * np.eye(2), (touches, 1, 1)))
+    assert np.linalg.eigvalsh(found)[0] > 0.0
+    np.testing.assert_array_equal(found, found.T)
