@@ -25,6 +25,7 @@ exclude_patterns = [".*", "docs/_extensions", "site", "build"]
 nitpicky = True
 nitpick_ignore_regex = [("py:.*", ".*")]
 """Types of other packages have no page here."""
+autoclass_content = "both"
 autodoc_member_order = "bysource"
 default_role = "code"
 """Of single backquotes in docstrings."""

@@ -24,8 +24,8 @@ def calibrate_thermal(
             `if __name__ == "__main__":` around its own work, as for `multiprocessing`.
 
     Returns:
-        The fit: `table` is the table, `warnings` its limits, and `residual_k`, (touches, k), what the model leaves
-        unexplained at `times_s`, (k,).
+        A fit with its `table`, the `warnings` about it, and `residual_k`, (touches, k), which the model leaves
+        unexplained at `times_s`, (k,), s after contact.
 
     Raises:
         ValueError: there are fewer than two materials or two touches of one, a touch has no contact, is too short or

@@ -159,7 +159,7 @@ class Recording:
 
     @property
     def rendered(self) -> Stream:
-        """What left the operator's gate for the fingers: force, motor speed, plate temperature."""
+        """Force, motor speed and plate temperature that left the operator's gate for the fingers."""
         return self["operator/rendered"]
 
 
