@@ -32,12 +32,14 @@ def write_rerun(recording: NamedRecording, out: Path) -> dict[str, int]:
     with rr.RecordingStream("teletaction", recording_id=recording.path.stem) as stream:
         stream.save(out / "session.rrd")
         waiting = {topic: _Curves(stream, topic) for topic in recording.topics}
+        ahead_ns = recording.anchor.wall_time_ns(0)
         for message in recording.messages():
             counts[message.topic] += 1
-            waiting[message.topic].add(message.wall_ns, message.monotonic_ns, row_of(message.topic, message.fields))
+            monotonic_ns = message.wall_ns - ahead_ns  # one clock for both sites, unlike the message's own
+            waiting[message.topic].add(message.wall_ns, monotonic_ns, row_of(message.topic, message.fields))
             if (entry := log_entry(message)) is not None:
                 stream.set_time("time", timestamp=np.datetime64(message.wall_ns, "ns"))
-                stream.set_time("monotonic", duration=np.timedelta64(message.monotonic_ns, "ns"))
+                stream.set_time("monotonic", duration=np.timedelta64(monotonic_ns, "ns"))
                 stream.log("log", rr.TextLog(entry["message"], level=_LEVELS[entry["level"]]))
         for curves in waiting.values():
             curves.write()

@@ -28,7 +28,9 @@ def incomplete_recordings(data: SessionData, statuses: Mapping[str, Mapping[str,
             continue
         stopped_ns = status.get("recording_failed_ns")
         words = f"recording incomplete: {why or 'the disk was slower than the data'}, {lost} messages lost"
-        at_s = None if stopped_ns is None else round(stopped_ns * 1e-9 - _start_s(data), 2)
+        at_s = None
+        if stopped_ns is not None:
+            at_s = round(stopped_ns * 1e-9 - data.leads_s.get(name, 0.0) - _start_s(data), 2)
         found.append({"site": name, "what": "recording", "fault": words, "time_s": at_s})
     return found
 

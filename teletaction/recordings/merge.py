@@ -4,7 +4,7 @@ import heapq
 import logging
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from operator import itemgetter
 from pathlib import Path
@@ -14,6 +14,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.files.private_file import create_private
+from common.link.session_state import Happening
 from common.recording.reader import RecordingReader
 from common.recording.truncated_mcap import TruncatedMcap, has_end
 from operator_site.recorded_rows import Clock
@@ -25,6 +26,7 @@ Recorded = tuple[Schema | None, Channel, Message]
 ORIGIN = "recording"
 """Key of a channel's metadata that names its recording. A restarted process makes several recordings."""
 _CLOCK = "operator/clock"
+_SESSIONS = ("operator/session", "remote/session")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,8 @@ class _Recording:
     """Messages in order of time. Those of a whole file are read on demand."""
     offsets: list[tuple[int, Clock]]
     """Offsets of the other host's clock that it measured, with their times, ns."""
+    sessions: set[int]
+    """Numbers of the sessions that it is part of, as far as known."""
 
 
 def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
@@ -100,21 +104,34 @@ class _Clocks:
         names = ", ".join(source.name for source in sources)
         if len(hosts) > 2 or len({source.clock_id for source in measuring}) != 1:
             raise TwoClocks(
-                f"{names}: recorded on {len(hosts)} hosts; merge those of one session on two hosts, with the operator "
-                "site's, which compares their clocks"
+                f"{names}: recorded on {len(hosts)} hosts, or on one that was restarted; merge those of one session on "
+                "two hosts, with the operator site's, which compares their clocks"
             )
         self._here = measuring[0].clock_id
         try:
             self.line = ClockLine.fit(offset for source in measuring for offset in source.offsets)
         except TwoClocks as error:
             raise TwoClocks(f"{names}: recorded on two hosts, and {error}") from None
+        here = set[int]().union(*(source.sessions for source in sources if source.clock_id == self._here))
+        there = set[int]().union(*(source.sessions for source in sources if source.clock_id != self._here))
+        if here and there and not here & there:
+            raise TwoClocks(f"{names}: recorded on two hosts in different sessions, so their clocks were not compared")
 
     def entries(self, source: _Recording) -> Iterator[tuple[int, str, Schema | None, Channel, Message]]:
-        """Yield messages of a recording with their time on the one clock, ns, and the recording's name."""
+        """Yield messages of a recording with their time on the one clock, ns, and the recording's name.
+
+        Messages from before the start of the operator's host have no time on its clock. They are left out, and logged.
+        """
         other = self.line if source.clock_id != self._here else None
+        early = 0
         for schema, channel, message in source.messages:
             log_ns = message.log_time if other is None else other.operator_time_ns(message.log_time)
-            yield log_ns, source.name, schema, channel, message
+            if log_ns < 0:
+                early += 1
+            else:
+                yield log_ns, source.name, schema, channel, message
+        if early:
+            log.warning("%s: %d messages are older than the operator's host has run; left out", source.name, early)
 
 
 def _clock_id(metadata: Iterable[Metadata]) -> str:
@@ -124,6 +141,15 @@ def _clock_id(metadata: Iterable[Metadata]) -> str:
 def _offsets(messages: Iterable[Recorded]) -> list[tuple[int, Clock]]:
     clocks = (message for _, channel, message in messages if channel.topic == _CLOCK)
     return [(message.log_time, Clock.unpack(message.data)) for message in clocks]
+
+
+def _sessions(messages: Iterable[Recorded]) -> set[int]:
+    found = set()
+    for _, channel, message in messages:
+        if channel.topic in _SESSIONS:
+            with suppress(ValueError):  # a reader of the merged file finds the damaged message
+                found.add(Happening.unpack(message.data).session)
+    return found - {0}
 
 
 def _register(writer: Writer, schema: Schema | None, channel: Channel, origin: str) -> int:
@@ -139,9 +165,14 @@ def _open(path: Path, file: IO[bytes]) -> _Recording:
     except ValueError as error:
         return _open_cut(path, file, error)
     metadata = [Metadata(name, entry) for name, entry in reader.metadata.items()]
-    offsets = _offsets(reader.messages([_CLOCK]))
     return _Recording(
-        path.stem, _clock_id(metadata), metadata, list(reader.attachments.values()), reader.messages(), offsets
+        path.stem,
+        _clock_id(metadata),
+        metadata,
+        list(reader.attachments.values()),
+        reader.messages(),
+        _offsets(reader.messages([_CLOCK])),
+        _sessions(reader.messages(_SESSIONS)),
     )
 
 
@@ -168,4 +199,6 @@ def _open_cut(path: Path, file: IO[bytes], why: ValueError) -> _Recording:
     if has_end(file) or cut.damaged_parts:
         log.warning("%s; left out", why)
     messages.sort(key=lambda entry: entry[2].log_time)
-    return _Recording(path.stem, _clock_id(metadata), metadata, attachments, messages, _offsets(messages))
+    return _Recording(
+        path.stem, _clock_id(metadata), metadata, attachments, messages, _offsets(messages), _sessions(messages)
+    )

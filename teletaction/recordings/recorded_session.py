@@ -33,10 +33,10 @@ class RecordedSession:
     def messages(self, streams: tuple[str, ...]) -> Iterator[tuple[str, str, int, bytes]]:
         """Yield stream, origin, time and payload of each message of `streams`, in order of time.
 
-        The time, ns, is that of the recording site's own clock.
+        The time, ns, is of the operator host's clock in a merged file, else of the recording host's.
         """
         for _, channel, message in self.reader.messages(streams):
-            yield channel.topic, channel.metadata.get(ORIGIN, ""), message.publish_time, message.data
+            yield channel.topic, channel.metadata.get(ORIGIN, ""), message.log_time, message.data
 
     def configuration(self, origin: str) -> dict[str, Any]:
         """Return the configuration that a recording was made with.

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from msgspec.structs import asdict
+from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
 from common.faults.texts import said_fault
@@ -17,6 +17,7 @@ from common.wire.messages import TOUCH_COLUMN, Touch
 from common.wire.packets import N
 from operator_site.recorded_rows import Rendered, Skin
 from remote_site.recorded_rows import Gate
+from teletaction.recordings.merge import ORIGIN
 from teletaction.recordings.recorded_rows import STREAMS, read
 
 Floats = NDArray[np.float64]
@@ -38,7 +39,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class SessionData:
-    """Series and events of one recording; times in s on the recording machine's monotonic clock.
+    """Series and events of one recording; times in s on the operator host's monotonic clock if it is merged.
 
     Attributes:
         touch: columns of the touch packets that the remote site sent, such as mode, contact_force_n and object_c.
@@ -49,11 +50,12 @@ class SessionData:
         skin: skin model of the operator site (felt_c, surface_c, flux_w_m2).
         thermal: for each finger, the results of the thermal identification over time.
         truth_events: events of the simulated world.
-        sent_events: events that the remote site sent.
+        sent_events: events that the remote site sent; `time_ns` is converted, too.
         played: events that were displayed to the operator.
         motor_switches: changes of a module's motor voltage.
         happenings: session events of each site, such as a fault and its reason.
         counts: number of messages of each stream.
+        leads_s: lead of the clock of each merged recording's host over the times here, s, at its last message.
     """
 
     touch: Series
@@ -69,6 +71,7 @@ class SessionData:
     motor_switches: list[dict[str, Any]]
     happenings: list[dict[str, Any]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
+    leads_s: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -80,6 +83,7 @@ class SessionData:
         """
         times: dict[str, list[float]] = defaultdict(list)
         entries: dict[str, list[Any]] = defaultdict(list)
+        leads_s: dict[str, float] = {}
         with path.open("rb") as file:
             reader = RecordingReader(path, file)
             for _, channel, message in reader.messages(STREAMS):
@@ -87,6 +91,10 @@ class SessionData:
                     entry = read(channel.topic, message.data)
                 except ValueError as error:
                     raise reader.damaged(channel.topic, message.log_time, error) from None
+                lead_ns = message.publish_time - message.log_time
+                leads_s[channel.metadata.get(ORIGIN, "")] = lead_ns * 1e-9
+                if channel.topic == "remote/event":
+                    entry = replace(entry, time_ns=entry.time_ns - lead_ns)
                 times[channel.topic].append(message.log_time * 1e-9)
                 entries[channel.topic].append(entry)
         counts = {stream: count for stream, count in reader.counts.items() if count}
@@ -117,6 +125,7 @@ class SessionData:
                 for t, happening in zip(times[f"{site}/session"], entries[f"{site}/session"], strict=True)
             ],
             counts=counts,
+            leads_s=leads_s,
         )
 
 

@@ -233,7 +233,7 @@ def contact_to_motor_s(data: SessionData) -> list[float]:
 def one_way_s(data: SessionData) -> list[float]:
     """Return the delays from a touch packet's source time to the sending of its rendering to the modules, s.
 
-    Both sites must run on one machine, with one clock.
+    For two hosts, each delay has the error of the offset between their clocks.
     """
     if not len(data.rendered) or not len(data.touch):
         return []

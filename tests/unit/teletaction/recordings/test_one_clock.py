@@ -1,5 +1,6 @@
 """Recordings of two hosts on one clock: how exact, what it states, and when it refuses."""
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -8,9 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from common.link.session_state import Happening
 from common.recording.reader import RecordingReader
 from common.recording.recorder import Recorder
 from operator_site.recorded_rows import Clock
+from teletaction.export.export import export
+from teletaction.recordings.incidents import incomplete_recordings
 from teletaction.recordings.merge import merge_recordings
 from teletaction.recordings.one_clock import ClockLine, TwoClocks
 from teletaction.recordings.session_data import SessionData
@@ -91,6 +95,48 @@ def test_the_report_states_offset_and_bound(hosts: SimpleNamespace) -> None:
     assert 0.0 < bound_s < 0.05
 
 
+def test_events_of_the_remote_site_meet_their_display_and_the_truth(hosts: SimpleNamespace) -> None:
+    data = SessionData.read(hosts.session)
+    sent_s = {event["ident"]: event["time_ns"] * 1e-9 for event in data.sent_events}
+    assert len(data.played) >= 2
+    for played in data.played:
+        assert 0.0 < played["time_s"] - sent_s[played["ident"]] < 0.3
+
+
+def test_the_time_at_which_the_remote_recording_stopped_is_converted(hosts: SimpleNamespace) -> None:
+    data = SessionData.read(hosts.session)
+    start_s = min(entry["time_s"] for entry in data.happenings)
+    stopped_ns = hosts.clock.now_ns(start_s + 5.0)
+    status = {"recording_failed": "disk full", "recording_lost": 3, "recording_failed_ns": stopped_ns}
+    (found,) = incomplete_recordings(data, {"remote": status})
+    assert found["time_s"] == pytest.approx(5.0, abs=0.05)
+
+
+@pytest.mark.exports
+def test_rerun_has_both_sites_on_one_monotonic_time_line(hosts: SimpleNamespace, tmp_path: Path) -> None:
+    from rerun.chunk import RrdReader
+
+    export(hosts.session, "rerun", tmp_path)
+    begins_s = {
+        str(chunk.entity_path): min(batch.column(batch.schema.names.index("monotonic")).cast("int64").to_pylist())
+        * 1e-9
+        for chunk in RrdReader(tmp_path / "session.rrd").stream().to_chunks()
+        if "monotonic" in (batch := chunk.to_record_batch()).schema.names
+    }
+    assert {"/remote/gate/x_m", "/operator/rendered/x_m"} <= begins_s.keys()
+    assert max(begins_s.values()) - min(begins_s.values()) < SESSION_S + PATIENCE_S
+
+
+def test_replay_states_times_on_the_one_clock(hosts: SimpleNamespace, tmp_path: Path) -> None:
+    replay(hosts.session, tmp_path)
+    lines = map(json.loads, (tmp_path / "identification.jsonl").read_text("utf-8").splitlines())
+    replayed_s = [line["time_s"] for line in lines if "event" in line]
+    with hosts.session.open("rb") as file:
+        start_s = RecordingReader(hosts.session, file).start_ns * 1e-9
+    recorded_s = [log_s - start_s for log_s, _ in times_s(hosts.session, "remote/event")]
+    np.testing.assert_allclose(replayed_s, recorded_s, atol=1e-6)
+
+
 def test_replay_uses_each_sites_own_clock(hosts: SimpleNamespace, tmp_path: Path) -> None:
     result = replay(hosts.session, tmp_path)
     for part in (*result["remote"].values(), *result["operator"].values()):
@@ -122,19 +168,20 @@ def test_without_a_measured_offset_nothing_is_merged() -> None:
         ClockLine.fit([(1, Clock(0, None, 0))])
 
 
-def recorded(path: Path, site: str, clock_id: str | None, offset_s: float | None = None) -> Path:
+def recorded(path: Path, site: str, clock_id: str | None, offset_s: float | None = None, session: int = 7) -> Path:
     facts = {} if clock_id is None else {"clock_id": clock_id}
-    with Recorder(path, {"operator/clock": Clock.schema(), f"{site}/note": {}}, facts) as recorder:
+    schemas = {"operator/clock": Clock.schema(), f"{site}/session": Happening.schema()}
+    with Recorder(path, schemas, facts) as recorder:
         for time_ns, row in rows(lambda _: offset_s or 0.0) if offset_s is not None else []:
             recorder.write("operator/clock", time_ns, row.pack())
-        recorder.write(f"{site}/note", 10**12, b"\xa2hi")
+        recorder.write(f"{site}/session", 10**12, Happening("connected", session, "", None).pack())
     return path
 
 
 def test_two_hosts_without_the_operators_recording_are_refused(tmp_path: Path) -> None:
     remote, other = recorded(tmp_path / "remote.mcap", "remote", "a"), recorded(tmp_path / "x.mcap", "remote", "b")
     said = one_line(command("report", remote, other, "--out", tmp_path / "report.html"), 2)
-    assert "recorded on 2 hosts" in said
+    assert "recorded on 2 hosts, or on one that was restarted" in said
     assert not (tmp_path / "report.html").exists()
 
 
@@ -143,6 +190,31 @@ def test_recordings_of_another_session_are_refused(tmp_path: Path) -> None:
     with pytest.raises(TwoClocks, match="3 hosts"):
         merge_recordings(third, tmp_path / "session.mcap")
     assert not (tmp_path / "session.mcap").exists()
+
+
+@pytest.mark.parametrize(("session", "refused"), [(7, False), (8, True)])
+def test_a_recording_of_another_session_on_the_remote_host_is_refused(
+    session: int, refused: bool, tmp_path: Path
+) -> None:
+    files = [
+        recorded(tmp_path / "remote.mcap", "remote", "a", session=session),
+        recorded(tmp_path / "operator.mcap", "operator", "b", 60.0),
+    ]
+    if refused:
+        with pytest.raises(TwoClocks, match="different sessions"):
+            merge_recordings(files, tmp_path / "session.mcap")
+    else:
+        assert merge_recordings(files, tmp_path / "session.mcap")["remote/session"] == 1
+
+
+def test_what_is_older_than_the_operators_host_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    files = [
+        recorded(tmp_path / "remote.mcap", "remote", "a"),
+        recorded(tmp_path / "operator.mcap", "operator", "b", 3660.0),
+    ]
+    counts = merge_recordings(files, tmp_path / "session.mcap")
+    assert counts == {"operator/session": 1, "operator/clock": 200}
+    assert "remote: 1 messages are older" in caplog.text
 
 
 @pytest.mark.parametrize(("offset_s", "refused"), [(3660.0, True), (0.0, False)])
