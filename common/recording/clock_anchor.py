@@ -3,7 +3,6 @@
 A step of the wall clock during the session changes no recorded time.
 """
 
-import os
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -70,15 +69,17 @@ class ClockAnchor(NamedTuple):
 
 
 def clock_id() -> str:
-    """Return the identifier of this process's monotonic clock: run of the host and time namespace.
+    """Return the identifier of this process's monotonic clock: run of the host, and offsets of the time namespace.
 
-    It is empty where the system gives none.
+    It is empty where the system gives none. The number of a time namespace does not identify it: a later one may get
+    the same number.
     """
     boot = boot_id()
     try:
-        return f"{boot} {os.readlink('/proc/self/ns/time')}" if boot else ""
+        offsets = Path("/proc/self/timens_offsets").read_text("ascii").split()
     except OSError:
         return ""
+    return " ".join((boot, *offsets)) if boot else ""
 
 
 def boot_id() -> str:
