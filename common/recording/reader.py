@@ -22,6 +22,11 @@ from mcap.records import (
 
 from common.recording.mcap_records import LONGEST_RECORD_BYTES, MAGIC, Entry, Unreadable, check_chunk, entries, parse
 from common.recording.truncated_mcap import has_end
+from common.version import software_version
+from common.wire.packets import BadPacket, Packet, WrongVersion
+
+_PACKETS = ("remote/touch", "operator/touch", "remote/motion", "operator/motion")
+"""Streams of packets, as they are on the wire."""
 
 
 class DamagedRecording(ValueError):
@@ -86,10 +91,26 @@ class RecordingReader:
                 return
             yield item
 
-    def damaged(self, stream: str, time_ns: int, why: object) -> DamagedRecording:
-        """Return the error of a message whose content does not fit its stream."""
+    def damaged(self, stream: str, time_ns: int, why: object) -> ValueError:
+        """Return the error of a message whose content does not fit its stream: of another version, or damaged."""
+        version = next((facts["version"] for facts in self.metadata.values() if "version" in facts), None)
+        if version not in (None, software_version()) and (schema := self._other_schema()):
+            return ValueError(f"{self.path}: recorded by version {version}: {schema}; open it with that version")
         at_s = (time_ns - self.start_ns) * 1e-9
         return DamagedRecording(self.path, f"{stream} at {at_s:.3f} s: {' '.join(str(why).split())}")
+
+    def _other_schema(self) -> str:
+        """Describe the schema version of the recorded packets if it is not this program's; empty otherwise."""
+        first = next(self.messages(_PACKETS), None)
+        if first is None:
+            return ""
+        try:
+            Packet.decode(first[2].data)
+        except WrongVersion as error:
+            return str(error)
+        except BadPacket:  # it is longer than the header alone
+            return ""
+        return ""
 
 
 class _Checked:
