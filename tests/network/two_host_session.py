@@ -1,0 +1,141 @@
+"""Runs a whole session on two hosts whose clocks differ by an hour and drift apart.
+
+The remote site has a network namespace, a time namespace and a drifting clock. Simulated devices keep the machine's
+clock, and so does the operator site. The true time of all that the remote site records is therefore known.
+"""
+
+import os
+import signal
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from common.config.file import load_config, to_toml
+from common.config.models import OperatorConfig, RemoteConfig
+from robustness.fault_session import read_figures
+from teletaction.session.demo_files import DemoOptions, prepare
+from tests.network.two_hosts import REMOTE, Host, Program, two_hosts
+from tests.waiting import wait_until
+
+LEAD_S = 3600
+"""Lead of the remote host's clock when its site starts, s."""
+DRIFT = 50e-6
+"""Relative rate by which the remote host's clock is fast, s/s."""
+SECONDS = 8.0
+"""Duration of the exploration, s."""
+FINGERS = 2
+JITTER_MS = 1.0
+"""Standard deviation of a packet's delay, ms."""
+_PATIENCE_S = 60.0
+
+
+class Delays(NamedTuple):
+    """Mean delay of the packets that arrive at each host, ms."""
+
+    to_remote_ms: float
+    to_operator_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class RemoteClock:
+    """Clock of the remote host.
+
+    Attributes:
+        start_ns: reading at which its drift began, ns.
+    """
+
+    start_ns: int
+
+    def true_ns(self, remote_ns: int) -> int:
+        """Convert a reading to the machine's monotonic clock, ns."""
+        ran_ns = remote_ns - self.start_ns
+        return remote_ns - round(ran_ns * DRIFT / (1.0 + DRIFT)) - LEAD_S * 10**9
+
+
+class TwoHostSession:
+    """The four processes of a session, which end with `ends`."""
+
+    def __init__(self, ends: ExitStack, out: Path, delays: Delays, step_s: float = 0.0):
+        """Start the session.
+
+        Args:
+            ends: ends the processes and the hosts.
+            out: folder for the files of the session.
+            delays: delays of the network between the hosts.
+            step_s: step of both sites' wall clocks in `step_wall_clocks`, s.
+        """
+        self.out = out
+        self._step_s = step_s
+        self._files = _on_two_hosts(prepare(DemoOptions(seconds=SECONDS, fingers=FINGERS), out))
+        self._hosts = ends.enter_context(two_hosts())
+        self._hosts.remote.impair(delays.to_remote_ms, JITTER_MS, 0.0)
+        self._hosts.operator.impair(delays.to_operator_ms, JITTER_MS, 0.0)
+        self._programs: dict[str, Program] = {}
+        self._pids: dict[str, int] = {}
+        self._start(self._hosts.remote, "sim-remote")
+        self._start(self._hosts.operator, "sim-operator")
+        self.remote_clock = self.boot_remote(LEAD_S)
+        self._start(self._hosts.operator, "operator")
+
+    def boot_remote(self, lead_s: int) -> RemoteClock:
+        """Start the remote site on a host whose clock is ahead by `lead_s` (s); an earlier one ends first."""
+        if "remote" in self._programs:
+            self._programs["remote"].end()
+        boot = ("unshare", "--time", "--kill-child", "--monotonic", str(lead_s), "--boottime", str(lead_s))
+        return RemoteClock(self._start(self._hosts.remote, "remote", boot, DRIFT))
+
+    def wait_for_script(self, script_s: float) -> None:
+        """Wait until the hand has explored for a time, s."""
+        wait_until(lambda: (self._hand().get("script_s") or 0.0) >= script_s, "no exploration", _PATIENCE_S)
+
+    def wait_for_connection(self) -> None:
+        """Wait until the remote site is connected to the operator site."""
+
+        def connected() -> bool:
+            return read_figures(self.out, "remote").get("state") in ("connected", "engaging", "engaged")
+
+        wait_until(connected, "the remote site is not connected", _PATIENCE_S)
+
+    def finish(self) -> None:
+        """Wait for the end of the exploration, and end all processes."""
+        wait_until(lambda: self._hand().get("finished"), "the exploration does not end", _PATIENCE_S)
+        self.end()
+
+    def end(self) -> None:
+        """End all processes; their recordings and status files are then complete."""
+        for program in reversed(self._programs.values()):
+            program.end()
+
+    def step_wall_clocks(self) -> list[int]:
+        """Step the wall clock of each site; return by how much each lead over the monotonic clock changed, ns."""
+        changed_ns = []
+        for site in ("remote", "operator"):
+            os.kill(self._pids[site], signal.SIGUSR1)
+            before_ns, after_ns = map(int, self._programs[site].hear().split())
+            changed_ns.append(after_ns - before_ns)
+        return changed_ns
+
+    def _hand(self) -> dict[str, object]:
+        return read_figures(self.out, "sim-operator")
+
+    def _start(self, host: Host, name: str, boot: tuple[str, ...] = (), drift: float = 0.0) -> int:
+        """Start a process; return its monotonic clock at the start, ns."""
+        run = (sys.executable, "-m", "tests.network.host_process", str(drift), str(self._step_s))
+        program = host.start(*boot, *run, name, "--config", str(self._files[name]))
+        self._programs[name] = program
+        self._pids[name], start_ns = map(int, program.hear().split())
+        return start_ns
+
+
+def _on_two_hosts(files: dict[str, Path]) -> dict[str, Path]:
+    """Move the link of a session's configurations from this machine to the two hosts."""
+    _set_link(files["remote"], load_config(files["remote"], RemoteConfig), bind=REMOTE)
+    _set_link(files["operator"], load_config(files["operator"], OperatorConfig), host=REMOTE)
+    return files
+
+
+def _set_link(file: Path, config: RemoteConfig | OperatorConfig, **fields: str) -> None:
+    link = config.link.model_copy(update=fields)
+    file.write_text(to_toml(config.model_copy(update={"link": link})), "utf-8")
