@@ -30,16 +30,19 @@ NOT_JUDGED = "not judged: "
 _LEAST_S = 0.004
 _WATCH = """
 import select, sys, time
-then_s = time.monotonic()
+stalls, then_s = [], time.monotonic()
 while True:
     asked = bool(select.select([sys.stdin], [], [], 0.002)[0])
     now_s = time.monotonic()
     if now_s - then_s > float(sys.argv[1]):
-        print(then_s, now_s)
+        stalls.append((then_s, now_s))
     then_s = now_s
     if asked:
         if not sys.stdin.readline():
             break
+        for stall in stalls:
+            print(*stall)
+        stalls.clear()
         print("now", flush=True)
 """
 

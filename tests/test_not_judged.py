@@ -1,12 +1,14 @@
 """A few failures beside a standstill of the machine are not judged; all others are failures."""
 
+import select
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.not_judged import MOST
+from tests import not_judged
+from tests.not_judged import MOST, Watch
 
 INNER = """
 import os, signal, time
@@ -142,3 +144,15 @@ def test_many_unjudged_tests_fail_the_run(tmp_path: Path) -> None:
     code, said = run(tmp_path, tests)
     assert code == 1
     assert f"{MOST + 1} skipped" in said
+
+
+def test_the_watch_keeps_what_it_notes_until_it_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A watch that writes at once waits for its reader when the pipe is full, and takes this for a standstill."""
+    monkeypatch.setattr(not_judged, "_LEAST_S", 0.0)  # each wake-up is noted
+    watch = Watch()
+    try:
+        assert watch.process.stdout is not None
+        assert select.select([watch.process.stdout], [], [], 2.0)[0] == []
+        assert watch.longest_s(0.0) > 0.0
+    finally:
+        watch.end()
