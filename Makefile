@@ -29,7 +29,7 @@ help:
 	@echo "make faults      every fault of the table, on the test bed where that can show it; writes docs/faults.md (FAULTS=real: all in real time)"
 	@echo "make everything  all that takes longer, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
-	@echo "make exports     exported recordings as pandas, pyarrow, Rerun and DICOM tools read them (downloads 500 MB)"
+	@echo "make exports     exported recordings and live outlets as other tools read them (downloads 500 MB)"
 	@echo "make examples    every script and notebook of examples/ (downloads 100 MB); NOTEBOOKS=examples/notebooks keeps their output"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
@@ -163,7 +163,7 @@ dask: $(READY)
 .PHONY: exports
 exports: $(READY)
 	$(LOCKED) locks/exports.txt
-	$(BIN)/pytest -m exports tests/unit/teletaction tests/packaging
+	$(BIN)/pytest -m exports tests/unit/teletaction tests/packaging tests/system/test_outlet.py
 
 .PHONY: examples
 examples: $(READY)
@@ -210,7 +210,7 @@ COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --system-
 HASHED := $(COMPILE) --generate-hashes -c constraints.txt
 TOOLS := docs browser mutants examples supply
 # Large packages, which only exports need: a lock of their own.
-EXPORTS := dicom pandas parquet rerun
+EXPORTS := dicom pandas parquet rerun foxglove lsl
 .PHONY: lock
 lock: $(READY)
 	$(LOCKED) locks/supply.txt

@@ -21,6 +21,7 @@ from teletaction.commands import (
     identify,
     keys,
     metrics,
+    outlet,
     processes,
     recordings,
     render,
@@ -80,6 +81,7 @@ def _options(
 for module in (
     demo,
     processes,
+    outlet,
     recordings,
     doctor,
     conformance,

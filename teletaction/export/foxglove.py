@@ -16,6 +16,18 @@ from teletaction.export.topics import TOPICS
 
 LAYOUT = Path(__file__).with_name("foxglove_layout.json")
 """Panels that show a session: forces, temperatures, motors, modes, materials, maps and events."""
+LOG_NAME = "foxglove.Log"
+"""Name of the schema of log entries, which Foxglove knows."""
+
+
+def schema_name(topic: str) -> str:
+    """Return the name of a stream's schema, such as `teletaction.remote/touch`."""
+    return f"teletaction.{topic}"
+
+
+def encoded(fields: Named) -> bytes:
+    """Return a message as JSON. A field of unknown value is left out."""
+    return json.dumps(_present(fields), allow_nan=False, separators=(",", ":")).encode()
 
 
 def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
@@ -40,9 +52,9 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
         for name, facts in recording.facts.items():
             writer.add_metadata(name, facts)
         channels = {topic: _register(writer, topic, TOPICS[topic].schema) for topic in recording.topics}
-        log = _register(writer, "log", LOG_SCHEMA, name="foxglove.Log")
+        log = _register(writer, "log", LOG_SCHEMA, name=LOG_NAME)
         for message in recording.messages():
-            _add(writer, channels[message.topic], message, _present(message.fields))
+            _add(writer, channels[message.topic], message, message.fields)
             counts[message.topic] = counts.get(message.topic, 0) + 1
             if (entry := log_entry(message)) is not None:
                 _add(writer, log, message, entry)
@@ -56,13 +68,12 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
 
 
 def _register(writer: Writer, topic: str, schema: Schema, name: str | None = None) -> int:
-    number = writer.register_schema(name or f"teletaction.{topic}", "jsonschema", json.dumps(schema).encode())
+    number = writer.register_schema(name or schema_name(topic), "jsonschema", json.dumps(schema).encode())
     return writer.register_channel(f"/{topic}", "json", number)
 
 
 def _add(writer: Writer, channel: int, message: NamedMessage, fields: Named) -> None:
-    data = json.dumps(fields, allow_nan=False, separators=(",", ":")).encode()
-    writer.add_message(channel, message.wall_ns, data, message.monotonic_ns)
+    writer.add_message(channel, message.wall_ns, encoded(fields), message.monotonic_ns)
 
 
 def _present(value: Any) -> Any:

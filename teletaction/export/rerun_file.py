@@ -1,17 +1,16 @@
-"""Writes a recording for Rerun: every number as a curve on a wall-clock and a monotonic time line."""
+"""Writes named messages for Rerun: every number as a curve on a wall-clock and a monotonic time line."""
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import rerun as rr
 
 from teletaction.export.columns import columns_of, row_of
 from teletaction.export.log_entries import log_entry
-from teletaction.export.named_recording import NamedRecording
+from teletaction.export.named_recording import NamedMessage, NamedRecording
 
 _LEVELS = {2: rr.TextLogLevel.INFO, 3: rr.TextLogLevel.WARN, 4: rr.TextLogLevel.ERROR}
 _GROUP = 20_000
@@ -31,23 +30,40 @@ def write_rerun(recording: NamedRecording, out: Path) -> dict[str, int]:
     counts = dict.fromkeys(recording.topics, 0)
     with rr.RecordingStream("teletaction", recording_id=recording.path.stem) as stream:
         stream.save(out / "session.rrd")
-        waiting = {topic: _Curves(stream, topic) for topic in recording.topics}
+        curves = Curves(stream, recording.topics)
         ahead_ns = recording.anchor.wall_time_ns(0)
         for message in recording.messages():
             counts[message.topic] += 1
-            monotonic_ns = message.wall_ns - ahead_ns  # one clock for both sites, unlike the message's own
-            waiting[message.topic].add(message.wall_ns, monotonic_ns, row_of(message.topic, message.fields))
-            if (entry := log_entry(message)) is not None:
-                stream.set_time("time", timestamp=np.datetime64(message.wall_ns, "ns"))
-                stream.set_time("monotonic", duration=np.timedelta64(monotonic_ns, "ns"))
-                stream.log("log", rr.TextLog(entry["message"], level=_LEVELS[entry["level"]]))
-        for curves in waiting.values():
-            curves.write()
+            # One clock for both sites, unlike the message's own.
+            curves.add(message._replace(monotonic_ns=message.wall_ns - ahead_ns))
+        curves.write()
     return counts
 
 
-class _Curves:
-    """The numbers of one stream; they are written in groups."""
+class Curves:
+    """Writes the numbers of messages to a Rerun stream in groups, and entries of the log at once."""
+
+    def __init__(self, stream: rr.RecordingStream, topics: Iterable[str]):
+        """Write messages of these topics to `stream`."""
+        self._stream = stream
+        self._waiting = {topic: _TopicCurves(stream, topic) for topic in topics}
+
+    def add(self, message: NamedMessage) -> None:
+        """Add one message."""
+        self._waiting[message.topic].add(message)
+        if (entry := log_entry(message)) is not None:
+            self._stream.set_time("time", timestamp=np.datetime64(message.wall_ns, "ns"))
+            self._stream.set_time("monotonic", duration=np.timedelta64(message.monotonic_ns, "ns"))
+            self._stream.log("log", rr.TextLog(entry["message"], level=_LEVELS[entry["level"]]))
+
+    def write(self) -> None:
+        """Write the numbers that were added. An unknown value makes no point."""
+        for curves in self._waiting.values():
+            curves.write()
+
+
+class _TopicCurves:
+    """The numbers of one stream."""
 
     def __init__(self, stream: rr.RecordingStream, topic: str):
         self._stream = stream
@@ -59,16 +75,15 @@ class _Curves:
         self._times: list[tuple[int, int]] = []
         self._values: dict[str, list[float]] = defaultdict(list)
 
-    def add(self, wall_ns: int, monotonic_ns: int, row: Mapping[str, Any]) -> None:
-        """Add one message."""
-        self._times.append((wall_ns, monotonic_ns))
+    def add(self, message: NamedMessage) -> None:
+        self._times.append((message.wall_ns, message.monotonic_ns))
+        row = row_of(message.topic, message.fields)
         for name in self._path:
             self._values[name].append(math.nan if row[name] is None else float(row[name]))
         if len(self._times) >= _GROUP:
             self.write()
 
     def write(self) -> None:
-        """Write what was added. An unknown value makes no point."""
         wall_ns, monotonic_ns = np.array(self._times, dtype=np.int64).reshape(-1, 2).T
         for name, path in self._path.items():
             values = np.array(self._values[name])
