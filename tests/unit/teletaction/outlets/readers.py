@@ -6,6 +6,7 @@ import signal
 import struct
 import subprocess
 import threading
+import warnings
 from abc import ABC, abstractmethod
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
@@ -23,7 +24,27 @@ from tests.waiting import wait_until
 
 NUMBERS = ("number", "integer", "boolean")
 PATIENCE_S = 20.0
-LSL_SETTINGS = "[multicast]\nResolveScope = machine\nAddressesOverride = {127.0.0.1}\n[log]\nlevel = -2\n"
+EVERY_S = 0.1
+"""Between two looks at a file, s."""
+LSL_SETTINGS = """
+[ports]
+IPv6 = disable
+[multicast]
+ResolveScope = machine
+AddressesOverride = {127.0.0.1}
+[lab]
+KnownPeers = {127.0.0.1}
+[log]
+level = -2
+"""
+"""Settings with which LSL sends to this machine only, and logs errors only."""
+
+_TYPES = {topic: {each["type"] for each in columns_of(topic).values()} for topic in FED_TOPICS}
+LSL_NAMES = {
+    topic: [topic] * bool(types & {*NUMBERS}) + [f"{topic}/text"] * bool(types - {*NUMBERS})
+    for topic, types in _TYPES.items()
+}
+"""Names of the LSL streams of each topic: of its numbers, and of its texts."""
 
 
 def numbers(topic: str, fields: dict[str, Any]) -> dict[str, float]:
@@ -62,6 +83,8 @@ class Reader(ABC):
 
     wall_clock = True
     """Whether times are of the wall clock; else of the monotonic one."""
+    topics = frozenset(FED_TOPICS)
+    """Topics whose messages it counts."""
 
     def __init__(self) -> None:
         self.received = Received()
@@ -151,22 +174,44 @@ class FoxgloveReader(Reader):
 class RerunReader(Reader):
     """Rerun's own command, which stores what a viewer would show."""
 
+    topics = frozenset(
+        topic for topic in FED_TOPICS if any(each["type"] in NUMBERS for each in columns_of(topic).values())
+    )
+
     def __init__(self, address: str, folder: Path) -> None:
         import rerun_cli
 
         super().__init__()
-        self.stored = folder / "stored.rrd"
-        words = [Path(rerun_cli.__file__).with_name("rerun"), "--save", self.stored, address]
+        self._file = folder / "stored.rrd"
+        words = [Path(rerun_cli.__file__).with_name("rerun"), "--save", self._file, address]
+        # It also listens itself.
+        words += ["--bind", "127.0.0.1", "--port", "0"]
         environment = os.environ | {"DO_NOT_TRACK": "1"}
         self._process = subprocess.Popen(words, env=environment, stderr=subprocess.DEVNULL)
+        wait_until(self._read, "no connection", PATIENCE_S, EVERY_S)
+
+    def _read(self) -> bool:
+        """Read the file; whether the recording has begun in it."""
+        try:
+            chunks = rerun_chunks(self._file)
+        except (OSError, ValueError):
+            return False  # It has no whole message yet.
+        self.received = from_rerun(chunks)
+        return bool(chunks)
 
     def until(self, counts: Mapping[str, int]) -> None:
-        """Rerun shows nothing while it stores."""
+        """An outlet sends groups: the last one is complete at its end."""
 
     def finish(self, counts: Mapping[str, int], outlet: Outlet) -> Received:
         outlet.close()
-        assert self._process.wait(PATIENCE_S) == 0
-        return stored(self.stored)
+        wanted = Counter({topic: count for topic, count in counts.items() if topic in self.topics})
+        wait_until(
+            lambda: self._read() and self.received.counts >= wanted,
+            lambda: f"{self.received.counts} of {wanted}",
+            PATIENCE_S,
+            EVERY_S,
+        )
+        return self.received
 
     def stall(self) -> None:
         self._process.send_signal(signal.SIGSTOP)
@@ -176,33 +221,39 @@ class RerunReader(Reader):
         self._process.wait()
 
 
-def stored(path: Path) -> Received:
-    """What a file of Rerun has."""
+def rerun_chunks(path: Path) -> list[Any]:
+    """Read all chunks of a file of Rerun, which may still be written."""
     from rerun.chunk import RrdReader
 
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "RRD file has no footer")
+        return list(RrdReader(path).stream().to_chunks())
+
+
+def from_rerun(chunks: list[Any]) -> Received:
+    """The curves and texts of chunks."""
     found = Received()
     points: dict[str, list[tuple[int, float]]] = defaultdict(list)
     texts: list[tuple[int, str]] = []
-    for chunk in RrdReader(path).stream().to_chunks():
+    for chunk in chunks:
         batch = chunk.to_record_batch()
         columns = dict(zip(batch.schema.names, batch.columns, strict=True))
         if "time" not in columns:
             continue
-        times = columns["time"].cast("int64").to_pylist()
+        times_ns = columns["time"].cast("int64").to_pylist()
         for name, column in columns.items():
-            cells = [cell[0] for cell in column.to_pylist()] if ":" in name else []
             if name.endswith("Scalars:scalars"):
-                points[str(chunk.entity_path).removeprefix("/")] += zip(times, cells, strict=True)
+                cells = [cell[0] for cell in column.to_pylist()]
+                points[str(chunk.entity_path).removeprefix("/")] += zip(times_ns, cells, strict=True)
             elif name.endswith("TextLog:text"):
-                texts += zip(times, cells, strict=True)
-    for path_, values in points.items():
-        values.sort()
-        found.curves[path_] = [value for _, value in values]
-        topic = next(topic for topic in FED_TOPICS if path_.startswith(f"{topic}/"))
-        times_ns = [time_ns for time_ns, _ in values]
-        found.times_ns[topic] = max(found.times_ns[topic], times_ns, key=len)
+                texts += zip(times_ns, (cell[0] for cell in column.to_pylist()), strict=True)
+    for path, values in points.items():
+        values.sort(key=lambda point: point[0])
+        found.curves[path] = [value for _, value in values]
+        topic = next(topic for topic in FED_TOPICS if path.startswith(f"{topic}/"))
+        found.times_ns[topic] = max(found.times_ns[topic], [time_ns for time_ns, _ in values], key=len)
         found.counts[topic] = len(found.times_ns[topic])
-    found.log = [text for _, text in sorted(texts)]
+    found.log = [text for _, text in sorted(texts, key=lambda text: text[0])]
     return found
 
 
@@ -215,16 +266,10 @@ class LslReader(Reader):
         import pylsl
 
         super().__init__()
-        names = [name for topic in FED_TOPICS for name in (topic, f"{topic}/text")] + ["log"]
-        found: dict[str, Any] = {}
-
-        def announced() -> bool:
-            for info in pylsl.resolve_streams(0.5):
-                if info.source_id().startswith(site):
-                    found[info.name()] = info
-            return "log" in found and all(topic in found or f"{topic}/text" in found for topic in FED_TOPICS)
-
-        wait_until(announced, lambda: f"of {names}: {sorted(found)}", PATIENCE_S)
+        names = {name for topic in FED_TOPICS for name in LSL_NAMES[topic]} | {"log"}
+        infos = pylsl.resolve_bypred(f"starts-with(source_id,'{site} ')", len(names), PATIENCE_S)
+        found = {info.name(): info for info in infos}
+        assert found.keys() == names
         self.inlets = {name: pylsl.StreamInlet(info, recover=False) for name, info in found.items()}
         for inlet in self.inlets.values():
             inlet.open_stream(PATIENCE_S)
@@ -238,7 +283,7 @@ class LslReader(Reader):
 
     def finish(self, counts: Mapping[str, int], outlet: Outlet) -> Received:
         for topic, count in counts.items():
-            stream = topic if topic in self.inlets else f"{topic}/text"
+            stream = LSL_NAMES[topic][0]
             samples, times_s = self._samples(stream, count)
             self.received.counts[topic] = len(samples)
             self.received.times_ns[topic] = [round(time_s * 1e9) for time_s in times_s]
