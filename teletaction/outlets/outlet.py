@@ -23,7 +23,7 @@ _LOOK_MS = 100
 """Longest wait for the feed, ms; a signal is noticed within it."""
 _REPORT_S = 10.0
 """Interval between two reports of lost messages, s."""
-_NICE = 10
+_NICE = 5
 """Steps by which this process gives way to the sites and the console."""
 
 

@@ -30,6 +30,7 @@ class RerunServer:
         self._stream.set_sinks(server)
         self._stream.send_recording_name(f"live session of {place.site}")
         self._curves = Curves(self._stream, FED_TOPICS)
+        rr.TextLog("")  # The first text loads parts of the library, which takes a second: better before the feed.
         self._sent_ns = 0
 
     def offer(self, messages: Sequence[NamedMessage]) -> None:

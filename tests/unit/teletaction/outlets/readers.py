@@ -35,9 +35,9 @@ AddressesOverride = {127.0.0.1}
 [lab]
 KnownPeers = {127.0.0.1}
 [log]
-level = -2
+level = -3
 """
-"""Settings with which LSL sends to this machine only, and logs errors only."""
+"""Settings with which LSL sends to this machine only, and logs nothing but its end."""
 
 _TYPES = {topic: {each["type"] for each in columns_of(topic).values()} for topic in FED_TOPICS}
 LSL_NAMES = {
@@ -188,14 +188,18 @@ class RerunReader(Reader):
         words += ["--bind", "127.0.0.1", "--port", "0"]
         environment = os.environ | {"DO_NOT_TRACK": "1"}
         self._process = subprocess.Popen(words, env=environment, stderr=subprocess.DEVNULL)
-        wait_until(self._read, "no connection", PATIENCE_S, EVERY_S)
+        try:
+            wait_until(self._read, "no connection", PATIENCE_S, EVERY_S)
+        except AssertionError:
+            self.__exit__()
+            raise
 
     def _read(self) -> bool:
         """Read the file; whether the recording has begun in it."""
         try:
             chunks = rerun_chunks(self._file)
-        except (OSError, ValueError):
-            return False  # It has no whole message yet.
+        except (OSError, RuntimeError):
+            return False  # Its last message is not whole yet.
         self.received = from_rerun(chunks)
         return bool(chunks)
 
