@@ -126,7 +126,9 @@ def _pass_on(feed: FeedReader, live: LiveMessages, detached: Detached, stop: Cal
     while not stop():
         feed.socket.poll(_LOOK_MS)
         with contained.step("feed", latches=False):
-            if messages := live.take(time.monotonic_ns(), list(feed.receive())):
+            fed = list(feed.receive())
+            here_ns = time.monotonic_ns()  # read last: an earlier time would look like a lead of the site's clock
+            if messages := live.take(here_ns, fed):
                 detached.offer(messages)
         if not report(time.monotonic()):
             continue
