@@ -21,8 +21,8 @@ log = logging.getLogger(__name__)
 
 _LOOK_MS = 100
 """Longest wait for the feed, ms; a signal is noticed within it."""
-_REPORT_S = 10.0
-"""Interval between two reports of lost messages, s."""
+REPORT_S = 10.0
+"""Interval between two reports, s."""
 _NICE = 5
 """Steps by which this process gives way to the sites and the console."""
 
@@ -115,14 +115,16 @@ def run_outlet(
         feed = FeedReader(config.feed_port, keys)
         opened.callback(feed.close)
         log.info("%s: %s; it reads the feed at port %d", to, outlet.address, config.feed_port)
-        _pass_on(feed, live, detached, stop)
-    log.info("sent %d messages; %s", live.counts.total() - detached.dropped, _lost(live, detached))
+        reports = Reports(live, detached)
+        _pass_on(feed, live, detached, reports, stop)
+    log.info("sent %d messages; %s", live.counts.total() - detached.dropped, reports.losses)
 
 
-def _pass_on(feed: FeedReader, live: LiveMessages, detached: Detached, stop: Callable[[], bool]) -> None:
-    contained, report = Containment(), Interval(_REPORT_S)
-    reported, heard = _lost(live, detached), 0
-    report(time.monotonic())
+def _pass_on(
+    feed: FeedReader, live: LiveMessages, detached: Detached, reports: "Reports", stop: Callable[[], bool]
+) -> None:
+    contained, report_due = Containment(), Interval(REPORT_S)
+    report_due(time.monotonic())
     while not stop():
         feed.socket.poll(_LOOK_MS)
         with contained.step("feed", latches=False):
@@ -130,15 +132,31 @@ def _pass_on(feed: FeedReader, live: LiveMessages, detached: Detached, stop: Cal
             here_ns = time.monotonic_ns()  # read last: an earlier time would look like a lead of the site's clock
             if messages := live.take(here_ns, fed):
                 detached.offer(messages)
-        if not report(time.monotonic()):
-            continue
-        if (lost := _lost(live, detached)) != reported:
-            reported = lost
-            log.warning("%s", lost)
-        if live.counts.total() == heard:
-            log.warning("no message from the operator site for %g s", _REPORT_S)
-        heard = live.counts.total()
+        if report_due(time.monotonic()):
+            reports.step()
 
 
-def _lost(live: LiveMessages, detached: Detached) -> str:
-    return f"{detached.dropped} dropped because the tool was behind, {live.damaged} unreadable"
+class Reports:
+    """Logs losses and silence, each time they are new."""
+
+    def __init__(self, live: LiveMessages, detached: Detached):
+        """Begin before the first message."""
+        self._live, self._detached = live, detached
+        self._reported = self.losses
+        self._heard, self._silent = 0, False
+
+    @property
+    def losses(self) -> str:
+        """Number of messages that did not reach the tool, in words."""
+        return f"{self._detached.dropped} dropped because the tool was behind, {self._live.damaged} unreadable"
+
+    def step(self) -> None:
+        """Report what is new since the last call, REPORT_S ago."""
+        if (losses := self.losses) != self._reported:
+            self._reported = losses
+            log.warning("%s", losses)
+        heard = self._live.counts.total()
+        silent, self._heard = heard == self._heard, heard
+        if silent and not self._silent:
+            log.warning("no message from the operator site for %g s: is it running?", REPORT_S)
+        self._silent = silent

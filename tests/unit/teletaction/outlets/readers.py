@@ -198,7 +198,7 @@ class RerunReader(Reader):
         """Read the file; whether the recording has begun in it."""
         try:
             chunks = rerun_chunks(self._file)
-        except (OSError, RuntimeError):
+        except (OSError, RuntimeError, ValueError):
             return False  # Its last message is not whole yet.
         self.received = from_rerun(chunks)
         return bool(chunks)

@@ -2,11 +2,13 @@
 
 import socket
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from teletaction.outlets import outlet
-from teletaction.outlets.outlet import TOOLS, Tool, chosen_place
+from teletaction.outlets.live_messages import LiveMessages
+from teletaction.outlets.outlet import TOOLS, Reports, Tool, chosen_place
 from teletaction.outlets.place import Place
 from tests.commands import command, one_line
 
@@ -78,3 +80,23 @@ def test_a_place_is_loopback_or_has_consent(host: str | None, consent: bool, lis
 
 def test_lsl_has_no_place_of_its_own() -> None:
     assert chosen_place("lsl", SITE, None, None, open_to_network=True) == Place(SITE)
+
+
+def test_losses_and_silence_are_logged_when_they_are_new(caplog: pytest.LogCaptureFixture) -> None:
+    live = LiveMessages()
+    detached = SimpleNamespace(dropped=0)
+    reports = Reports(live, detached)
+
+    def logged() -> list[str]:
+        caplog.clear()
+        reports.step()
+        return [record.getMessage() for record in caplog.records]
+
+    assert logged() == ["no message from the operator site for 10 s: is it running?"]
+    assert logged() == []
+    live.counts["operator/clock"] += 1
+    assert logged() == []
+    detached.dropped, live.damaged = 3, 1
+    live.counts["operator/clock"] += 1
+    assert logged() == ["3 dropped because the tool was behind, 1 unreadable"]
+    assert len(logged()) == 1, "it is silent again"
