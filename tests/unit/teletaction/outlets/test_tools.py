@@ -4,6 +4,8 @@ import json
 import os
 import socket
 import struct
+import subprocess
+import sys
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
@@ -174,3 +176,19 @@ def test_a_reader_that_stops_reading_delays_nobody(
             counts = offer(outlet, exported, reader)
             received = reader.finish(counts, outlet)
             assert all(received.counts[topic] >= counts[topic] for topic in counts.keys() & reader.topics)
+
+
+def test_a_missing_library_of_lsl_is_one_line(tmp_path: Path, configs: dict[str, Path]) -> None:
+    broken = tmp_path / "liblsl.so"
+    broken.write_text("no library", "utf-8")
+    words = [sys.executable, "-m", "teletaction", "outlet", "--to", "lsl", "--open-to-network"]
+    ended = subprocess.run(
+        [*words, "--config", str(configs["operator"])],
+        env=os.environ | {"PYLSL_LIB": str(broken)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ended.returncode == 2
+    assert ended.stderr.splitlines()[-1].startswith("teletaction: needs liblsl")
