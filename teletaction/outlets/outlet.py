@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import import_module
 
-from common.config import OperatorConfig
+from common.config.models import OperatorConfig
 from common.link.keys import fingerprint, load_keys
 from common.runtime.containment import Containment
 from common.runtime.scheduling import give_way
