@@ -12,8 +12,8 @@ from teletaction.export.named_recording import NamedMessage
 
 log = logging.getLogger(__name__)
 
-WAITING = 64
-"""Maximum number of batches that wait for a server, about two seconds of the feed; further ones are dropped."""
+WAITING = 150
+"""Maximum number of batches that wait for a server, about five seconds of the feed; further ones are dropped."""
 END_S = 3.0
 """Time in which a server may end, s."""
 

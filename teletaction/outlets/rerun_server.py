@@ -9,7 +9,7 @@ from teletaction.export.rerun_file import Curves
 from teletaction.outlets.live_messages import FED_TOPICS
 from teletaction.outlets.place import Place
 
-GROUP_S = 0.25
+GROUP_S = 0.5
 """Time of the messages that are sent at once, s: one message alone costs as much as a group of each curve."""
 HISTORY = "256MiB"
 """Memory for what a viewer that connects later receives; the oldest is dropped first."""
