@@ -83,6 +83,6 @@ class NamedRecording:
         if not anchors:
             raise ValueError(
                 f"{self.path}: has no wall-clock time, as recorded by version 0.1.0; "
-                "give the time of its first message: --began 2026-01-31T10:00:00+00:00"
+                "give the time of its first message: --began 2026-01-31T10:00:00+00:00, or began= in Python"
             )
         return anchors[0]
