@@ -38,6 +38,7 @@ STUDIES = {
     "link": "benchmarks.link.run",
     "soak": "robustness.soak",
     "thermal-identification": "studies.thermal_identification.run",
+    "second-world": "studies.second_world.run",
     "recorded-touches": "studies.recorded_touches.run",
     "thermal-rendering": "studies.thermal_rendering.run",
     "texture": "studies.texture.run",

@@ -1,0 +1,52 @@
+"""Figure of the study of the second world: right answers, errors of temperature and honesty, by time and fingers."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from studies.drawing import Data, Rows, curve, figure_file, where
+from studies.thermal_identification.figure import METHODS, time_axis
+
+_SHOWN = ("1 finger", "2 staggered", "5 staggered", "network")
+_COLUMNS = (
+    ("right", 100.0, "likeliest material is right (%)", (0.0, 102.0)),
+    ("wrong", 100.0, "named, and wrong (%)", (0.0, 5.0)),
+    ("object_median_k", 1.0, "error of object temperature, median (K)", (0.0, 1.5)),
+    ("object_within_sd", 100.0, "errors within the stated 95 % (%)", (0.0, 102.0)),
+)
+"""Column of the data, factor, label and range of each chart."""
+
+
+def plot(data: Data, path: Path) -> None:
+    """Draw the data that the study returned, and write the figure as PNG."""
+    sets = {len(each["names"]): each for each in data["sets"]}
+    with figure_file(path, 14.0, 3.6 * len(sets) + 0.8, dpi=130) as figure:
+        figure.suptitle("Sensors and objects of a second world: the shipped identification", fontsize=10)
+        panels = figure.subplots(len(sets), len(_COLUMNS), squeeze=False)
+        for row, (count, each) in zip(panels, sets.items(), strict=True):
+            rows = where(data["accuracy"], materials=count)
+            for axes, (column, factor, label, limits) in zip(row, _COLUMNS, strict=True):
+                _draw(axes, rows, column, factor)
+                axes.set_ylabel(label)
+                axes.set_ylim(*limits)
+            row[0].set_title(
+                f"{count} materials, {each['kinds']} kinds of sensors, {each['test']} touches of each; network: "
+                f"{each['learning']} examples, calibration: {each['calibration']}",
+                loc="left",
+                fontsize=9,
+            )
+            row[3].axhline(95.0, color="black", linewidth=0.8, linestyle=":")
+        handles, labels = panels[0][0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(_SHOWN))
+
+
+def _draw(axes: Axes, rows: Rows, column: str, factor: float) -> None:
+    for method in _SHOWN:
+        mine: list[Mapping[str, Any]] = [row for row in where(rows, method=method) if row[column] is not None]
+        if mine:
+            colour, dash, marker = METHODS[method]
+            how = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "label": method}
+            curve(axes, mine, "t_s", column, (1.0, factor), **how)
+    time_axis(axes, sorted({row["t_s"] for row in rows}))
