@@ -45,6 +45,8 @@ class Detached:
         """Start the thread; on exit from this context the server is closed."""
         self.dropped = 0
         self._outlet = outlet
+        self._hung = False
+        """Whether the server took no batch for so long that the thread ends after the present one."""
         self._batches: queue.Queue[Sequence[NamedMessage] | None] = queue.Queue(WAITING)
         self._contained = Containment()
         self._thread = threading.Thread(target=self._run, name="outlet", daemon=True)
@@ -58,7 +60,7 @@ class Detached:
             self.dropped += len(messages)
 
     def _run(self) -> None:
-        while (messages := self._batches.get()) is not None:
+        while not self._hung and (messages := self._batches.get()) is not None:
             with self._contained.step("offer", latches=False):
                 self._outlet.offer(messages)
         with self._contained.step("close", latches=False):
@@ -68,8 +70,12 @@ class Detached:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(queue.Full):
+        try:
             self._batches.put(None, timeout=END_S)
+        except queue.Full:
+            self._hung = True
+            with suppress(queue.Full):
+                self._batches.put_nowait(None)
         self._thread.join(END_S)
         if self._thread.is_alive():
             log.warning("the server at %s did not end", self._outlet.address)

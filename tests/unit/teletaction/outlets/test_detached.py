@@ -64,13 +64,17 @@ def test_a_server_that_hangs_does_not_keep_the_process(monkeypatch: pytest.Monke
     server = Server()
     begun_s = time.monotonic()
     with Detached(server) as detached:
-        for number in range(WAITING + 10):
+        detached.offer(batch(0))
+        wait_until(detached._batches.empty, "the server did not take the first batch")
+        for number in range(1, WAITING + 10):
             detached.offer(batch(number))
     assert time.monotonic() - begun_s < 2.0
     assert not server.closed
     assert detached._thread.daemon
     server.gate.set()
     detached._thread.join()
+    assert server.closed
+    assert server.taken == [0]
 
 
 def test_a_failure_costs_one_batch(contained: Contained) -> None:
