@@ -46,7 +46,7 @@ class Detached:
         self.dropped = 0
         self._outlet = outlet
         self._hung = False
-        """Whether the server took no batch for so long that the thread ends after the present one."""
+        """Whether the server took nothing within END_S at the end; then the thread ends after the present batch."""
         self._batches: queue.Queue[Sequence[NamedMessage] | None] = queue.Queue(WAITING)
         self._contained = Containment()
         self._thread = threading.Thread(target=self._run, name="outlet", daemon=True)
