@@ -122,8 +122,6 @@ GAS_W_MK = 0.026
 """Conductivity of air, W/(m K)."""
 MOIST = ("skin_dermis", "soft_tissue", "fat", "gelatin_10pct", "leather")
 """Materials that give off moisture."""
-OFFSET_K = 3.0
-"""Largest difference of an object from ambient, K, where none is stated [c]."""
 
 
 def draw_sensor(seed: int) -> Sensor:

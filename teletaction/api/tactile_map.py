@@ -19,7 +19,7 @@ def draw_map(recording: Recording, quantity: str = "temperature") -> "Figure | N
         quantity: `temperature` (C), `roughness` (V), `stiffness` (N/m) or `material`.
 
     Returns:
-        The figure, in mm on the remote bench; None if nothing was explored.
+        The figure, in mm on the remote bench; None if the quantity was never measured.
 
     Raises:
         OSError: the file cannot be read.

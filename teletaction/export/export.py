@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
-from importlib import import_module
 from pathlib import Path
 
 from teletaction.export.body_site import BodySite
 from teletaction.export.named_recording import NamedRecording
+from teletaction.export.optional_package import load_optional
 
 Write = Callable[..., dict[str, int]]
 """Writes a NamedRecording into a folder, for a clinical format with the BodySite or None; returns numbers of rows."""
@@ -32,10 +32,7 @@ class Format:
         Raises:
             ValueError: a package is missing; the message names the extra to install.
         """
-        try:
-            write: Write = getattr(import_module(f"teletaction.export.{self.module}"), self.function)
-        except ModuleNotFoundError as error:
-            raise ValueError(f"needs {error.name}: pip install 'teletaction[{self.extra}]'") from None
+        write: Write = load_optional(f"teletaction.export.{self.module}", self.function, self.extra)
         return write
 
 

@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from importlib import import_module
 
 from common.config.models import OperatorConfig
 from common.link.keys import fingerprint, load_keys
@@ -13,6 +12,7 @@ from common.runtime.containment import Containment
 from common.runtime.scheduling import give_way
 from operator_site.console.interval import Interval
 from operator_site.session.console_feed import FeedReader
+from teletaction.export.optional_package import load_optional
 from teletaction.outlets.detached import Detached, Outlet
 from teletaction.outlets.live_messages import LiveMessages
 from teletaction.outlets.place import LOOPBACK, Place, listening_place
@@ -45,12 +45,7 @@ class Tool:
         Raises:
             ValueError: a package is missing; the message names the extra to install.
         """
-        try:
-            server: Callable[[Place], Outlet] = getattr(
-                import_module(f"teletaction.outlets.{self.module}"), self.server
-            )
-        except ModuleNotFoundError as error:
-            raise ValueError(f"needs {error.name}: pip install 'teletaction[{self.extra}]'") from None
+        server: Callable[[Place], Outlet] = load_optional(f"teletaction.outlets.{self.module}", self.server, self.extra)
         return server
 
 
