@@ -3,7 +3,7 @@
 import hashlib
 import json
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -29,10 +29,6 @@ class TableFile(BaseModel):
     made_on: str = ""
     content_hash: str = ""
 
-    def _hash(self) -> str:
-        fields: dict[str, Any] = self.model_dump(mode="json", exclude={"content_hash"})
-        return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
-
     def save(self, path: Path | str) -> None:
         """Write the table with its hash.
 
@@ -40,7 +36,7 @@ class TableFile(BaseModel):
             OSError: the file cannot be written.
         """
         fields = self.model_dump(mode="json")
-        fields["content_hash"] = self._hash()
+        fields["content_hash"] = _hash(fields)
         Path(path).write_text(json.dumps(fields, indent=1) + "\n", "utf-8")
 
     @classmethod
@@ -60,11 +56,11 @@ class TableFile(BaseModel):
             raise ValueError(f"{path}: not JSON; make a {kind} table with `teletaction calibrate`") from None
         if not isinstance(fields, dict) or fields.get("kind") != kind:
             raise ValueError(f"{path}: not a {kind} table; make one with `teletaction calibrate`")
-        version = cls.model_fields["schema_version"].default
-        if fields.get("schema_version") != version:
+        versions = get_args(cls.model_fields["schema_version"].annotation)
+        if fields.get("schema_version") not in versions:
             raise ValueError(
-                f"{path}: schema_version {fields.get('schema_version')!r}, this program reads {version}; "
-                "calibrate again"
+                f"{path}: schema_version {fields.get('schema_version')!r}, this program reads "
+                f"{' and '.join(map(str, versions))}; calibrate again"
             )
         try:
             table = cls.model_validate(fields)
@@ -72,6 +68,12 @@ class TableFile(BaseModel):
             first = error.errors()[0]
             where = ".".join(str(part) for part in first["loc"])
             raise ValueError(f"{path}: field {where}: {first['msg']}") from None
-        if table.content_hash != table._hash():
+        if table.content_hash != _hash(fields):
             raise ValueError(f"{path}: content_hash does not match: the file was changed; calibrate again")
         return table
+
+
+def _hash(fields: dict[str, Any]) -> str:
+    """Return the hash of a table's fields as they are in its file."""
+    hashed = {name: value for name, value in fields.items() if name != "content_hash"}
+    return hashlib.sha256(json.dumps(hashed, sort_keys=True).encode()).hexdigest()

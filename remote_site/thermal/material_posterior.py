@@ -6,6 +6,7 @@ finger's evidence is normal in temperature and ln effusivity for each substance,
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,17 @@ STEP_SD = 0.6
 """Standard deviation of each of these narrow normals, in steps."""
 SAME_OBJECT = 0.9
 """Prior probability that fingers of one hand that touch at the same time touch the same object."""
+SHARED_ERROR = 0.3
+"""Share of a finger's errors that the other fingers on the same object have as well.
+
+Fingers of one hand touch the same piece, with the same kind of sensor, under the same ambient temperature. n equal
+fingers then count as n / (1 + (n - 1) SHARED_ERROR) independent ones.
+"""
+OWN_EFFUSIVITY = 0.5
+"""Share of the variance of ln effusivity in calibration that is each finger's error; the piece has the rest.
+
+Calibration touches each piece once and cannot tell them apart.
+"""
 SMALLEST_DIFFERENCE_K = 1.0
 """Smallest difference between plate and object that readings can show, K."""
 
@@ -56,6 +68,29 @@ class Posterior:
     same_object: float
 
 
+class _Prior(NamedTuple):
+    """Prior of (temperature, ln effusivity) of m substances, as if they had any temperature, in information form.
+
+    Attributes:
+        information: (m, 2, 2) information matrices.
+        vector: (m, 2) information vectors.
+        integral: (m,) ln integral; see `_integral`.
+    """
+
+    information: Array
+    vector: Array
+    integral: Array
+
+    @classmethod
+    def of(cls, ln_effusivity: Array, variance: Array) -> Self:
+        """Return the prior for these means and variances of ln effusivity, (m,) each."""
+        information, vector = np.zeros((len(variance), 2, 2)), np.zeros((len(variance), 2))
+        information[:, 0, 0], information[:, 1, 1] = 1.0 / ANYWHERE_K**2, 1.0 / variance
+        vector[:, 1] = ln_effusivity / variance
+        mean = np.stack((np.zeros(len(variance)), ln_effusivity), axis=1)
+        return cls(information, vector, _integral(information, vector, mean))
+
+
 class MaterialPosterior:
     """Judges evidence by one table; it has no state of a touch."""
 
@@ -63,14 +98,13 @@ class MaterialPosterior:
         self._known = known
         count = len(known.probability)
         self._ln_prior = np.log(known.probability)
-        # initial prior of each finger's estimate, in information form
-        self._prior_information = np.zeros((count, 2, 2))
-        self._prior_information[:, 0, 0] = 1.0 / ANYWHERE_K**2
-        self._prior_information[:, 1, 1] = 1.0 / known.effusivity_variance
-        self._prior_vector = np.zeros((count, 2))
-        self._prior_vector[:, 1] = known.ln_effusivity / known.effusivity_variance
-        middle = np.einsum("mij,mj->mi", _inverse(self._prior_information), self._prior_vector)
-        self._prior_integral = _integral(self._prior_information, self._prior_vector, middle)
+        calibrated = np.arange(count) < known.calibrated
+        self._own_variance = OWN_EFFUSIVITY * np.where(
+            calibrated, known.effusivity_variance, np.median(known.effusivity_variance[: known.calibrated])
+        )
+        of_piece = known.effusivity_variance - np.where(calibrated, self._own_variance, 0.0)
+        self._finger_prior = _Prior.of(known.ln_effusivity, known.effusivity_variance)
+        self._prior = _Prior.of(known.ln_effusivity, of_piece)
         others = count - known.calibrated
         offsets = np.array([entry.offset_k for entry in table.materials])
         sds = np.array([entry.offset_sd_k for entry in table.materials])
@@ -92,12 +126,10 @@ class MaterialPosterior:
             touches: evidence of the touches.
             compare: whether to compute the probability that it is one object.
         """
-        ln_likelihood, information, vector = self._information(touches)
-        others = len(touches) - 1
+        ln_likelihood, information, vector = self._gained(touches)
+        share = _independent_share(information)
         ln_weight, mean, covariance = self._weigh(
-            ln_likelihood.sum(axis=0) + others * self._prior_integral,
-            information.sum(axis=0) - others * self._prior_information,
-            vector.sum(axis=0) - others * self._prior_vector,
+            share * ln_likelihood.sum(axis=0), share * information.sum(axis=0), share * vector.sum(axis=0)
         )
         weight = np.exp(ln_weight - ln_weight.max())
         weight /= weight.sum()
@@ -108,8 +140,8 @@ class MaterialPosterior:
         known = self._known.calibrated
         ambient_c = _ambient_c(touches)
         same_object = 1.0
-        if compare and others:
-            alone = self._weigh(ln_likelihood, information, vector)[0]
+        if compare and len(touches) > 1:
+            alone = self._weigh(share * ln_likelihood, share * information, share * vector)[0]
             same_object = _same_object(_ln_sum(ln_weight) - sum(_ln_sum(each) for each in alone))
         return Posterior(
             probability=substance[:known],
@@ -135,41 +167,71 @@ class MaterialPosterior:
         return replace(touch, mean=mean, covariance=covariance)
 
     def _weigh(self, ln_likelihood: Array, information: Array, vector: Array) -> tuple[Array, Array, Array]:
-        """Combine evidence on (temperature, ln effusivity), in information form, with the prior of the temperature.
+        """Combine evidence on (temperature, ln effusivity) with the prior.
 
         Args:
-            ln_likelihood: (..., m) ln likelihood of each substance.
-            information: (..., m, 2, 2) information matrices.
-            vector: (..., m, 2) information vectors.
+            ln_likelihood: (..., m) ln likelihood of each substance; see `_gained`.
+            information: (..., m, 2, 2) information matrices beyond the prior's.
+            vector: (..., m, 2) information vectors beyond the prior's.
 
         Returns:
             Ln weights (..., c, m), means (..., c, m, 2) and covariances (..., c, m, 2, 2) for each case of the prior.
         """
         shape = (*ln_likelihood.shape[:-1], *self._case_ln.shape)
         more, push = np.empty((*shape, 2, 2)), np.empty((*shape, 2))
-        more[...], push[...] = information[..., None, :, :, :], vector[..., None, :, :]
+        more[...] = (self._prior.information + information)[..., None, :, :, :]
+        push[...] = (self._prior.vector + vector)[..., None, :, :]
         more[..., 0, 0] += self._case_information
         push[..., 0] += self._case_vector
         covariance = _inverse(more)
         middle = _times(covariance, push)
-        total = (self._ln_prior + ln_likelihood)[..., None, :] + self._case_ln
+        total = (self._ln_prior + ln_likelihood - self._prior.integral)[..., None, :] + self._case_ln
         return total + _integral(more, push, middle), middle, covariance
 
-    def _information(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
-        """Return ln likelihoods (t, m), information (t, m, 2, 2) and vectors (t, m, 2) of (temperature, ln e).
+    def _gained(self, touches: Sequence[TouchEvidence]) -> tuple[Array, Array, Array]:
+        """Return what each touch adds to the prior of (temperature, ln effusivity), for each substance.
 
-        The information is never less than that of the prior. Distant hypotheses drawn together can be wider than the
-        prior; then the prior is used.
+        Distant hypotheses drawn together can be wider than the prior; then they add nothing. The effusivity of a touch
+        differs from that of the piece by the finger's own error.
+
+        Returns:
+            Ln likelihoods (t, m), information (t, m, 2, 2) and vectors (t, m, 2).
         """
+        prior = self._finger_prior
         mean = np.array([touch.mean for touch in touches])
-        gained = _inverse(np.array([touch.covariance for touch in touches])) - self._prior_information
+        gained = _inverse(np.array([touch.covariance for touch in touches])) - prior.information
         lost = (_determinant(gained) < 0.0) | (gained[..., 0, 0] < 0.0) | (gained[..., 1, 1] < 0.0)
         if lost.any():
             values, axes = np.linalg.eigh(gained[lost])
             gained[lost] = np.einsum("mij,mj,mkj->mik", axes, np.maximum(values, 0.0), axes)
-        own = self._prior_information + gained
-        along = _times(own, mean)
-        return np.array([touch.ln_likelihood for touch in touches]) - _integral(own, along, mean), own, along
+        both = prior.information + gained
+        along = _times(both, mean)
+        ln_likelihood = np.array([touch.ln_likelihood for touch in touches])
+        ln_likelihood += prior.integral - _integral(both, along, mean)
+        vector = along - prior.vector
+        row, at = gained[..., 1], vector[..., 1]
+        less = 1.0 + self._own_variance * row[..., 1]
+        share = self._own_variance / less
+        ln_likelihood += 0.5 * (share * at * at - np.log(less))
+        vector -= (share * at)[..., None] * row
+        gained -= share[..., None, None] * row[..., None] * row[..., None, :]
+        return ln_likelihood, gained, vector
+
+
+def _independent_share(information: Array) -> float:
+    """Return the share of the fingers' information that counts, because they have SHARED_ERROR in common.
+
+    Errors e_i with variances 1 / g_i and this correlation give their weighted mean a variance of
+    (1 + SHARED_ERROR ((sum sqrt(g_i))^2 - sum g_i) / sum g_i) / sum g_i. A finger that knows nothing changes nothing.
+
+    Args:
+        information: (t, m, 2, 2) information of each finger; its largest one on temperature counts.
+    """
+    known = information[..., 0, 0].max(axis=1)
+    whole = float(known.sum())
+    if whole <= 0.0:
+        return 1.0
+    return 1.0 / (1.0 + SHARED_ERROR * (float(np.sqrt(known).sum()) ** 2 - whole) / whole)
 
 
 def _ambient_c(touches: Sequence[TouchEvidence]) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from remote_site.tables.table_file import TableFile
+from remote_site.thermal.discrepancy import Discrepancy
 
 RATE_TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 """Times after contact at which the paper's rate is tabulated, s."""
@@ -76,11 +77,13 @@ class MaterialTable(TableFile):
         noise_k: white noise of one reading that the estimator must assume, K.
         times_s: times after contact of the rates, s, ascending.
         materials: calibrated materials, two or more.
+        lasts_s: time after contact up to which calibration has tried the model; later readings are not used.
+        discrepancy: what the model leaves out of this sensor's touches; None in a table that does not know it.
         reference: table of the unheated sensor beside this one, with the same materials; None without one.
     """
 
     kind: Literal["thermal_materials"] = "thermal_materials"
-    schema_version: Literal[3] = 3
+    schema_version: Literal[3, 4] = 4
     ambient_c: Finite
     plate_j_m2k: Positive
     leak_per_s: Annotated[float, Field(ge=0.0, lt=1.0)]
@@ -95,6 +98,8 @@ class MaterialTable(TableFile):
     noise_k: Annotated[float, Field(gt=0.0, lt=1.0)]
     times_s: list[Positive]
     materials: list[MaterialEntry] = Field(min_length=2)
+    lasts_s: Positive = 8.0
+    discrepancy: Discrepancy | None = None
     reference: "MaterialTable | None" = None
 
     @model_validator(mode="after")
@@ -107,6 +112,8 @@ class MaterialTable(TableFile):
         for entry in self.materials:
             if len(entry.ln_rate) != n or len(entry.ln_rate_sd) != n:
                 raise ValueError(f"{entry.name}: every list needs one value per time")
+        if self.discrepancy is not None and len(self.discrepancy.by_plate[0]) != len(self.materials):
+            raise ValueError("discrepancy: every row needs one value per material")
         return self
 
     def names(self) -> list[str]:

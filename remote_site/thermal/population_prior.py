@@ -37,7 +37,7 @@ MATERIAL_CONDUCTANCE_SD = 0.7
 """Standard deviation of ln conductance between materials with contacts of one kind."""
 BACK_SHARE, BACK_SHARE_SD = 0.3, 0.3
 """Prior mean and standard deviation of the back's place at contact between ambient (0) and plate (1)."""
-T_FREEDOM, T_SCALE_K = 2.0, 8.0
+T_FREEDOM, T_SCALE_K = 2.0, 2.0
 """Student's t of unknown object temperatures: degrees of freedom, and width around ambient, K."""
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from common.exploration.contact_detector import CONTACT_OFF_N
 from common.wire.messages import ThermalReason, ThermalStatus
+from remote_site.thermal.evidence_correction import EvidenceCorrection
 from remote_site.thermal.exponential_response import ExponentialFit, ExponentialResponse
 from remote_site.thermal.material_posterior import MaterialPosterior
 from remote_site.thermal.material_table import MaterialTable
@@ -35,8 +36,6 @@ FLAT_S = 0.75
 """Maximum time for which a plate in contact can repeat the same reading, s."""
 AT_REST_K_S = 2.0
 """Maximum slope of a plate at rest, K/s; the model starts from a plate at rest."""
-LASTS_S = 10.0
-"""Time after contact at which a touch ends, s; later readings add no information."""
 HALF_READING_S = 0.005
 """Half of the interval between two readings, s."""
 FIT_EVERY_S = 0.05
@@ -55,6 +54,8 @@ class ThermalKnowledge:
     at_once: int | None = None
     solve_every_s: Intervals = SOLVE_EVERY_S
     """See `TouchEstimate`."""
+    correction: EvidenceCorrection | None = None
+    """Correction of what the model leaves out; None for a table that does not know it."""
     reference: "ThermalKnowledge | None" = None
     """Knowledge of the unheated sensor beside this one."""
 
@@ -69,7 +70,17 @@ class ThermalKnowledge:
         """Prepare `table`; `foreign_share` is the prior probability of an object of no calibrated material."""
         known = substances(table, foreign_share)
         reference = None if table.reference is None else cls.of(table.reference, trust_s, at_once, foreign_share)
-        return cls(table, known, guesses(table), MaterialPosterior(table, known), trust_s, at_once, reference=reference)
+        posterior = MaterialPosterior(table, known)
+        correction = None
+        if table.discrepancy is not None:
+            correction = EvidenceCorrection(table.discrepancy, known.ln_effusivity)
+        return cls(
+            table, known, guesses(table), posterior, trust_s, at_once, correction=correction, reference=reference
+        )
+
+    def corrected(self, evidence: TouchEvidence, since_s: float) -> TouchEvidence:
+        """Return the evidence of a touch, `since_s` seconds after contact, without the discrepancy of the sensor."""
+        return evidence if self.correction is None else self.correction.corrected(evidence, since_s)
 
     def conclusion(self) -> ThermalConclusion:
         """Return the conclusion of a touch that begins."""
@@ -120,8 +131,9 @@ class ThermalIdentification:
 
     def evidence(self) -> TouchEvidence | None:
         """Return the evidence of this touch; None if it is too early, or without force."""
-        touching = self._estimate is not None and self._light_since_s is None and self._estimate.settled
-        return self._estimate.evidence() if touching and self._estimate is not None else None
+        if self._estimate is None or self._light_since_s is not None or not self._estimate.settled:
+            return None
+        return self._knowledge.corrected(self._estimate.evidence(), self.since_s)
 
     def start(
         self,
@@ -233,7 +245,7 @@ class ThermalIdentification:
 
     def _update_due(self, estimate: TouchEstimate) -> None:
         self.waited_s = estimate.waited_s
-        if self.since_s >= LASTS_S and self.waited_s < 0.0:
+        if self.since_s >= self._knowledge.table.lasts_s and self.waited_s < 0.0:
             self._end()
 
     def _end(self) -> None:

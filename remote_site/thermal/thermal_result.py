@@ -25,7 +25,7 @@ HELD_S = 0.20
 """Minimum duration of a conclusion before it is reported, s; a settling contact causes shorter ones."""
 EARLIEST_S = 0.20
 """Earliest time after contact at which a material is named, s."""
-LATEST_S = 7.0
+LATEST_S = 6.0
 """Time after contact from which an undecided touch is ambiguous, s."""
 GIVEN_UP_S = 1.0
 """Earliest time after contact at which a missing difference or a misfit is reported, s."""

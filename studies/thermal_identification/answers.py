@@ -84,14 +84,16 @@ def by_fingers(
     named: dict[str, float] = {}
     found = []
     for k in range(1, min(round(times_s[-1] / READING_S) + 1, *(len(each) for each in readings))):
-        for estimate, each in zip(estimates, readings, strict=True):
-            estimate.take(each[k][0] - each[k - 1][0], each[k][1], each[k][2])
-            for _ in range(TICKS):
-                estimate.work()
+        since_s = k * READING_S
+        used_s = min(since_s, knowledge.table.lasts_s)
+        if used_s == since_s:
+            for estimate, each in zip(estimates, readings, strict=True):
+                estimate.take(each[k][0] - each[k - 1][0], each[k][1], each[k][2])
+                for _ in range(TICKS):
+                    estimate.work()
         if k % JUDGED_EVERY:
             continue
-        since_s = k * READING_S
-        evidence = [estimate.evidence() for estimate in estimates]
+        evidence = [knowledge.corrected(estimate.evidence(), used_s) for estimate in estimates]
         wanted = [t_s for t_s in times_s if abs(t_s - since_s) < READING_S / 2]
         for name, count in groups.items():
             posterior = knowledge.posterior.judge(evidence[:count])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.thermal.calibration.calibration_touches import KNOWN_OBJECT_SD_K, UNKNOWN_OBJECT_SD_K, CalibrationTouch
+from remote_site.thermal.calibration.discrepancy_fit import Labelled, courses, learn
 from remote_site.thermal.calibration.population_fit import Population, PopulationFit
 from remote_site.thermal.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.thermal.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
@@ -26,8 +27,8 @@ GOOD = 10
 """Minimum number of touches of a material with a known scatter."""
 SHORTEST_S = 0.5
 """Minimum duration of a touch, s."""
-LONGEST_S = 8.0
-"""Duration after contact from which readings are used, s."""
+LONGEST_S = 6.0
+"""Duration after contact from which readings are used, s; later ones show more of what the model leaves out."""
 USUAL_LEAK_PER_S = 0.04
 """Leak if no free cool-down was recorded, 1/s."""
 LEAST_OFFSET_SD_K = 1.0
@@ -238,12 +239,20 @@ def _fit(
         ln_lag=population.ln_lag,
         ln_lag_sd=population.ln_lag_sd,
         noise_k=population.noise_k,
+        lasts_s=READING_S * readings,
         times_s=times_s,
         materials=[
             _entry(label, number, listed, population, offsets[material == number], times_s)
             for number, (label, listed) in enumerate(touches.items())
         ],
     )
+    labelled = [
+        Labelled(touch, number, object_c)
+        for number, listed in enumerate(touches.values())
+        for touch, object_c in listed
+    ]
+    seen = courses(table, labelled, mapped)
+    table = table.model_copy(update={"discrepancy": learn(table, seen)})
     names = list(touches)
     residual_k = population.residual_k * np.sqrt(fit.seen.count)
     return ThermalFit(table, [names[touch.material] for touch in each], fit.seen.times_s, residual_k), population

@@ -7,7 +7,9 @@ from scipy.stats import multivariate_normal, norm
 from remote_site.thermal.conduction import Array
 from remote_site.thermal.material_posterior import (
     ANYWHERE,
+    OWN_EFFUSIVITY,
     SAME_OBJECT,
+    SHARED_ERROR,
     SMALLEST_DIFFERENCE_K,
     STEP_SD,
     STEPS,
@@ -23,6 +25,9 @@ from tests.unit.remote_site.played_touches import estimated
 TABLE = true_table({name: MATERIALS[name] for name in ("stone", "plastic")})
 SMALL = Substances(np.array([-0.1, -1.4, -0.8]), np.array([0.05, 0.08, 0.04]), np.array([0.5, 0.3, 0.2]), 2)
 """Two calibrated materials and one foreign substance."""
+OWN = OWN_EFFUSIVITY * np.array([0.05, 0.08, 0.065])
+"""Variance of each finger's own error of ln effusivity; that of the foreign substance is the calibrated ones' median."""
+OF_PIECE = np.array([0.05, 0.08, 0.04]) - OWN * [1.0, 1.0, 0.0]
 OFFSET_K, OFFSET_SD_K = 0.0, 1.75
 GRID_K, GRID_LN = np.linspace(-45.0, 45.0, 1501), np.linspace(-3.5, 2.0, 551)
 
@@ -42,11 +47,17 @@ class Finger:
         self.information = np.linalg.inv(np.einsum("mki,mkj->mij", root, root) + np.diag([0.3, 0.02]))
         self.height = rng.normal(0.0, 1.0, 3)
 
+    def blurred(self, substance: int) -> Array:
+        """Information (2, 2) about the piece, from which the finger's effusivity differs by an error of its own."""
+        return np.asarray(np.linalg.inv(np.linalg.inv(self.information[substance]) + np.diag([0.0, OWN[substance]])))
+
     def likelihood(self, substance: int) -> Array:
-        """On the grid."""
+        """Likelihood of the piece on the grid."""
+        information = self.blurred(substance)
         away = np.stack(np.meshgrid(GRID_K, GRID_LN, indexing="ij"), axis=-1) - self.middle[substance]
-        square = np.einsum("...i,ij,...j->...", away, self.information[substance], away)
-        return np.asarray(np.exp(self.height[substance] - 0.5 * square))
+        square = np.einsum("...i,ij,...j->...", away, information, away)
+        lower = np.linalg.det(information) / np.linalg.det(self.information[substance])
+        return np.asarray(np.sqrt(lower) * np.exp(self.height[substance] - 0.5 * square))
 
     def evidence(self) -> TouchEvidence:
         """As the filters hand it over: after a prior of any temperature, N(0, ANYWHERE_K), and the substance's own."""
@@ -81,15 +92,23 @@ def test_temperatures_like_those_of_the_calibration_are_even_and_scatter_as_they
     assert np.sqrt(density @ GRID_K**2 / density.sum()) == pytest.approx(OFFSET_SD_K, rel=0.01)
 
 
-def densities(fingers: list[Finger]) -> list[Array]:
-    """Prior times likelihoods of each substance on the grid."""
+def independent_share(fingers: list[Finger]) -> float:
+    """Share of the information that counts: 1 over the variance of a mean whose terms have SHARED_ERROR in common."""
+    weight = np.array([max(finger.blurred(m)[0, 0] for m in range(3)) for finger in fingers])
+    correlation = np.full((len(fingers), len(fingers)), SHARED_ERROR) + (1.0 - SHARED_ERROR) * np.eye(len(fingers))
+    error = correlation / np.sqrt(np.outer(weight, weight))
+    return float(weight.sum() / (weight @ error @ weight))
+
+
+def densities(fingers: list[Finger], share: float) -> list[Array]:
+    """Prior times likelihoods of each substance on the grid, with a share of each finger's information."""
     found = []
     for m in range(3):
         at_k = (1.0 - ANYWHERE) * usual() + ANYWHERE * norm(0.0, ANYWHERE_K).pdf(GRID_K)
-        at_ln = norm(SMALL.ln_effusivity[m], np.sqrt(SMALL.effusivity_variance[m])).pdf(GRID_LN)
+        at_ln = norm(SMALL.ln_effusivity[m], np.sqrt(OF_PIECE[m])).pdf(GRID_LN)
         density = SMALL.probability[m] * at_k[:, None] * at_ln
         for finger in fingers:
-            density = density * finger.likelihood(m)
+            density = density * finger.likelihood(m) ** share
         found.append(density * cell())
     return found
 
@@ -97,7 +116,8 @@ def densities(fingers: list[Finger]) -> list[Array]:
 @pytest.mark.parametrize(("count", "seed"), [(1, 0), (2, 1), (5, 0)])
 def test_the_posterior_is_the_integral(count: int, seed: int) -> None:
     fingers = [Finger(10 * seed + k, AMBIENT_C + 10.0 + k) for k in range(count)]
-    found = densities(fingers)
+    share = independent_share(fingers)
+    found = densities(fingers, share)
     each = np.array([density.sum() for density in found])
     total = sum(found) / each.sum()
     mean_k = float((total.sum(axis=1) * GRID_K).sum())
@@ -108,7 +128,7 @@ def test_the_posterior_is_the_integral(count: int, seed: int) -> None:
     assert said.object_c_sd == pytest.approx(np.sqrt(total.sum(axis=1) @ (GRID_K - mean_k) ** 2), rel=0.01)
     assert said.ln_effusivity == pytest.approx(mean_ln, abs=0.002)
     assert said.ln_effusivity_sd == pytest.approx(np.sqrt(total.sum(axis=0) @ (GRID_LN - mean_ln) ** 2), rel=0.01)
-    apart = np.prod([sum(density.sum() for density in densities([finger])) for finger in fingers])
+    apart = np.prod([sum(density.sum() for density in densities([finger], share)) for finger in fingers])
     odds = SAME_OBJECT / (1.0 - SAME_OBJECT) * each.sum() / apart
     assert said.same_object == (1.0 if count == 1 else pytest.approx(odds / (1.0 + odds), abs=1e-3))
 
@@ -116,10 +136,10 @@ def test_the_posterior_is_the_integral(count: int, seed: int) -> None:
 @pytest.mark.parametrize("start_k", [0.5, 3.0, 10.0])
 def test_the_chance_of_no_difference_is_the_integral_too(start_k: float) -> None:
     finger = Finger(3, AMBIENT_C + start_k)
-    share = sum(densities([finger])).sum(axis=1)
-    share = np.cumsum(share) / share.sum()
-    near = np.interp(start_k + SMALLEST_DIFFERENCE_K, GRID_K, share)
-    near -= np.interp(start_k - SMALLEST_DIFFERENCE_K, GRID_K, share)
+    below = np.cumsum(sum(densities([finger], 1.0)).sum(axis=1))
+    below /= below[-1]
+    near = np.interp(start_k + SMALLEST_DIFFERENCE_K, GRID_K, below)
+    near -= np.interp(start_k - SMALLEST_DIFFERENCE_K, GRID_K, below)
     said = MaterialPosterior(TABLE, SMALL).judge([finger.evidence()])
     assert said.no_difference == pytest.approx(near, abs=0.02)
 

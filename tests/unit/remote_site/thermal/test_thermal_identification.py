@@ -7,7 +7,7 @@ import pytest
 
 from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.material_table import MaterialTable
-from remote_site.thermal.thermal_identification import LASTS_S, ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal.thermal_result import EARLIEST_S, NO_CONTACT, ThermalResult
 from tests.places import TABLES
 from tests.unit.remote_site.made_touches import (
@@ -117,7 +117,7 @@ def test_an_unusual_contact_makes_no_other_material(knowledge: ThermalKnowledge)
 
 
 def test_a_finished_touch_keeps_its_answer_until_its_release(knowledge: ThermalKnowledge) -> None:
-    (touch,) = made_touches("stone", 1, seed=24, seconds=LASTS_S + 0.5)
+    (touch,) = made_touches("stone", 1, seed=24, seconds=knowledge.table.lasts_s + 0.5)
     identification = touching(knowledge, touch)
     for row in touch.after():
         identification.step(*row)
@@ -163,7 +163,7 @@ def test_a_table_survives_its_file_and_a_foreign_one_is_refused(
     (tmp_path / "edited.json").write_text(text.replace('"ambient_c": 2', '"ambient_c": 1', 1))
     with pytest.raises(ValueError, match="content_hash"):
         MaterialTable.load(tmp_path / "edited.json")
-    (tmp_path / "old.json").write_text(text.replace('"schema_version": 3', '"schema_version": 2', 1))
+    (tmp_path / "old.json").write_text(text.replace('"schema_version": 4', '"schema_version": 2', 1))
     with pytest.raises(ValueError, match="schema_version 2, this program reads 3"):
         MaterialTable.load(tmp_path / "old.json")
 

@@ -1,0 +1,208 @@
+"""Learns from labelled touches how far the estimates of a sensor are from the truth; see `discrepancy`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize, minimize_scalar
+
+from common.runtime.parallel_map import Map
+from remote_site.thermal.discrepancy import Discrepancy
+from remote_site.thermal.evidence_correction import EvidenceCorrection
+from remote_site.thermal.material_table import MaterialTable
+from remote_site.thermal.thermal_identification import HALF_READING_S, ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.touch_estimate import TouchEvidence
+from remote_site.thermal.touch_start import RecordedTouch
+
+Array = NDArray[np.float64]
+
+TIMES_S = (0.3, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0)
+"""Times after contact at which the discrepancy is learned, s."""
+PLATE_SD, OBJECT_SD = 0.03, 0.15
+"""Prior standard deviations of the errors by plate and by object."""
+STATED_LN_SD = 0.75
+"""Prior standard deviation of ln(true over stated standard deviation)."""
+LEAST_STATED, MOST_STATED = 0.3, 3.0
+"""Range of the true over the stated standard deviation."""
+SHARPNESS_LN_SD = 1.0
+"""Prior standard deviation of ln sharpness."""
+LEAST_SHARPNESS, MOST_SHARPNESS = 0.05, 1.5
+"""Range of the sharpness."""
+UNKNOWN_SPREAD = 0.05
+"""Spread where the temperatures of the objects are not known, from kinds of sensors whose objects are."""
+ROUNDS = 10
+"""Rounds between the errors and their variances."""
+LEAST_BY_OBJECT = -0.9
+"""Least error by object; at -1 the estimate would not depend on the object."""
+_SETTLED = 0.02
+"""Change of a logarithm of a variance in a round below which the fit has settled."""
+_SEARCH = {"maxiter": 200}
+_LN_RANGE = (2.0 * np.log((LEAST_STATED, 1e-4)), 2.0 * np.log((MOST_STATED, 1.0)))
+_LEAST_LEFT = 0.3
+"""Least part of a residual's variance that the fit of its material has left."""
+
+
+class Labelled(NamedTuple):
+    """A touch with its material's index and its object's temperature, C, or None if unknown."""
+
+    touch: RecordedTouch
+    material: int
+    object_c: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Evidence of one touch at one time, and the truth."""
+
+    evidence: TouchEvidence
+    material: int
+    object_c: float | None
+
+
+def evidence_course(table: str, times_s: Sequence[float], touch: RecordedTouch) -> list[TouchEvidence | None]:
+    """Return the evidence of a touch at these times; None where the touch was over.
+
+    Args:
+        table: the table as JSON, a form that passes between processes.
+        times_s: times after contact, s, ascending.
+        touch: the touch.
+    """
+    identification = ThermalIdentification(_knowledge(table))
+    identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
+    readings = list(touch.readings())[1:]  # the reading at contact is where the touch starts
+    found: list[TouchEvidence | None] = []
+    for since_s, sensor_c, force_n in readings:
+        identification.step(since_s, sensor_c, force_n)
+        while len(found) < len(times_s) and since_s > times_s[len(found)] - HALF_READING_S:
+            found.append(identification.evidence())
+        if not identification.running:
+            break
+    return found + [None] * (len(times_s) - len(found))
+
+
+@lru_cache(1)
+def _knowledge(table: str) -> ThermalKnowledge:
+    return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
+
+
+def courses(table: MaterialTable, labelled: Sequence[Labelled], mapped: Map) -> dict[float, list[Seen]]:
+    """Return the evidence of all touches by time, without times that the table does not reach.
+
+    Args:
+        table: a table without discrepancy.
+        labelled: the touches.
+        mapped: the function `map`, or a parallel one.
+    """
+    times_s = [t_s for t_s in TIMES_S if t_s <= table.lasts_s + 1e-6]
+    work = partial(evidence_course, table.model_dump_json(), times_s)
+    found: dict[float, list[Seen]] = {t_s: [] for t_s in times_s}
+    for each, course in zip(labelled, mapped(work, [each.touch for each in labelled]), strict=True):
+        for t_s, evidence in zip(times_s, course, strict=True):
+            if evidence is not None:
+                found[t_s].append(Seen(evidence, each.material, each.object_c))
+    return {t_s: seen for t_s, seen in found.items() if seen}
+
+
+def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
+    """Return the discrepancy that the evidence shows.
+
+    A material whose objects have no known temperature gets no errors, but the spread UNKNOWN_SPREAD.
+
+    Args:
+        table: the table without discrepancy.
+        seen: evidence of the touches by time, from `courses`.
+    """
+    materials = len(table.materials)
+    everyone = [one for each in seen.values() for one in each]
+    known = [all(one.object_c is not None for one in everyone if one.material == number) for number in range(materials)]
+    plain = ThermalKnowledge.of(table)
+    rows = []
+    for t_s, each in seen.items():
+        found = _errors([one for one in each if known[one.material]], materials)
+        row = Discrepancy(
+            times_s=[t_s],
+            plate_k=float(np.mean([one.evidence.start_c - one.evidence.ambient_c for one in everyone])),
+            by_plate=[found.by_plate.tolist()],
+            by_object=[found.by_object.tolist()],
+            spread=[np.where(known, found.spread, UNKNOWN_SPREAD).tolist()],
+            stated_sd=[found.stated_sd],
+            sharpness=[1.0],
+            known_objects=known,
+        )
+        rows.append(row.model_copy(update={"sharpness": [_sharpness(plain, row, each)]}))
+    return Discrepancy(
+        plate_k=rows[0].plate_k,
+        known_objects=known,
+        **{name: [getattr(row, name)[0] for row in rows] for name in _BY_TIME},
+    )
+
+
+_BY_TIME = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")
+
+
+class _Errors(NamedTuple):
+    """Errors of the temperature at one time; see `Discrepancy`."""
+
+    by_plate: Array
+    by_object: Array
+    spread: float
+    stated_sd: float
+
+
+def _errors(each: Sequence[Seen], materials: int) -> _Errors:
+    """Fit the errors of each material and their common variance in turn."""
+    factors = np.zeros((materials, 2))
+    if not each:
+        return _Errors(factors[:, 0], factors[:, 1], 0.0, 1.0)
+    material = np.array([one.material for one in each])
+    objects_k = np.array([(one.object_c or 0.0) - one.evidence.ambient_c for one in each])
+    plates_k = np.array([one.evidence.start_c - one.evidence.ambient_c for one in each])
+    errors_k = np.array([one.evidence.mean[one.material, 0] for one in each]) - objects_k
+    stated = np.array([one.evidence.covariance[one.material, 0, 0] for one in each])
+    differs = (plates_k - objects_k) ** 2
+    columns = np.stack((plates_k, objects_k), axis=1)
+    prior = np.diag((PLATE_SD**-2, OBJECT_SD**-2))
+    ln = np.array([0.0, np.log(1e-5)])
+    """ln of the variance over the stated one, and of the spread's square."""
+    for _ in range(ROUNDS):
+        weight = 1.0 / (np.exp(ln[0]) * stated + np.exp(ln[1]) * differs)
+        left = np.ones(len(each))
+        for number in range(materials):
+            mine = material == number
+            x, w = columns[mine], weight[mine]
+            covariance = np.linalg.inv(np.einsum("ni,n,nj->ij", x, w, x) + prior)
+            factors[number] = covariance @ np.einsum("ni,n,n->i", x, w, errors_k[mine])
+            left[mine] -= w * np.einsum("ni,ij,nj->n", x, covariance, x)
+        rest = (errors_k - np.einsum("ni,ni->n", columns, factors[material])) ** 2 / np.maximum(left, _LEAST_LEFT)
+        before, ln = ln, minimize(_unlikely, ln, (rest, stated, differs), "Nelder-Mead", options=_SEARCH).x
+        ln = np.clip(ln, *_LN_RANGE)
+        if np.abs(ln - before).max() < _SETTLED:
+            break
+    spread, stated_sd = float(np.exp(0.5 * ln[1])), float(np.exp(0.5 * ln[0]))
+    return _Errors(factors[:, 0], np.maximum(factors[:, 1], LEAST_BY_OBJECT), spread, stated_sd)
+
+
+def _unlikely(ln: Array, rest: Array, stated: Array, differs: Array) -> float:
+    """Return twice the negative ln probability of squared errors `rest`, K^2, up to a constant."""
+    variance = np.exp(ln[0]) * stated + np.exp(ln[1]) * differs
+    return float(np.sum(np.log(variance) + rest / variance) + (0.5 * ln[0] / STATED_LN_SD) ** 2)
+
+
+def _sharpness(knowledge: ThermalKnowledge, discrepancy: Discrepancy, each: Sequence[Seen]) -> float:
+    """Return the exponent of the likelihood with the best ln score of the true materials."""
+    t_s = discrepancy.times_s[0]
+
+    def cost(ln_sharpness: float) -> float:
+        tried = discrepancy.model_copy(update={"sharpness": [float(np.exp(ln_sharpness))]})
+        correction = EvidenceCorrection(tried, knowledge.substances.ln_effusivity)
+        score = 0.0
+        for one in each:
+            posterior = knowledge.posterior.judge([correction.corrected(one.evidence, t_s)])
+            score += float(np.log(max(posterior.probability[one.material], 1e-9)))
+        return 0.5 * (ln_sharpness / SHARPNESS_LN_SD) ** 2 - score
+
+    bounds = (np.log(LEAST_SHARPNESS), np.log(MOST_SHARPNESS))
+    return float(np.exp(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 0.1}).x))

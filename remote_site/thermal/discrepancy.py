@@ -1,0 +1,57 @@
+"""Discrepancy of a sensor: the difference between estimates and truth that its calibration touches showed.
+
+Every model of a touch leaves something out: a case that also cools the plate, a thermometer with two lags, heat that
+flows sideways. Such an error changes slowly from touch to touch and grows with the temperatures around the plate:
+
+    estimated - true object temperature = a (plate - ambient) + b (object - ambient) + rest,
+
+with a and b for each material and time after contact. The variance of the rest is a multiple of the variance that the
+estimate states, and a part that grows with the difference between plate and object.
+"""
+
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
+class Discrepancy(BaseModel):
+    """Discrepancy of one kind of sensor, by time after contact; lists of t values, or t lists of m materials.
+
+    Attributes:
+        times_s: times after contact, s, ascending; before the first and after the last, their values hold.
+        plate_k: mean temperature of the plate above ambient at contact in calibration, K.
+        by_plate: error of the object's temperature per kelvin between plate and ambient.
+        by_object: error of the object's temperature per kelvin between object and ambient.
+        spread: standard deviation of the rest per kelvin between plate and object.
+        stated_sd: true standard deviation of the temperature over the one that the estimate states.
+        sharpness: exponent of the likelihood of a material; below 1, the readings say less than the model believes.
+        known_objects: whether calibration knew the temperatures of a material's objects; m materials.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    times_s: list[Positive] = Field(min_length=1)
+    plate_k: Finite
+    by_plate: list[list[Finite]]
+    by_object: list[list[Annotated[float, Field(gt=-1.0, allow_inf_nan=False)]]]
+    spread: list[list[NotNegative]]
+    stated_sd: list[Positive]
+    sharpness: list[Positive]
+    known_objects: list[bool]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        count, materials = len(self.times_s), len(self.by_plate[0]) if self.by_plate else 0
+        if any(b <= a for a, b in zip(self.times_s, self.times_s[1:], strict=False)):
+            raise ValueError("discrepancy: times_s must ascend")
+        lists = (self.by_plate, self.by_object, self.spread, self.stated_sd, self.sharpness)
+        if any(len(each) != count for each in lists):
+            raise ValueError("discrepancy: every list needs one value per time")
+        rows = (*self.by_plate, *self.by_object, *self.spread)
+        if any(len(row) != materials for row in rows) or len(self.known_objects) != materials:
+            raise ValueError("discrepancy: every row needs one value per material")
+        return self
