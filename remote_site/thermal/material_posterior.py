@@ -35,7 +35,7 @@ fingers then count as n / (1 + (n - 1) SHARED_ERROR) independent ones.
 OWN_EFFUSIVITY = 0.5
 """Share of the variance of ln effusivity in calibration that is each finger's error; the piece has the rest.
 
-Calibration touches each piece once and cannot tell them apart.
+Calibration touches each piece once and cannot distinguish the two.
 """
 SMALLEST_DIFFERENCE_K = 1.0
 """Smallest difference between plate and object that readings can show, K."""

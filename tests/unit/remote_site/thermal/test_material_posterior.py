@@ -26,7 +26,7 @@ TABLE = true_table({name: MATERIALS[name] for name in ("stone", "plastic")})
 SMALL = Substances(np.array([-0.1, -1.4, -0.8]), np.array([0.05, 0.08, 0.04]), np.array([0.5, 0.3, 0.2]), 2)
 """Two calibrated materials and one foreign substance."""
 OWN = OWN_EFFUSIVITY * np.array([0.05, 0.08, 0.065])
-"""Variance of each finger's own error of ln effusivity; that of the foreign substance is the calibrated ones' median."""
+"""Variance of each finger's own error of ln effusivity; the foreign substance has the calibrated ones' median."""
 OF_PIECE = np.array([0.05, 0.08, 0.04]) - OWN * [1.0, 1.0, 0.0]
 OFFSET_K, OFFSET_SD_K = 0.0, 1.75
 GRID_K, GRID_LN = np.linspace(-45.0, 45.0, 1501), np.linspace(-3.5, 2.0, 551)
