@@ -23,7 +23,7 @@ class Discrepancy(BaseModel):
 
     Attributes:
         times_s: times after contact, s, ascending; before the first and after the last, their values hold.
-        plate_k: mean temperature of the plate above ambient at contact in calibration, K.
+        plate_k: mean temperature of the plate above ambient at contact in calibration, K; m materials.
         by_plate: error of the object's temperature per kelvin between plate and ambient.
         by_object: error of the object's temperature per kelvin between object and ambient.
         spread: standard deviation of the rest per kelvin between plate and object.
@@ -35,7 +35,7 @@ class Discrepancy(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     times_s: list[Positive] = Field(min_length=1)
-    plate_k: Finite
+    plate_k: list[Finite]
     by_plate: list[list[Finite]]
     by_object: list[list[Annotated[float, Field(gt=-1.0, allow_inf_nan=False)]]]
     spread: list[list[NotNegative]]
@@ -51,7 +51,7 @@ class Discrepancy(BaseModel):
         lists = (self.by_plate, self.by_object, self.spread, self.stated_sd, self.sharpness)
         if any(len(each) != count for each in lists):
             raise ValueError("discrepancy: every list needs one value per time")
-        rows = (*self.by_plate, *self.by_object, *self.spread)
-        if any(len(row) != materials for row in rows) or len(self.known_objects) != materials:
+        rows = (self.plate_k, self.known_objects, *self.by_plate, *self.by_object, *self.spread)
+        if any(len(row) != materials for row in rows):
             raise ValueError("discrepancy: every row needs one value per material")
         return self

@@ -30,7 +30,7 @@ class EvidenceCorrection:
             return np.array([[*row, *np.interp(ln_effusivity[known:], at, np.array(row)[order])] for row in rows])
 
         self._times_s = np.array(discrepancy.times_s)
-        self._plate_k = discrepancy.plate_k
+        self._plate_k = for_all([discrepancy.plate_k])[0]
         self._by_plate, self._by_object = for_all(discrepancy.by_plate), for_all(discrepancy.by_object)
         self._spread = for_all(discrepancy.spread)
         self._stated_sd, self._sharpness = np.array(discrepancy.stated_sd), np.array(discrepancy.sharpness)

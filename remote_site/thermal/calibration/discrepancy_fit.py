@@ -118,13 +118,17 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     materials = len(table.materials)
     everyone = [one for each in seen.values() for one in each]
     known = [all(one.object_c is not None for one in everyone if one.material == number) for number in range(materials)]
+    plates_k = [
+        float(np.mean([one.evidence.start_c - one.evidence.ambient_c for one in everyone if one.material == number]))
+        for number in range(materials)
+    ]
     plain = ThermalKnowledge.of(table)
     rows = []
     for t_s, each in seen.items():
         found = _errors([one for one in each if known[one.material]], materials)
         row = Discrepancy(
             times_s=[t_s],
-            plate_k=float(np.mean([one.evidence.start_c - one.evidence.ambient_c for one in everyone])),
+            plate_k=plates_k,
             by_plate=[found.by_plate.tolist()],
             by_object=[found.by_object.tolist()],
             spread=[np.where(known, found.spread, UNKNOWN_SPREAD).tolist()],
@@ -134,7 +138,7 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
         )
         rows.append(row.model_copy(update={"sharpness": [_sharpness(plain, row, each)]}))
     return Discrepancy(
-        plate_k=rows[0].plate_k,
+        plate_k=plates_k,
         known_objects=known,
         **{name: [getattr(row, name)[0] for row in rows] for name in _BY_TIME},
     )
