@@ -51,7 +51,13 @@ class Discrepancy(BaseModel):
         lists = (self.by_plate, self.by_object, self.spread, self.stated_sd, self.sharpness)
         if any(len(each) != count for each in lists):
             raise ValueError("discrepancy: every list needs one value per time")
-        rows = (self.plate_k, self.known_objects, *self.by_plate, *self.by_object, *self.spread)
+        rows: tuple[list[float] | list[bool], ...] = (
+            self.plate_k,
+            self.known_objects,
+            *self.by_plate,
+            *self.by_object,
+            *self.spread,
+        )
         if any(len(row) != materials for row in rows):
             raise ValueError("discrepancy: every row needs one value per material")
         return self
