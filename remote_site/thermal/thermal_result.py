@@ -80,6 +80,25 @@ class ThermalResult:
     reason: ThermalReason = ThermalReason.NONE
 
 
+@dataclass(frozen=True, slots=True)
+class NamingRule:
+    """Rule by which a material is named; the study `second-world` shows what others would do.
+
+    Attributes:
+        sure: minimum cautious posterior of a material to be named, during `held_s`.
+        caution: harm of naming a foreign material, relative to that of leaving a material unnamed.
+        held_s: minimum duration of a conclusion before it is reported, s.
+    """
+
+    sure: float = SURE
+    caution: float = CAUTION
+    held_s: float = HELD_S
+
+    def doubt(self, posterior: Posterior) -> float:
+        """Return the divisor of a cautious posterior, in which foreign materials weigh `caution` times as much."""
+        return 1.0 + (self.caution - 1.0) * posterior.foreign
+
+
 NO_CONTACT = ThermalResult(ThermalStatus.NO_CONTACT)
 
 
@@ -92,11 +111,18 @@ def undecided(prior: Mapping[str, float]) -> ThermalResult:
 class ThermalConclusion:
     """Turns posteriors of one touch, or of all fingers on one object, into answers."""
 
-    __slots__ = ("_held_since_s", "_named", "_names", "_plate_j_m2k", "_seen")
+    __slots__ = ("_held_since_s", "_named", "_names", "_plate_j_m2k", "_rule", "_seen")
 
-    def __init__(self, names: Sequence[str], plate_j_m2k: float) -> None:
-        """Begin a touch; `names` are the calibrated materials, `plate_j_m2k` the table's heat capacity of the plate."""
+    def __init__(self, names: Sequence[str], plate_j_m2k: float, rule: NamingRule = NamingRule()) -> None:
+        """Begin a touch.
+
+        Args:
+            names: calibrated materials.
+            plate_j_m2k: the table's heat capacity of the plate, J/(m2 K).
+            rule: when to name a material.
+        """
         self._names = names
+        self._rule = rule
         self._plate_j_m2k = plate_j_m2k
         self._named: str | None = None
         self._seen: tuple[ThermalStatus, str | None] = (ThermalStatus.DECIDING, None)
@@ -108,13 +134,17 @@ class ThermalConclusion:
         return replace(answer, constants=rendered_constants(answer))
 
     def _held(self, posterior: Posterior, since_s: float) -> ThermalResult:
-        """Return a conclusion that has lasted for HELD_S; until then, the touch is undecided or keeps its name."""
+        """Return a conclusion that has lasted long enough; until then, the touch is undecided or keeps its name."""
         seen = self._conclude(posterior, since_s)
         if (seen.status, seen.best) != self._seen:
             self._seen, self._held_since_s = (seen.status, seen.best), since_s
-        held = since_s - self._held_since_s >= HELD_S - 1e-9
+        held = since_s - self._held_since_s >= self._rule.held_s - 1e-9
         undecided_now = seen.status in (ThermalStatus.DECIDING, ThermalStatus.AMBIGUOUS)
-        kept = self._named is not None and seen.best == self._named and seen.probability >= KEEP * _doubt(posterior)
+        kept = (
+            self._named is not None
+            and seen.best == self._named
+            and seen.probability >= KEEP * self._rule.doubt(posterior)
+        )
         if undecided_now and kept:
             return replace(seen, status=ThermalStatus.IDENTIFIED, material=self._named, reason=ThermalReason.NONE)
         if not held and not undecided_now and seen.material != self._named:
@@ -140,7 +170,7 @@ class ThermalConclusion:
         elif since_s >= EARLIEST_S - 1e-9:
             if posterior.foreign > FOREIGN:
                 status, reason = ThermalStatus.UNKNOWN, ThermalReason.NOT_CALIBRATED
-            elif probability >= SURE * _doubt(posterior) and posterior.misfit <= MISFIT:
+            elif probability >= self._rule.sure * self._rule.doubt(posterior) and posterior.misfit <= MISFIT:
                 status = ThermalStatus.IDENTIFIED
         if status is ThermalStatus.AMBIGUOUS and len(candidates) == 1:
             reason = ThermalReason.NOT_RULED_OUT
@@ -156,11 +186,6 @@ class ThermalConclusion:
             effusivity_ln_sd=posterior.ln_effusivity_sd,
             reason=reason,
         )
-
-
-def _doubt(posterior: Posterior) -> float:
-    """Return the divisor of a cautious posterior, in which foreign materials weigh CAUTION times as much."""
-    return 1.0 + (CAUTION - 1.0) * posterior.foreign
 
 
 def _waiting(since_s: float) -> ThermalStatus:
