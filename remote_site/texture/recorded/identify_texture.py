@@ -113,7 +113,7 @@ def _lines(
 ) -> list[dict[str, Any]]:
     """Return the lines of one stroke."""
     trace = read_stroke(path, signal)
-    whole = read_stroke(path, "best") if signal == "mean" and isinstance(table, SpectrumTable) else None
+    whole = read_stroke(path, "best") if signal == "mean" else None
     return [{"stroke": str(path), **answer} for answer in identify_stroke(trace, table, speed_m_s, whole)]
 
 
@@ -129,14 +129,14 @@ def identify_stroke(
         trace: the stroke.
         table: sensor and calibrated surfaces, as for `identify_texture`.
         speed_m_s: speed of a stroke without one, m/s.
-        whole: all signals of the stroke, for a table of slow strokes; by default those of `trace`.
+        whole: all signals of the stroke, where `trace` has their mean; by default those of `trace`.
 
     Raises:
         ValueError: the table is of another kind of stroke or of another sensor.
     """
     surfaces = table if isinstance(table, SurfaceTable) else SurfaceTable.load(SHIPPED)
     answers = []
-    for part in segments(trace, surfaces, speed_m_s):
+    for part in segments(trace, surfaces, speed_m_s, whole):
         answer = _answer(part, table if isinstance(table, SurfaceTable) else None)
         if isinstance(table, SpectrumTable):
             found = _recognised(whole or trace, table, speed_m_s)

@@ -12,16 +12,20 @@ TREND = 4
 """Degree of the polynomial that models tilt, drift and the arm's slow swing, which are not roughness."""
 
 
-def slow_stroke(trace: StrokeTrace, speed_m_s: float | None) -> Segment:
+def slow_stroke(trace: StrokeTrace, speed_m_s: float | None, whole: StrokeTrace | None = None) -> Segment:
     """Return one stroking segment for a recording too slow for the online identification.
 
     Args:
         trace: the recording. Of several signals, the one with the clearest line is used; without a line, the one that
             varies most.
         speed_m_s: speed if the recording has none, m/s.
+        whole: all signals of the sensor, where `trace` has their mean; they show a motion of the whole sensor.
     """
     path = travelled(trace, speed_m_s)
-    found = None if path is None else spatial_period(path[0], trace.signals[path[1]])
+    found = None
+    if path is not None:
+        every = None if whole is None else whole.signals[path[1]]
+        found = spatial_period(path[0], trace.signals[path[1]], every)
     along = np.linspace(-1.0, 1.0, len(trace.time_s))
     trend = np.polynomial.legendre.legvander(along, TREND)
     lively = np.abs(trace.signals - trend @ np.linalg.lstsq(trend, trace.signals, rcond=None)[0]).mean(axis=0)

@@ -5,6 +5,10 @@ that stands out from its neighbourhood in the spectrum, with its harmonics. Of s
 slope counts. The arm's swing may have a larger amplitude than the pattern, but it is also longer, and a texture sensor
 or a finger responds to slope. Several signals of one stroke are judged together. The period comes from the signal with
 the clearest line.
+
+A finger that sticks and slips oscillates in time. At a constant speed this is a line as sharp as a surface's, and at a
+low speed it has the larger slope. It moves all signals together, while a surface passes one signal after the other.
+Four signals or more show the difference; one signal alone does not.
 """
 
 import math
@@ -17,6 +21,7 @@ from remote_site.texture.recorded.line_fit import fit_line
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
+Spectra = NDArray[np.complex128]
 
 PADDING = 8
 """Length of the Fourier transform over the number of samples."""
@@ -35,6 +40,15 @@ FINEST_M = 2e-3
 
 Without this, the edges of wide grooves would outweigh the grooves.
 """
+FEWEST_SIGNALS = 4
+"""Minimum number of signals that can show a motion of the whole sensor."""
+PASSING = 0.4
+"""Fraction of the power of a surface's line that is not common to all signals, 0..1; excess common power is a motion's.
+
+It is reached by a pattern of eight times the standard deviation of the signals' places along the stroke.
+"""
+SHAKEN = 0.1
+"""Fraction of a line's power that is not common to all signals, 0..1, below which the whole sensor moves."""
 HARMONIC_PROMINENCE = 8.0
 """Minimum prominence of a harmonic; at a known place, noise reaches it once in 2^8 times."""
 HARMONIC_AMPLITUDE = 0.9
@@ -48,46 +62,76 @@ CONTACT_M = 0.25e-3
 
 In the recorded boards the pattern leads and lags by this distance along a stroke, and by more at its ends.
 """
+COUNT_SD = 0.05
+"""Standard deviation of the number of periods in a stroke, from slow motions that a few periods do not separate."""
 
 
-def spatial_period(path_m: Array, signals: Array) -> tuple[Period, int] | None:
+def spatial_period(path_m: Array, signals: Array, whole: Array | None = None) -> tuple[Period, int] | None:
     """Return the period of the clearest pattern, and the number of the signal with it; None without a pattern.
 
-    The standard deviation excludes an error of the speed from which `path_m` comes. A relative error of the speed
-    changes the period by the same fraction.
+    The standard deviation grows with noise, with a few periods and with a contact that leans. It excludes an error of
+    the speed from which `path_m` comes. A relative error of the speed changes the period by the same fraction.
 
     Args:
         path_m: place of each sample along the stroke, m; ascending.
         signals: samples x signals, any unit.
+        whole: samples x all signals of the sensor, any unit, where `signals` is their mean. The pattern is searched in
+            these, and in their mean if the sensor does not shake. The period is fitted to `signals`.
     """
     length_m = float(path_m[-1] - path_m[0])
     if len(path_m) < FEWEST_SAMPLES or not (np.ptp(signals, axis=0) > 0.0).any():
         return None
-    frequency, powers = _slope_spectra(path_m, signals)
-    together = _Spectrum(frequency, powers.mean(axis=1), length_m)
-    line = together.pattern(LEAST_PERIODS / length_m, (len(path_m) - 1) / (LEAST_SAMPLES * length_m))
+    frequency, slopes = _slope_spectra(path_m, signals)
+    powers = np.abs(slopes) ** 2
+    every = slopes if whole is None else _slope_spectra(path_m, whole)[1]
+    passing = _passing(every)
+    limits = LEAST_PERIODS / length_m, (len(path_m) - 1) / (LEAST_SAMPLES * length_m)
+    together = _Spectrum(frequency, (np.abs(every) ** 2).mean(axis=1), length_m)
+    line = together.pattern(*limits, passing)
+    if line is None and whole is not None and not together.shaken(limits[0], passing):
+        line = _Spectrum(frequency, powers.mean(axis=1), length_m).pattern(*limits, passing)
     if line is None:
         return None
     each = [_Spectrum(frequency, power, length_m) for power in powers.T]
     shown = [own.near(float(frequency[line]), 0.5) for own in each]
-    best = int(np.argmax([own.prominence[place] for own, place in zip(each, shown, strict=True)]))
+    prominence = [own.prominence[place] for own, place in zip(each, shown, strict=True)]
+    best = int(np.argmax(prominence))
+    if prominence[best] < HARMONIC_PROMINENCE:
+        return None
     fitted = fit_line(path_m, signals[:, best], float(frequency[shown[best]]))
     if fitted is None:
         return None
     period_m = 1.0 / fitted[0]
-    path_sd = math.sqrt(2.0) * CONTACT_M / length_m
-    return Period(period_m, period_m * math.hypot(fitted[1] * period_m, path_sd), 0.0), best
+    of_contact, of_count = math.sqrt(2.0) * CONTACT_M / length_m, COUNT_SD * period_m / length_m
+    return Period(period_m, period_m * math.hypot(fitted[1] * period_m, of_contact, of_count), 0.0), best
 
 
-def _slope_spectra(path_m: Array, signals: Array) -> tuple[Array, Array]:
-    """Return spatial frequencies, 1/m, and the power of each signal's slope over its median."""
+def _slope_spectra(path_m: Array, signals: Array) -> tuple[Array, Spectra]:
+    """Return spatial frequencies, 1/m, and the spectrum of each signal's slope over the root of its median power."""
     n = len(path_m)
     even_m = np.linspace(path_m[0], path_m[-1], n)
-    slopes = np.diff(np.column_stack([np.interp(even_m, path_m, column) for column in signals.T]), axis=0)
-    slopes = (slopes - slopes.mean(axis=0)) * np.hanning(n - 1)[:, None]
+    steps = np.diff(np.column_stack([np.interp(even_m, path_m, column) for column in signals.T]), axis=0)
+    steps = (steps - steps.mean(axis=0)) * np.hanning(n - 1)[:, None]
     frequency = np.fft.rfftfreq(PADDING * n, (even_m[-1] - even_m[0]) / (n - 1))
-    powers = np.abs(np.fft.rfft(slopes, PADDING * n, axis=0)) ** 2
-    return frequency, powers / np.maximum(np.median(powers, axis=0), np.finfo(float).tiny)
+    slopes = np.fft.rfft(steps, PADDING * n, axis=0)
+    scale = np.sqrt(np.median(np.abs(slopes) ** 2, axis=0))
+    return frequency, slopes / np.maximum(scale, np.sqrt(np.finfo(float).tiny))
+
+
+def _passing(slopes: Spectra) -> Array:
+    """Return the fraction of the power at each frequency, 0..1, that is not common to all signals.
+
+    Squares of spectra have the same phase in two signals that move together, or in opposition as a tilting sensor
+    moves them. The mean of their product over all pairs of signals measures this. With fewer than FEWEST_SIGNALS
+    signals nothing counts as common.
+    """
+    if slopes.shape[1] < FEWEST_SIGNALS:
+        return np.ones(len(slopes))
+    power = np.abs(slopes) ** 2
+    alone = (power**2).sum(axis=1)
+    common = np.abs((slopes**2).sum(axis=1)) ** 2 - alone
+    pairs = np.maximum(power.sum(axis=1) ** 2 - alone, np.finfo(float).tiny)
+    return np.asarray(1.0 - np.sqrt(np.clip(common / pairs, 0.0, 1.0)))
 
 
 class _Spectrum:
@@ -112,15 +156,27 @@ class _Spectrum:
         inside = np.flatnonzero(np.abs(self.frequency - wanted) <= reach * self.resolution)
         return int(inside[np.argmax(self.power[inside])])
 
-    def pattern(self, slowest: float, fastest: float) -> int | None:
-        """Return the index of the fundamental of the line with most slope between two frequencies, 1/m."""
+    def shaken(self, slowest: float, passing: Array) -> bool:
+        """Return whether a line above a frequency, 1/m, is a motion of the whole sensor."""
+        lines = (self.frequency > slowest) & (self.prominence > LEAST_PROMINENCE)
+        return bool((passing[lines] <= SHAKEN).any())
+
+    def pattern(self, slowest: float, fastest: float, passing: Array) -> int | None:
+        """Return the index of the fundamental of the line with most slope between two frequencies, 1/m.
+
+        Args:
+            slowest: lower frequency, 1/m.
+            fastest: upper frequency, 1/m.
+            passing: fraction of the power at each frequency that is not common to all signals, 0..1.
+        """
         power = self.power
         peaks = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
         peaks = peaks[(self.frequency[peaks] > slowest) & (self.frequency[peaks] < fastest)]
-        lines = peaks[self.prominence[peaks] > LEAST_PROMINENCE]
+        lines = peaks[(self.prominence[peaks] > LEAST_PROMINENCE) & (passing[peaks] > SHAKEN)]
         if not len(lines):
             return None
         weighted = power[lines] / (1.0 + (FINEST_M * self.frequency[lines]) ** 2)
+        weighted *= np.minimum(passing[lines] / PASSING, 1.0)
         line = int(lines[np.argmax(weighted)])
         return self._fundamental(line, peaks[self.prominence[peaks] > HARMONIC_PROMINENCE])
 

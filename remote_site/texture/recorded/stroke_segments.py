@@ -14,7 +14,9 @@ from remote_site.texture.surface_table import SurfaceTable
 from remote_site.traces.trace_files import StrokeTrace
 
 
-def segments(trace: StrokeTrace, surfaces: SurfaceTable, speed_m_s: float | None = None) -> list[Segment]:
+def segments(
+    trace: StrokeTrace, surfaces: SurfaceTable, speed_m_s: float | None = None, whole: StrokeTrace | None = None
+) -> list[Segment]:
     """Cut a stroke into its segments in contact.
 
     A recording without force counts as in contact throughout. A recording without speed counts as stroking.
@@ -24,9 +26,10 @@ def segments(trace: StrokeTrace, surfaces: SurfaceTable, speed_m_s: float | None
             the one that varies most.
         surfaces: law of the sensor and calibrated surfaces.
         speed_m_s: speed if the recording has none, m/s.
+        whole: all signals of a slow recording, where `trace` has their mean.
     """
     if trace.rate_hz < FAST_HZ:
-        return [slow_stroke(trace, speed_m_s)]
+        return [slow_stroke(trace, speed_m_s, whole)]
     found = even_segments(even_stroke(trace, speed_m_s), surfaces)
     for segment in found:
         if trace.force_n is None:

@@ -102,6 +102,60 @@ def test_of_several_signals_the_clearest_is_named():
     assert found[1] == 1
 
 
+PLACES_MM = np.linspace(0.0, 14.0, 16)
+
+
+def shaken(seed, period_mm=4.0, depth=0.02, shake=0.03, tilt=0.0, speed_mm_s=5.0, hz=2.2):
+    """Path and 16 signals of a sensor that passes a pattern while it shakes with more slope than the pattern."""
+    chance = np.random.default_rng(seed)
+    t = np.arange(0.0, 1e3 * LENGTH_M / speed_mm_s, 1.0 / 35.7)
+    x_mm = speed_mm_s * t
+    load = chance.uniform(60.0, 200.0, 16)
+    pattern = depth * np.sin(2.0 * np.pi * (x_mm[:, None] - PLACES_MM) / period_mm)
+    motion = np.sin(2.0 * np.pi * hz * t + chance.uniform(0.0, 6.0))[:, None]
+    way = np.where(PLACES_MM < 7.0, 1.0 - tilt, 1.0) * chance.normal(1.0, 0.1, 16)
+    noise = 0.005 * chance.normal(size=(len(t), 16))
+    return 1e-3 * x_mm, load * (1.0 + pattern + shake * way * motion + noise)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 2.0])
+@pytest.mark.parametrize("shake", [0.02, 0.05])
+def test_a_motion_of_the_whole_sensor_is_not_taken_for_the_pattern(tilt, shake):
+    """It heaves, or tilts so that half of the signals oppose the others; alone it would be a pattern of 2.27 mm."""
+    for seed in range(5):
+        assert found_mm(*shaken(seed, shake=shake, tilt=tilt)) == pytest.approx(4.0, rel=0.01)
+
+
+def test_the_motion_is_recognised_for_the_mean_of_the_signals_too():
+    for seed in range(5):
+        path_m, signals = shaken(seed)
+        found = spatial_period(path_m, signals.mean(axis=1, keepdims=True), signals)
+        assert found is not None
+        assert 1e3 * found[0].period_m == pytest.approx(4.0, rel=0.01)
+
+
+def test_a_motion_alone_has_no_period():
+    for seed in range(5):
+        path_m, signals = shaken(seed, depth=0.0)
+        assert spatial_period(path_m, signals) is None
+        assert spatial_period(path_m, signals.mean(axis=1, keepdims=True), signals) is None
+
+
+def test_a_motion_at_the_frequency_of_the_pattern_leaves_it_its_period():
+    """At 10 mm/s a pattern of 4 mm comes at 2.5 Hz."""
+    for seed in range(5):
+        path_m, signals = shaken(seed, depth=0.03, shake=0.02, speed_mm_s=10.0, hz=2.5)
+        swing = 6.0 * np.sin(2.0 * np.pi * (path_m[:, None] - 1e-3 * PLACES_MM) / 0.020)
+        assert found_mm(path_m, signals + swing) == pytest.approx(4.0, rel=0.01)
+
+
+def test_the_deviation_grows_with_few_periods():
+    """A slow swing of nearly the same wavelength moves the line; the stroke alone does not show it."""
+    few, many = (spatial_period(*stroke(540, period_mm, 0.1, 1))[0] for period_mm in (20.0, 4.0))
+    assert few.period_sd_m / few.period_m > 2.0 * many.period_sd_m / many.period_m
+    assert few.period_sd_m / few.period_m > 0.05 / (LENGTH_M / 0.020)
+
+
 def write(path, t, signal, speed=None):
     columns = [t, signal] if speed is None else [t, signal, speed]
     header = "time_s,taxel1" if speed is None else "time_s,taxel1,speed_mm_s"
