@@ -1,4 +1,4 @@
-"""Panels of the recorded strokes: errors of the boards' periods, and fabrics at a pressure not learned from."""
+"""Panels of the recorded strokes: periods of boards and of made-up strokes, and fabrics at another pressure."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from scipy.stats import binomtest
 
 from studies.drawing import Data, figure_file, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
 
 _SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
+_MADE = {"all taxels": BLUE, "mean": ORANGE, "one taxel": GREY}
 _SPLITS = {
     "setting left out": (BLUE, "o"),
     "one setting learned": (ORANGE, "^"),
@@ -21,9 +23,9 @@ _SPLITS = {
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with figure_file(path, 12.0, 4.8) as figure:
-        panels = figure.subplots(1, 2)
-        for axes, draw in zip(panels, (draw_boards, draw_fabrics), strict=True):
+    with figure_file(path, 12.0, 9.2) as figure:
+        panels = figure.subplots(2, 2).flat
+        for axes, draw in zip(panels, (draw_boards, draw_fabrics, draw_speeds, draw_coverage), strict=True):
             draw(axes, data)
 
 
@@ -50,6 +52,46 @@ def draw_boards(axes: Axes, data: Data) -> None:
     axes.set(ylim=(-1.5, 1.5), xticks=[], xlabel="strokes", ylabel="error of the period (%)")
     axes.set_title("Grooved boards: spatial period")
     label_once(axes, loc="lower right")
+
+
+def draw_speeds(axes: Axes, data: Data) -> None:
+    """Draw periods of another line (solid) and missing ones (dashed) in percent of the made-up strokes, by speed."""
+    for signals, colour in _MADE.items():
+        rows = by_speed(data["made_by_speed"], signals)
+        for column, line in (("wrong", "-"), ("none", "--")):
+            shares = [100.0 * row[column] / row["strokes"] for row in rows]
+            label = f"{signals}, {'another line' if column == 'wrong' else 'no period'}"
+            axes.plot([row["speed_mm_s"] for row in rows], shares, line, color=colour, marker="o", ms=4, label=label)
+    axes.set(ylim=(0.0, None), xlabel="speed (mm/s)", ylabel="strokes (%)", title="Made-up strokes: no right period")
+    label_once(axes, loc="upper left", fontsize="small", ncols=3)
+
+
+def by_speed(rows: Sequence[Mapping[str, Any]], signals: str) -> list[dict[str, float]]:
+    """Return the counts of these signals at each speed, both motions together."""
+    columns = ("strokes", "none", "wrong", "answers", "inside_95")
+    found = []
+    for speed in dict.fromkeys(row["speed_mm_s"] for row in rows):
+        part = where(rows, speed_mm_s=speed, signals=signals)
+        found.append({"speed_mm_s": speed, **{name: sum(row[name] for row in part) for name in columns}})
+    return found
+
+
+def draw_coverage(axes: Axes, data: Data) -> None:
+    """Draw the share of periods within their 95 % intervals, with its own interval; wrong periods count as outside."""
+    rows = [(f"made-up, {row['speed_mm_s']:g} mm/s", row) for row in by_speed(data["made_by_speed"], "all taxels")] + [
+        (row["change"], row) for row in data["changed_boards"] if row["signals"] == "all taxels"
+    ]
+    rows = [(name, row) for name, row in rows if row["answers"]]
+    for place, (_, row) in enumerate(rows):
+        low, high = binomtest(row["inside_95"], row["answers"]).proportion_ci()
+        colour = BLUE if place < len(rows) - len(where(data["changed_boards"], signals="all taxels")) else GREEN
+        axes.plot([100.0 * low, 100.0 * high], [place, place], color=colour, linewidth=1.2)
+        axes.plot(100.0 * row["inside_95"] / row["answers"], place, "o", color=colour, ms=4)
+    axes.axvspan(90.0, 100.0, color=GREY, alpha=0.12, linewidth=0)
+    axes.axvline(95.0, color=GREY, linewidth=0.8)
+    axes.set_yticks(range(len(rows)), [f"{name} ({row['answers']})" for name, row in rows])
+    axes.invert_yaxis()
+    axes.set(xlim=(50.0, 101.0), xlabel="inside the 95 % interval (%)", title="Stated deviation of the period")
 
 
 def draw_fabrics(axes: Axes, data: Data) -> None:

@@ -126,4 +126,4 @@ def _oscillation(t_s: Array, hz: float, chance: np.random.Generator) -> Array:
     """Return stick and slip: load builds up, drops at once, with cycles of unequal length; amplitude 1."""
     cycles = np.cumsum(np.maximum(1.0 + 0.04 * chance.normal(size=int(t_s[-1] * hz) + 8), 0.5)) / hz
     cycle = np.interp(t_s, np.concatenate(([0.0], cycles)), np.arange(len(cycles) + 1.0)) % 1.0
-    return np.where(cycle < 0.7, 2.0 * cycle / 0.7 - 1.0, 1.0 - 2.0 * (cycle - 0.7) / 0.3)
+    return np.asarray(np.where(cycle < 0.7, 2.0 * cycle / 0.7 - 1.0, 1.0 - 2.0 * (cycle - 0.7) / 0.3))

@@ -1,4 +1,4 @@
-"""Recorded strokes of a slow sensor: periods of two grooved boards, and fabrics at a pressure not learned from.
+"""Strokes of a slow sensor: periods of grooved boards, and fabrics at a pressure not learned from.
 
 The recordings are by others: 16 capacitive taxels at 35.7 samples/s. The fabrics have flaws as a test, which are
 treated as follows:
@@ -8,6 +8,8 @@ treated as follows:
   the track that was not learned from.
 - Random splits leave near copies of each stroke to learn from. Their results are shown as a warning.
 - One pressure setting in turn is left out. Choices were made with tables of one setting tried on another.
+
+The periods have two more tests: made-up strokes at 2 to 30 mm/s that stick and slip, and changed recordings.
 """
 
 import re
@@ -27,6 +29,8 @@ from remote_site.traces.trace_files import StrokeTrace, read_stroke
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work
 from studies.recorded_strokes.figure import plot
+from studies.recorded_strokes.made_strokes import SPEEDS_MM_S
+from studies.recorded_strokes.periods import Board, changed_boards, made_periods, pooled
 from studies.running import Progress, Unavailable, data_folder
 from studies.texture.baselines import band_powers, classifiers, moments
 
@@ -38,12 +42,15 @@ Answers = NDArray[np.str_]
 
 SHIPPED = "shipped"
 WITHIN = 0.01
+_MADE, _MADE_QUICK = 120, 12
 BOARD = re.compile(r"board(\d+)mm_force(\d+)_speed(\d+)mmps")
 FABRIC = re.compile(r"(\w+?)_force(\d+)_speed(\d+)mmps_\d+")
 _FOLDS = 5
 COMPARED = (
     Compared("accuracy", "share", "more", ("split", "group"), {"method": SHIPPED}, counted="strokes"),
     Compared("taxels", "within_1_percent", "more"),
+    Compared("made_periods", "wrong", "less", ("signals", "motion")),
+    Compared("made_periods", "inside_95_share", "more", ("signals", "motion"), counted="answers"),
 )
 
 
@@ -83,11 +90,18 @@ def run(
     board_strokes = read_strokes(folder / "groove_boards", BOARD)
     fabrics = read_strokes(folder / "fabric_strokes", FABRIC)
     methods: list[Piece] = [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)]
-    found, by_taxel, *by_method = work([(boards, (board_strokes,)), (taxels, (board_strokes,)), *methods], progress)
+    of_boards: list[Piece] = [(boards, (board_strokes,)), (taxels, (board_strokes,)), (changed, (board_strokes, seed))]
+    made: list[Piece] = [(made_periods, (speed, _MADE_QUICK if quick else _MADE, seed)) for speed in SPEEDS_MM_S]
+    found, by_taxel, by_change, *others = work([*of_boards, *made, *methods], progress)
+    by_speed = [row for rows in others[: len(made)] for row in rows]
+    by_method = others[len(made) :]
     return {
         "surfaces": sorted({stroke.surface for stroke in fabrics}),
         "boards": found,
         "taxels": by_taxel,
+        "changed_boards": by_change,
+        "made_periods": pooled(by_speed),
+        "made_by_speed": by_speed,
         "accuracy": [row for rows, _ in by_method for row in rows],
         "errors": [row for _, wrong in by_method for row in wrong],
     }
@@ -110,7 +124,13 @@ def _fabrics(fabrics: Sequence[Stroke], name: str, seed: int) -> tuple[list[Row]
 
 def tables(data: Mapping[str, Any]) -> dict[str, list[Row]]:
     """Parts of the result that are tables, by name."""
-    return {"boards": data["boards"], "fabrics": data["accuracy"], "fabric-errors": data["errors"]}
+    return {
+        "boards": data["boards"],
+        "changed-boards": data["changed_boards"],
+        "made-by-speed": data["made_by_speed"],
+        "fabrics": data["accuracy"],
+        "fabric-errors": data["errors"],
+    }
 
 
 def read_strokes(folder: Path, name: re.Pattern[str]) -> list[Stroke]:
@@ -132,7 +152,7 @@ def boards(strokes: Sequence[Stroke]) -> list[Row]:
         true_mm = 2.0 * float(stroke.surface)
         signals = stroke.trace.signals
         for signal, values in (("best", signals), ("mean", signals.mean(axis=1, keepdims=True))):
-            found = spatial_period(stroke.speed_m_s * stroke.trace.time_s, values)
+            found = spatial_period(stroke.speed_m_s * stroke.trace.time_s, values, signals)
             row: Row = {"stroke": Path(stroke.trace.name).name, "signal": signal, "true_mm": true_mm, "period_mm": None}
             row |= {"period_sd_mm": None, "error_percent": None, "error_sds": None, "taxel": None}
             if found is not None:
@@ -142,6 +162,15 @@ def boards(strokes: Sequence[Stroke]) -> list[Row]:
                 row |= {"taxel": stroke.trace.signal_names[found[1]] if signal == "best" else None}
             rows.append(row)
     return rows
+
+
+def changed(strokes: Sequence[Stroke], seed: int) -> list[Row]:
+    """Counts of periods after each change of the recorded boards."""
+    found = []
+    for stroke in strokes:
+        time_s = stroke.trace.time_s
+        found.append(Board(stroke.speed_m_s * time_s, stroke.trace.signals, time_s, 2.0 * float(stroke.surface)))
+    return changed_boards(found, seed)
 
 
 def taxels(strokes: Sequence[Stroke]) -> dict[str, float]:
