@@ -216,7 +216,8 @@ def varied(
     def method(learn: Sequence[Stroke], judge: Sequence[Stroke]) -> Answers:
         def seen(strokes: Sequence[Stroke]) -> list[Any]:
             chosen = slice(None) if taxel is None else slice(taxel, taxel + 1)
-            traces = [replace(s.trace, signals=s.trace.signals[:, chosen]) for s in strokes]
+            names = strokes[0].trace.signal_names[chosen]
+            traces = [replace(s.trace, signals=s.trace.signals[:, chosen], signal_names=names) for s in strokes]
             return [unevenness(t, along, s.speed_m_s, motions) for t, s in zip(traces, strokes, strict=True)]
 
         first = seen(learn)

@@ -59,7 +59,10 @@ def identify_thermal(
 
 
 def identify_texture(
-    stroke: StrokeTrace, table: SurfaceTable | SpectrumTable | None = None, speed_m_s: float | None = None
+    stroke: StrokeTrace,
+    table: SurfaceTable | SpectrumTable | None = None,
+    speed_m_s: float | None = None,
+    speed_sd_m_s: float = 0.0,
 ) -> list[SurfaceAnswer]:
     """Identify exploration mode, roughness, grooves and surface of a stroke (Kron & Schmidt 2003, Eq. 2).
 
@@ -68,6 +71,7 @@ def identify_texture(
         table: calibrated surfaces; by default those of the simulated sensors. A table of slow strokes is for sensors
             below 1000 samples/s.
         speed_m_s: speed of a stroke without one, m/s.
+        speed_sd_m_s: standard deviation of a constant error of the speed, m/s; it widens that of the period.
 
     Returns:
         One answer for each segment of one mode on one surface.
@@ -75,4 +79,4 @@ def identify_texture(
     Raises:
         ValueError: the table is of another kind of stroke or of another sensor.
     """
-    return identify_stroke(stroke, table or SurfaceTable.load(SURFACES), speed_m_s)
+    return identify_stroke(stroke, table or SurfaceTable.load(SURFACES), speed_m_s, speed_sd_m_s=speed_sd_m_s)

@@ -41,6 +41,7 @@ def identify_texture_command(
     table: Annotated[Path | None, typer.Option(help="Calibrated table of surfaces.")] = None,
     signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
     speed: Annotated[float | None, typer.Option(help="Stroke speed for files without one, mm/s.")] = None,
+    speed_sd: Annotated[float, typer.Option(help="Standard deviation of the speed's error, mm/s.")] = 0.0,
     processes: Processes = 0,
 ) -> None:
     """Identify mode, surface, grooves and rendering constants of recorded strokes."""
@@ -48,7 +49,8 @@ def identify_texture_command(
 
     surfaces = None if table is None else load_surfaces(table)
     with progress_line("identify") as progress:
-        _print_lines(identify_texture(strokes, surfaces, signal, speed, processes or processors(), progress))
+        workers = processes or processors()
+        _print_lines(identify_texture(strokes, surfaces, signal, speed, workers, progress, speed_sd))
 
 
 def _times(text: str) -> list[float]:

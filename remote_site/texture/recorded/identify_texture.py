@@ -41,7 +41,7 @@ class SurfaceAnswer(TypedDict):
         k_force_rpm_per_n: motor speed for each newton, rpm/N.
         impulses_s: times of grooves and edges, s.
         period_mm: distance of the grooves, mm.
-        period_sd_mm: its standard deviation, mm.
+        period_sd_mm: its standard deviation, mm; an error of the speed counts where its deviation is known.
         irregular: whether there are grooves without a period.
         changed: whether the segment begins where the stroke reached another surface.
         fault: fault of the sensor.
@@ -83,6 +83,7 @@ def identify_texture(
     speed_mm_s: float | None = None,
     processes: int = 1,
     progress: Progress = unseen,
+    speed_sd_mm_s: float = 0.0,
 ) -> Iterator[dict[str, Any]]:
     """Yield one line per segment in contact of every stroke; `null` marks values that could not be determined.
 
@@ -95,26 +96,35 @@ def identify_texture(
         speed_mm_s: speed of recordings without a speed column, mm/s.
         processes: number of processes that share the work; the lines do not depend on it.
         progress: is called with the completed share, 0..1.
+        speed_sd_mm_s: standard deviation of a constant error of the speed, mm/s; it widens that of the period.
 
     Raises:
-        ValueError: a file cannot be used (the message names file, line and column), or the speed is not positive.
+        ValueError: a file cannot be used (the message names file, line and column), the speed is not positive, or its
+            deviation is negative.
     """
+    if not 0.0 <= speed_sd_mm_s < 10_000.0:
+        raise ValueError(f"--speed-sd: must be 0 or more, mm/s, not {speed_sd_mm_s}")
     if speed_mm_s is not None and not 0.0 < speed_mm_s < 10_000.0:
         raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
     if speed_mm_s is not None and (why := wrong_speeds(np.array([speed_mm_s]))):
         raise ValueError(f"--speed: {why}")
     speed_m_s = None if speed_mm_s is None else speed_mm_s / 1000.0
-    for lines in in_order(partial(_lines, table, signal, speed_m_s), strokes, processes, progress):
+    one = partial(_lines, table, signal, speed_m_s, speed_sd_mm_s / 1000.0)
+    for lines in in_order(one, strokes, processes, progress):
         yield from lines
 
 
 def _lines(
-    table: SurfaceTable | SpectrumTable | None, signal: str | None, speed_m_s: float | None, path: Path
+    table: SurfaceTable | SpectrumTable | None,
+    signal: str | None,
+    speed_m_s: float | None,
+    speed_sd_m_s: float,
+    path: Path,
 ) -> list[dict[str, Any]]:
     """Return the lines of one stroke."""
     trace = read_stroke(path, signal)
     whole = read_stroke(path, "best") if signal == "mean" else None
-    return [{"stroke": str(path), **answer} for answer in identify_stroke(trace, table, speed_m_s, whole)]
+    return [{"stroke": str(path), **answer} for answer in identify_stroke(trace, table, speed_m_s, whole, speed_sd_m_s)]
 
 
 def identify_stroke(
@@ -122,6 +132,7 @@ def identify_stroke(
     table: SurfaceTable | SpectrumTable | None = None,
     speed_m_s: float | None = None,
     whole: StrokeTrace | None = None,
+    speed_sd_m_s: float = 0.0,
 ) -> list[SurfaceAnswer]:
     """Return one answer per segment in contact of a stroke.
 
@@ -130,6 +141,7 @@ def identify_stroke(
         table: sensor and calibrated surfaces, as for `identify_texture`.
         speed_m_s: speed of a stroke without one, m/s.
         whole: all signals of the stroke, where `trace` has their mean; by default those of `trace`.
+        speed_sd_m_s: standard deviation of a constant error of the speed, m/s.
 
     Raises:
         ValueError: the table is of another kind of stroke or of another sensor.
@@ -137,7 +149,7 @@ def identify_stroke(
     surfaces = table if isinstance(table, SurfaceTable) else SurfaceTable.load(SHIPPED)
     answers = []
     for part in segments(trace, surfaces, speed_m_s, whole):
-        answer = _answer(part, table if isinstance(table, SurfaceTable) else None)
+        answer = _answer(part, table if isinstance(table, SurfaceTable) else None, speed_sd_m_s)
         if isinstance(table, SpectrumTable):
             found = _recognised(whole or trace, table, speed_m_s)
             answer["surface"] = None if found is None else found.surface
@@ -152,7 +164,7 @@ def _recognised(trace: StrokeTrace, table: SpectrumTable, speed_m_s: float | Non
     return table.recognise(trace, speed_m_s)
 
 
-def _answer(part: Segment, table: SurfaceTable | None) -> SurfaceAnswer:
+def _answer(part: Segment, table: SurfaceTable | None, speed_sd_m_s: float) -> SurfaceAnswer:
     answer: SurfaceAnswer = {
         "mode": part.mode.name.lower(),
         "start_s": round(part.start_s, 4),
@@ -170,7 +182,8 @@ def _answer(part: Segment, table: SurfaceTable | None) -> SurfaceAnswer:
     }
     if part.period is not None and not part.period.irregular:
         answer["period_mm"] = round(1000.0 * part.period.period_m, 3)
-        answer["period_sd_mm"] = round(1000.0 * part.period.period_sd_m, 3)
+        of_speed = part.period.period_m * speed_sd_m_s / abs(part.speed_m_s) if part.speed_m_s else 0.0
+        answer["period_sd_mm"] = round(1000.0 * math.hypot(part.period.period_sd_m, of_speed), 3)
     if table is not None and part.surface is not None and part.roughness_v is not None:
         constants = StrokeLaw(table).at(ln_roughness(part.roughness_v))
         answer["surface"] = part.surface

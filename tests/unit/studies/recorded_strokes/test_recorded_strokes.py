@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from studies.recorded_strokes.figure import draw_boards, draw_fabrics
-from studies.recorded_strokes.run import FABRIC, classic, judged, read_strokes, run, shipped, splits
+from remote_site.texture.groove_period import Period
+from studies.recorded_strokes.figure import draw_boards, draw_coverage, draw_fabrics, draw_speeds
+from studies.recorded_strokes.periods import counted, made_periods, pooled
+from studies.recorded_strokes.run import FABRIC, Stroke, classic, judged, read_strokes, run, shipped, splits, varied
 from studies.running import Unavailable
 from studies.teleoperation_stability.recorded import folder
 from studies.texture.baselines import band_powers, classifiers
@@ -75,8 +77,35 @@ def test_boards_and_fabrics_are_counted(made):
 
 @pytest.mark.long
 def test_panels_are_drawn(made):
-    left, right = Figure().subplots(1, 2)
+    left, right, speeds, coverage = Figure().subplots(2, 2).flat
     draw_boards(left, made)
     draw_fabrics(right, made)
+    draw_speeds(speeds, made)
+    draw_coverage(coverage, made)
     assert len(right.get_lines()) >= 3 * 5
+    assert len(speeds.get_lines()) == 3 * 2
+    assert coverage.get_lines()
     assert left.get_ylabel()
+
+
+def test_periods_are_counted():
+    answers = [(4.0, Period(0.00401, 0.00002, 0.0)), (4.0, Period(0.0023, 0.00002, 0.0)), (4.0, None)]
+    row = counted(answers)
+    assert (row["none"], row["wrong"], row["within_1_percent"], row["inside_95"], row["answers"]) == (1, 1, 1, 1, 2)
+    assert counted([(4.0, None)])["inside_95_share"] is None
+
+
+@pytest.mark.long
+def test_stated_deviations_of_made_up_strokes_are_true_and_few_periods_are_of_another_line():
+    """Over 2 to 30 mm/s, half of the strokes with a finger that sticks and slips; other draws than the study's."""
+    rows = [row for speed_mm_s in (2.0, 5.0, 10.0, 20.0, 30.0) for row in made_periods(speed_mm_s, 100, 7)]
+    (all_taxels,) = (row for row in pooled(rows) if row["signals"] == "all taxels" and row["motion"] == "both")
+    assert all_taxels["strokes"] == 500
+    assert all_taxels["answers"] > 400
+    assert all_taxels["inside_95_share"] == pytest.approx(0.95, abs=0.05)
+    assert all_taxels["wrong"] < 0.05 * all_taxels["strokes"]
+
+
+def test_one_taxel_of_all_is_a_method_too():
+    strokes = [Stroke(one.trace, one.speed_m_s, 0, one.surface) for one in folder_of((120,))]
+    assert len(varied(taxel=9)(strokes, strokes)) == len(strokes)

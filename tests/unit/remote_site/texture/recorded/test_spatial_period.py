@@ -174,6 +174,18 @@ def test_the_period_scales_with_a_wrong_speed(tmp_path, rate_hz):
         assert 0.0 < line["period_sd_mm"] < 0.03
 
 
+def test_the_deviation_of_the_speed_widens_that_of_the_period(tmp_path):
+    t = np.arange(0.0, 12.0, 1.0 / 35.7)
+    write(tmp_path / "s.csv", t, 20.0 * np.sin(5.0 * np.pi * t) + np.random.default_rng(7).normal(size=len(t)))
+    sds_mm = []
+    for speed_sd_mm_s in (0.0, 0.2):
+        (line,) = identify_texture([tmp_path / "s.csv"], signal="taxel1", speed_mm_s=10.0, speed_sd_mm_s=speed_sd_mm_s)
+        sds_mm.append(line["period_sd_mm"])
+    assert sds_mm[1] == pytest.approx(np.hypot(sds_mm[0], 0.02 * 4.0), abs=0.002)
+    with pytest.raises(ValueError, match="--speed-sd"):
+        list(identify_texture([tmp_path / "s.csv"], signal="taxel1", speed_mm_s=10.0, speed_sd_mm_s=-1.0))
+
+
 def test_the_speed_column_gives_the_path_with_its_rests_and_ramps(tmp_path):
     t = np.arange(0.0, 20.0, 0.028)
     speed = 12.0 * np.interp(t, [0.0, 2.0, 5.0, 14.0, 16.0, 20.0], [0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
