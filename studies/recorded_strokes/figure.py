@@ -62,8 +62,8 @@ def draw_speeds(axes: Axes, data: Data) -> None:
             shares = [100.0 * row[column] / row["strokes"] for row in rows]
             label = f"{signals}, {'another line' if column == 'wrong' else 'no period'}"
             axes.plot([row["speed_mm_s"] for row in rows], shares, line, color=colour, marker="o", ms=4, label=label)
-    axes.set(ylim=(0.0, None), xlabel="speed (mm/s)", ylabel="strokes (%)", title="Made-up strokes: no right period")
-    label_once(axes, loc="upper left", fontsize="small", ncols=3)
+    axes.set(ylim=(0.0, 45.0), xlabel="speed (mm/s)", ylabel="strokes (%)", title="Made-up strokes: no right period")
+    label_once(axes, loc="upper center", fontsize="small", ncols=2)
 
 
 def by_speed(rows: Sequence[Mapping[str, Any]], signals: str) -> list[dict[str, float]]:

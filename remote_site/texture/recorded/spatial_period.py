@@ -164,6 +164,9 @@ class _Spectrum:
     def pattern(self, slowest: float, fastest: float, passing: Array) -> int | None:
         """Return the index of the fundamental of the line with most slope between two frequencies, 1/m.
 
+        Common power counts less. If a motion of the whole sensor still counts most, it may hide a pattern; the result
+        is then None.
+
         Args:
             slowest: lower frequency, 1/m.
             fastest: upper frequency, 1/m.
@@ -172,13 +175,16 @@ class _Spectrum:
         power = self.power
         peaks = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
         peaks = peaks[(self.frequency[peaks] > slowest) & (self.frequency[peaks] < fastest)]
-        lines = peaks[(self.prominence[peaks] > LEAST_PROMINENCE) & (passing[peaks] > SHAKEN)]
+        lines = peaks[self.prominence[peaks] > LEAST_PROMINENCE]
         if not len(lines):
             return None
         weighted = power[lines] / (1.0 + (FINEST_M * self.frequency[lines]) ** 2)
         weighted *= np.minimum(passing[lines] / PASSING, 1.0)
         line = int(lines[np.argmax(weighted)])
-        return self._fundamental(line, peaks[self.prominence[peaks] > HARMONIC_PROMINENCE])
+        if passing[line] <= SHAKEN:
+            return None
+        harmonics = (self.prominence[peaks] > HARMONIC_PROMINENCE) & (passing[peaks] > SHAKEN)
+        return self._fundamental(line, peaks[harmonics])
 
     def _fundamental(self, line: int, peaks: Places) -> int:
         """Return the fundamental of `line`: `line` itself, unless all lower harmonics exist and none is much weaker."""

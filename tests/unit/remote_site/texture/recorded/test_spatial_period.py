@@ -126,6 +126,12 @@ def test_a_motion_of_the_whole_sensor_is_not_taken_for_the_pattern(tilt, shake):
         assert found_mm(*shaken(seed, shake=shake, tilt=tilt)) == pytest.approx(4.0, rel=0.01)
 
 
+def test_a_motion_of_half_the_frequency_is_not_taken_for_the_fundamental():
+    """At 20 mm/s a motion of 2.5 Hz is a line of 8 mm."""
+    for seed in range(5):
+        assert found_mm(*shaken(seed, speed_mm_s=20.0, hz=2.5)) == pytest.approx(4.0, rel=0.01)
+
+
 def test_the_motion_is_recognised_for_the_mean_of_the_signals_too():
     for seed in range(5):
         path_m, signals = shaken(seed)
