@@ -97,10 +97,10 @@ def test_periods_are_counted():
 
 @pytest.mark.long
 def test_stated_deviations_of_made_up_strokes_are_true_and_few_periods_are_of_another_line():
-    """Over 2 to 30 mm/s, half of the strokes with a finger that sticks and slips; other draws than the study's."""
-    rows = [row for speed_mm_s in (2.0, 5.0, 10.0, 20.0, 30.0) for row in made_periods(speed_mm_s, 100, 7)]
+    """Over 2 to 10 mm/s, half of the strokes with a finger that sticks and slips; other draws than the study's."""
+    rows = [row for speed_mm_s in (2.0, 5.0, 10.0) for row in made_periods(speed_mm_s, 160, 7)]
     (all_taxels,) = (row for row in pooled(rows) if row["signals"] == "all taxels" and row["motion"] == "both")
-    assert all_taxels["strokes"] == 500
+    assert all_taxels["strokes"] == 480
     assert all_taxels["answers"] > 400
     assert all_taxels["inside_95_share"] == pytest.approx(0.95, abs=0.05)
     assert all_taxels["wrong"] < 0.05 * all_taxels["strokes"]
