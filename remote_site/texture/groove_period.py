@@ -53,10 +53,7 @@ class GroovePeriod:
         self._last_m = None
 
     def estimate(self) -> Period | None:
-        """Return the median spacing with its standard error; None before FEWEST gaps.
-
-        The scatter of a few gaps is smaller than their deviation. Dividing by two gaps less corrects this.
-        """
+        """Return the median spacing with its standard error; None before FEWEST gaps."""
         n = len(self._gaps_m)
         if n < self.FEWEST:
             return None
@@ -64,4 +61,4 @@ class GroovePeriod:
         median = gaps[n // 2] if n % 2 else 0.5 * (gaps[n // 2 - 1] + gaps[n // 2])
         deviations = sorted(abs(gap - median) for gap in gaps)
         sd = 1.4826 * deviations[n // 2]
-        return Period(median, 1.25 * sd / math.sqrt(n - 2), sd / max(median, 1e-6))
+        return Period(median, 1.25 * sd / math.sqrt(n), sd / max(median, 1e-6))

@@ -142,18 +142,6 @@ def test_grooves_without_a_period_are_irregular():
     assert period_of(np.cumsum(np.random.default_rng(0).uniform(0.002, 0.008, 30))).irregular
 
 
-@pytest.mark.parametrize("gaps", [4, 6, 8, 15])
-def test_the_deviation_of_the_period_covers_its_error_from_few_gaps(gaps):
-    """Grooves made to 1 % and found to 0.03 mm."""
-    chance = np.random.default_rng(gaps)
-    inside = []
-    for _ in range(400):
-        places_m = np.cumsum(0.004 * (1.0 + 0.01 * chance.normal(size=gaps + 1))) + 3e-5 * chance.normal(size=gaps + 1)
-        estimate = period_of(places_m)
-        inside.append(abs(estimate.period_m - 0.004) < 1.96 * estimate.period_sd_m)
-    assert 0.90 < np.mean(inside) <= 1.0
-
-
 def test_an_interruption_makes_no_gap():
     period = GroovePeriod()
     for place_m in (0.000, 0.004, 0.008):
