@@ -1,4 +1,4 @@
-"""Figure of the study of the second world: right answers, errors of temperature and honesty, by time and fingers."""
+"""Figure of the study of two worlds: right answers, errors of temperature and honesty, by time and fingers."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from studies.drawing import Data, Rows, curve, figure_file, where
 from studies.thermal_identification.figure import METHODS, time_axis
 
-_SHOWN = ("1 finger", "2 staggered", "5 staggered", "network")
+_SHOWN = ("1 finger", "2 staggered", "5 staggered")
 _COLUMNS = (
     ("right", 100.0, "likeliest material is right (%)", (0.0, 102.0)),
     ("wrong", 100.0, "named, and wrong (%)", (0.0, 5.0)),
@@ -19,21 +19,27 @@ _COLUMNS = (
 """Column of the data, factor, label and range of each chart."""
 
 
+def reference_of(method: str) -> str:
+    """Return the name of the reference that has as many fingers as a method of the estimator."""
+    return f"reference, {method}"
+
+
 def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    sets = {len(each["names"]): each for each in data["sets"]}
+    sets = data["sets"]
     with figure_file(path, 14.0, 3.6 * len(sets) + 0.8, dpi=130) as figure:
-        figure.suptitle("Sensors and objects of a second world: the shipped identification", fontsize=10)
+        figure.suptitle("The shipped identification in two worlds of sensors and objects", fontsize=10)
         panels = figure.subplots(len(sets), len(_COLUMNS), squeeze=False)
-        for row, (count, each) in zip(panels, sets.items(), strict=True):
-            rows = where(data["accuracy"], materials=count)
+        for row, each in zip(panels, sets, strict=True):
+            count = len(each["names"])
+            rows = where(data["accuracy"], world=each["world"], materials=count)
             for axes, (column, factor, label, limits) in zip(row, _COLUMNS, strict=True):
                 _draw(axes, rows, column, factor)
                 axes.set_ylabel(label)
                 axes.set_ylim(*limits)
             row[0].set_title(
-                f"{count} materials, {each['kinds']} kinds of sensors, {each['test']} touches of each; network: "
-                f"{each['learning']} examples, calibration: {each['calibration']}",
+                f"World {each['world']}: {count} materials, {each['kinds']} kinds of sensors, {each['test']} touches "
+                f"of each; calibration: {each['calibration']}, reference: {each['learning']}",
                 loc="left",
                 fontsize=9,
             )
@@ -44,9 +50,12 @@ def plot(data: Data, path: Path) -> None:
 
 def _draw(axes: Axes, rows: Rows, column: str, factor: float) -> None:
     for method in _SHOWN:
-        mine: list[Mapping[str, Any]] = [row for row in where(rows, method=method) if row[column] is not None]
-        if mine:
-            colour, dash, marker = METHODS[method]
-            how = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "label": method}
-            curve(axes, mine, "t_s", column, (1.0, factor), **how)
+        colour, dash, marker = METHODS[method]
+        for name, how in (
+            (method, {"linestyle": dash, "marker": marker, "markersize": 4}),
+            (reference_of(method), {"linestyle": "--", "linewidth": 1.0}),
+        ):
+            mine: list[Mapping[str, Any]] = [row for row in where(rows, method=name) if row[column] is not None]
+            if mine:
+                curve(axes, mine, "t_s", column, (1.0, factor), color=colour, label=name, **how)
     time_axis(axes, sorted({row["t_s"] for row in rows}))

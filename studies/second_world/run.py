@@ -1,4 +1,4 @@
-"""The shipped thermal identification on sensors and objects of a second, independent world."""
+"""The shipped thermal identification in two worlds of sensors and objects, beside a learned reference."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -7,40 +7,44 @@ from typing import Any
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, part_of, results_of
 from studies.running import Progress, tables_of
-from studies.second_world.figure import plot
-from studies.second_world.touches import Kind, simulate_touches
+from studies.second_world.figure import plot, reference_of
+from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
 from studies.thermal_identification.answers import Answered, by_fingers, knowledge_of
-from studies.thermal_identification.pieces import Examples, by_network, learn
+from studies.thermal_identification.pieces import Examples, by_reference, learn
 from studies.thermal_identification.shares import errors, reliability, shares
-from studies.thermal_identification.situations import FOUR, STAGGERED_K, TWELVE, calibrated
+from studies.thermal_identification.situations import FOUR, TWELVE, calibrated
 
 __all__ = ["measure", "plot", "run", "tables"]
 
 FINGERS = {"1 finger": 1, "2 staggered": 2, "5 staggered": 5}
 """Number of fingers of each method."""
-NETWORK = "network"
 LIFTED_S = 0.4
 """Time in contact beyond the last answer, s. The answers count from a force of 0.3 N."""
+CHUNK = 5
+"""Number of judged touches of a piece of work."""
 tables = tables_of("accuracy", "by_material", "by_kind", "errors", "reliability")
+_ROW = ("world", "materials", "method", "t_s")
 COMPARED = (
-    Compared("accuracy", "right", "more", ("materials", "method", "t_s"), counted="touches"),
-    Compared("accuracy", "wrong", "less", ("materials", "method", "t_s"), counted="touches"),
-    Compared("accuracy", "object_rms_k", "less", ("materials", "method", "t_s"), absolute=0.05, relative=0.2),
+    Compared("accuracy", "right", "more", _ROW, counted="touches"),
+    Compared("accuracy", "wrong", "less", _ROW, counted="touches"),
+    Compared("accuracy", "object_rms_k", "less", _ROW, absolute=0.05, relative=0.2),
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Set:
-    """Materials to distinguish, and the size of the study of them; touches are counted per kind and material.
+    """Materials to distinguish in one world, and the size of the study of them, touches by kind and material.
 
     Attributes:
+        world: the world.
         names: the materials.
         kinds: number of kinds of sensors.
-        calibration: touches for calibration.
-        learning: touches for training the network of one finger.
-        test: judged touches, of five fingers each.
+        calibration: touches of one finger for calibration.
+        learning: touches of five fingers from which the reference learns, in fifths.
+        test: judged touches of five fingers.
     """
 
+    world: World
     names: tuple[str, ...]
     kinds: int
     calibration: int
@@ -56,8 +60,16 @@ class Sizes:
     times_s: tuple[float, ...]
 
 
-QUICK = Sizes((Set(FOUR, 2, 10, 40, 4),), (0.5, 1.0, 2.0, 3.0, 5.0))
-FULL = Sizes((Set(FOUR, 6, 25, 250, 25), Set(TWELVE, 2, 25, 100, 10)), (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0))
+QUICK = Sizes((Set("A", FOUR, 1, 10, 40, 4), Set("B", FOUR, 2, 10, 40, 4)), (0.5, 1.0, 2.0, 3.0, 5.0))
+FULL = Sizes(
+    (
+        Set("A", FOUR, 6, 25, 250, 25),
+        Set("B", FOUR, 6, 25, 250, 25),
+        Set("A", TWELVE, 2, 25, 100, 10),
+        Set("B", TWELVE, 2, 25, 100, 10),
+    ),
+    (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0),
+)
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
@@ -74,97 +86,117 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 
 def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
-    answers: dict[int, list[Answered]] = {}
-    by_kind: list[dict[str, Any]] = []
-    for number, each in enumerate(sizes.sets):
-        part = part_of(progress, number / len(sizes.sets), (number + 1) / len(sizes.sets))
-        found = _judge(each, [1000 * seed + kind for kind in range(each.kinds)], sizes.times_s, part, work)
-        answers[len(each.names)] = [answer for mine in found.values() for answer in mine]
-        by_kind += [row for kind, mine in found.items() for row in shares(mine, materials=len(each.names), kind=kind)]
+    cases = [_Case(each, 1000 * seed + kind) for each in sizes.sets for kind in range(each.kinds)]
+    found = _judge(cases, sizes.times_s, progress, work)
+    answers: dict[tuple[str, int], list[Answered]] = {}
+    for case, mine in zip(cases, found, strict=True):
+        answers.setdefault((case.set.world, len(case.set.names)), []).extend(mine)
+    sets: list[tuple[dict[str, Any], list[Answered]]] = [
+        ({"world": world, "materials": count}, each) for (world, count), each in answers.items()
+    ]
     return {
         "sets": [asdict(each) for each in sizes.sets],
-        "accuracy": [row for count, each in answers.items() for row in shares(each, materials=count)],
-        "by_kind": by_kind,
+        "accuracy": [row for where, each in sets for row in shares(each, **where)],
+        "by_kind": [
+            row
+            for case, mine in zip(cases, found, strict=True)
+            for row in shares(mine, world=case.set.world, materials=len(case.set.names), kind=case.kind)
+        ],
         "by_material": [
             row
-            for count, each in answers.items()
+            for where, each in sets
             for name in dict.fromkeys(one.truth for one in each)
-            for row in shares([one for one in each if one.truth == name], materials=count, material=name)
+            for row in shares([one for one in each if one.truth == name], **where, material=name)
         ],
-        "errors": [row for count, each in answers.items() for row in errors(each, materials=count)],
-        "reliability": [row for count, each in answers.items() for row in reliability(each, materials=count)],
+        "errors": [row for where, each in sets for row in errors(each, **where)],
+        "reliability": [row for where, each in sets for row in reliability(each, **where)],
     }
 
 
-def _judge(
-    each: Set, kinds: Sequence[int], times_s: Sequence[float], progress: ReportShare, work: Work
-) -> dict[int, list[Answered]]:
-    """Return the answers of all methods about one set of materials, by kind of sensor."""
-    cases = [(kind, name) for kind in kinds for name in each.names]
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """One kind of sensor in a set of materials."""
+
+    set: Set
+    kind: int
+
+
+def _judge(cases: Sequence[_Case], times_s: Sequence[float], progress: ReportShare, work: Work) -> list[list[Answered]]:
+    """Return the answers of all methods in each case."""
+    seconds = times_s[-1] + LIFTED_S
+    named = [(case, name) for case in cases for name in case.set.names]
     pieces: dict[str, list[Piece]] = {
-        "tables": [(calibrate, (kind, each.names, each.calibration, times_s[-1] + LIFTED_S)) for kind in kinds],
-        "learning": [(examples, (*case, each.learning, times_s)) for case in cases],
-    }
-    prepared = results_of(pieces, work, part_of(progress, 0.0, 0.5))
-    tables = dict(zip(kinds, prepared["tables"], strict=True))
-    learned = _by_kind(cases, prepared["learning"])
-    pieces = {
-        "networks": [
-            (learn, (learned[kind].rows[t_s], learned[kind].materials, learned[kind].above_k, kind))
-            for kind in kinds
-            for t_s in times_s
+        "tables": [
+            (calibrate, (case.set.world, case.kind, case.set.names, case.set.calibration, seconds)) for case in cases
         ],
-        "answers": [(examine, (kind, name, each.test, tables[kind], times_s)) for kind, name in cases],
+        "learning": [
+            (examples, (case.set.world, case.kind, name, turn, case.set.learning // UNITS, times_s))
+            for case, name in named
+            for turn in range(UNITS)
+        ],
     }
-    judged = results_of(pieces, work, part_of(progress, 0.5, 1.0))
-    networks = iter(judged["networks"])
-    tested = _by_kind(cases, [touches for _, touches in judged["answers"]])
-    found: dict[int, list[Answered]] = {kind: [] for kind in kinds}
-    for (kind, _), (answers, _) in zip(cases, judged["answers"], strict=True):
-        found[kind] += answers
-    for kind in kinds:
-        for t_s in times_s:
-            found[kind] += by_network(next(networks), NETWORK, tested[kind], t_s)
-    return found
+    prepared = results_of(pieces, work, part_of(progress, 0.0, 0.4))
+    tables = dict(zip(cases, prepared["tables"], strict=True))
+    judging = [
+        (case, (examine, (case.set.world, case.kind, name, numbers, tables[case], times_s)))
+        for case, name in named
+        for numbers in _chunks(case.set.test)
+    ]
+    judged = work([piece for _, piece in judging], part_of(progress, 0.4, 0.8))
+    learned = _by_case([case for case, _ in named for _ in range(UNITS)], prepared["learning"])
+    tested = _by_case([case for case, _ in judging], [touches for _, touches in judged])
+    referring = [
+        (case, (refer, (learned[case].part(fingers, t_s), tested[case].part(fingers, t_s), method)))
+        for case in cases
+        for method, fingers in FINGERS.items()
+        for t_s in times_s
+    ]
+    referred = work([piece for _, piece in referring], part_of(progress, 0.8, 1.0))
+    found: dict[_Case, list[Answered]] = {case: [] for case in cases}
+    for (case, _), (answers, _) in zip(judging, judged, strict=True):
+        found[case] += answers
+    for (case, _), answers in zip(referring, referred, strict=True):
+        found[case] += answers
+    return list(found.values())
 
 
-def _by_kind(cases: Sequence[tuple[int, str]], parts: Sequence[Examples]) -> dict[int, Examples]:
-    """Join the examples of each kind of sensor."""
-    grouped: dict[int, list[Examples]] = {}
-    for (kind, _), part in zip(cases, parts, strict=True):
-        grouped.setdefault(kind, []).append(part)
-    return {kind: Examples.together(each) for kind, each in grouped.items()}
+def _by_case(cases: Sequence[_Case], parts: Sequence[Examples]) -> dict[_Case, Examples]:
+    """Join the examples of each case."""
+    grouped: dict[_Case, list[Examples]] = {}
+    for case, part in zip(cases, parts, strict=True):
+        grouped.setdefault(case, []).append(part)
+    return {case: Examples.together(each) for case, each in grouped.items()}
 
 
-def calibrate(kind: int, names: Sequence[str], touches: int, seconds: float) -> str:
+def _chunks(count: int) -> list[range]:
+    return [range(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
+
+
+def calibrate(world: World, kind: int, names: Sequence[str], touches: int, seconds: float) -> str:
     """Return the table that the product's calibration makes of a kind of sensor, as JSON.
 
-    Each of the kind's units makes a fifth of the touches. Labels have the object's temperature.
+    Labels have the object's temperature.
     """
-    drawn = Kind.draw(kind)
-    units = [Kind(drawn.sensor, (unit,)) for unit in drawn.units]
-    hands = {
-        name: [
-            hand
-            for seed, unit in enumerate(units, start=10)
-            for hand in simulate_touches(unit, name, seed, touches // len(units), seconds=seconds)
-        ]
-        for name in names
-    }
+    hands = {name: calibration_hands(world, kind, name, touches, seconds) for name in names}
     return calibrated(hands).model_dump_json()
 
 
-def examples(kind: int, name: str, touches: int, times_s: Sequence[float]) -> Examples:
-    """Return touches of the kind's first unit as examples for training."""
-    hands = list(simulate_touches(Kind.draw(kind), name, 1, touches, seconds=times_s[-1] + LIFTED_S))
-    return Examples.of(hands, 1, times_s)
+def examples(world: World, kind: int, name: str, turn: int, touches: int, times_s: Sequence[float]) -> Examples:
+    """Return touches of five fingers as examples for the reference."""
+    hands = learning_hands(world, kind, name, turn, touches, times_s[-1] + LIFTED_S)
+    return Examples.of(hands, UNITS, times_s)
 
 
 def examine(
-    kind: int, name: str, touches: int, table: str, times_s: Sequence[float]
+    world: World, kind: int, name: str, numbers: Sequence[int], table: str, times_s: Sequence[float]
 ) -> tuple[list[Answered], Examples]:
-    """Return the estimator's answers to new touches, and the same touches as the network's examples."""
-    seconds, knowledge = times_s[-1] + LIFTED_S, knowledge_of(table)
-    hands = list(simulate_touches(Kind.draw(kind), name, 2, touches, preheats_k=STAGGERED_K, seconds=seconds))
+    """Return the estimator's answers to new touches, and the same touches as the reference's examples."""
+    hands, knowledge = judged_hands(world, kind, name, numbers, times_s[-1] + LIFTED_S), knowledge_of(table)
     answers = [answer for hand in hands for answer in by_fingers(knowledge, hand, FINGERS, times_s)]
-    return answers, Examples.of(hands, 1, times_s)
+    return answers, Examples.of(hands, UNITS, times_s)
+
+
+def refer(learned: Examples, tested: Examples, method: str) -> list[Answered]:
+    """Return the answers of a reference of one time and number of fingers; `method` is that of the estimator."""
+    ((t_s, rows),) = learned.rows.items()
+    return by_reference(learn(rows, learned.materials, learned.above_k), reference_of(method), tested, t_s)

@@ -74,6 +74,7 @@ def simulate_touches(
     seed: int,
     touches: int,
     *,
+    first: int = 0,
     preheats_k: Sequence[float] = (10.0,),
     seconds: float = 10.05,
     above_k: tuple[float, float] = (-3.0, 3.0),
@@ -85,12 +86,13 @@ def simulate_touches(
         name: material.
         seed: seed of pieces, contacts, forces and noise.
         touches: number of pieces.
+        first: number of the first piece; a piece depends only on the seed and its number.
         preheats_k: plate above ambient of each finger, K.
         seconds: time in contact, s.
         above_k: range of the piece's temperature above ambient, K.
     """
     made_of = material(name)
-    for number in range(touches):
+    for number in range(first, first + touches):
         rng = np.random.default_rng([seed, number, *made_of.name.encode()])
         piece = draw_piece(made_of, rng, above_k)
         fingers = [

@@ -13,7 +13,7 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.shared_object import SharedObject
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
 from studies.thermal_identification.exponential import LaggedResponse, Response
-from studies.thermal_identification.network import Network
+from studies.thermal_identification.reference import Reference
 from studies.thermal_identification.situations import Hand
 
 BASELINE = "one product of two 100 x 100 matrices (numpy, float64, one thread)"
@@ -82,27 +82,27 @@ def finger_update(knowledge: ThermalKnowledge, hand: Hand, fingers: int) -> Upda
     return update
 
 
-def network_update(network: Network, row: NDArray[np.float64]) -> Update:
-    """Return an update that runs the network once; it keeps no state between updates."""
-    return lambda _: network.judge(row)
+def reference_update(reference: Reference, row: NDArray[np.float64]) -> Update:
+    """Return an update that runs the reference once; it keeps no state between updates."""
+    return lambda _: reference.judge(row)
 
 
 def costs(
     knowledge: ThermalKnowledge,
     hands: Sequence[Hand],
     fingers: Sequence[int],
-    network: Network,
+    reference: Reference,
     row: Any,
     readings: int,
 ) -> list[dict[str, Any]]:
     """Return a row for each method: cost per finger and update, over the first `readings` after contact.
 
-    The network classifies the same `row` in each update.
+    The reference classifies the same `row` in each update.
     """
     ways: list[tuple[str, int, list[Callable[[], Update]]]] = [
         ("paper", 1, [partial(exponential_update, ExponentialResponse, hand) for hand in hands]),
         ("good exponential", 1, [partial(exponential_update, LaggedResponse, hand) for hand in hands]),
-        ("network", 1, [partial(network_update, network, row)] * len(hands)),
+        ("reference", 1, [partial(reference_update, reference, row)] * len(hands)),
     ]
     ways += [
         (

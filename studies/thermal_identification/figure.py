@@ -39,11 +39,11 @@ METHODS: Mapping[str, tuple[str, Any, str]] = {
     "3 staggered": (PURPLE, "-", "^"),
     "5 equal": (PLUM, "--", "D"),
     "5 staggered": (PLUM, "-", "D"),
-    "network": (BLACK, "-.", ""),
-    "network, 2 staggered": (GREY, "-.", ""),
+    "reference": (BLACK, "-.", ""),
+    "reference, 2 staggered": (GREY, "-.", ""),
 }
 """Colour, dash and marker of each method."""
-_ALONE = ("paper", "good exponential", "1 finger", "network")
+_ALONE = ("paper", "good exponential", "1 finger", "reference")
 _PERCENT = 100.0
 _COST_AT_S = 1.0
 _FEW = 10
@@ -62,7 +62,7 @@ def plot(data: Data, path: Path) -> None:
 
 def _draw_speed(figure: Any, data: Mapping[str, Any]) -> None:
     figure.suptitle(
-        f"Speed and accuracy: simulated touches, {data['calibration_touches']} a material calibrated it; the network "
+        f"Speed and accuracy: simulated touches, {data['calibration_touches']} a material calibrated it; the reference "
         f"learned from {data['learning_touches']['4']} a material (of twelve: {data['learning_touches']['12']})",
         fontsize=10,
     )
@@ -159,7 +159,7 @@ def _draw_rest(figure: Any, data: Mapping[str, Any]) -> None:
 def _draw_reliability(axes: Axes, rows: Rows) -> None:
     axes.plot([0.0, 100.0], [0.0, 100.0], color=GREY, linewidth=0.8)
     for count, dash in ((4, "-"), (12, "--")):
-        for method in ("1 finger", "1 finger, strangers among them", "2 staggered", "network"):
+        for method in ("1 finger", "1 finger, strangers among them", "2 staggered", "reference"):
             mine = [r for r in rows if r["method"] == method and r["materials"] == count and r["answers"] >= _FEW]
             colour, _, marker = METHODS[method]
             claimed, right = ([_PERCENT * r[name] for r in mine] for name in ("claimed", "right"))
@@ -175,7 +175,7 @@ def _draw_reliability(axes: Axes, rows: Rows) -> None:
 
 def _draw_cost(axes: Axes, data: Data) -> None:
     four = [row for row in data["accuracy"] if row["materials"] == 4 and row["right"] is not None]
-    at_s = min((row["t_s"] for row in four if row["method"] == "network"), key=lambda t_s: abs(t_s - _COST_AT_S))
+    at_s = min((row["t_s"] for row in four if row["method"] == "reference"), key=lambda t_s: abs(t_s - _COST_AT_S))
     right = {row["method"]: row["right"] for row in four if row["t_s"] == at_s}
     for row in data["cost"]:
         together = row["fingers"] > 1

@@ -20,12 +20,12 @@ def goals(data: Mapping[str, Any]) -> list[dict[str, Any]]:
     by_place = {(row["materials"], row["method"], row["t_s"]): row for row in data["accuracy"]}
     for count in sorted({row["materials"] for row in data["accuracy"]}):
         beside = [
-            (network["right"] - row["right"], row["touches"])
+            (reference["right"] - row["right"], row["touches"])
             for (materials, method, t_s), row in by_place.items()
-            if materials == count and method == "1 finger" and (network := by_place.get((count, "network", t_s)))
+            if materials == count and method == "1 finger" and (reference := by_place.get((count, "reference", t_s)))
         ]
         worst, touches = max(beside)
-        what = f"{count} materials: share right below the network's, at the worst time"
+        what = f"{count} materials: share right below the reference's, at the worst time"
         rows.append(_row(what, SHORTFALL, worst, touches, worst <= SHORTFALL))
     last = [row for row in data["accuracy"] if row["wrong"] is not None]
     named = sum(row["identified"] * row["touches"] for row in last)

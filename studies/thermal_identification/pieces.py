@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.thermal_identification.answers import Answered, by_fingers, by_product, by_rate, knowledge_of
 from studies.thermal_identification.exponential import WAYS, RateTable
-from studies.thermal_identification.network import Network, features
+from studies.thermal_identification.reference import Reference, features
 from studies.thermal_identification.situations import (
     AMBIENT_C,
     Hand,
@@ -26,7 +26,7 @@ ONE = "1 finger"
 
 
 class Examples(NamedTuple):
-    """Examples for the network: features by time after contact, materials, and temperatures above ambient, K."""
+    """Examples for the reference: features by time after contact, materials, and temperatures above ambient, K."""
 
     rows: dict[float, Array]
     materials: list[str]
@@ -50,6 +50,10 @@ class Examples(NamedTuple):
             [above_k for part in parts for above_k in part.above_k],
         )
 
+    def part(self, fingers: int, t_s: float) -> "Examples":
+        """Return the examples of the first fingers at one time."""
+        return self._replace(rows={t_s: self.rows[t_s][:, :fingers]})
+
 
 class Calibration(NamedTuple):
     """Result of a calibration: the table as JSON, and the rates of each exponential fit."""
@@ -72,9 +76,9 @@ def examples(situation: Situation, times_s: Sequence[float]) -> Examples:
     return Examples.of(touched(situation), len(situation.preheats_k), times_s)
 
 
-def learn(rows: Array, materials: Sequence[str], above_k: Sequence[float], seed: int) -> Network:
-    """Train the network for one time."""
-    return Network.train(rows, materials, np.array(above_k), seed)
+def learn(rows: Array, materials: Sequence[str], above_k: Sequence[float]) -> Reference:
+    """Train the reference for one time."""
+    return Reference.train(rows, materials, above_k)
 
 
 def examine(
@@ -84,9 +88,9 @@ def examine(
     times_s: Sequence[float],
     learned: tuple[int, Sequence[float]],
 ) -> tuple[list[Answered], Examples]:
-    """Return the estimator's answers to new touches, those by rate if there are rates, and the network's examples.
+    """Return the estimator's answers to new touches, those by rate if there are rates, and the reference's examples.
 
-    `learned` holds the network's number of fingers and its times.
+    `learned` holds the reference's number of fingers and its times.
     """
     hands, knowledge = touched(situation), knowledge_of(calibration.table)
     answers = [answer for hand in hands for answer in by_fingers(knowledge, hand, groups, times_s)]
@@ -94,17 +98,18 @@ def examine(
     return answers, Examples.of(hands, *learned)
 
 
-def by_network(network: Network, method: str, tested: Examples, t_s: float) -> list[Answered]:
-    """Return the network's answers."""
-    probability, above_k = network.judge(tested.rows[t_s])
+def by_reference(reference: Reference, method: str, tested: Examples, t_s: float) -> list[Answered]:
+    """Return the reference's answers."""
+    probability, above_k, sd_k = reference.judge(tested.rows[t_s])
     return [
         Answered(
             method,
             tested.materials[one],
             t_s,
-            network.names[int(np.argmax(probability[one]))],
+            reference.names[int(np.argmax(probability[one]))],
             float(probability[one].max()),
             error_k=float(above_k[one]) - tested.above_k[one],
+            sd_k=float(sd_k[one]),
         )
         for one in range(len(tested.materials))
     ]

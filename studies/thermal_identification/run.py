@@ -22,17 +22,17 @@ from studies.thermal_identification.cost import BASELINE, cost_by_materials, cos
 from studies.thermal_identification.figure import plot
 from studies.thermal_identification.goals import goals
 from studies.thermal_identification.maps import Axes
-from studies.thermal_identification.network import Network
 from studies.thermal_identification.pieces import (
     ONE,
     Calibration,
     Examples,
-    by_network,
+    by_reference,
     calibrate,
     examine,
     examples,
     learn,
 )
+from studies.thermal_identification.reference import Reference
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import (
     EQUAL_K,
@@ -47,7 +47,7 @@ from studies.thermal_identification.situations import (
 __all__ = ["measure", "plot", "run", "tables"]
 
 FINGERS = (2, 3, 5)
-NETWORK, NETWORK_TWO = "network", "network, 2 staggered"
+REFERENCE, REFERENCE_TWO = "reference", "reference, 2 staggered"
 WITH_STRANGERS = "1 finger, strangers among them"
 _CHUNK = 250
 _TEST_CHUNK, _HAND_CHUNK = 30, 10
@@ -72,11 +72,11 @@ class Sizes:
 
     Attributes:
         calibration: touches for calibration.
-        learning: touches for training the network, with four and with twelve materials, and hands of two fingers with
-            four materials. With 0 hands there is no network of two fingers.
+        learning: touches for training the reference, with four and with twelve materials, and hands of two fingers with
+            four materials. With 0 hands there is no reference of two fingers.
         test: judged touches of one finger, with four and with twelve materials; 0 leaves out twelve materials.
         hands: judged hands, with four and with twelve materials; 0 for none.
-        times_s, hand_times_s, network_times_s: times of the judged answers, s after contact.
+        times_s, hand_times_s, reference_times_s: times of the judged answers, s after contact.
         maps: axes of the maps.
         cost_touches: touches behind a cost.
         cost_calibration: touches that calibrate the largest table, whose accuracy does not matter.
@@ -92,7 +92,7 @@ class Sizes:
     hands: tuple[int, int]
     times_s: tuple[float, ...]
     hand_times_s: tuple[float, ...]
-    network_times_s: tuple[float, ...]
+    reference_times_s: tuple[float, ...]
     maps: Axes
     cost_touches: int
     cost_calibration: int
@@ -109,7 +109,7 @@ QUICK = Sizes(
     hands=(4, 0),
     times_s=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
     hand_times_s=(0.25, 0.5, 1.0, 1.5),
-    network_times_s=(0.5, 1.0, 2.0, 3.0, 7.0),
+    reference_times_s=(0.5, 1.0, 2.0, 3.0, 7.0),
     maps=Axes(
         differences_k=(-4.0, 0.0, 3.0, 10.0),
         noises_k=(NOISE_C, 0.1),
@@ -131,7 +131,7 @@ FULL = Sizes(
     hands=(24, 5),
     times_s=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
     hand_times_s=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0),
-    network_times_s=(0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
+    reference_times_s=(0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
     maps=Axes(
         differences_k=(-8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0, 12.0),
         noises_k=(NOISE_C, 0.05, 0.15),
@@ -164,7 +164,7 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
     prepared = _prepare(sizes, seed, work, part_of(progress, 0.0, 0.35))
     found = _judge(sizes, seed, prepared, work, part_of(progress, 0.35, 0.95))
     with one_thread():
-        cost = _cost(sizes, seed, prepared, found.networks)
+        cost = _cost(sizes, seed, prepared, found.references)
     progress(1.0)
     accuracy, counted = [], []
     for count, answers in found.answers.items():
@@ -201,7 +201,7 @@ class _Prepared:
         by_count: calibration by number of materials.
         by_noise: table with four materials by noise of a reading, K.
         largest: table with the most materials, for its cost.
-        learning: examples for training the networks.
+        learning: examples for training the references.
         bounds: rows of the information limit.
     """
 
@@ -220,13 +220,13 @@ class _Found:
         answers: answers by number of materials.
         strangers: answers about uncalibrated materials, with four calibrated ones.
         maps: rows of each map.
-        networks: networks for one finger and four materials, by time.
+        references: references for one finger and four materials, by time.
     """
 
     answers: dict[int, list[Answered]]
     strangers: list[Answered]
     maps: dict[str, list[dict[str, Any]]]
-    networks: dict[float, Network]
+    references: dict[float, Reference]
 
 
 def _materials(sizes: Sizes) -> dict[int, tuple[str, ...]]:
@@ -255,7 +255,7 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
         "two": (FOUR, sizes.learning[2], STAGGERED_K[:2], 1000),
     }
     for what, (names, touches, preheats_k, more) in learning.items():
-        times_s = [t for t in sizes.network_times_s if what != "two" or t <= sizes.hand_times_s[-1]]
+        times_s = [t for t in sizes.reference_times_s if what != "two" or t <= sizes.hand_times_s[-1]]
         pieces[what] = [
             (examples, (Situation(name, learning_seed + more + n, part, preheats_k, seconds=sizes.seconds), times_s))
             for name in names
@@ -282,10 +282,7 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
 def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: ReportShare) -> _Found:
     keys = [(what, t_s) for what, each in prepared.learning.items() for t_s in each.rows]
     pieces: dict[str, list[Piece]] = {
-        "networks": [
-            (learn, (prepared.learning[what].rows[t_s], *prepared.learning[what][1:], _seed(seed, "learning")))
-            for what, t_s in keys
-        ]
+        "references": [(learn, (prepared.learning[what].rows[t_s], *prepared.learning[what][1:])) for what, t_s in keys]
     }
     for place, (count, names) in enumerate(_materials(sizes).items()):
         pieces[f"hands {count}"] = _hand_pieces(sizes, seed, names, sizes.hands[place], prepared.by_count[count])
@@ -299,23 +296,23 @@ def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: R
     }
     pieces |= {name: [piece for cell in each for piece in cell.pieces] for name, each in cells.items()}
     results = results_of(pieces, work, progress)
-    networks = dict(zip(keys, results["networks"], strict=True))
+    references = dict(zip(keys, results["references"], strict=True))
     answers: dict[int, list[Answered]] = {}
     for count in prepared.by_count:
         ones, hands = results[f"one {count}"], results[f"hands {count}"]
         answers[count] = [answer for each, _ in (*ones, *hands) for answer in each]
         tested = Examples.together([each for _, each in ones])
-        for t_s in sizes.network_times_s:
-            answers[count] += by_network(networks[str(count), t_s], NETWORK, tested, t_s)
+        for t_s in sizes.reference_times_s:
+            answers[count] += by_reference(references[str(count), t_s], REFERENCE, tested, t_s)
         if count == len(FOUR) and "two" in prepared.learning and hands:
             staggered = Examples.together([each for _, each in hands[len(hands) // 2 :]])
             for t_s in staggered.rows:
-                answers[count] += by_network(networks["two", t_s], NETWORK_TWO, staggered, t_s)
+                answers[count] += by_reference(references["two", t_s], REFERENCE_TWO, staggered, t_s)
     return _Found(
         answers,
         [answer for each in results["untrained"] for answers_k in each for answer in answers_k],
         {name: maps.cell_rows(each, results[name]) for name, each in cells.items()},
-        {t_s: network for (what, t_s), network in networks.items() if what == str(len(FOUR))},
+        {t_s: reference for (what, t_s), reference in references.items() if what == str(len(FOUR))},
     )
 
 
@@ -327,9 +324,9 @@ def _with_strangers(found: _Found) -> list[dict[str, Any]]:
 
 
 def _hand_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, calibration: Calibration) -> list[Piece]:
-    """Return pieces with hands of equal plates, then of staggered ones; the network gets their first two fingers."""
+    """Return pieces with hands of equal plates, then of staggered ones; the reference gets their first two fingers."""
     last_s = sizes.hand_times_s[-1]
-    learned = 2, [t for t in sizes.network_times_s if t <= last_s]
+    learned = 2, [t for t in sizes.reference_times_s if t <= last_s]
     return [
         (
             examine,
@@ -349,7 +346,7 @@ def _hand_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], hands: int, ca
 
 def _one_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], touches: int, calibration: Calibration) -> list[Piece]:
     """Return pieces with touches of one finger."""
-    learned = 1, sizes.network_times_s
+    learned = 1, sizes.reference_times_s
     return [
         (
             examine,
@@ -366,7 +363,7 @@ def _one_pieces(sizes: Sizes, seed: int, names: tuple[str, ...], touches: int, c
     ]
 
 
-def _cost(sizes: Sizes, seed: int, prepared: _Prepared, networks: dict[float, Network]) -> dict[str, Any]:
+def _cost(sizes: Sizes, seed: int, prepared: _Prepared, references: dict[float, Reference]) -> dict[str, Any]:
     """Measure the costs; no other work may run meanwhile."""
     hands = [
         hand
@@ -381,12 +378,12 @@ def _cost(sizes: Sizes, seed: int, prepared: _Prepared, networks: dict[float, Ne
             )
         )
     ]
-    t_s, readings = min(networks), round(100 * sizes.cost_s)
+    t_s, readings = min(references), round(100 * sizes.cost_s)
     row = prepared.learning[str(len(FOUR))].rows[t_s][:1]
     largest = MaterialTable.model_validate_json(prepared.largest)
     knowledge = knowledge_of(prepared.by_count[len(FOUR)].table)
     return {
-        "cost": costs(knowledge, hands, (1, *FINGERS), networks[t_s], row, readings),
+        "cost": costs(knowledge, hands, (1, *FINGERS), references[t_s], row, readings),
         "cost_by_materials": cost_by_materials(largest, hands, sizes.cost_materials, readings),
     }
 

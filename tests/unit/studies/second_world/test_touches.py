@@ -7,7 +7,6 @@ import pytest
 
 from studies.second_world import axisymmetric, touches
 from studies.second_world.ranges import draw_sensor
-from studies.second_world.run import Set, Sizes, measure
 from studies.second_world.touches import Kind, simulate_touches
 
 
@@ -37,6 +36,12 @@ def test_the_same_seed_gives_the_same_touch() -> None:
     assert first.object_c == again.object_c
 
 
+def test_a_piece_is_the_same_in_any_part_of_the_touches() -> None:
+    kind = Kind.draw(5)
+    (_, second), (alone,) = (list(simulate_touches(kind, "pine", 3, n, first=2 - n, seconds=1.0)) for n in (2, 1))
+    np.testing.assert_array_equal(second.fingers[0].trace.sensor_c, alone.fingers[0].trace.sensor_c)
+
+
 def test_fingers_share_the_object_and_differ_in_their_sensors() -> None:
     (hand,) = simulate_touches(quiet(6), "pvc", 1, 1, preheats_k=(10.0,) * 5, seconds=1.0)
     assert len(hand.fingers) == 5
@@ -57,13 +62,3 @@ def test_finer_steps_and_a_finer_grid_change_little(name: str, monkeypatch: pyte
 
 def test_kinds_differ() -> None:
     assert len({draw_sensor(seed).radius_m for seed in range(20)}) == 20
-
-
-@pytest.mark.long
-def test_the_study_has_its_rows() -> None:
-    sizes = Sizes((Set(("aluminium", "pvc"), 1, 10, 20, 2),), (0.5, 1.0))
-    data = measure(sizes, 0)
-    methods = {row["method"] for row in data["accuracy"]}
-    assert methods == {"1 finger", "2 staggered", "5 staggered", "network"}
-    assert {row["touches"] for row in data["accuracy"]} == {4}
-    assert {row["kind"] for row in data["by_kind"]} == {0}

@@ -14,8 +14,8 @@ from studies.thermal_identification.bound import bounds, reading_noise_k
 from studies.thermal_identification.exponential import WAYS, LaggedResponse, fits
 from studies.thermal_identification.goals import goals
 from studies.thermal_identification.maps import Axes, foreign_materials
-from studies.thermal_identification.network import Network, features
 from studies.thermal_identification.pieces import Calibration, calibrate
+from studies.thermal_identification.reference import BLOCKS, Reference, features
 from studies.thermal_identification.run import QUICK, measure, plot, tables
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, STAGGERED_K, Hand, Situation, noisier, touched
@@ -31,7 +31,7 @@ TINY = replace(
     hands=(1, 0),
     times_s=SHORT_S,
     hand_times_s=SHORT_S[:1],
-    network_times_s=SHORT_S[:1],
+    reference_times_s=SHORT_S[:1],
     maps=Axes((10.0,), (NOISE_C,), ((0.2, 0.0),), (0.15,), foreign=1, touches=1, times_s=SHORT_S, seconds=0.55),
     cost_touches=4,
     cost_calibration=8,
@@ -149,15 +149,35 @@ def test_noise_is_added_up_to_the_wanted_one(hands: list[Hand]) -> None:
     assert np.std(after - before) == pytest.approx(np.sqrt(0.2**2 - NOISE_C**2), rel=0.15)
 
 
-def test_the_network_learns_what_is_there_and_nothing_from_later_readings(hands: list[Hand]) -> None:
-    chance = np.random.default_rng(1)
-    materials = ["pine", "pvc"] * 100
-    rows = chance.standard_normal((200, 5)) + 4.0 * np.array([[name == "pine"] for name in materials])
-    network = Network.train(rows, materials, rows[:, 0], seed=1)
-    probability, above_k = network.judge(rows)
-    right = np.mean([network.names[k] == name for k, name in zip(probability.argmax(axis=1), materials, strict=True)])
-    assert right > 0.95
-    assert np.corrcoef(above_k, rows[:, 0])[0, 1] > 0.8
+def made_rows(touches: int, fingers: int, seed: int) -> tuple[np.ndarray, list[str], np.ndarray]:
+    """Return features of made-up touches, whose falls are in proportion to the difference from the object."""
+    chance = np.random.default_rng(seed)
+    materials = [("pine", "pvc")[k % 2] for k in range(touches)]
+    above_k = chance.uniform(-3.0, 3.0, touches)
+    plate_k = np.array((10.0, 6.0, 3.0)[:fingers]) + 0.05 * chance.standard_normal((touches, fingers))
+    time = np.linspace(0.1, 1.0, BLOCKS)
+    early = np.where(np.array(materials) == "pine", 1.0, 1.6)[:, None, None]
+    contact = np.exp(0.2 * chance.standard_normal((touches, fingers)) + 0.1 * chance.standard_normal((touches, 1)))
+    response = 0.3 * contact[..., None] * time**early
+    fallen_k = (plate_k - above_k[:, None])[..., None] * response + 0.01 * chance.standard_normal(response.shape)
+    beside = np.stack((plate_k, *(0.01 * chance.standard_normal((3, touches, fingers)))), axis=-1)
+    return np.concatenate((fallen_k, beside), axis=-1), materials, above_k
+
+
+@pytest.mark.parametrize("fingers", [1, 3])
+def test_the_reference_learns_what_is_there_and_knows_how_well(fingers: int) -> None:
+    reference = Reference.train(*made_rows(200, fingers, 1))
+    rows, materials, above_k = made_rows(200, fingers, 2)
+    probability, found_k, sd_k = reference.judge(rows)
+    names = [reference.names[k] for k in probability.argmax(axis=1)]
+    assert np.mean([name == true for name, true in zip(names, materials, strict=True)]) > 0.95
+    assert probability.sum(axis=1) == pytest.approx(1.0)
+    assert np.mean(np.abs(found_k - above_k) < 1.96 * sd_k) == pytest.approx(0.95, abs=0.08)
+    if fingers > 1:
+        assert np.median(np.abs(found_k - above_k)) < 0.5, "staggered plates show the temperature"
+
+
+def test_features_hold_nothing_of_later_readings(hands: list[Hand]) -> None:
     finger = hands[0].fingers[0]
     sensor_c = finger.trace.sensor_c.copy()
     sensor_c[finger.first + 51 :] += 5.0
@@ -179,7 +199,7 @@ def test_a_goal_that_is_missed_is_said_to_be() -> None:
     data = {
         "accuracy": [
             row | {"method": "1 finger", "right": 0.80},
-            row | {"method": "network", "right": 0.85, "wrong": None},
+            row | {"method": "reference", "right": 0.85, "wrong": None},
         ],
         "untrained": [],
     }
@@ -197,7 +217,7 @@ def test_a_tiny_run_has_all_parts(tmp_path: Path) -> None:
     assert progress[-1] == 1.0
     assert json.loads(json.dumps(data)) == data
     methods = {row["method"] for row in data["accuracy"]}
-    assert methods >= {"paper", "good exponential", "1 finger", "2 equal", "5 staggered", "network"}
+    assert methods >= {"paper", "good exponential", "1 finger", "2 equal", "5 staggered", "reference"}
     for name, rows in tables(data).items():
         assert rows or name == "errors", name
         assert len({tuple(row) for row in rows}) <= 1, f"{name}: rows of one table have the same columns"

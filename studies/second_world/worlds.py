@@ -1,0 +1,55 @@
+"""Touches of both worlds: that of the shipped simulator, A, and the second one, B, which has another structure.
+
+World A draws the sensor of each finger by itself, and a kind is a seed. The five fingers of world B are units of one kind.
+"""
+
+from collections.abc import Sequence
+from typing import Literal
+
+from studies.second_world.touches import Kind, simulate_touches
+from studies.thermal_identification.situations import STAGGERED_K, Hand, Situation, touched
+
+World = Literal["A", "B"]
+UNITS = 5
+"""Number of units of a kind, and of fingers of a hand."""
+_LEARNING, _JUDGED, _CALIBRATION = 20, 2, 10
+_PER_KIND, _FIRST_A = 1000, 10**9
+"""Number of seeds of a kind of world A, and the first one; other studies use smaller ones."""
+
+
+def calibration_hands(world: World, kind: int, name: str, touches: int, seconds: float) -> list[Hand]:
+    """Return touches of one finger, `seconds` each; each unit makes a fifth of them."""
+    if world == "A":
+        return touched(Situation(name, _seed(kind, _CALIBRATION), touches, seconds=seconds))
+    drawn = Kind.draw(kind)
+    return [
+        hand
+        for seed, unit in enumerate(drawn.units, start=_CALIBRATION)
+        for hand in simulate_touches(Kind(drawn.sensor, (unit,)), name, seed, touches // UNITS, seconds=seconds)
+    ]
+
+
+def learning_hands(world: World, kind: int, name: str, turn: int, touches: int, seconds: float) -> list[Hand]:
+    """Return touches of five fingers; units change their places with `turn`, 0..4, so that each is each finger."""
+    if world == "A":
+        return touched(Situation(name, _seed(kind, _LEARNING + turn), touches, STAGGERED_K, seconds=seconds))
+    drawn = Kind.draw(kind)
+    turned = Kind(drawn.sensor, drawn.units[turn:] + drawn.units[:turn])
+    return _staggered(turned, name, _LEARNING + turn, range(touches), seconds)
+
+
+def judged_hands(world: World, kind: int, name: str, numbers: Sequence[int], seconds: float) -> list[Hand]:
+    """Return touches of five fingers, which neither calibrated nor taught anything; each has a number."""
+    if world == "A":
+        seed = _seed(kind, 100 * _JUDGED + numbers[0])
+        return touched(Situation(name, seed, len(numbers), STAGGERED_K, seconds=seconds))
+    return _staggered(Kind.draw(kind), name, _JUDGED, numbers, seconds)
+
+
+def _staggered(kind: Kind, name: str, seed: int, numbers: Sequence[int], seconds: float) -> list[Hand]:
+    hands = simulate_touches(kind, name, seed, len(numbers), first=numbers[0], preheats_k=STAGGERED_K, seconds=seconds)
+    return list(hands)
+
+
+def _seed(kind: int, part: int) -> int:
+    return _FIRST_A + _PER_KIND * kind + part
