@@ -1,4 +1,4 @@
 """A second world for thermal touches: other sensors, other objects, and another structure than the estimator's.
 
-`ranges` has all parameters and their sources. `run` judges the shipped identification in it, and `figure` draws.
+`ranges` has its parameters and their sources. `run` judges the shipped identification in it and in the first world.
 """

@@ -60,7 +60,7 @@ class Sizes:
     times_s: tuple[float, ...]
 
 
-QUICK = Sizes((Set("A", FOUR, 1, 10, 40, 4), Set("B", FOUR, 2, 10, 40, 4)), (0.5, 1.0, 2.0, 3.0, 5.0))
+QUICK = Sizes((Set("A", FOUR, 1, 10, 25, 4), Set("B", FOUR, 1, 10, 25, 4)), (0.5, 1.0, 2.0, 3.0, 5.0))
 FULL = Sizes(
     (
         Set("A", FOUR, 6, 25, 250, 25),

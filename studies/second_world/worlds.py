@@ -1,6 +1,7 @@
 """Touches of both worlds: that of the shipped simulator, A, and the second one, B, which has another structure.
 
-World A draws the sensor of each finger by itself, and a kind is a seed. The five fingers of world B are units of one kind.
+World A draws the sensor of each finger by itself, and a kind is a seed. In world B, the fingers of a hand are units of
+one kind.
 """
 
 from collections.abc import Sequence

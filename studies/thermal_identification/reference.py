@@ -32,7 +32,7 @@ LARGEST_STEP = 1.0
 LEAST_DIFFERENCE_K = 1.5
 """Least difference between plate and object of a touch that counts in the fit of the means, K."""
 RIDGE = 1e-9
-"""Penalty of the coefficients, as a share of the mean square of all columns."""
+"""Penalty of a coefficient, as a share of its column's mean square."""
 FIRST_NOISE_K, FIRST_SPREAD = 0.01, 0.2
 """Standard deviations of noise, K, and of ln response at the start of learning."""
 LEAST_NOISE_K2, LEAST_SPREAD2 = 1e-5, 1e-8
@@ -71,7 +71,7 @@ class _Responses:
         mean: coefficients (3, b) of one and both forces.
         own: covariance (b, b) of one finger's.
         shared: covariance (b, b) of what the fingers of a hand share.
-        added: coefficients (3, b) of one, plate and slope in what is added to the difference, K.
+        added: coefficients (3, b) of one, plate and slope in what is added to the fall, K.
         noise: covariance (b, b) of the block means, K2.
     """
 
@@ -105,11 +105,11 @@ class _Responses:
         fingers = rows.shape[1]
         beside, forces = _columns(rows, middle)
         usual = (forces @ self.mean).reshape(len(rows), 1, -1)
-        fallen_k = rows[..., :BLOCKS].reshape(len(rows), 1, -1)
+        fallen_k = (rows[..., :BLOCKS] - beside @ self.added).reshape(len(rows), 1, -1)
         prior = np.linalg.inv(np.kron(np.eye(fingers), self.own) + np.kron(np.ones((fingers, fingers)), self.shared))
         precision = np.kron(np.eye(fingers), np.linalg.inv(self.noise))
-        slope_k = np.repeat(difference_k, BLOCKS, axis=-1) + (beside @ self.added).reshape(len(rows), 1, -1)
-        away = np.zeros(slope_k.shape)
+        slope_k = np.repeat(difference_k, BLOCKS, axis=-1)
+        away: Array = np.zeros(slope_k.shape)
         for _ in range(NEWTON_STEPS):
             change = slope_k * np.exp(usual + away)
             curvature = prior + change[..., :, None] * precision * change[..., None, :]
@@ -120,24 +120,24 @@ class _Responses:
         left = fallen_k - change
         ln = np.linalg.slogdet(prior)[1] + np.linalg.slogdet(precision)[1] - np.linalg.slogdet(curvature)[1]
         ln = ln - ((away @ prior) * away).sum(axis=-1) - ((left @ precision) * left).sum(axis=-1)
-        return away, np.linalg.inv(curvature), np.asarray(0.5 * ln)
+        return away, np.asarray(np.linalg.inv(curvature)), np.asarray(0.5 * ln)
 
     def learn(self, rows: Array, middle: Array, difference_k: Array) -> Self:
         """Return the distribution after one more round, from touches of known differences (n, fingers), K."""
         count, fingers = difference_k.shape
         away, covariance, _ = (each[:, 0] for each in self.explain(rows, middle, difference_k[:, None]))
         beside, forces = _columns(rows, middle)
-        slope_k = difference_k[..., None] + beside @ self.added
-        ln_response = forces @ self.mean + away.reshape(count, fingers, BLOCKS)
-        mean, more = _fit(forces, beside, slope_k, ln_response)
-        rest = (ln_response - forces @ mean).reshape(count, -1)
+        usual = forces @ self.mean
+        ln_response = usual + away.reshape(count, fingers, BLOCKS)
+        mean, more, rest = _fit(forces, beside, difference_k, usual, ln_response)
+        rest = rest.reshape(count, -1)
         moment = (rest.T @ rest / count + covariance.mean(axis=0)).reshape(fingers, BLOCKS, fingers, BLOCKS)
         both = np.einsum("fbfc->bc", moment) / fingers
         pairs = max(fingers * (fingers - 1), 1)
         shared = _positive((np.einsum("fbgc->bc", moment) - fingers * both) / pairs, 0.0)
         own = _positive(both - shared, LEAST_SPREAD2)
-        change = slope_k * np.exp(ln_response)
-        left = rows[..., :BLOCKS] - change
+        change = difference_k[..., None] * np.exp(ln_response)
+        left = rows[..., :BLOCKS] - change - beside @ self.added
         flat = change.reshape(count, -1)
         doubt = (flat[:, :, None] * covariance * flat[:, None, :]).mean(axis=0)
         noise = np.einsum("nfb,nfc->bc", left, left) / count
@@ -202,15 +202,26 @@ def _columns(rows: Array, middle: Array) -> tuple[Array, Array]:
     return np.concatenate((one, plate), axis=-1), np.concatenate((one, forces), axis=-1)
 
 
-def _fit(forces: Array, beside: Array, slope_k: Array, ln_response: Array) -> tuple[Array, Array]:
-    """Return least-squares coefficients (3, b) of the forces, and of what is added to the difference `slope_k`."""
-    counts = np.abs(slope_k) > LEAST_DIFFERENCE_K
-    per_k = np.where(counts, 1.0, 0.0) / np.where(counts, slope_k, 1.0)
-    columns = np.concatenate((forces[:, :, None] * counts[..., None], beside[:, :, None] * per_k[..., None]), axis=-1)
-    square = np.einsum("nfbi,nfbj->bij", columns, columns)
-    square += RIDGE * np.einsum("bii->b", square)[:, None, None] * np.eye(columns.shape[-1])
-    found = np.linalg.solve(square, np.einsum("nfbi,nfb->bi", columns, ln_response)[..., None])[..., 0].T
-    return found[:3], found[3:]
+def _fit(
+    forces: Array, beside: Array, difference_k: Array, usual: Array, ln_response: Array
+) -> tuple[Array, Array, Array]:
+    """Fit ln responses (n, fingers, b) by least squares.
+
+    Returns:
+        Coefficients (3, b) of the forces, those (3, b) by which more is added to the fall, and what is left.
+    """
+    counts = (np.abs(difference_k) > LEAST_DIFFERENCE_K)[..., None]
+    per_k = np.where(counts, np.exp(-usual) / np.where(counts, difference_k[..., None], 1.0), 0.0)
+    columns = np.concatenate(
+        (forces[:, :, None] * np.ones((BLOCKS, 1)), beside[:, :, None] * per_k[..., None]), axis=-1
+    )
+    counted = columns * counts[..., None]
+    square = np.einsum("nfbi,nfbj->bij", counted, counted)
+    scale = np.sqrt(np.einsum("bii->bi", square)) + 1e-12
+    square = square / (scale[:, :, None] * scale[:, None, :]) + RIDGE * np.eye(scale.shape[1])
+    wanted = np.einsum("nfbi,nfb->bi", counted, ln_response) / scale
+    found = np.linalg.solve(square, wanted[..., None])[..., 0] / scale
+    return found[:, :3].T, found[:, 3:].T, ln_response - np.einsum("nfbi,bi->nfb", columns, found)
 
 
 def _positive(matrix: Array, least: float) -> Array:
