@@ -38,8 +38,8 @@ def plot(data: Data, path: Path) -> None:
                 axes.set_ylabel(label)
                 axes.set_ylim(*limits)
             row[0].set_title(
-                f"World {each['world']}: {count} materials; kinds of sensors: {each['kinds']}; touches of each, judged: "
-                f"{each['test']}, for calibration: {each['calibration']}, for the reference: {each['learning']}",
+                f"World {each['world']}: {count} materials; kinds of sensors: {each['kinds']}; touches of each: "
+                f"{each['test']} judged; for calibration: {each['calibration']}, for the reference: {each['learning']}",
                 loc="left",
                 fontsize=9,
             )
