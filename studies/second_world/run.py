@@ -4,12 +4,15 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
+from remote_site.thermal.thermal_result import NamingRule
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, part_of, results_of
 from studies.running import Progress, tables_of
 from studies.second_world.figure import plot, reference_of
 from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
-from studies.thermal_identification.answers import Answered, by_fingers, knowledge_of
+from studies.thermal_identification.answers import SHIPPED_RULE, Answered, by_fingers, knowledge_of
 from studies.thermal_identification.pieces import Examples, by_reference, learn
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, TWELVE, calibrated
@@ -22,7 +25,13 @@ LIFTED_S = 0.4
 """Time in contact beyond the last answer, s. The answers count from a force of 0.3 N."""
 CHUNK = 5
 """Number of judged touches of a piece of work."""
-tables = tables_of("accuracy", "by_material", "by_kind", "errors", "reliability")
+STRANGERS = ("copper", "glass", "rubber", "skin_dermis")
+"""Materials that are touched too where they were not calibrated."""
+STRANGE_TOUCHES = 5
+"""Number of touches of each of them by each kind of sensor."""
+RULES = {f", caution {caution}": NamingRule(caution=float(caution)) for caution in (1, 5, 100)} | SHIPPED_RULE
+"""Rules of naming for the operating curve, by what follows a method's name."""
+tables = tables_of("accuracy", "by_material", "by_kind", "errors", "reliability", "names")
 _ROW = ("world", "materials", "method", "t_s")
 COMPARED = (
     Compared("accuracy", "right", "more", _ROW, counted="touches"),
@@ -87,10 +96,13 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
     cases = [_Case(each, 1000 * seed + kind) for each in sizes.sets for kind in range(each.kinds)]
-    found = _judge(cases, sizes.times_s, progress, work)
+    found, names = [], []
     answers: dict[tuple[str, int], list[Answered]] = {}
-    for case, mine in zip(cases, found, strict=True):
-        answers.setdefault((case.set.world, len(case.set.names)), []).extend(mine)
+    for case, mine in zip(cases, _judge(cases, sizes.times_s, progress, work), strict=True):
+        known = [one for one in mine if one.truth in case.set.names]
+        found.append([one for one in known if ", caution" not in one.method])
+        names += [(case.set, one) for one in mine if one.t_s == sizes.times_s[-1]]
+        answers.setdefault((case.set.world, len(case.set.names)), []).extend(found[-1])
     sets: list[tuple[dict[str, Any], list[Answered]]] = [
         ({"world": world, "materials": count}, each) for (world, count), each in answers.items()
     ]
@@ -110,7 +122,46 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         ],
         "errors": [row for where, each in sets for row in errors(each, **where)],
         "reliability": [row for where, each in sets for row in reliability(each, **where)],
+        "names": _names(names),
     }
+
+
+def _names(answers: Sequence[tuple[Set, Answered]]) -> list[dict[str, Any]]:
+    """Return the operating curve: for each rule, what is named at the end, and how soon.
+
+    Shares are 0..1 of the touches of calibrated materials, and of strangers for `strangers_named`.
+    """
+    groups: dict[tuple[str, int, str], list[tuple[bool, Answered]]] = {}
+    for which, one in answers:
+        if one.status is not None:
+            key = which.world, len(which.names), one.method
+            groups.setdefault(key, []).append((one.truth in which.names, one))
+    rows = []
+    for (world, materials, method), each in groups.items():
+        calibrated_ones = [one for known, one in each if known]
+        strange = [one for known, one in each if not known]
+        times_s = [one.named_s for one in calibrated_ones if one.named_s is not None]
+        identified = [one for one in calibrated_ones if one.status == "identified"]
+        rows.append(
+            {
+                "world": world,
+                "materials": materials,
+                "method": method.partition(", caution")[0],
+                "caution": float(method.partition(", caution ")[2] or NamingRule().caution),
+                "touches": len(calibrated_ones),
+                **{
+                    f"named_{t_s}_s": round(sum(s <= t_s for s in times_s) / len(calibrated_ones), 4)
+                    for t_s in (1, 3, 6)
+                },
+                "named_s": round(float(np.median(times_s)), 3) if times_s else None,
+                "wrong": round(sum(one.best != one.truth for one in identified) / len(calibrated_ones), 4),
+                "strangers": len(strange),
+                "strangers_named": round(sum(one.status == "identified" for one in strange) / len(strange), 4)
+                if strange
+                else None,
+            }
+        )
+    return rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,9 +193,16 @@ def _judge(cases: Sequence[_Case], times_s: Sequence[float], progress: ReportSha
         for case, name in named
         for numbers in _chunks(case.set.test)
     ]
+    known = len(judging)
+    judging += [
+        (case, (examine, (case.set.world, case.kind, name, range(STRANGE_TOUCHES), tables[case], times_s)))
+        for case in cases
+        for name in STRANGERS
+        if name not in case.set.names
+    ]
     judged = work([piece for _, piece in judging], part_of(progress, 0.4, 0.8))
     learned = _by_case([case for case, _ in named for _ in range(UNITS)], prepared["learning"])
-    tested = _by_case([case for case, _ in judging], [touches for _, touches in judged])
+    tested = _by_case([case for case, _ in judging[:known]], [touches for _, touches in judged[:known]])
     referring = [
         (case, (refer, (learned[case].part(fingers, t_s), tested[case].part(fingers, t_s), method)))
         for case in cases
@@ -192,7 +250,7 @@ def examine(
 ) -> tuple[list[Answered], Examples]:
     """Return the estimator's answers to new touches, and the same touches as the reference's examples."""
     hands, knowledge = judged_hands(world, kind, name, numbers, times_s[-1] + LIFTED_S), knowledge_of(table)
-    answers = [answer for hand in hands for answer in by_fingers(knowledge, hand, FINGERS, times_s)]
+    answers = [answer for hand in hands for answer in by_fingers(knowledge, hand, FINGERS, times_s, RULES)]
     return answers, Examples.of(hands, UNITS, times_s)
 
 

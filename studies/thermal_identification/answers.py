@@ -9,7 +9,7 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.shared_object import ONE_OBJECT, SharedObject
 from remote_site.thermal.solving_turns import Solver, SolvingTurns
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
-from remote_site.thermal.thermal_result import ThermalResult
+from remote_site.thermal.thermal_result import NamingRule, ThermalConclusion, ThermalResult
 from remote_site.thermal.touch_estimate import TouchEstimate
 from remote_site.thermal.touch_start import RecordedTouch
 from studies.thermal_identification.exponential import RateTable, fits
@@ -18,6 +18,7 @@ from studies.thermal_identification.situations import Hand
 JUDGED_EVERY = 5
 """Readings between two answers, which come 20 times a second; the evidence of every reading counts."""
 READING_S = 0.01
+SHIPPED_RULE = {"": NamingRule()}
 TICKS = 5
 """Ticks of a session from one reading to the next."""
 
@@ -67,7 +68,11 @@ def by_rate(rates: RateTable, hand: Hand) -> list[Answered]:
 
 
 def by_fingers(
-    knowledge: ThermalKnowledge, hand: Hand, groups: Mapping[str, int], times_s: Sequence[float]
+    knowledge: ThermalKnowledge,
+    hand: Hand,
+    groups: Mapping[str, int],
+    times_s: Sequence[float],
+    rules: Mapping[str, NamingRule] = SHIPPED_RULE,
 ) -> list[Answered]:
     """Return the answers of the estimator from the first fingers of a hand.
 
@@ -76,11 +81,16 @@ def by_fingers(
         hand: the touch.
         groups: number of fingers that each method may use, by the method's name.
         times_s: times of the answers, ascending, s after contact.
+        rules: rules by which a material is named, by what follows the method's name.
     """
     fingers = hand.fingers[: max(groups.values())]
     estimates = [_estimate(knowledge, finger) for finger in fingers]
     readings = [list(finger.readings()) for finger in fingers]
-    conclusions = {name: knowledge.conclusion() for name in groups}
+    conclusions = {
+        (name, rule): ThermalConclusion(knowledge.table.names(), knowledge.table.plate_j_m2k, rules[rule])
+        for name in groups
+        for rule in rules
+    }
     named: dict[str, float] = {}
     found = []
     for k in range(1, min(round(times_s[-1] / READING_S) + 1, *(len(each) for each in readings))):
@@ -99,10 +109,11 @@ def by_fingers(
             posterior = knowledge.posterior.judge(evidence[:count])
             if posterior.same_object < ONE_OBJECT:  # then the first finger answers alone, as in a session
                 posterior = knowledge.posterior.judge(evidence[:1])
-            answer = conclusions[name].step(posterior, since_s)
-            if answer.status is ThermalStatus.IDENTIFIED:
-                named.setdefault(name, since_s)
-            found += [_answered(name, hand, t_s, answer, named.get(name)) for t_s in wanted]
+            for rule in rules:
+                method, answer = name + rule, conclusions[name, rule].step(posterior, since_s)
+                if answer.status is ThermalStatus.IDENTIFIED:
+                    named.setdefault(method, since_s)
+                found += [_answered(method, hand, t_s, answer, named.get(method)) for t_s in wanted]
     return found
 
 
