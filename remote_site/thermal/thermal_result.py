@@ -9,13 +9,13 @@ from common.scenes.materials import ALIASES, materials
 from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.material_posterior import Posterior
 
-CAUTION = 25.0
+CAUTION = 5.0
 """Harm of naming a foreign material, relative to that of leaving a material unnamed.
 
 The reported probabilities are those of the posterior. The named material follows from a cautious posterior, in which
 foreign materials weigh CAUTION times as much.
 """
-SURE = 0.98
+SURE = 0.995
 """Minimum cautious posterior of a material to be named, during HELD_S."""
 KEEP = 0.50
 """Minimum cautious posterior of a named material to stay named."""

@@ -29,7 +29,7 @@ STRANGERS = ("copper", "glass", "rubber", "skin_dermis")
 """Materials that are touched too where they were not calibrated."""
 STRANGE_TOUCHES = 5
 """Number of touches of each of them by each kind of sensor."""
-RULES = {f", caution {caution}": NamingRule(caution=float(caution)) for caution in (1, 5, 100)} | SHIPPED_RULE
+RULES = {f", caution {caution}": NamingRule(caution=float(caution)) for caution in (1, 25, 100)} | SHIPPED_RULE
 """Rules of naming for the operating curve, by what follows a method's name."""
 tables = tables_of("accuracy", "by_material", "by_kind", "errors", "reliability", "names")
 _ROW = ("world", "materials", "method", "t_s")
@@ -72,8 +72,8 @@ class Sizes:
 QUICK = Sizes((Set("A", FOUR, 1, 10, 25, 4), Set("B", FOUR, 1, 10, 25, 4)), (0.5, 1.0, 2.0, 3.0, 5.0))
 FULL = Sizes(
     (
-        Set("A", FOUR, 6, 25, 250, 25),
-        Set("B", FOUR, 6, 25, 250, 25),
+        Set("A", FOUR, 4, 25, 250, 25),
+        Set("B", FOUR, 4, 25, 250, 25),
         Set("A", TWELVE, 2, 25, 100, 10),
         Set("B", TWELVE, 2, 25, 100, 10),
     ),

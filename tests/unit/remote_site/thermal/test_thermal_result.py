@@ -77,8 +77,8 @@ def test_an_uncalibrated_candidate_delays_a_name_more_than_a_calibrated_one() ->
 def test_a_name_is_withdrawn_when_an_uncalibrated_candidate_becomes_likely() -> None:
     concluded = conclusion()
     play(concluded, stone(CERTAIN), 0.5, 1.0)
-    assert concluded.step(posterior(0.0, 0.97, 0.0), 1.01).material == "stone"
-    lost = concluded.step(posterior(0.0, 0.95, 0.0), 1.02)
+    assert concluded.step(posterior(0.0, 0.85, 0.0), 1.01).material == "stone"
+    lost = concluded.step(posterior(0.0, 0.80, 0.0), 1.02)
     assert (lost.status, lost.best) == (ThermalStatus.DECIDING, "stone")
 
 
