@@ -9,11 +9,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from remote_site.texture.recorded.identify_texture import SurfaceAnswer, load_surfaces
     from remote_site.texture.surface_table import SurfaceTable
+    from remote_site.thermal.calibration.temperature_calibration import TemperatureFit
     from remote_site.thermal.calibration.thermal_calibration import ThermalFit
     from remote_site.thermal.material_table import MaterialTable
     from remote_site.thermal.recorded.identify_thermal import MaterialAnswer
     from remote_site.traces.trace_files import StrokeTrace, ThermalTrace, read_stroke, read_thermal
-    from teletaction.api.identification import calibrate_thermal, identify_texture, identify_thermal
+    from teletaction.api.identification import (
+        calibrate_temperature,
+        calibrate_thermal,
+        identify_texture,
+        identify_thermal,
+    )
     from teletaction.api.recording import Recording, Stream
     from teletaction.api.rendering import render_thermal, render_vibration
     from teletaction.api.simulation import simulate, simulate_stroke, simulate_thermal
@@ -27,8 +33,10 @@ __all__ = [
     "StrokeTrace",
     "SurfaceAnswer",
     "SurfaceTable",
+    "TemperatureFit",
     "ThermalFit",
     "ThermalTrace",
+    "calibrate_temperature",
     "calibrate_thermal",
     "draw_map",
     "identify_texture",
@@ -45,11 +53,17 @@ __all__ = [
 _MODULES = {
     "remote_site.texture.recorded.identify_texture": ("SurfaceAnswer", "load_surfaces"),
     "remote_site.texture.surface_table": ("SurfaceTable",),
+    "remote_site.thermal.calibration.temperature_calibration": ("TemperatureFit",),
     "remote_site.thermal.calibration.thermal_calibration": ("ThermalFit",),
     "remote_site.thermal.material_table": ("MaterialTable",),
     "remote_site.thermal.recorded.identify_thermal": ("MaterialAnswer",),
     "remote_site.traces.trace_files": ("StrokeTrace", "ThermalTrace", "read_stroke", "read_thermal"),
-    "teletaction.api.identification": ("calibrate_thermal", "identify_texture", "identify_thermal"),
+    "teletaction.api.identification": (
+        "calibrate_temperature",
+        "calibrate_thermal",
+        "identify_texture",
+        "identify_thermal",
+    ),
     "teletaction.api.recording": ("Recording", "Stream"),
     "teletaction.api.rendering": ("render_thermal", "render_vibration"),
     "teletaction.api.simulation": ("simulate", "simulate_stroke", "simulate_thermal"),

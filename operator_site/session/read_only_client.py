@@ -51,6 +51,7 @@ def measured(touch: Touch) -> dict[str, Any]:
         name: {
             "force_n": round(row.contact_force_n, 2),
             "object_c": round(row.object_c, 1),
+            "object_c_sd": round(row.object_c_sd, 1),
             "probability": round(row.probability, 3),
         }
         for name, row in zip(FINGERS, touch.rows, strict=True)

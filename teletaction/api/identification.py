@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from remote_site.texture.recorded.identify_texture import SurfaceAnswer, identify_stroke
 from remote_site.texture.recorded.spectrum_table import SpectrumTable
 from remote_site.texture.surface_table import SurfaceTable
+from remote_site.thermal.calibration.temperature_calibration import TemperatureFit, learn_temperature
 from remote_site.thermal.calibration.thermal_calibration import ThermalFit, calibrate_traces
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.recorded.identify_thermal import DEFAULT_AT_S, MaterialAnswer, identify_traces
@@ -33,6 +34,27 @@ def calibrate_thermal(
     """
     labelled = [(touch[0], touch[1], touch[2] if len(touch) > 2 else None) for touch in touches]
     return calibrate_traces(labelled, processes=processes)
+
+
+def calibrate_temperature(
+    table: MaterialTable, touches: Iterable[tuple[str, ThermalTrace, float]], processes: int = 1
+) -> TemperatureFit:
+    """Learn the errors of object temperatures from touches of references of known temperature.
+
+    Args:
+        table: table of a thermal sensor, from `calibrate_thermal`.
+        touches: material of the table, trace, and temperature of the reference, C, of each touch. Five touches or more
+            of a material are needed, and ten are good. Other materials keep what they have.
+        processes: number of processes that share the work, as for `calibrate_thermal`.
+
+    Returns:
+        A fit with its `table`, and the `warnings` about it.
+
+    Raises:
+        ValueError: the table is too old, a material is not in it or has too few touches, or a touch has no contact, is
+            too short or has no temperature difference.
+    """
+    return learn_temperature(table, touches, processes=processes)
 
 
 def identify_thermal(

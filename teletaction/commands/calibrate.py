@@ -41,6 +41,34 @@ def calibrate_thermal_command(
     _report(calibration_text(fit), out, report, calibration_figure(fit) if report is not None else None)
 
 
+@app.command("temperature")
+def calibrate_temperature_command(
+    table: Annotated[Path, typer.Option(help="Table of `calibrate thermal`.")],
+    traces: Annotated[Path, typer.Option(help="Folder with traces and labels.csv (file,material,object_c).")],
+    out: Annotated[Path, typer.Option(help="Table to write.")],
+    serial: Annotated[
+        str | None, typer.Option(help="Serial number of the calibrated sensor; by default that of the table.")
+    ] = None,
+    report: Annotated[Path | None, typer.Option(help="Folder for report.txt with the accuracy to expect.")] = None,
+    processes: Processes = 0,
+) -> None:
+    """Learn the errors of object temperatures from touches of references of known temperature."""
+    from remote_site.thermal.calibration.temperature_calibration import calibrate_temperature
+    from teletaction.report.accuracy_text import temperature_text
+
+    with progress_line("calibrate") as progress:
+        fit = calibrate_temperature(
+            table,
+            traces,
+            out,
+            sensor_serial=serial,
+            made_on=f"{date.today()}",
+            processes=processes or processors(),
+            progress=progress,
+        )
+    _report(temperature_text(fit), out, report)
+
+
 @app.command("texture")
 def calibrate_texture_command(
     strokes: Annotated[Path, typer.Option(help="Folder with strokes and labels.csv (file,surface[,speed_mm_s]).")],

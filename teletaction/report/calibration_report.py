@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from remote_site.thermal.calibration.thermal_calibration import ThermalFit
 from remote_site.thermal.material_table import MaterialTable
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, STYLE, shown_name
+from teletaction.report.accuracy_text import accuracy_lines
 
 COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK)
 MARKERS = "osD^vPX"
@@ -16,7 +17,7 @@ SMOOTHED = 12
 
 
 def calibration_text(fit: ThermalFit) -> str:
-    """Return the sensor's constants, one line for each material, and warnings."""
+    """Return the sensor's constants, one line for each material, the accuracy to expect, and warnings."""
     table = fit.table
     lines = [
         f"sensor {table.sensor_serial}, {table.made_on or 'no date'}",
@@ -34,7 +35,7 @@ def calibration_text(fit: ThermalFit) -> str:
             f"{100 * np.sqrt(ee):>6.0f}{np.exp(entry.ln_conductance) * table.plate_j_m2k:>15.0f}"
             f"{100 * np.sqrt(cc):>6.0f}{entry.misfit:>8.2f}"
         )
-    return "\n".join([*lines, *(f"warning: {warning}" for warning in fit.warnings)])
+    return "\n".join([*lines, "", *accuracy_lines(fit), *(f"warning: {warning}" for warning in fit.warnings)])
 
 
 def calibration_figure(fit: ThermalFit) -> Figure:

@@ -7,7 +7,7 @@ from typing import Any
 
 from common.faults.texts import thermal_text
 from common.wire.messages import THERMAL_REASONS
-from operator_site.console.examination.findings import UNIT, signed, with_sd
+from operator_site.console.examination.findings import UNCERTAIN_SD_K, UNIT, signed, with_sd
 from teletaction.recordings.machine_verdict import WHAT_HELD_MEANS
 
 NONE = "none"
@@ -95,11 +95,18 @@ def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
                 shown(contact.get("seconds")),
                 shown(contact.get("held_s")),
                 shown(contact.get("true_object_c")),
-                shown(contact.get("object_c")) + ("" if spread is None else f"&nbsp;±&nbsp;{shown(spread)}"),
+                shown(contact.get("object_c")) + _plus_minus(spread),
                 _judged(contact, "paper_material"),
             ]
         )
     return table(head, rows)
+
+
+def _plus_minus(spread: Any) -> str:
+    """Write the standard deviation of an object's temperature, K; empty if unknown."""
+    if spread is None:
+        return ""
+    return f"&nbsp;±&nbsp;{shown(spread)}" + (", uncertain" if spread > UNCERTAIN_SD_K else "")
 
 
 def tally_table(contacts: Sequence[Mapping[str, Any]]) -> str:

@@ -22,6 +22,13 @@ LEAST = {"temperature": 0.5, "roughness": 0.4, "stiffness": 0.2}
 """Smallest clear difference from the surroundings, K or natural logarithm of the ratio."""
 
 
+UNCERTAIN_SD_K = 1.0
+"""Standard deviation above which a temperature is called uncertain, K.
+
+A fever or an inflammation warms skin by about 2 K, which is then less than two standard deviations.
+"""
+
+
 class Difference(NamedTuple):
     """Difference of a place and its standard deviation: in K, or as the natural logarithm of the ratio."""
 
@@ -88,8 +95,9 @@ def compare(kind: str | None, here: ExploredPlace, around: ExploredPlace) -> str
 
 
 def value_text(quantity: str, measured: Measured) -> str:
-    """Format a value with its standard deviation and unit, such as `36.4 ± 0.2 °C`."""
-    return f"{with_sd(measured.value, measured.sd)} {UNIT[quantity]}"
+    """Format a value with its standard deviation and unit: `36.4 ± 0.2 °C`, or `31 ± 2 °C, uncertain`."""
+    uncertain = quantity == "temperature" and measured.sd > UNCERTAIN_SD_K
+    return f"{with_sd(measured.value, measured.sd)} {UNIT[quantity]}{', uncertain' if uncertain else ''}"
 
 
 def with_sd(value: float, sd: float | None) -> str:

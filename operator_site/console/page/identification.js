@@ -16,7 +16,7 @@ export function showIdentification() {
   write(byId("decision"), head);
   byId("decision").className = [finger?.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
   write(byId("decision-more"), more);
-  const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C` : "-- °C";
+  const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C${finger.object_c_uncertain ? WORDS.uncertain : ""}` : "-- °C";
   write(byId("object"), `${WORDS.object} ${warmth}`);
   byId("object").className = stale ? "stale" : "";
   write(byId("chart-meaning"), now.state?.meaning ?? WORDS.notCalibrated);

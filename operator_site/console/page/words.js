@@ -50,7 +50,7 @@ export const WORDS = {
   recording: "● REC", notRecording: "not recording",
   oldFinger: (name, seconds) => `${name}, ${seconds.toFixed(1)} s old`,
   active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
-  notCalibrated: "Accuracy of these answers: not known.", object: "object",
+  notCalibrated: "Accuracy of these answers: not known.", object: "object", uncertain: ", uncertain",
   stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
   legendUnit: { temperature: "°C", roughness: "V", stiffness: "N/m", material: "material" },
   spreadUnit: { temperature: "± K", roughness: "± %", stiffness: "± %", material: "others %" },

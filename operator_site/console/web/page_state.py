@@ -11,6 +11,7 @@ from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import DISK_NEARLY_FULL, unconfirmed
 from operator_site.console.alarms.alarms import Alarm
 from operator_site.console.examination.examination import Finding
+from operator_site.console.examination.findings import UNCERTAIN_SD_K
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import RANGES
 from operator_site.console.map.tactile_map import COLUMNS, ROWS
@@ -123,6 +124,7 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
         "candidates": [[texts.named(name), round(p, 4)] for name, p in summary.candidates] if touching else [],
         "object_c": round(row.object_c, 2) if known_c else None,
         "object_c_sd": round(row.object_c_sd, 3) if known_c else None,
+        "object_c_uncertain": bool(known_c and row.object_c_sd > UNCERTAIN_SD_K),
         "stiffness_n_m": round(stiffness, 1) if stiffness > 0.0 else None,
         "stiffness_sd_n_m": round(stiffness * row.stiffness_ln_sd, 1) if stiffness > 0.0 else None,
         "stiffness_known": bool(stiffness > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD),

@@ -55,8 +55,9 @@ class Labelled(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """Evidence of one touch at one time, and the truth."""
+    """Evidence of one touch at one time, and the truth; `number` is the touch's place in its list."""
 
+    number: int
     evidence: TouchEvidence
     material: int
     object_c: float | None
@@ -92,29 +93,35 @@ def courses(table: MaterialTable, labelled: Sequence[Labelled], mapped: Map) -> 
     """Return the evidence of all touches by time, without times that the table does not reach.
 
     Args:
-        table: a table without discrepancy.
+        table: the table. Its discrepancy does not correct the evidence, but its times count if it has one.
         labelled: the touches.
         mapped: the function `map`, or a parallel one.
     """
-    times_s = [t_s for t_s in TIMES_S if t_s <= table.lasts_s + 1e-6]
-    work = partial(evidence_course, table.model_dump_json(), times_s)
+    wanted_s = TIMES_S if table.discrepancy is None else table.discrepancy.times_s
+    times_s = [t_s for t_s in wanted_s if t_s <= table.lasts_s + 1e-6]
+    plain = table.model_copy(update={"discrepancy": None, "reference": None})
+    work = partial(evidence_course, plain.model_dump_json(), times_s)
     found: dict[float, list[Seen]] = {t_s: [] for t_s in times_s}
-    for each, course in zip(labelled, mapped(work, [each.touch for each in labelled]), strict=True):
+    all_courses = mapped(work, [each.touch for each in labelled])
+    for number, (each, course) in enumerate(zip(labelled, all_courses, strict=True)):
         for t_s, evidence in zip(times_s, course, strict=True):
             if evidence is not None:
-                found[t_s].append(Seen(evidence, each.material, each.object_c))
+                found[t_s].append(Seen(number, evidence, each.material, each.object_c))
     return {t_s: seen for t_s, seen in found.items() if seen}
 
 
 def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     """Return the discrepancy that the evidence shows.
 
-    A material whose objects have no known temperature gets no errors, but the spread UNKNOWN_SPREAD.
+    A material whose objects have no known temperature gets no errors, but the spread UNKNOWN_SPREAD. Of a table that
+    has a discrepancy, only the temperature errors of the touched materials are learned anew.
 
     Args:
-        table: the table without discrepancy.
-        seen: evidence of the touches by time, from `courses`.
+        table: the table.
+        seen: evidence of the touches by time, from `courses`; all objects are known if the table has a discrepancy.
     """
+    if table.discrepancy is not None:
+        return _learn_temperature(table.discrepancy, seen)
     materials = len(table.materials)
     everyone = [one for each in seen.values() for one in each]
     known = [all(one.object_c is not None for one in everyone if one.material == number) for number in range(materials)]
@@ -144,6 +151,30 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     )
 
 
+def _learn_temperature(before: Discrepancy, seen: dict[float, list[Seen]]) -> Discrepancy:
+    """Return a discrepancy with other temperature errors of the touched materials.
+
+    `plate_k` and `stated_sd` are common to all materials. They stay if another material's errors depend on them.
+    """
+    everyone = [one for each in seen.values() for one in each]
+    touched = {one.material for one in everyone}
+    known = [number in touched or was for number, was in enumerate(before.known_objects)]
+    alone = not any(was and number not in touched for number, was in enumerate(before.known_objects))
+    found = before.model_dump() | {"known_objects": known}
+    if alone:
+        found["plate_k"] = float(np.mean([one.evidence.start_c - one.evidence.ambient_c for one in everyone]))
+    for k, t_s in enumerate(before.times_s):
+        each = seen.get(t_s, [])
+        errors = _errors(each, len(known), None if alone else before.stated_sd[k])
+        for number in {one.material for one in each}:
+            found["by_plate"][k][number] = float(errors.by_plate[number])
+            found["by_object"][k][number] = float(errors.by_object[number])
+            found["spread"][k][number] = errors.spread
+        if alone and each:
+            found["stated_sd"][k] = errors.stated_sd
+    return Discrepancy.model_validate(found)
+
+
 _BY_TIME = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")
 
 
@@ -156,8 +187,8 @@ class _Errors(NamedTuple):
     stated_sd: float
 
 
-def _errors(each: Sequence[Seen], materials: int) -> _Errors:
-    """Fit the errors of each material and their common variance in turn."""
+def _errors(each: Sequence[Seen], materials: int, stated_sd: float | None = None) -> _Errors:
+    """Fit the errors of each material and their common variance in turn; `stated_sd` is fitted if it is None."""
     factors = np.zeros((materials, 2))
     if not each:
         return _Errors(factors[:, 0], factors[:, 1], 0.0, 1.0)
@@ -169,8 +200,9 @@ def _errors(each: Sequence[Seen], materials: int) -> _Errors:
     differs = (plates_k - objects_k) ** 2
     columns = np.stack((plates_k, objects_k), axis=1)
     prior = np.diag((PLATE_SD**-2, OBJECT_SD**-2))
-    ln = np.array([0.0, np.log(1e-5)])
+    ln = np.array([0.0 if stated_sd is None else 2.0 * np.log(stated_sd), np.log(1e-5)])
     """ln of the variance over the stated one, and of the spread's square."""
+    fixed = 0 if stated_sd is None else 1
     for _ in range(ROUNDS):
         weight = 1.0 / (np.exp(ln[0]) * stated + np.exp(ln[1]) * differs)
         left = np.ones(len(each))
@@ -181,16 +213,18 @@ def _errors(each: Sequence[Seen], materials: int) -> _Errors:
             factors[number] = covariance @ np.einsum("ni,n,n->i", x, w, errors_k[mine])
             left[mine] -= w * np.einsum("ni,ij,nj->n", x, covariance, x)
         rest = (errors_k - np.einsum("ni,ni->n", columns, factors[material])) ** 2 / np.maximum(left, _LEAST_LEFT)
-        before, ln = ln, minimize(_unlikely, ln, (rest, stated, differs), "Nelder-Mead", options=_SEARCH).x
-        ln = np.clip(ln, *_LN_RANGE)
+        arguments = (ln[:fixed], rest, stated, differs)
+        free = minimize(_unlikely, ln[fixed:], arguments, "Nelder-Mead", options=_SEARCH).x
+        before, ln = ln, np.clip(np.append(ln[:fixed], free), *_LN_RANGE)
         if np.abs(ln - before).max() < _SETTLED:
             break
     spread, stated_sd = float(np.exp(0.5 * ln[1])), float(np.exp(0.5 * ln[0]))
     return _Errors(factors[:, 0], np.maximum(factors[:, 1], LEAST_BY_OBJECT), spread, stated_sd)
 
 
-def _unlikely(ln: Array, rest: Array, stated: Array, differs: Array) -> float:
+def _unlikely(free: Array, fixed: Array, rest: Array, stated: Array, differs: Array) -> float:
     """Return twice the negative ln probability of squared errors `rest`, K^2, up to a constant."""
+    ln = np.append(fixed, free)
     variance = np.exp(ln[0]) * stated + np.exp(ln[1]) * differs
     return float(np.sum(np.log(variance) + rest / variance) + (0.5 * ln[0] / STATED_LN_SD) ** 2)
 

@@ -1,7 +1,7 @@
 """Calibrates the thermal look-up table from labelled touches."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.thermal.calibration.calibration_touches import KNOWN_OBJECT_SD_K, UNKNOWN_OBJECT_SD_K, CalibrationTouch
-from remote_site.thermal.calibration.discrepancy_fit import Labelled, courses, learn
+from remote_site.thermal.calibration.discrepancy_fit import Labelled, Seen, courses, learn
 from remote_site.thermal.calibration.population_fit import Population, PopulationFit
 from remote_site.thermal.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.thermal.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
@@ -48,19 +48,27 @@ class ThermalFit:
         names: material of each touch.
         times_s: (k,) times of the residuals after contact, s.
         residual_k: (touches, k) residuals of the model, K; those of a mean are scaled to one reading.
+        seen: evidence of the touches without discrepancy, by time after contact, s.
     """
 
     table: MaterialTable
     names: list[str]
     times_s: Array
     residual_k: Array
+    seen: dict[float, list[Seen]] = field(repr=False)
+
+    @property
+    def before(self) -> MaterialTable:
+        """The table before its discrepancy was learned."""
+        return self.table.model_copy(update={"discrepancy": None})
 
     @property
     def warnings(self) -> list[str]:
         """Limits of the table that a user should know, one line each."""
         found = [
-            f"{entry.name}: the model does not fit this sensor on it (misfit {entry.misfit:.1f}, 1 is a perfect fit)"
-            for entry in self.table.materials
+            f"{entry.name}: the model does not fit this sensor on it (misfit {entry.misfit:.1f}, 1 is a perfect fit); "
+            f"identification {self._makes_of_it(number)}"
+            for number, entry in enumerate(self.table.materials)
             if entry.misfit > MISFIT
         ]
         return found + [
@@ -68,6 +76,12 @@ class ThermalFit:
             for entry in self.table.materials
             if entry.touches < GOOD
         ]
+
+    def _makes_of_it(self, number: int) -> str:
+        """Return the consequence of a misfit for the touches of a material."""
+        if self.table.discrepancy is not None and self.table.discrepancy.known_objects[number]:
+            return "subtracts the error that these touches showed, and its +- covers the rest"
+        return "cannot correct the temperature, because these objects' temperatures are not known; its +- is wide"
 
 
 def calibrate_thermal(
@@ -126,10 +140,7 @@ def calibrate_traces(
         if label == AIR:
             leaks.append(_leak_per_s(trace))
             continue
-        touch = find_touch(trace)
-        if touch is None:
-            raise ValueError(f"{trace.name}: column force_n: no contact (0.30 N held for 50 ms)")
-        touches.setdefault(label, []).append((touch, object_c))
+        touches.setdefault(label, []).append((touch_of(trace), object_c))
     leak_per_s = float(np.mean(leaks)) if leaks else USUAL_LEAK_PER_S
     with kept_processes(processes) as mapped:
         return fit_thermal(where, touches, leak_per_s, mapped, progress)
@@ -255,7 +266,32 @@ def _fit(
     table = table.model_copy(update={"discrepancy": learn(table, seen)})
     names = list(touches)
     residual_k = population.residual_k * np.sqrt(fit.seen.count)
-    return ThermalFit(table, [names[touch.material] for touch in each], fit.seen.times_s, residual_k), population
+    labels = [names[touch.material] for touch in each]
+    return ThermalFit(table, labels, fit.seen.times_s, residual_k, seen), population
+
+
+def touch_of(trace: ThermalTrace) -> RecordedTouch:
+    """Return the touch in a trace.
+
+    Raises:
+        ValueError: there is no contact.
+    """
+    touch = find_touch(trace)
+    if touch is None:
+        raise ValueError(f"{trace.name}: column force_n: no contact (0.30 N held for 50 ms)")
+    return touch
+
+
+def check_difference(touch: RecordedTouch, object_c: float) -> None:
+    """Refuse a touch whose plate is too close to its object.
+
+    Raises:
+        ValueError: they differ by less than LEAST_DIFFERENCE_K.
+    """
+    if abs(touch.start_c - object_c) < LEAST_DIFFERENCE_K:
+        raise ValueError(
+            f"{touch.trace.name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate"
+        )
 
 
 def _calibration_touch(
@@ -264,10 +300,8 @@ def _calibration_touch(
     """Resample a touch to 100 Hz."""
     around_c = ambient_c if touch.ambient_c is None else touch.ambient_c
     trace = touch.trace
-    if object_c is not None and abs(touch.start_c - object_c) < LEAST_DIFFERENCE_K:
-        raise ValueError(
-            f"{trace.name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate"
-        )
+    if object_c is not None:
+        check_difference(touch, object_c)
     time_s = touch.contact_s + READING_S * np.arange(1, readings + 1)
     return CalibrationTouch(
         material,
