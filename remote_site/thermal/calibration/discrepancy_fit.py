@@ -114,7 +114,7 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     """Return the discrepancy that the evidence shows.
 
     A material whose objects have no known temperature gets no errors, but the spread UNKNOWN_SPREAD. Of a table that
-    has a discrepancy, only the temperature errors of the touched materials are learned anew.
+    has a discrepancy, only the temperature errors of the touched materials are learned again.
 
     Args:
         table: the table.

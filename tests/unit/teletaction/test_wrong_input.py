@@ -52,6 +52,9 @@ def edit(path: Path, old: str, new: str) -> None:
         ("simulate thermal --material adamant --out t", "adamant"),
         ("simulate stroke --surface velvet --out t", "velvet"),
         ("calibrate thermal --traces . --out t", "labels.csv"),
+        (f"calibrate temperature --table {TABLES / 'materials.json'} --traces . --out t", "labels.csv"),
+        ("calibrate temperature --table no.json --traces . --out t", "no.json: cannot be read"),
+        ("calibrate temperature --traces . --out t", "--table"),
     ],
 )
 def test_an_impossible_command_is_reported(

@@ -122,7 +122,7 @@ def test_the_state_has_what_is_known_of_a_finger_and_the_link_with_its_error(con
     assert (link["delay_ms"], link["delay_sd_ms"], link["loss"]) == pytest.approx((20.0, 2.0, 0.0))
     assert (finger["decision"], finger["line"]) == ("IDENTIFIED", "PVC 91 %")
     assert finger["candidates"] == [["PVC", 0.91], ["acrylic", 0.05]]
-    assert (finger["object_c"], finger["object_c_sd"]) == (24.1, 0.3)
+    assert (finger["object_c"], finger["object_c_sd"], finger["object_c_uncertain"]) == (24.1, 0.3, False)
     assert (finger["roughness_v"], finger["groove_mm"], finger["groove_sd_mm"]) == (0.12, 4.0, 0.1)
     assert finger["stiffness_known"]
     assert finger["contact_s"] == pytest.approx(2.0)

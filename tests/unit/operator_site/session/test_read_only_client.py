@@ -55,7 +55,9 @@ def test_a_material_is_named_only_when_it_is_identified(status: ThermalStatus) -
 
 
 def test_numbers_are_reported_for_touching_fingers() -> None:
-    assert measured(pressed()) == {"index": {"force_n": 1.23, "object_c": 23.5, "probability": 0.988}}
+    assert measured(pressed()) == {
+        "index": {"force_n": 1.23, "object_c": 23.5, "object_c_sd": 0.0, "probability": 0.988}
+    }
     assert measured(pressed(contact=0)) == {}
 
 

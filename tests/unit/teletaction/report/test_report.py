@@ -251,6 +251,14 @@ def test_right_wrong_and_silence_are_words() -> None:
     assert "<td>pvc</td><td>3</td><td>1</td><td>1</td><td>1</td><td>0</td><td>2</td><td>1</td>" in tally_table(rows)
 
 
+def test_a_temperature_has_its_uncertainty() -> None:
+    texts = [contacts_table([contact(object_c=31.2, object_c_sd=sd_k)]) for sd_k in (0.2, 2.1)]
+    assert [re.findall("31.2&nbsp;[^<]*", text) for text in texts] == [
+        ["31.2&nbsp;±&nbsp;0.2"],
+        ["31.2&nbsp;±&nbsp;2.1, uncertain"],
+    ]
+
+
 def test_every_delay_is_counted_once() -> None:
     html = histogram_table([-0.001, 0.0, 0.0019, 0.002, 0.5], (0, 2, 10), "delay")
     assert re.findall(r"<tr><td>([^<]+)</td><td>(\d+)</td>", html) == [

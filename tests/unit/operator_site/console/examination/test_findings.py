@@ -40,6 +40,7 @@ def test_what_is_shown_is_off_by_no_more_than_half_the_last_digit(value: float, 
 
 def test_kind_and_value() -> None:
     assert describe("warm", TISSUE._replace(temperature=Measured(36.41, 0.21, 3, 9.0))) == "warm, 36.4 ± 0.2 °C"
+    assert describe("warm", TISSUE._replace(temperature=Measured(31.2, 2.1, 3, 9.0))) == "warm, 31 ± 2 °C, uncertain"
     assert describe("stiff", NOWHERE) == "stiff, stiffness not felt here"
     assert describe(None, TISSUE) == "33.0 ± 0.3 °C, 0.0045 ± 0.0005 V, 600 ± 20 N/m"
     assert describe("other", NOWHERE) == "other, nothing felt here"
