@@ -109,9 +109,9 @@ def finger_state(name: str, **changed: Any) -> dict[str, Any]:
     usual: dict[str, Any] = {
         "name": name, "in_use": True, "contact_s": None, "decision": "NO CONTACT",
         "line": "",
-        "candidates": [], "object_c": None, "object_c_sd": None, "object_c_uncertain": False, "stiffness_n_m": None, "stiffness_sd_n_m": None,
+        "candidates": [], "object_c": None, "object_c_sd": None, "stiffness_n_m": None, "stiffness_sd_n_m": None,
         "stiffness_known": False, "roughness_v": None, "roughness_sd_v": None, "groove_mm": None, "groove_sd_mm": None,
-        "limits": [], "age_s": 0.01,
+        "limits": [], "age_s": 0.01, "object_c_uncertain": False,
     }  # fmt: skip
     return usual | changed
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from common.wire.packets import LinkState
+from operator_site.console.examination.findings import UNCERTAIN_SD_K
 from operator_site.console.model import Console
 from operator_site.console.state.fingers_now import FIELDS, GONE_S
 from operator_site.console.state.frame import Kind, Priority
@@ -126,6 +127,13 @@ def test_the_state_has_what_is_known_of_a_finger_and_the_link_with_its_error(con
     assert (finger["roughness_v"], finger["groove_mm"], finger["groove_sd_mm"]) == (0.12, 4.0, 0.1)
     assert finger["stiffness_known"]
     assert finger["contact_s"] == pytest.approx(2.0)
+
+
+def test_a_temperature_with_a_wide_error_is_uncertain(console: Console) -> None:
+    for sequence, sd_k in ((10_210, 0.9), (10_211, 2.1)):
+        console.take("operator/touch", 102 * S, touch(sequence, 102 * S, object_c_sd=sd_k))
+        finger = shown(console, 102.0)["fingers"][INDEX]
+        assert (finger["object_c_sd"], finger["object_c_uncertain"]) == (sd_k, sd_k > UNCERTAIN_SD_K)
 
 
 def test_a_packet_that_never_came_counts_where_nothing_came_in_time(console: Console) -> None:

@@ -253,9 +253,9 @@ def test_right_wrong_and_silence_are_words() -> None:
 
 def test_a_temperature_has_its_uncertainty() -> None:
     texts = [contacts_table([contact(object_c=31.2, object_c_sd=sd_k)]) for sd_k in (0.2, 2.1)]
-    assert [re.findall("31.2&nbsp;[^<]*", text) for text in texts] == [
-        ["31.2&nbsp;±&nbsp;0.2"],
-        ["31.2&nbsp;±&nbsp;2.1, uncertain"],
+    assert [re.findall("31.20&nbsp;[^<]*", text) for text in texts] == [
+        ["31.20&nbsp;±&nbsp;0.20"],
+        ["31.20&nbsp;±&nbsp;2.10, uncertain"],
     ]
 
 
