@@ -291,6 +291,9 @@ def unknown() -> Scenario:
         "decision": "UNKNOWN",
         "line": "matches nothing calibrated",
         "candidates": [["PVC", 0.2], ["acrylic", 0.1]],
+        "object_c": 31.2,
+        "object_c_sd": 2.1,
+        "object_c_uncertain": True,
     }
     return scenario.alarm(
         "plate-index",

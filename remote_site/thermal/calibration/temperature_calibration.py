@@ -1,5 +1,6 @@
 """Calibrates the object temperatures of a thermal table against references of known temperature."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -125,8 +126,9 @@ def learn_temperature(
         if length_s < needed_s - 1e-6:
             raise ValueError(f"{trace.name}: the touch lasts {length_s:.2f} s, needs {needed_s:.2f} s as in the table")
         touches.append(Labelled(touch, names.index(label), object_c))
-    counts = {number: sum(one.material == number for one in touches) for number in {one.material for one in touches}}
-    for number, count in counts.items() or {0: 0}.items():
+    if not touches:
+        raise ValueError(f"{where}: no touches; {FEWEST} or more of a material are needed")
+    for number, count in Counter(one.material for one in touches).items():
         if count < FEWEST:
             raise ValueError(
                 f"{where}: column material: {names[number]} has {count} touches of known temperature, "

@@ -139,7 +139,7 @@ def test_a_reference_needs_its_temperature(calibrated: tuple[MaterialTable, Path
 
 
 def test_no_touches_and_an_older_table(calibrated: tuple[MaterialTable, Path], tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="has 0 touches"):
+    with pytest.raises(ValueError, match="labels: no touches; 5 or more"):
         learn_temperature(calibrated[0], [])
     older = calibrated[0].model_copy(update={"discrepancy": None})
     with pytest.raises(ValueError, match=r"table: field discrepancy: .* `teletaction calibrate thermal`"):
