@@ -57,13 +57,13 @@ def _discrepancy_lines(table: MaterialTable, discrepancy: Discrepancy) -> list[s
     """Describe what the model leaves out, at the first, middle and last time of the discrepancy."""
     shown = sorted({k for t_s in (0.5, 1.0, 3.0, 6.0) if (k := _nearest(discrepancy.times_s, t_s)) is not None})
     at = " / ".join(f"{discrepancy.times_s[k]:g}" for k in shown)
-    plate_k = discrepancy.plate_k
     lines = [
-        f"left out by the model {at} s after contact, plate {plate_k:.1f} K above ambient",
+        f"left out by the model {at} s after contact, at the plate's temperature in calibration",
         f"{'material':<16}{'error K (subtracted)':>30}{'rest +- K':>30}",
     ]
     unknown = []
     for number, entry in enumerate(table.materials):
+        plate_k = discrepancy.plate_k[number]
         error_k = [
             discrepancy.by_plate[k][number] * plate_k + discrepancy.by_object[k][number] * entry.offset_k for k in shown
         ]

@@ -125,10 +125,7 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     materials = len(table.materials)
     everyone = [one for each in seen.values() for one in each]
     known = [all(one.object_c is not None for one in everyone if one.material == number) for number in range(materials)]
-    plates_k = [
-        float(np.mean([one.evidence.start_c - one.evidence.ambient_c for one in everyone if one.material == number]))
-        for number in range(materials)
-    ]
+    plates_k = [_plate_k(everyone, number) for number in range(materials)]
     plain = ThermalKnowledge.of(table)
     rows = []
     for t_s, each in seen.items():
@@ -154,15 +151,15 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
 def _learn_temperature(before: Discrepancy, seen: dict[float, list[Seen]]) -> Discrepancy:
     """Return a discrepancy with other temperature errors of the touched materials.
 
-    `plate_k` and `stated_sd` are common to all materials. They stay if another material's errors depend on them.
+    `stated_sd` is common to all materials. It stays if another material's errors depend on it.
     """
     everyone = [one for each in seen.values() for one in each]
     touched = {one.material for one in everyone}
     known = [number in touched or was for number, was in enumerate(before.known_objects)]
     alone = not any(was and number not in touched for number, was in enumerate(before.known_objects))
     found = before.model_dump() | {"known_objects": known}
-    if alone:
-        found["plate_k"] = float(np.mean([one.evidence.start_c - one.evidence.ambient_c for one in everyone]))
+    for number in touched:
+        found["plate_k"][number] = _plate_k(everyone, number)
     for k, t_s in enumerate(before.times_s):
         each = seen.get(t_s, [])
         errors = _errors(each, len(known), None if alone else before.stated_sd[k])
@@ -173,6 +170,12 @@ def _learn_temperature(before: Discrepancy, seen: dict[float, list[Seen]]) -> Di
         if alone and each:
             found["stated_sd"][k] = errors.stated_sd
     return Discrepancy.model_validate(found)
+
+
+def _plate_k(everyone: Sequence[Seen], material: int) -> float:
+    """Return the mean temperature of the plate above ambient at contact with a material, K; 0 without touches."""
+    plates_k = [one.evidence.start_c - one.evidence.ambient_c for one in everyone if one.material == material]
+    return float(np.mean(plates_k)) if plates_k else 0.0
 
 
 _BY_TIME = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")

@@ -26,7 +26,7 @@ def table() -> tt.MaterialTable:
     zeros = [[0.0] * count for _ in times_s]
     unknown = Discrepancy(
         times_s=times_s,
-        plate_k=10.0,
+        plate_k=[10.0] * count,
         by_plate=zeros,
         by_object=zeros,
         spread=[[0.05] * count for _ in times_s],
