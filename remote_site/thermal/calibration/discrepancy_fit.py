@@ -57,10 +57,10 @@ class Labelled(NamedTuple):
 class Seen:
     """Evidence of one touch at one time, and the truth; `number` is the touch's place in its list."""
 
-    number: int
     evidence: TouchEvidence
     material: int
     object_c: float | None
+    number: int = 0
 
 
 def evidence_course(table: str, times_s: Sequence[float], touch: RecordedTouch) -> list[TouchEvidence | None]:
@@ -106,7 +106,7 @@ def courses(table: MaterialTable, labelled: Sequence[Labelled], mapped: Map) -> 
     for number, (each, course) in enumerate(zip(labelled, all_courses, strict=True)):
         for t_s, evidence in zip(times_s, course, strict=True):
             if evidence is not None:
-                found[t_s].append(Seen(number, evidence, each.material, each.object_c))
+                found[t_s].append(Seen(evidence, each.material, each.object_c, number))
     return {t_s: seen for t_s, seen in found.items() if seen}
 
 

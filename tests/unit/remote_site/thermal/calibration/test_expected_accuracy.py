@@ -53,6 +53,6 @@ def test_no_touch_is_judged_by_what_it_taught(
 
 
 def test_touches_without_object_temperature_give_no_error_and_no_pair(thermal_fit: tuple[ThermalFit, Path]) -> None:
-    seen = {1.0: [Seen(one.number, one.evidence, one.material, None) for one in thermal_fit[0].seen[1.0]]}
+    seen = {1.0: [Seen(one.evidence, one.material, None, one.number) for one in thermal_fit[0].seen[1.0]]}
     found = judge_in_folds(thermal_fit[0].before, seen)
     assert {(one.fingers, one.error_k) for one in found} == {(1, None)}
