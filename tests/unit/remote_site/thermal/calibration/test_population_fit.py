@@ -131,11 +131,13 @@ def test_thin_pieces_are_recognised() -> None:
 
 
 def test_unmeasured_temperatures_are_found() -> None:
+    """Without labels, the mean of a metal's objects counts as ambient; differences between its objects are found."""
     found, objects_k = fit(MATERIALS, object_sd_k=3.0, each=4)
     off = found.object_k - np.array(objects_k)
     metal = off[: 3 * 4]
-    assert np.sqrt(np.mean(metal**2)) < 0.3
-    assert np.sqrt(np.mean(off**2)) < 0.7
+    assert np.std(metal) < 0.1
+    assert metal.mean() == pytest.approx(-np.mean(objects_k[: 3 * 4]), abs=0.1)
+    assert np.sqrt(np.mean(off**2)) < 0.35
     assert np.exp(found.mean[:, 0]) * PLATE_J_M2K == pytest.approx(
         [material.effusivity for material in MATERIALS.values()], rel=0.35
     )
