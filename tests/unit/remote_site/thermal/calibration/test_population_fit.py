@@ -131,16 +131,16 @@ def test_thin_pieces_are_recognised() -> None:
 
 
 def test_unmeasured_temperatures_are_found() -> None:
-    """Without labels, the mean of a metal's objects counts as ambient; differences between its objects are found."""
+    """Without labels, the mean of a metal's objects counts as ambient, which changes its effusivity too."""
     found, objects_k = fit(MATERIALS, object_sd_k=3.0, each=4)
     off = found.object_k - np.array(objects_k)
     metal = off[: 3 * 4]
     assert np.std(metal) < 0.1
     assert metal.mean() == pytest.approx(-np.mean(objects_k[: 3 * 4]), abs=0.1)
     assert np.sqrt(np.mean(off**2)) < 0.35
-    assert np.exp(found.mean[:, 0]) * PLATE_J_M2K == pytest.approx(
-        [material.effusivity for material in MATERIALS.values()], rel=0.35
-    )
+    shares = np.exp(found.mean[:, 0]) * PLATE_J_M2K / [material.effusivity for material in MATERIALS.values()]
+    assert 0.5 < shares[0] < 1.5
+    assert shares[1:] == pytest.approx(1.0, abs=0.35)
 
 
 @pytest.mark.parametrize("touches", [2, 10, 25])
