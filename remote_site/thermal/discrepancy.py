@@ -18,6 +18,10 @@ Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
+BY_TIME = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")
+"""Fields with one value, or one row, for each time."""
+
+
 class Discrepancy(BaseModel):
     """Discrepancy of one kind of sensor, by time after contact; lists of t values, or t lists of m materials.
 
@@ -45,11 +49,10 @@ class Discrepancy(BaseModel):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        count, materials = len(self.times_s), len(self.by_plate[0]) if self.by_plate else 0
+        materials = len(self.by_plate[0]) if self.by_plate else 0
         if any(b <= a for a, b in zip(self.times_s, self.times_s[1:], strict=False)):
             raise ValueError("discrepancy: times_s must ascend")
-        lists = (self.by_plate, self.by_object, self.spread, self.stated_sd, self.sharpness)
-        if any(len(each) != count for each in lists):
+        if any(len(getattr(self, name)) != len(self.times_s) for name in BY_TIME):
             raise ValueError("discrepancy: every list needs one value per time")
         rows: tuple[list[float] | list[bool], ...] = (
             self.plate_k,

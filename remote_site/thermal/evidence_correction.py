@@ -60,7 +60,7 @@ class EvidenceCorrection:
         mean[:, 0] = (mean[:, 0] - by_plate * plate_k) * scale
         covariance[:, 0, :] *= stated[:, None]
         covariance[:, :, 0] *= stated[:, None]
-        grows, keeps = now(self._spread) * (plate_k - mean[:, 0]), by_plate * (plate_k - self._plate_k)
-        covariance[:, 0, 0] += scale**2 * (grows**2 + keeps**2)
+        spread_k, transferred_k = now(self._spread) * (plate_k - mean[:, 0]), by_plate * (plate_k - self._plate_k)
+        covariance[:, 0, 0] += scale**2 * (spread_k**2 + transferred_k**2)
         ln_likelihood = now(self._sharpness) * touch.ln_likelihood
         return replace(touch, ln_likelihood=ln_likelihood, mean=mean, covariance=covariance)

@@ -1,4 +1,4 @@
-"""Figure of the study of two worlds: right answers, errors of temperature and honesty, by time and fingers."""
+"""Figure of the study of two worlds: right answers, errors of temperature and their stated intervals, and names."""
 
 from collections.abc import Mapping
 from pathlib import Path

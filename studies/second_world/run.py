@@ -29,8 +29,8 @@ STRANGERS = ("copper", "glass", "rubber", "skin_dermis")
 """Materials that are touched too where they were not calibrated."""
 STRANGE_TOUCHES = 5
 """Number of touches of each of them by each kind of sensor."""
-RULES = {f", caution {caution}": NamingRule(caution=float(caution)) for caution in (1, 25, 100)} | SHIPPED_RULE
-"""Rules of naming for the operating curve, by what follows a method's name."""
+RULES = (*(NamingRule(caution=caution) for caution in (1.0, 25.0, 100.0)), SHIPPED_RULE)
+"""Rules of naming for the operating curve."""
 tables = tables_of("accuracy", "by_material", "by_kind", "errors", "reliability", "names")
 _ROW = ("world", "materials", "method", "t_s")
 COMPARED = (
@@ -100,7 +100,7 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
     answers: dict[tuple[str, int], list[Answered]] = {}
     for case, mine in zip(cases, _judge(cases, sizes.times_s, progress, work), strict=True):
         known = [one for one in mine if one.truth in case.set.names]
-        found.append([one for one in known if ", caution" not in one.method])
+        found.append([one for one in known if one.rule in (None, SHIPPED_RULE)])
         names += [(case.set, one) for one in mine if one.t_s == sizes.times_s[-1]]
         answers.setdefault((case.set.world, len(case.set.names)), []).extend(found[-1])
     sets: list[tuple[dict[str, Any], list[Answered]]] = [
@@ -131,30 +131,27 @@ def _names(answers: Sequence[tuple[Set, Answered]]) -> list[dict[str, Any]]:
 
     Shares are 0..1 of the touches of calibrated materials, and of strangers for `strangers_named`.
     """
-    groups: dict[tuple[str, int, str], list[tuple[bool, Answered]]] = {}
+    groups: dict[tuple[str, int, str, float], list[tuple[bool, Answered]]] = {}
     for which, one in answers:
-        if one.status is not None:
-            key = which.world, len(which.names), one.method
+        if one.rule is not None:
+            key = which.world, len(which.names), one.method, one.rule.caution
             groups.setdefault(key, []).append((one.truth in which.names, one))
     rows = []
-    for (world, materials, method), each in groups.items():
-        calibrated_ones = [one for known, one in each if known]
-        strange = [one for known, one in each if not known]
-        times_s = [one.named_s for one in calibrated_ones if one.named_s is not None]
-        identified = [one for one in calibrated_ones if one.status == "identified"]
+    for (world, materials, method, caution), each in groups.items():
+        known = [one for calibrated, one in each if calibrated]
+        strange = [one for calibrated, one in each if not calibrated]
+        times_s = [one.named_s for one in known if one.named_s is not None]
+        wrong = sum(one.status == "identified" and one.best != one.truth for one in known)
         rows.append(
             {
                 "world": world,
                 "materials": materials,
-                "method": method.partition(", caution")[0],
-                "caution": float(method.partition(", caution ")[2] or NamingRule().caution),
-                "touches": len(calibrated_ones),
-                **{
-                    f"named_{t_s}_s": round(sum(s <= t_s for s in times_s) / len(calibrated_ones), 4)
-                    for t_s in (1, 3, 6)
-                },
+                "method": method,
+                "caution": caution,
+                "touches": len(known),
+                **{f"named_{t_s}_s": round(sum(s <= t_s for s in times_s) / len(known), 4) for t_s in (1, 3, 6)},
                 "named_s": round(float(np.median(times_s)), 3) if times_s else None,
-                "wrong": round(sum(one.best != one.truth for one in identified) / len(calibrated_ones), 4),
+                "wrong": round(wrong / len(known), 4),
                 "strangers": len(strange),
                 "strangers_named": round(sum(one.status == "identified" for one in strange) / len(strange), 4)
                 if strange

@@ -18,7 +18,7 @@ from studies.thermal_identification.situations import Hand
 JUDGED_EVERY = 5
 """Readings between two answers, which come 20 times a second; the evidence of every reading counts."""
 READING_S = 0.01
-SHIPPED_RULE = {"": NamingRule()}
+SHIPPED_RULE = NamingRule()
 TICKS = 5
 """Ticks of a session from one reading to the next."""
 
@@ -37,6 +37,7 @@ class Answered(NamedTuple):
         sd_k: claimed standard deviation of the estimate, K.
         named_s: time at which a material was first named, s after contact; None before.
         reason: reason for a missing answer.
+        rule: rule by which a material was named, from `by_fingers`; None from all other methods.
     """
 
     method: str
@@ -49,6 +50,7 @@ class Answered(NamedTuple):
     sd_k: float | None = None
     named_s: float | None = None
     reason: str | None = None
+    rule: NamingRule | None = None
 
 
 @cache
@@ -72,7 +74,7 @@ def by_fingers(
     hand: Hand,
     groups: Mapping[str, int],
     times_s: Sequence[float],
-    rules: Mapping[str, NamingRule] = SHIPPED_RULE,
+    rules: Sequence[NamingRule] = (SHIPPED_RULE,),
 ) -> list[Answered]:
     """Return the answers of the estimator from the first fingers of a hand.
 
@@ -81,17 +83,17 @@ def by_fingers(
         hand: the touch.
         groups: number of fingers that each method may use, by the method's name.
         times_s: times of the answers, ascending, s after contact.
-        rules: rules by which a material is named, by what follows the method's name.
+        rules: rules by which a material is named; each gives answers of its own.
     """
     fingers = hand.fingers[: max(groups.values())]
     estimates = [_estimate(knowledge, finger) for finger in fingers]
     readings = [list(finger.readings()) for finger in fingers]
     conclusions = {
-        (name, rule): ThermalConclusion(knowledge.table.names(), knowledge.table.plate_j_m2k, rules[rule])
+        (name, rule): ThermalConclusion(knowledge.table.names(), knowledge.table.plate_j_m2k, rule)
         for name in groups
         for rule in rules
     }
-    named: dict[str, float] = {}
+    named: dict[tuple[str, NamingRule], float] = {}
     found = []
     for k in range(1, min(round(times_s[-1] / READING_S) + 1, *(len(each) for each in readings))):
         since_s = k * READING_S
@@ -110,10 +112,11 @@ def by_fingers(
             if posterior.same_object < ONE_OBJECT:  # then the first finger answers alone, as in a session
                 posterior = knowledge.posterior.judge(evidence[:1])
             for rule in rules:
-                method, answer = name + rule, conclusions[name, rule].step(posterior, since_s)
+                answer = conclusions[name, rule].step(posterior, since_s)
                 if answer.status is ThermalStatus.IDENTIFIED:
-                    named.setdefault(method, since_s)
-                found += [_answered(method, hand, t_s, answer, named.get(method)) for t_s in wanted]
+                    named.setdefault((name, rule), since_s)
+                named_s = named.get((name, rule))
+                found += [_answered(name, hand, t_s, answer, named_s)._replace(rule=rule) for t_s in wanted]
     return found
 
 

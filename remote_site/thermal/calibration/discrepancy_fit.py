@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize, minimize_scalar
 
 from common.runtime.parallel_map import Map
-from remote_site.thermal.discrepancy import Discrepancy
+from remote_site.thermal.discrepancy import BY_TIME, Discrepancy
 from remote_site.thermal.evidence_correction import EvidenceCorrection
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import HALF_READING_S, ThermalIdentification, ThermalKnowledge
@@ -144,7 +144,7 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     return Discrepancy(
         plate_k=plates_k,
         known_objects=known,
-        **{name: [getattr(row, name)[0] for row in rows] for name in _BY_TIME},
+        **{name: [getattr(row, name)[0] for row in rows] for name in BY_TIME},
     )
 
 
@@ -176,9 +176,6 @@ def _plate_k(everyone: Sequence[Seen], material: int) -> float:
     """Return the mean temperature of the plate above ambient at contact with a material, K; 0 without touches."""
     plates_k = [one.evidence.start_c - one.evidence.ambient_c for one in everyone if one.material == material]
     return float(np.mean(plates_k)) if plates_k else 0.0
-
-
-_BY_TIME = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")
 
 
 class _Errors(NamedTuple):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from remote_site.thermal.calibration.discrepancy_fit import Seen, learn
+from remote_site.thermal.discrepancy import BY_TIME
 from remote_site.thermal.evidence_correction import EvidenceCorrection
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import ThermalKnowledge
@@ -87,8 +88,7 @@ def _at_times(table: MaterialTable, times_s: Sequence[float]) -> MaterialTable:
     if whole is None:
         return table
     at = [whole.times_s.index(t_s) for t_s in times_s]
-    names = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")
-    part = {name: [getattr(whole, name)[k] for k in at] for name in names}
+    part = {name: [getattr(whole, name)[k] for k in at] for name in BY_TIME}
     return table.model_copy(update={"discrepancy": whole.model_copy(update=part)})
 
 

@@ -67,7 +67,7 @@ class ThermalFit:
         """Limits of the table that a user should know, one line each."""
         found = [
             f"{entry.name}: the model does not fit this sensor on it (misfit {entry.misfit:.1f}, 1 is a perfect fit); "
-            f"identification {self._makes_of_it(number)}"
+            f"identification {self._consequence(number)}"
             for number, entry in enumerate(self.table.materials)
             if entry.misfit > MISFIT
         ]
@@ -77,7 +77,7 @@ class ThermalFit:
             if entry.touches < GOOD
         ]
 
-    def _makes_of_it(self, number: int) -> str:
+    def _consequence(self, number: int) -> str:
         """Return the consequence of a misfit for the touches of a material."""
         if self.table.discrepancy is not None and self.table.discrepancy.known_objects[number]:
             return "subtracts the error that these touches showed, and its +- covers the rest"
