@@ -225,10 +225,12 @@ def test_the_figure_is_drawn_with_and_without_the_fault_matrix(tmp_path: Path, f
 @pytest.mark.alone
 @pytest.mark.timeout(400)
 def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> None:
-    # Bare sockets' messages and the link's take turns, so that what else the machine does slows both.
+    # Bare sockets' messages and the link's take turns. The machine's speed changes from round to round, so the times of
+    # each round are compared with each other: the ratio of all times together varied from 1.14 to 1.54 beside other
+    # work, the median of the rounds' ratios from 1.26 to 1.44.
     measured = latency.measure(60, seed=0)
     (ours,) = (row for row in measured["ways"] if row["way"] == latency.LINK)
-    assert ours["to_bare"] <= 1.5
+    assert ours["to_bare_in_rounds_p50"] <= 1.5
 
 
 @pytest.mark.session
