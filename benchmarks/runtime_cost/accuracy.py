@@ -15,7 +15,7 @@ from scipy.stats import binomtest
 
 from benchmarks.runtime_cost.measure import timed
 from common.runtime.reference_step import reference_step
-from remote_site.identification.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
+from remote_site.identification.perception import AT_ONCE, FOREIGN_SHARE
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.solving_turns import POSTPONED_S
 from remote_site.thermal.thermal_identification import ThermalKnowledge
@@ -139,7 +139,7 @@ def accuracy(
         schedules: schedules with different names; the others are compared with the first.
     """
     table = MaterialTable.load(TABLES / "materials.json")
-    own = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE)
+    own = ThermalKnowledge.of(table, AT_ONCE, FOREIGN_SHARE)
     counts = {**dict.fromkeys(FOUR, touches), **dict.fromkeys(TWELVE[len(FOUR) :][:strangers], 1)}
     situations = [
         Situation(material, _FIRST_SEED + 100 * seed + number, count, STAGGERED_K, seconds=_SECONDS)

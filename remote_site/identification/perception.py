@@ -20,8 +20,6 @@ from remote_site.thermal.shared_object import SharedObject
 from remote_site.thermal.solving_turns import Solver, SolvingTurns
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 
-TRUST_S = 2.0
-"""Time after contact at which a reading counts half, s; later, backs warm up and blocks yield beyond the model."""
 AT_ONCE = 40
 """Number of hypotheses of a touch that are solved with each reading of each finger; five fingers share a tick."""
 FOREIGN_SHARE = 0.005
@@ -62,7 +60,7 @@ class Perception:
         self._turns = SolvingTurns(period_s)
         self._broken_s = -math.inf
         self._numbers = [FINGERS.index(finger) for finger in fingers]
-        self._knowledge, self._surfaces = ThermalKnowledge.of(table, TRUST_S, AT_ONCE, FOREIGN_SHARE), surfaces
+        self._knowledge, self._surfaces = ThermalKnowledge.of(table, AT_ONCE, FOREIGN_SHARE), surfaces
         self._time_s = -math.inf
         self.touches: dict[int, FingerIdentification] = {}
         self._events = TouchEvents()

@@ -29,14 +29,12 @@ class Reading:
         dt_s: time since the previous reading, s.
         above_start_k: reading relative to that at contact, K.
         force_n: mean force since the previous reading, N.
-        variance: variance of the reading's noise, K^2.
         contact_variance: variance of a change of the contact's ln conductance just before, beyond the law.
     """
 
     dt_s: float
     above_start_k: float
     force_n: float
-    variance: float
     contact_variance: float
 
 
@@ -52,9 +50,12 @@ class NormalEquations:
         count: number of readings taken.
     """
 
-    def __init__(self, sensor: SensorConstants, contacts: Contacts, contact_of: NDArray[np.intp], ln_lag: Array):
-        """Begin at contact; see `TouchModel`."""
+    def __init__(
+        self, sensor: SensorConstants, contacts: Contacts, contact_of: NDArray[np.intp], ln_lag: Array, noise_k: float
+    ):
+        """Begin at contact; `noise_k` is the standard deviation of a reading's noise, K. See `TouchModel`."""
         self._model = TouchModel(sensor, contacts, contact_of, ln_lag)
+        self._per_noise = 1.0 / noise_k
         n = len(ln_lag)
         self.around = np.stack((contacts.ln_effusivity[contact_of], contacts.ln_conductance[contact_of], ln_lag))
         self.information, self.vector = np.zeros((COURSES, COURSES, n)), np.zeros((COURSES, n))
@@ -75,11 +76,10 @@ class NormalEquations:
             variance = readings[0].contact_variance * difference_k**2
             self._blur(CONDUCTANCE, variance)
             self._blur(PLATE, self.carried_variance(variance))
-        weight = np.array([reading.variance for reading in readings]) ** -0.5
-        above = np.array([reading.above_start_k for reading in readings]) * weight
+        above = np.array([reading.above_start_k for reading in readings]) * self._per_noise
         force_n = np.array([reading.force_n for reading in readings])
         courses = self._model.advance([reading.dt_s for reading in readings], force_n)
-        courses *= weight[:, None, None]
+        courses *= self._per_noise
         self.information += np.einsum("kin,kjn->ijn", courses, courses)
         self.vector += np.einsum("k,kin->in", above, courses)
         self.square += above @ above

@@ -50,7 +50,6 @@ class ThermalKnowledge:
     substances: Substances
     guesses: TouchHypotheses
     posterior: MaterialPosterior
-    trust_s: float = np.inf
     at_once: int | None = None
     solve_every_s: Intervals = SOLVE_EVERY_S
     """See `TouchEstimate`."""
@@ -63,20 +62,17 @@ class ThermalKnowledge:
     def of(
         cls,
         table: MaterialTable,
-        trust_s: float = np.inf,
         at_once: int | None = None,
         foreign_share: float = FOREIGN,
     ) -> Self:
         """Prepare `table`; `foreign_share` is the prior probability of an object of no calibrated material."""
         known = substances(table, foreign_share)
-        reference = None if table.reference is None else cls.of(table.reference, trust_s, at_once, foreign_share)
+        reference = None if table.reference is None else cls.of(table.reference, at_once, foreign_share)
         posterior = MaterialPosterior(table, known)
         correction = None
         if table.discrepancy is not None:
             correction = EvidenceCorrection(table.discrepancy, known.ln_effusivity)
-        return cls(
-            table, known, guesses(table), posterior, trust_s, at_once, correction=correction, reference=reference
-        )
+        return cls(table, known, guesses(table), posterior, at_once, correction=correction, reference=reference)
 
     def corrected(self, evidence: TouchEvidence, since_s: float) -> TouchEvidence:
         """Return the evidence of a touch, `since_s` seconds after contact, without the discrepancy of the sensor."""
@@ -168,7 +164,6 @@ class ThermalIdentification:
             slope_k_s,
             ambient_c,
             back_k,
-            knowledge.trust_s,
             knowledge.at_once,
             knowledge.solve_every_s,
         )

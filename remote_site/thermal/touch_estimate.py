@@ -99,7 +99,6 @@ class TouchEstimate:
         slope_k_s: float,
         ambient_c: float,
         back_k: tuple[float, float] = (0.0, 0.0),
-        trust_s: float = np.inf,
         at_once: int | None = None,
         solve_every_s: Intervals = SOLVE_EVERY_S,
     ) -> None:
@@ -113,20 +112,19 @@ class TouchEstimate:
             slope_k_s: slope of the reading just before contact, K/s.
             ambient_c: ambient temperature, C.
             back_k: difference of the back's temperature from calibration, and its standard deviation, K.
-            trust_s: time after contact at which a reading counts half, s; later ones count less as model errors grow.
             at_once: number of hypotheses solved with one reading; more than this and FEW take turns. None means all.
             solve_every_s: intervals between solutions, as SOLVE_EVERY_S; the last period ends at infinity.
         """
-        self._trust_s, self._solve_every_s = trust_s, solve_every_s
+        self._solve_every_s = solve_every_s
         count = len(guesses.substance)
         self._settled_rounds = 1 if at_once is None or count <= at_once else SETTLED_ROUNDS
         self._at_once = count if at_once is None or count <= FEW else at_once
         self._substances = substances
         self._ambient_c, self._start_c = ambient_c, start_c
-        self._noise_square = table.noise_k**2
+        self._noise_k = table.noise_k
         sensor = SensorConstants(table.leak_per_s, table.half_force_n, table.early_s, table.force_power)
         self._sensor = sensor
-        self._sums = NormalEquations(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag)
+        self._sums = NormalEquations(sensor, guesses.contacts, guesses.contact_of, guesses.ln_lag, table.noise_k)
         self._slope_k_s = slope_k_s
         self._slab_s = guesses.contacts.slab_s[guesses.contact_of]
         self._readings: list[Reading] = []
@@ -153,8 +151,8 @@ class TouchEstimate:
         self._substance = guesses.substance
         self._far_below = np.zeros(n, dtype=np.intp)
         """Number of consecutive comparisons in which each hypothesis was far below the best."""
-        self._ln_noise = 0.0
-        self._used = (0, 0.0)
+        self._used = 0
+        """Number of readings in the last solution."""
         self._evidence: TouchEvidence | None = None
         self._next = self._rounds = 0
         self._solve_from_s = 0.0
@@ -181,9 +179,7 @@ class TouchEstimate:
         """
         self._since_s += dt_s
         changed = self._pressed.step(dt_s, force_n)
-        variance = self._noise_square * (1.0 + (self._since_s / self._trust_s) ** 4)
-        self._readings.append(Reading(dt_s, reading_c - self._start_c, force_n, variance, changed))
-        self._ln_noise += math.log(variance)
+        self._readings.append(Reading(dt_s, reading_c - self._start_c, force_n, changed))
 
     @property
     def waited_s(self) -> float:
@@ -230,7 +226,7 @@ class TouchEstimate:
         if self._again is None:
             ln_effusivity, ln_conductance, ln_lag = self._sums.around + self._mean[3:]
             contacts = Contacts(ln_effusivity, ln_conductance, self._slab_s)
-            self._again = NormalEquations(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag)
+            self._again = NormalEquations(self._sensor, contacts, np.arange(len(ln_lag)), ln_lag, self._noise_k)
         done = self._again.count
         self._again.take(self._readings[done : min(done + AGAIN_AT_ONCE, self._sums.count)], self._difference_k)
         if self._again.count == self._sums.count:
@@ -272,7 +268,7 @@ class TouchEstimate:
             self._take_readings()
             sums = self._sums
             self._solved_from = sums.information.copy(), sums.vector.copy(), sums.square.copy()
-            self._used = len(self._readings), self._ln_noise
+            self._used = len(self._readings)
             self._unlikely = np.empty_like(self._ln_weight)
         part = slice(self._next, self._next + self._at_once)
         self._solve(part)
@@ -354,12 +350,12 @@ class TouchEstimate:
         covariances[:, 0, 0], covariances[:, 1, 1] = ANYWHERE_K**2, known.effusivity_variance
         covariances[kept] = np.moveaxis(covariance, 2, 0)[counts]
         return TouchEvidence(
-            ln_likelihood - 0.5 * self._used[1],
+            ln_likelihood - self._used * math.log(self._noise_k),
             means,
             covariances,
             self._ambient_c,
             self._start_c,
-            float(self._misfit[np.argmax(self._ln_weight)]) / max(self._used[0], 1),
+            float(self._misfit[np.argmax(self._ln_weight)]) / max(self._used, 1),
         )
 
 

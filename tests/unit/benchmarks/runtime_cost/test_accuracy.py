@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.runtime_cost import figure
 from benchmarks.runtime_cost.accuracy import SCHEDULES, Found, accuracy
-from remote_site.identification.perception import AT_ONCE, FOREIGN_SHARE, TRUST_S
+from remote_site.identification.perception import AT_ONCE, FOREIGN_SHARE
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from studies.thermal_identification.answers import by_product
@@ -49,7 +49,7 @@ def test_plenty_names_and_starvation_does_not(rows: list[dict[str, object]]) -> 
 
 @pytest.fixture(scope="module")
 def knowledge() -> ThermalKnowledge:
-    return ThermalKnowledge.of(MaterialTable.load(TABLES / "materials.json"), TRUST_S, AT_ONCE, FOREIGN_SHARE)
+    return ThermalKnowledge.of(MaterialTable.load(TABLES / "materials.json"), AT_ONCE, FOREIGN_SHARE)
 
 
 def every(knowledge: ThermalKnowledge, interval_s: float) -> ThermalKnowledge:
