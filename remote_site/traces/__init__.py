@@ -1,4 +1,4 @@
-"""Recorded touches and strokes as CSV files.
+"""Recorded touches, strokes and presses as CSV files.
 
-Calibration and off-line identification use `trace_files`.
+Calibration, off-line identification and maps use `trace_files` and `press_files`.
 """

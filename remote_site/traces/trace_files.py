@@ -171,15 +171,17 @@ class TraceFile:
         k = self.names.index(name)
         return [(number, row[k].strip()) for number, row in self.rows]
 
-    def numbers(self, name: str) -> Array:
-        """Return a column as finite numbers.
+    def numbers(self, name: str, blank: bool = False) -> Array:
+        """Return a column as finite numbers; with `blank`, an empty cell is NaN.
 
         Raises:
             ValueError: the column does not exist, or a value is missing or not a finite number.
         """
         cells = self.texts(name)
-        values = np.empty(len(cells))
+        values = np.full(len(cells), math.nan)
         for k, (line, text) in enumerate(cells):
+            if blank and not text:
+                continue
             try:
                 values[k] = float(text)
             except ValueError:

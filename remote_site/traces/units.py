@@ -16,6 +16,8 @@ LARGEST_FORCE_N = 20.0
 """Largest force of a finger in a trace, N; the sites accept half of it."""
 SLOWEST_MM_S = 0.5
 """Lowest maximum speed of a stroke, mm/s."""
+DEPTH_MM = (0.05, 100.0)
+"""Range of the deepest point of the presses of one file, mm."""
 FASTEST_M_S = 10.0
 """Largest speed of a stroke, m/s; a hand reaches a tenth of it."""
 
@@ -48,6 +50,15 @@ def wrong_forces(values: Array) -> str:
     if largest <= LARGEST_FORCE_N:
         return ""
     return f"{largest:g} N is no force of a finger: it looks like grams; multiply by 0.00981 (mN: by 0.001)"
+
+
+def wrong_depths(values_mm: Array) -> str:
+    """Return what depths look like if they are not in mm, and how to convert; empty if they may be."""
+    largest = float(np.abs(values_mm).max())
+    if DEPTH_MM[0] <= largest <= DEPTH_MM[1]:
+        return ""
+    unit, how = ("m", "multiply") if largest < DEPTH_MM[0] else ("um", "divide")
+    return f"at most {largest:g} mm deep is no press: it looks like {unit}; {how} by 1000"
 
 
 def wrong_speeds(values_mm_s: Array) -> str:
