@@ -32,14 +32,16 @@ class EvidenceCorrection:
         self._times_s = np.array(discrepancy.times_s)
         self._plate_k = for_all([discrepancy.plate_k])[0]
         self._by_plate, self._by_object = for_all(discrepancy.by_plate), for_all(discrepancy.by_object)
-        self._spread = for_all(discrepancy.spread)
+        spread, unknown = np.array(discrepancy.spread), ~np.array(discrepancy.known_objects)
+        self._spread, self._common = for_all((spread * ~unknown).tolist()), for_all((spread * unknown).tolist())
         self._stated_sd, self._sharpness = np.array(discrepancy.stated_sd), np.array(discrepancy.sharpness)
 
     def corrected(self, touch: TouchEvidence, since_s: float) -> TouchEvidence:
         """Return the evidence with the discrepancy taken out of the means and put into the covariances.
 
         A plate that is warmer or colder than in calibration shows another error. It may keep its size or grow with the
-        plate's temperature, so that the difference between both counts as uncertain.
+        plate's temperature, so that the difference between both counts as uncertain. Where calibration did not know the
+        temperatures of the objects, the spread is an error of the material, which all touches have in common.
 
         Args:
             touch: evidence.
@@ -60,7 +62,9 @@ class EvidenceCorrection:
         mean[:, 0] = (mean[:, 0] - by_plate * plate_k) * scale
         covariance[:, 0, :] *= stated[:, None]
         covariance[:, :, 0] *= stated[:, None]
-        spread_k, transferred_k = now(self._spread) * (plate_k - mean[:, 0]), by_plate * (plate_k - self._plate_k)
+        differs_k = plate_k - mean[:, 0]
+        spread_k, transferred_k = now(self._spread) * differs_k, by_plate * (plate_k - self._plate_k)
         covariance[:, 0, 0] += scale**2 * (spread_k**2 + transferred_k**2)
         ln_likelihood = now(self._sharpness) * touch.ln_likelihood
-        return replace(touch, ln_likelihood=ln_likelihood, mean=mean, covariance=covariance)
+        common_k2 = (scale * now(self._common) * differs_k) ** 2
+        return replace(touch, ln_likelihood=ln_likelihood, mean=mean, covariance=covariance, common_k2=common_k2)

@@ -131,6 +131,7 @@ class MaterialPosterior:
         ln_weight, mean, covariance = self._weigh(
             share * ln_likelihood.sum(axis=0), share * information.sum(axis=0), share * vector.sum(axis=0)
         )
+        covariance[..., 0, 0] += sum(touch.common_k2 for touch in touches) / len(touches)
         weight = np.exp(ln_weight - ln_weight.max())
         weight /= weight.sum()
         middle = np.einsum("cm,cmi->i", weight, mean)

@@ -72,6 +72,7 @@ class TouchEvidence:
         ambient_c: ambient temperature, C.
         start_c: temperature of the plate at contact, C.
         misfit: mean square of the best hypothesis's residuals over the noise's variance; 1 for a perfect fit.
+        common_k2: variance of an error of the temperature that all touches share, K2; not part of `covariance`.
     """
 
     ln_likelihood: Array
@@ -80,6 +81,7 @@ class TouchEvidence:
     ambient_c: float
     start_c: float
     misfit: float
+    common_k2: Array | float = 0.0
 
 
 def solve_interval_s(since_s: float, solve_every_s: Intervals = SOLVE_EVERY_S) -> float:

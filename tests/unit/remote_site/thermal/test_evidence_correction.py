@@ -63,6 +63,15 @@ def test_the_spread_grows_with_the_difference_of_plate_and_object() -> None:
     assert late.covariance[:, 0, 0] == pytest.approx(4.0 * 0.04 + (0.05 * (PLATE_K - OBJECT_K)) ** 2)
 
 
+def test_the_spread_of_unknown_objects_is_common_to_all_touches() -> None:
+    unknown = KNOWN.model_copy(update={"known_objects": [False, True]})
+    late = EvidenceCorrection(unknown, LN_EFFUSIVITY).corrected(evidence(np.array([0.04, 0.0, 0.02]), np.zeros(3)), 3.0)
+    spread_k2 = (0.05 * (PLATE_K - OBJECT_K)) ** 2
+    # the third substance lies halfway between the calibrated ones, and has half of the spread of either kind
+    assert late.common_k2 == pytest.approx(spread_k2 * [1.0, 0.0, 0.25])
+    assert late.covariance[:, 0, 0] == pytest.approx(4.0 * 0.04 + spread_k2 * [0.0, 1.0, 0.25])
+
+
 def test_a_plate_unlike_that_of_calibration_makes_the_temperature_less_certain() -> None:
     by_plate = np.array([0.04, 0.0, 0.02])
     correction = EvidenceCorrection(KNOWN, LN_EFFUSIVITY)

@@ -1,5 +1,7 @@
 """Joint judgement of several fingers against numerical integration, and its benefit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
@@ -164,6 +166,16 @@ def test_the_order_of_fingers_does_not_matter_and_one_that_knows_nothing_changes
         assert again.probability == pytest.approx(once.probability, abs=1e-6)
         assert again.object_c == pytest.approx(once.object_c, abs=1e-5)
         assert again.object_c_sd == pytest.approx(once.object_c_sd, rel=1e-5)
+
+
+def test_an_error_that_all_fingers_share_stays_with_any_number_of_them() -> None:
+    alike = replace(Finger(1, AMBIENT_C + 10.0).evidence(), common_k2=np.full(3, 0.25))
+    judge = MaterialPosterior(TABLE, SMALL)
+    for count in (1, 2, 5):
+        shared = judge.judge([alike] * count)
+        plain = judge.judge([replace(alike, common_k2=0.0)] * count)
+        assert shared.object_c_sd**2 == pytest.approx(plain.object_c_sd**2 + 0.25)
+        assert shared.probability == pytest.approx(plain.probability)
 
 
 def pair(
