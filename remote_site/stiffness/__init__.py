@@ -1,4 +1,4 @@
-"""Height, slope, stiffness and damping of a pressed surface.
+"""Stiffness and height of a pressed surface: live, and from recorded presses.
 
-Other folders use `surface_estimate`.
+Other folders use `surface_estimate` and `recorded`.
 """

@@ -1,7 +1,8 @@
-"""Calibration and identification of touches and strokes in arrays, for Python programs."""
+"""Calibration and identification of touches, strokes and presses in arrays, for Python programs."""
 
 from collections.abc import Iterable, Sequence
 
+from remote_site.stiffness.recorded.identify_stiffness import AT_N, StiffnessAnswer, identify_presses
 from remote_site.texture.recorded.identify_texture import SurfaceAnswer, identify_stroke
 from remote_site.texture.recorded.spectrum_table import SpectrumTable
 from remote_site.texture.surface_table import SurfaceTable
@@ -9,6 +10,7 @@ from remote_site.thermal.calibration.temperature_calibration import TemperatureF
 from remote_site.thermal.calibration.thermal_calibration import ThermalFit, calibrate_traces
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.recorded.identify_thermal import DEFAULT_AT_S, MaterialAnswer, identify_traces
+from remote_site.traces.press_files import Press
 from remote_site.traces.trace_files import StrokeTrace, ThermalTrace
 from teletaction.session.demo_files import SURFACES, TABLES
 
@@ -102,3 +104,19 @@ def identify_texture(
         ValueError: the table is of another kind of stroke or of another sensor.
     """
     return identify_stroke(stroke, table or SurfaceTable.load(SURFACES), speed_m_s, speed_sd_m_s=speed_sd_m_s)
+
+
+def identify_stiffness(presses: Press | Sequence[Press], at_n: float = AT_N) -> list[StiffnessAnswer]:
+    """Identify stiffness, exponent and contact of presses on one object.
+
+    Args:
+        presses: the presses. Those of other places are the prior of each, so that one alone is less certain.
+        at_n: force at which the stiffness is stated, N.
+
+    Returns:
+        One answer for each press, in their order.
+
+    Raises:
+        ValueError: the force is not positive.
+    """
+    return identify_presses([presses] if isinstance(presses, Press) else presses, at_n)

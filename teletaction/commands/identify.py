@@ -1,4 +1,4 @@
-"""Command `identify`: identifies materials and surfaces in recorded traces, as JSON lines."""
+"""Command `identify`: identifies materials, surfaces and stiffness in recorded traces, as JSON lines."""
 
 import json
 import sys
@@ -51,6 +51,16 @@ def identify_texture_command(
     with progress_line("identify") as progress:
         workers = processes or processors()
         _print_lines(identify_texture(strokes, surfaces, signal, speed, workers, progress, speed_sd))
+
+
+@app.command("stiffness")
+def identify_stiffness_command(
+    presses: Annotated[list[Path], typer.Argument(help="Files of presses; those of one file are of one object.")],
+) -> None:
+    """Identify stiffness, exponent and contact of recorded presses, with their uncertainties."""
+    from remote_site.stiffness.recorded.identify_stiffness import identify_stiffness
+
+    _print_lines(identify_stiffness(presses))
 
 
 def _times(text: str) -> list[float]:

@@ -1,5 +1,6 @@
 """The Python interface identifies, calibrates, renders and draws as the commands do."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ from remote_site.texture.recorded.identify_texture import identify_texture
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.recorded.identify_thermal import identify_thermal
 from sim_sensors.traces.simulate import simulate_stroke_set, simulate_thermal_set
+from tests.commands import command
 from tests.places import TABLES
+from tests.presses import spring_presses, write_presses
 
 
 def test_a_touch_gets_the_answers_of_the_command(tmp_path: Path) -> None:
@@ -45,6 +48,16 @@ def test_a_stroke_gets_the_answers_of_the_command(tmp_path: Path) -> None:
     lines = list(identify_texture([path], SurfaceTable.load(TABLES / "surfaces.json")))
     assert [{"stroke": str(path), **answer} for answer in tt.identify_texture(tt.read_stroke(path))] == lines
     assert any(line["impulses_s"] for line in lines)
+
+
+def test_presses_get_the_answers_of_the_command(tmp_path: Path) -> None:
+    path = write_presses(tmp_path, spring_presses(4, exponent=1.4))
+    lines = [json.loads(line) for line in command("identify", "stiffness", path).out.splitlines()]
+    assert [{"file": str(path), **answer} for answer in tt.identify_stiffness(tt.read_presses(path))] == lines
+    assert [line["press"] for line in lines] == [0, 1, 2, 3]
+    (alone,) = tt.identify_stiffness(tt.read_presses(path)[0])
+    assert alone["exponent_sd"] is not None
+    assert alone["exponent_sd"] > lines[0]["exponent_sd"]
 
 
 @pytest.mark.long

@@ -1,0 +1,273 @@
+"""Identifies the stiffness of recorded presses off line, with one JSON line for each press."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.wire.messages import STIFFNESS_KNOWN_LN_SD
+from remote_site.stiffness.force_law import PARAMETERS, depth_at, gradient
+from remote_site.stiffness.press_population import Fits, fit_presses
+from remote_site.traces.press_files import Press, read_presses
+
+Array = NDArray[np.float64]
+
+AT_N = 1.0
+"""Force at which the stiffness is stated, N."""
+LEAST_SAMPLES = 3
+"""Smallest number of samples of a press."""
+LEAST_DEPTH_MM = 0.05
+"""Smallest range of the depths of a press, mm."""
+LEAST_RISE_SD = 3.0
+"""Smallest slope of force over depth of a contact, in standard deviations."""
+AIR_N = 0.02
+"""Largest force of a sample in the air, N."""
+AIR_SAMPLES = 3
+"""Number of samples in the air from which the first contact is sought between samples."""
+PRELOAD_N = 0.25
+"""First force from which a press began below the first contact, N; a robot's contact is at 0.05 to 0.1 N."""
+MOST_BLOCKS = 40
+"""Number of means that represent a press of more samples."""
+MODEL_TO, MODEL_POINTS = 1.5, 45
+"""Depth to which the law is stated, as a multiple of the deepest sample, and number of its even depths."""
+MOST_MISFIT = 3.0
+"""Largest misfit of a known stiffness, in standard deviations."""
+MOST_LN_SD = 1.0
+"""Largest standard deviation of ln stiffness where the recording states no contact."""
+EXPONENT_SHARE = 0.04
+"""Error of the exponent where tissue follows another law, as a fraction of it."""
+_STEP = 1e-5
+
+
+class Model(TypedDict):
+    """Law of one press at all its depths and beyond.
+
+    Attributes:
+        depth_mm: depths, mm, ascending, to 1.5 times the deepest.
+        force_n: forces of the law, N.
+        force_sd_n: their standard deviations, N.
+    """
+
+    depth_mm: list[float]
+    force_n: list[float]
+    force_sd_n: list[float]
+
+
+class StiffnessAnswer(TypedDict):
+    """Answer about one press; None for what could not be determined.
+
+    Attributes:
+        press: number of the press.
+        status: `known`, `uncertain` or `failed`.
+        reason: why the press failed.
+        stiffness_n_m: force over depth below the first contact, at the force `at_n`, N/m. Times `exponent` it is the
+            slope of the force there.
+        stiffness_sd_n_m: its standard deviation, N/m.
+        at_n: force at which it is stated, N.
+        exponent: d ln F / d ln depth at `at_n`; 1 for a spring, 1.5 for a sphere on an elastic body (Hertz).
+        exponent_sd: its standard deviation.
+        contact_depth_mm: depth of the first contact, mm.
+        model: law at all depths.
+        misfit: root mean square residual, in standard deviations.
+    """
+
+    press: int
+    status: str
+    reason: str | None
+    stiffness_n_m: float | None
+    stiffness_sd_n_m: float | None
+    at_n: float
+    exponent: float | None
+    exponent_sd: float | None
+    contact_depth_mm: float | None
+    model: Model | None
+    misfit: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Onset:
+    """Place of first contact of a press before its fit: depth, mm, and standard deviation, mm."""
+
+    depth_mm: float
+    sd_mm: float
+
+
+def identify_stiffness(files: Sequence[Path]) -> Iterator[dict[str, Any]]:
+    """Yield one line per press of every file; the presses of one file are of one object.
+
+    Raises:
+        ValueError: a file cannot be used; the message names file, line and column.
+    """
+    for path in files:
+        for answer in identify_presses(read_presses(path)):
+            yield {"file": str(path), **answer}
+
+
+def identify_presses(presses: Sequence[Press], at_n: float = AT_N) -> list[StiffnessAnswer]:
+    """Return one answer per press of one object.
+
+    The presses of other places are the prior of each, so that a press alone has a larger uncertainty.
+
+    Args:
+        presses: the presses, in any order; those of one object go together.
+        at_n: force at which the stiffness is stated, N.
+
+    Raises:
+        ValueError: the force is not positive.
+    """
+    if not 0.0 < at_n < np.inf:
+        raise ValueError(f"at_n: must be positive, N, not {at_n}")
+    reasons = [_unusable(press) for press in presses]
+    usable = [press for press, reason in zip(presses, reasons, strict=True) if reason is None]
+    found = iter(_fitted(usable, at_n) if usable else [])
+    return [
+        next(found) if reason is None else _failed(press.press, at_n, reason)
+        for press, reason in zip(presses, reasons, strict=True)
+    ]
+
+
+def _unusable(press: Press) -> str | None:
+    """Return why a press gives no stiffness, or None; a contact that the recording states is not doubted."""
+    status = None if press.contact is None else press.contact.status
+    if status == "fail":
+        return "the recording states that the press failed"
+    if len(press.depth_mm) < LEAST_SAMPLES:
+        return f"{len(press.depth_mm)} samples; {LEAST_SAMPLES} are needed"
+    if np.ptp(press.depth_mm) < LEAST_DEPTH_MM:
+        return f"the depth changes by less than {LEAST_DEPTH_MM:g} mm"
+    if status is None and (press.force_n.max() <= AIR_N or _rise_sd(press) < LEAST_RISE_SD):
+        return "no contact: the force does not rise with depth"
+    return None
+
+
+def _rise_sd(press: Press) -> float:
+    """Return the slope of force over depth, in standard deviations."""
+    if not np.ptp(press.force_n):
+        return 0.0
+    share = float(np.corrcoef(press.depth_mm, press.force_n)[0, 1])
+    return share * float(np.sqrt((len(press.force_n) - 2) / max(1e-12, 1.0 - share * share)))
+
+
+def _failed(press: int, at_n: float, reason: str) -> StiffnessAnswer:
+    return {
+        "press": press,
+        "status": "failed",
+        "reason": reason,
+        "stiffness_n_m": None,
+        "stiffness_sd_n_m": None,
+        "at_n": at_n,
+        "exponent": None,
+        "exponent_sd": None,
+        "contact_depth_mm": None,
+        "model": None,
+        "misfit": None,
+    }
+
+
+def _fitted(presses: Sequence[Press], at_n: float) -> list[StiffnessAnswer]:
+    """Return the answers about usable presses of one object."""
+    onsets = [_onset(press) for press in presses]
+    blocks = [_blocks(press) for press in presses]
+    longest = max(len(depth_mm) for depth_mm, _ in blocks)
+    depth_mm, force_n, weight = np.zeros((3, len(presses), longest))
+    for k, (onset, (depths, forces)) in enumerate(zip(onsets, blocks, strict=True)):
+        depth_mm[k, : len(depths)], force_n[k, : len(depths)] = depths - onset.depth_mm, forces
+        weight[k, : len(depths)] = 1.0
+    fits = fit_presses(depth_mm, force_n, weight, np.array([onset.sd_mm for onset in onsets]))
+    values, deviations = _stated(fits, at_n)
+    return [
+        _answer(press, onset, fits, k, values[k], deviations[k], at_n)
+        for k, (press, onset) in enumerate(zip(presses, onsets, strict=True))
+    ]
+
+
+def _onset(press: Press) -> _Onset:
+    """Return the place of first contact: after samples in the air, else about the first sample."""
+    order = np.argsort(press.depth_mm, kind="stable")
+    depth_mm, force_n = press.depth_mm[order], press.force_n[order]
+    touching = np.flatnonzero(force_n > AIR_N)
+    air = int(touching[0]) if len(touching) else 0
+    if air >= AIR_SAMPLES:
+        step_mm = float(depth_mm[air] - depth_mm[air - 1])
+        return _Onset(float(depth_mm[air - 1]), step_mm)
+    preload_n = float(force_n[0]) - PRELOAD_N
+    if preload_n <= 0.0:
+        return _Onset(float(depth_mm[0]), 0.0)
+    above_mm = preload_n / float((force_n[-1] - force_n[0]) / (depth_mm[-1] - depth_mm[0]))
+    return _Onset(float(depth_mm[0]) - above_mm, above_mm)
+
+
+def _blocks(press: Press) -> tuple[Array, Array]:
+    """Return depths, mm, and forces, N, or their means over MOST_BLOCKS parts of a longer press."""
+    if len(press.depth_mm) <= MOST_BLOCKS:
+        return press.depth_mm, press.force_n
+    return tuple(  # type: ignore[return-value]
+        np.array([part.mean() for part in np.array_split(values, MOST_BLOCKS)])
+        for values in (press.depth_mm, press.force_n)
+    )
+
+
+def _stated(fits: Fits, at_n: float) -> tuple[Array, Array]:
+    """Return ln stiffness, N/m, exponent and depth of contact, mm, (n, 3), and standard deviations, (n, 3)."""
+
+    def state(parameters: Array) -> Array:
+        u, exponent = depth_at(parameters, at_n)
+        ln_n_m = np.log(1000.0 * at_n / (u * fits.unit_mm))
+        return np.column_stack([ln_n_m, exponent, parameters[:, 3] * fits.unit_mm])
+
+    values = state(fits.parameters)
+    steps = _STEP * np.eye(PARAMETERS)
+    by = np.stack([(state(fits.parameters + step) - values) / _STEP for step in steps], axis=-1)
+    variances = np.einsum("nki,nij,nkj->nk", by, fits.covariance, by)
+    variances[:, 1] += (EXPONENT_SHARE * values[:, 1]) ** 2
+    return values, np.sqrt(variances)
+
+
+def _answer(
+    press: Press, onset: _Onset, fits: Fits, k: int, values: Array, deviations: Array, at_n: float
+) -> StiffnessAnswer:
+    """Return the answer of press k of the fits."""
+    misfit = float(fits.misfit[k])
+    ln_n_m, exponent, contact_mm = values.tolist()
+    widened = deviations * fits.scale[k]
+    ln_sd, exponent_sd, _ = widened.tolist()
+    if not np.isfinite(widened).all() or (press.contact is None and ln_sd > MOST_LN_SD):
+        return _failed(press.press, at_n, "the samples do not determine the stiffness")
+    stiffness_n_m = float(np.exp(ln_n_m))
+    reached = contact_mm + 1000.0 * at_n / stiffness_n_m <= MODEL_TO * float(press.depth_mm.max() - onset.depth_mm)
+    known = reached and ln_sd < STIFFNESS_KNOWN_LN_SD and misfit < MOST_MISFIT
+    return {
+        "press": press.press,
+        "status": "known" if known else "uncertain",
+        "reason": None,
+        "stiffness_n_m": round(stiffness_n_m, 2),
+        "stiffness_sd_n_m": round(stiffness_n_m * ln_sd, 2),
+        "at_n": at_n,
+        "exponent": round(exponent, 4),
+        "exponent_sd": round(exponent_sd, 4),
+        "contact_depth_mm": round(onset.depth_mm + contact_mm, 4),
+        "model": _model(press, onset, fits, k),
+        "misfit": round(misfit, 3),
+    }
+
+
+def _model(press: Press, onset: _Onset, fits: Fits, k: int) -> Model:
+    """Return the law of press k at its depths, or at even ones of a long press, and to MODEL_TO times the deepest."""
+    deepest_mm = float(press.depth_mm.max())
+    to_mm = max(deepest_mm, MODEL_TO * deepest_mm)
+    even_mm = np.linspace(float(press.depth_mm.min()), to_mm, MODEL_POINTS)
+    own_mm = press.depth_mm if len(press.depth_mm) <= MOST_BLOCKS else np.empty(0)
+    depth_mm = np.unique(np.round(np.concatenate([even_mm, own_mm]), 4))
+    u = ((depth_mm - onset.depth_mm) / fits.unit_mm)[np.newaxis]
+    law_n, by, _ = gradient(fits.parameters[k : k + 1], u)
+    variance = np.einsum("mi,ij,mj->m", by[0], fits.covariance[k], by[0])
+    elastic_n = law_n[0] - fits.parameters[k, 4]
+    sd_n = fits.scale[k] * np.sqrt(variance + (fits.errors.share * elastic_n) ** 2)
+    return {
+        "depth_mm": depth_mm.tolist(),
+        "force_n": np.round(law_n[0], 5).tolist(),
+        "force_sd_n": np.round(sd_n, 5).tolist(),
+    }
