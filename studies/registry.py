@@ -43,6 +43,7 @@ STUDIES = {
     "thermal-rendering": "studies.thermal_rendering.run",
     "texture": "studies.texture.run",
     "recorded-strokes": "studies.recorded_strokes.run",
+    "palpation": "studies.palpation.run",
     "exploration-modes": "studies.exploration_modes.run",
     "groove-spacing": "studies.groove_spacing.run",
     "vibration": "studies.vibration.run",

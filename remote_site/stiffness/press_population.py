@@ -20,7 +20,7 @@ GENERAL_MEAN = np.array([0.0, -1.5, -1.0, 0.0, 0.0])
 """Mean of the parameters over objects; a is relative to that of a typical press of the object."""
 GENERAL_SD = np.array([1.0, 0.8, 0.9, 0.0, 0.03])
 """Standard deviation of the parameters over objects and places; that of the contact is CONTACT_SD_MM."""
-CONTACT_SD_MM = 0.05
+CONTACT_SD_MM = 0.03
 """Standard deviation of the stated place of contact, mm."""
 GENERAL_PRESSES = 1.0
 """Number of presses that count as much as the general prior."""
@@ -30,7 +30,7 @@ NOISE_N, SHARE = (0.002, 0.2), (0.003, 0.1)
 """Ranges of the estimated errors: noise of a force, N, and error of the law as a fraction of the force."""
 ERROR_STEP = (0.5, 2.0)
 """Range of the change of an estimated error in one round, as a factor."""
-ROUNDS, STEPS = 12, 8
+ROUNDS, STEPS = 24, 8
 """Number of rounds of expectation and maximisation, and of fit steps in each."""
 UNIT_SHARE = 0.7
 """Unit of depth, as a fraction of the median of the deepest samples."""
