@@ -15,7 +15,7 @@ _REACHED = {"ambitious": GREEN, "honest": BLUE, None: ORANGE}
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with figure_file(path, 12.0, 4.4) as figure:
+    with figure_file(path, 13.0, 5.0) as figure:
         panels = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.3))
         for axes, draw in zip(panels, (draw_prediction, draw_shown, draw_bars), strict=True):
             draw(axes, data)
@@ -25,16 +25,13 @@ def draw_prediction(axes: Axes, data: Data) -> None:
     """Draw the share of predicted samples within each error, for each material and method."""
     for material, style in zip(("silicone", "meat", "liver"), ("-", "--", ":"), strict=True):
         for method, colour in _METHODS.items():
-            values = [
-                error for row in where(data["errors"], material=material, method=method) for error in row["errors"]
-            ]
-            if values:
+            for row in where(data["errors"], material=material, method=method):
                 label = material if method == "learned prior" else None
-                share = np.linspace(0.0, 100.0, len(values))
-                axes.plot(100.0 * np.sort(values), share, style, color=colour, label=label)
+                axes.plot(100.0 * np.array(row["percentiles"]), range(101), style, color=colour, label=label)
     axes.set(xlim=(0.0, 60.0), xlabel="error of the force (%)", ylabel="predicted samples (%)")
     axes.set_title("Deepest three of ten steps")
-    axes.legend(title="blue: learned prior\norange: Hertz, grey: line", loc="lower right")
+    key = axes.legend(title="blue: learned prior\norange: Hertz, grey: line", loc="lower right", fontsize="small")
+    key.get_title().set_fontsize("small")
 
 
 def draw_shown(axes: Axes, data: Data) -> None:
@@ -47,7 +44,7 @@ def draw_shown(axes: Axes, data: Data) -> None:
     axes.axhline(20.0, color=GREY, linestyle=":")
     axes.set(xticks=range(len(sets)), xticklabels=sets, ylim=(0.0, 100.0), ylabel="presses (%)")
     axes.set_title("Shown more than 0.1 N too hard")
-    axes.legend(loc="upper right")
+    axes.legend(loc="upper right", fontsize="small")
 
 
 def draw_bars(axes: Axes, data: Data) -> None:
@@ -57,11 +54,11 @@ def draw_bars(axes: Axes, data: Data) -> None:
         least = row["honest_to"] >= 1.0
         limit = row["honest_from"] if least else row["honest_to"]
         fraction = row["value"] / limit if limit else 0.0
-        axes.barh(k, fraction, color=_REACHED[row["reached"]])
+        axes.barh(k, min(fraction, 3.9), color=_REACHED[row["reached"]])
         sign = "at least" if least else "at most"
-        axes.text(0.02, k, f"{row['value']:.3g}, {sign} {limit:g}", va="center", fontsize="x-small")
+        axes.text(3.95, k, f"{row['value']:.3f}, {sign} {limit:g}", va="center", ha="right", fontsize="x-small")
     axes.axvline(1.0, color=GREY, linestyle=":")
     labels = [f"{row['bar']}, {row['of']}" for row in rows]
     axes.set_yticks(range(len(rows)), labels, fontsize="x-small")
-    axes.set(xlim=(0.0, 1.8), xlabel="value over the honest bar")
+    axes.set(xlim=(0.0, 4.0), xlabel="value over the honest bar")
     axes.set_title("Bars: green ambitious, blue honest")
