@@ -17,18 +17,23 @@ Array = NDArray[np.float64]
 
 AT_N = 1.0
 """Force at which the stiffness is stated, N."""
-LEAST_SAMPLES = 3
-"""Smallest number of samples of a press."""
+LEAST_SAMPLES, LEAST_STATED = 3, 2
+"""Smallest number of samples of a press, and of one whose contact the recording states."""
 LEAST_DEPTH_MM = 0.05
 """Smallest range of the depths of a press, mm."""
 LEAST_RISE_SD = 3.0
 """Smallest slope of force over depth of a contact, in standard deviations."""
 AIR_N = 0.02
 """Largest force of a sample in the air, N."""
+PRESSED_N = 0.1
+"""Force by which a contact has certainly begun, N."""
 AIR_SAMPLES = 3
 """Number of samples in the air from which the first contact is sought between samples."""
-PRELOAD_N = 0.25
-"""First force from which a press began below the first contact, N; a robot's contact is at 0.05 to 0.1 N."""
+PRELOAD_SHARE = 0.3
+"""First force, as a fraction of the deepest one, from which a press began below the first contact.
+
+A robot's contact is at 0.05 to 0.1 N.
+"""
 MOST_BLOCKS = 40
 """Number of means that represent a press of more samples."""
 MODEL_TO, MODEL_POINTS = 1.5, 45
@@ -134,8 +139,9 @@ def _unusable(press: Press) -> str | None:
     status = None if press.contact is None else press.contact.status
     if status == "fail":
         return "the recording states that the press failed"
-    if len(press.depth_mm) < LEAST_SAMPLES:
-        return f"{len(press.depth_mm)} samples; {LEAST_SAMPLES} are needed"
+    least = LEAST_SAMPLES if status is None else LEAST_STATED
+    if len(press.depth_mm) < least:
+        return f"{len(press.depth_mm)} samples; {least} are needed"
     if np.ptp(press.depth_mm) < LEAST_DEPTH_MM:
         return f"the depth changes by less than {LEAST_DEPTH_MM:g} mm"
     if status is None and (press.force_n.max() <= AIR_N or _rise_sd(press) < LEAST_RISE_SD):
@@ -188,16 +194,21 @@ def _onset(press: Press) -> _Onset:
     """Return the place of first contact: after samples in the air, else about the first sample."""
     order = np.argsort(press.depth_mm, kind="stable")
     depth_mm, force_n = press.depth_mm[order], press.force_n[order]
-    touching = np.flatnonzero(force_n > AIR_N)
-    air = int(touching[0]) if len(touching) else 0
-    if air >= AIR_SAMPLES:
-        step_mm = float(depth_mm[air] - depth_mm[air - 1])
-        return _Onset(float(depth_mm[air - 1]), step_mm)
-    preload_n = float(force_n[0]) - PRELOAD_N
-    if preload_n <= 0.0:
+    air = _rises_above(force_n, AIR_N)
+    if AIR_SAMPLES <= air < len(force_n):
+        pressed = min(_rises_above(force_n, PRESSED_N), len(force_n) - 1)
+        return _Onset(float(depth_mm[air - 1]), float(depth_mm[max(pressed, air)] - depth_mm[air - 1]))
+    preload_n, rise_n = float(force_n[0] - PRELOAD_SHARE * force_n[-1]), float(force_n[-1] - force_n[0])
+    if preload_n <= 0.0 or rise_n <= 0.0:
         return _Onset(float(depth_mm[0]), 0.0)
-    above_mm = preload_n / float((force_n[-1] - force_n[0]) / (depth_mm[-1] - depth_mm[0]))
+    above_mm = min(1.0, preload_n / rise_n) * float(depth_mm[-1] - depth_mm[0])
     return _Onset(float(depth_mm[0]) - above_mm, above_mm)
+
+
+def _rises_above(force_n: Array, limit_n: float) -> int:
+    """Return the number of forces before the rise above a limit: the split that most forces agree with."""
+    above = np.concatenate(([0], np.cumsum(np.where(force_n > limit_n, 1, -1))))
+    return int(above.argmin())
 
 
 def _blocks(press: Press) -> tuple[Array, Array]:
