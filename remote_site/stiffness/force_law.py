@@ -20,6 +20,8 @@ LEAST_DEPTH = 1e-9
 """Smallest depth below first contact, in the unit of depth; it replaces depths above the contact."""
 MOST_EXPONENT = 60.0
 """Largest absolute value of an exponent of e; a wild step of a fit does not overflow."""
+MOST_LN_DEPTH = 20.0
+"""Largest absolute value of ln u that is stated; a force that no depth reaches does not overflow."""
 NEWTON_STEPS = 30
 """Number of steps of Newton's method that finds the depth of a force."""
 
@@ -58,7 +60,7 @@ def depth_at(parameters: Array, elastic_n: float) -> tuple[Array, Array]:
     for _ in range(NEWTON_STEPS):
         grown = stiffening * np.exp(np.minimum(v, MOST_EXPONENT))
         v = v - (power * v + grown - stiffening - wanted) / (power + grown)
-    u = np.exp(v)
+    u = np.exp(np.clip(v, -MOST_LN_DEPTH, MOST_LN_DEPTH))
     return u, power + stiffening * u
 
 

@@ -34,6 +34,8 @@ ROUNDS, STEPS = 24, 8
 """Number of rounds of expectation and maximisation, and of fit steps in each."""
 UNIT_SHARE = 0.7
 """Unit of depth, as a fraction of the median of the deepest samples."""
+LEAST_UNIT_MM = 0.01
+"""Smallest unit of depth, mm."""
 TYPICAL_LN = 0.5
 """Difference between ln of the largest force of a press and ln of the force at the unit of depth."""
 LEAST_FREEDOM = 0.5
@@ -87,7 +89,8 @@ def fit_presses(depth_mm: Array, force_n: Array, weight: Array, contact_sd_mm: A
         weight: 1 for a sample, 0 for padding, (n, m); each press has a sample.
         contact_sd_mm: standard deviation of each place of contact, (n,), mm, beside CONTACT_SD_MM.
     """
-    unit_mm = UNIT_SHARE * float(np.median(np.where(weight > 0.0, depth_mm, -np.inf).max(axis=1)))
+    deepest_mm = float(np.median(np.where(weight > 0.0, depth_mm, -np.inf).max(axis=1)))
+    unit_mm = max(LEAST_UNIT_MM, UNIT_SHARE * deepest_mm)
     largest_n = np.where(weight > 0.0, force_n, -np.inf).max(axis=1)
     mean = GENERAL_MEAN.copy()
     mean[0] += np.log(np.median(np.maximum(largest_n, FIRST_ERRORS.noise_n))) - TYPICAL_LN

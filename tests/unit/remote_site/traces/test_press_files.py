@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from remote_site.traces.press_files import read_presses
 
@@ -93,3 +95,22 @@ def test_errors_of_contacts_name_file_line_and_column(tmp_path, old, new, messag
     with pytest.raises(ValueError, match=message) as error:
         read_presses(path)
     assert str(error.value).startswith(str(path.with_name("contacts.csv")))
+
+
+LINES = st.lists(
+    st.lists(st.sampled_from(("0", "1", "2.5", "-3", "nan", "1e999", "", "ok", '"', "\0", "é")), min_size=1, max_size=4)
+)
+
+
+@given(LINES, LINES)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=100)
+def test_a_strange_file_is_read_or_refused_in_one_line(tmp_path, rows, contacts):
+    texts = ["\n".join(",".join(cells) for cells in each) for each in (rows, contacts)]
+    path = write(tmp_path, "press,depth_mm,force_n,time_s\n" + texts[0], "press,status,x_mm,y_mm,z_mm\n" + texts[1])
+    problem = f"{tmp_path}: none"
+    try:
+        read_presses(path)
+    except ValueError as error:
+        problem = str(error)
+    assert problem.startswith(str(tmp_path))
+    assert "\n" not in problem

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from remote_site.stiffness.recorded.identify_stiffness import identify_presses, identify_stiffness
 from remote_site.traces.press_files import Contact, Press
@@ -154,12 +155,24 @@ def test_each_file_is_an_object_of_its_own(tmp_path: Path):
     assert lines[3:] == list(identify_stiffness(paths[1:]))
 
 
-SAMPLES = st.lists(st.tuples(st.floats(-100.0, 100.0), st.floats(-20.0, 20.0)), max_size=60).map(
-    lambda rows: np.array(rows).reshape(-1, 2).T
+@pytest.mark.parametrize("deep_mm", [0.0, 100.0])
+def test_a_press_that_stays_at_its_deepest_place_is_answered(deep_mm):
+    depths = np.concatenate([np.linspace(deep_mm - 1.0, deep_mm, 5), np.full(55, deep_mm)])
+    forces = np.concatenate([np.zeros(30), np.full(30, 2.0)])
+    (answer,) = identify_presses([made(depths, forces, "ok")])
+    assert answer["status"] == "uncertain"
+
+
+SAMPLES = st.integers(0, 50).flatmap(
+    lambda count: st.tuples(
+        arrays(np.float64, count, elements=st.floats(-100.0, 100.0)),
+        arrays(np.float64, count, elements=st.floats(-20.0, 20.0)),
+    )
 )
 
 
-@given(st.lists(st.tuples(SAMPLES, st.sampled_from([None, "ok", "limit", "fail"])), max_size=4))
+@given(st.lists(st.tuples(SAMPLES, st.sampled_from([None, "ok", "limit", "fail"])), max_size=3))
+@settings(suppress_health_check=[HealthCheck.too_slow], max_examples=60)
 def test_any_press_gets_an_answer_that_json_can_hold(drawn):
     answers = identify_presses([made(*columns, status) for columns, status in drawn])
     assert len(answers) == len(drawn)
