@@ -11,9 +11,14 @@ sample that counted. A finger at rest gives no information about c, and the nois
 Force and height alone cannot distinguish an object that yields from a surface that moves or slopes. Under a press the
 force rises while the finger sinks; such samples teach c. If both rise, the surface has risen. If a sample contradicts
 the estimate of a stroked surface, the finger has reached another object.
+
+Tissue stiffens with depth, and a line through its forces is harder than the tissue at some depths. Some samples of the
+press are therefore kept. A surface up to `highest_m` exceeds none of them.
 """
 
 import math
+
+from remote_site.stiffness.pressed_samples import PressedSample, PressedSamples
 
 FORCE_SD_N, PLACE_SD_M, SPEED_SD_M_S = 0.011, 10e-6, 1.8e-3
 """Standard deviations with quantisation: force, N, and height, m, of one sample, and speed over a window, m/s."""
@@ -44,6 +49,8 @@ MISTAKEN_SHARE = 0.25
 """Fraction of a surface's motion under a press that is mistaken for depth."""
 YIELDS_LN_SD = 0.3
 """Standard deviation that is added to ln c when a press contradicts c."""
+HARDER_SD = 2.0
+"""Excess of the line over a sample of the press from which it is too hard, in standard deviations."""
 ROUGHLY_LN_SD = 0.3
 """Standard deviation of ln c below which samples can contradict c and can also teach a."""
 
@@ -56,6 +63,8 @@ class HuntCrossleyFit:
         compliance_m_n: c, m/N, within 1 / HARDEST_N_M .. 1 / SOFTEST_N_M.
         damping_s_m: a, s/m.
         moved_m: motion of the surface while nothing pressed, m.
+        highest_m: largest height, m, of a surface of this compliance that is nowhere harder than the press so far; None
+            if the last sample was none of a press.
         met_other: whether the last sample showed that the stroking finger has reached another object.
     """
 
@@ -67,12 +76,14 @@ class HuntCrossleyFit:
         "_most_n",
         "_passing_m",
         "_press_s",
+        "_pressed",
         "_seen",
         "_t_s",
         "_way_m",
         "_z_m",
         "compliance_m_n",
         "damping_s_m",
+        "highest_m",
         "met_other",
         "moved_m",
         "surface_m",
@@ -85,6 +96,7 @@ class HuntCrossleyFit:
         self.damping_s_m = DAMPING_S_M
         self.moved_m = 0.0
         self.met_other = False
+        self.highest_m: float | None = None
         # The uncertainty of c is also an uncertainty of s = z + c F.
         shared = c * c * force_n
         height = shared * force_n + PLACE_SD_M**2 + (c * FORCE_SD_N) ** 2
@@ -93,6 +105,7 @@ class HuntCrossleyFit:
         self._began_s, self._press_s, self._most_n = t_s, 0.0, force_n
         self._way_m = self._passing_m = self._doubt_m_n = 0.0
         self._seen: tuple[float, float, float] | None = None
+        self._pressed = PressedSamples(z_m)
 
     @property
     def ln_sd(self) -> float:
@@ -127,6 +140,7 @@ class HuntCrossleyFit:
         """Continue from the height that `see` was given."""
         cov, shared = self._cov, force_n * self._cov[1][1]
         own_m = LAW_SHARE * self.compliance_m_n * force_n
+        self._pressed.follow(height_m - self.surface_m)
         self.surface_m, self._seen = height_m, None
         cov[0] = [variance_m2 + own_m * own_m + force_n * shared, shared, force_n * cov[1][2]]
         cov[1][0], cov[2][0] = cov[0][1:]
@@ -144,6 +158,7 @@ class HuntCrossleyFit:
         """
         self._way_m += way_m
         self.met_other = False
+        self.highest_m = None
         change_n = force_n - self._force_n
         if abs(change_n) < LEAST_CHANGE_N:
             return False
@@ -157,7 +172,7 @@ class HuntCrossleyFit:
 
         height_m, noise_m2 = self.measured(force_n, z_m, speed_m_s)
         depth_m, innovation_m = height_m - z_m, height_m - self.surface_m
-        noise_m2 = noise_m2 / samples + ((LAW_SHARE + DAMPED_SHARE * self.damping_s_m * abs(speed_m_s)) * depth_m) ** 2
+        noise_m2 = noise_m2 / samples + self._law_m2(depth_m, speed_m_s)
         by_c = -depth_m / self.compliance_m_n
         by_a = depth_m * depth_m * speed_m_s / (self.compliance_m_n * force_n)
         cross = [row[0] + by_c * row[1] + by_a * row[2] for row in cov]
@@ -187,14 +202,34 @@ class HuntCrossleyFit:
                 variance += moved_m2
                 self.moved_m += rise_m
             if contradicts:  # the surface may have moved at this speed during the press, too
+                self._pressed.forget()
                 moved_m = MISTAKEN_SHARE * abs(innovation_m) / seconds * self._press_s
                 self._doubt_m_n = max(self._doubt_m_n, moved_m / self._most_n)
         self._learn(learned, cross, variance, innovation_m)
+        if learned != (0,) and not way_m:
+            self._bound(PressedSample(force_n, z_m, speed_m_s, samples))
         return True
+
+    def _bound(self, sample: PressedSample) -> None:
+        """Find `highest_m` after a sample of a press, if the finger has moved."""
+        pressed = self._pressed
+        if not pressed.take(sample) or not pressed.kept:
+            return
+        highest_m = math.inf
+        for force_n, z_m, speed_m_s, samples in pressed.kept:
+            height_m, noise_m2 = self.measured(force_n, z_m, speed_m_s)
+            sd_m = math.sqrt(noise_m2 / samples + self._law_m2(height_m - z_m, speed_m_s))
+            highest_m = min(highest_m, height_m + HARDER_SD * sd_m)
+        self.highest_m = highest_m + pressed.followed_m
+
+    def _law_m2(self, depth_m: float, speed_m_s: float) -> float:
+        """Return the variance of a height by errors of the law and of its damping, m2."""
+        return ((LAW_SHARE + DAMPED_SHARE * self.damping_s_m * abs(speed_m_s)) * depth_m) ** 2
 
     def _meet(self, z_m: float, depth_m: float, noise_m2: float) -> None:
         """Begin another object at about the same surface height; its compliance follows from that height."""
         self.met_other = True
+        self._pressed.forget()
         by_c = -depth_m / self.compliance_m_n
         softness = (z_m - self.surface_m) / by_c
         self.compliance_m_n = min(max(softness, 1.0 / HARDEST_N_M), 1.0 / SOFTEST_N_M)
@@ -207,6 +242,8 @@ class HuntCrossleyFit:
         """Update some of s, c and a; the uncertainty of the others is included."""
         gain = [each / variance * innovation_m if number in learned else 0.0 for number, each in enumerate(cross)]
         self.surface_m += gain[0]
+        if learned == (0,):
+            self._pressed.follow(gain[0])
         wanted = self.compliance_m_n + gain[1]
         self.compliance_m_n = min(max(wanted, 1.0 / HARDEST_N_M), 1.0 / SOFTEST_N_M)
         self.damping_s_m = min(max(self.damping_s_m + gain[2], 0.0), MOST_DAMPING_S_M)

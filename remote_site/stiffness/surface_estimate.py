@@ -47,8 +47,11 @@ class SurfaceEstimate:
         "_forces_n",
         "_height",
         "_heights_m",
+        "_lower_m",
         "_onset_z_m",
+        "_pressed_m",
         "_recent",
+        "_softest_n_m",
         "damping_n_s_m",
         "slope_x",
         "slope_y",
@@ -66,6 +69,10 @@ class SurfaceEstimate:
         self._forces_n: deque[float] = deque(maxlen=WINDOW)
         self._heights_m: deque[float] = deque(maxlen=WINDOW)
         self._drift_m2_s = 0.0
+        self._lower_m = 0.0
+        """Distance by which the surface is shown lower, so that it is nowhere harder than the press, m."""
+        self._pressed_m = self._softest_n_m = math.inf
+        """Largest height that the press allows, m, and stiffness that was last known in this contact, N/m."""
         self._damping_known = False
         self._release()
 
@@ -106,6 +113,7 @@ class SurfaceEstimate:
         self._onset_z_m = self._fit = self._height = None
         self.stiffness_n_m = self.surface_z_m = self.damping_n_s_m = self.slope_x = self.slope_y = 0.0
         self.stiffness_ln_sd = UNKNOWN_LN_SD
+        self._lower_m, self._softest_n_m, self._pressed_m = 0.0, math.inf, math.inf
 
     def _take(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
         """Take the newest sample of a contact, the second or a later one."""
@@ -126,6 +134,8 @@ class SurfaceEstimate:
             fit.see(height.height_m, height.variance_m2, force_n)
         if fit.step(t_s, mean_n, mean_m, sinks_m_s, way_m, samples) or samples == 2:
             self._learn(fit)
+        if fit.highest_m is not None:
+            self._pressed_m = fit.highest_m
         if height is None and not self.known:
             return
         # Together, overlapping means have as much noise as single samples.
@@ -134,7 +144,11 @@ class SurfaceEstimate:
             height = self._height = SurfaceHeight(fit.surface_m, noise_m2)
         else:
             height.step(dx_m, dy_m, self._drift_m2_s * (t_s - last_s), measured_m, noise_m2)
-        self.surface_z_m = height.height_m
+        if fit.met_other:
+            self._lower_m = 0.0
+        elif fit.highest_m is not None:
+            self._lower_m = max(0.0, height.height_m - fit.highest_m)
+        self.surface_z_m = height.height_m - self._lower_m
         if way_m:
             self.slope_x, self.slope_y = height.slope_along(dx_m, dy_m)
         self.damping_n_s_m = fit.damping_s_m * force_n if self._damping_known else 0.0
@@ -142,7 +156,11 @@ class SurfaceEstimate:
     def _learn(self, fit: HuntCrossleyFit) -> None:
         """Copy the result of the fit after a sample that counted."""
         self.stiffness_ln_sd = min(fit.ln_sd, UNKNOWN_LN_SD)
-        self.stiffness_n_m = 1.0 / fit.compliance_m_n
+        if self.known or fit.met_other:
+            self._softest_n_m = math.inf
+        self.stiffness_n_m = min(1.0 / fit.compliance_m_n, self._softest_n_m)
+        if self.known:
+            self._softest_n_m = self.stiffness_n_m
         self._drift_m2_s = fit.drift_m_s05**2
         self._damping_known = fit.damping_sd_s_m < DAMPING_SHARE * fit.damping_s_m
 
@@ -152,5 +170,5 @@ class SurfaceEstimate:
         if self._fit is not None:
             softest = self._fit.compliance_m_n * (1.0 + SAFE_SD * self._fit.ln_sd)
             self.stiffness_n_m = max(SOFTEST_N_M, 1.0 / softest)
-            highest_m += self._fit.moved_m
+            highest_m = min(highest_m + self._fit.moved_m, self._pressed_m)
         self.surface_z_m = min(highest_m, z_m + force_n / self.stiffness_n_m)

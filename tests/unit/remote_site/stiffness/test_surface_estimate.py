@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
@@ -47,6 +47,39 @@ def test_one_press_gives_the_stiffness_only_when_it_is_known(stiffness_n_m: floa
         assert each.stiffness_n_m[last] == pytest.approx(stiffness_n_m, rel=0.15)
         assert each.stiffness_n_m[each.known] == pytest.approx(stiffness_n_m, rel=0.15)
         assert not each.known[felt.force_n[:, finger] < 0.1][0]
+
+
+@given(st.floats(1.0, 3.3), st.floats(0.5, 5.0), st.floats(2e-3, 8e-3), st.floats(2e-3, 0.02))
+@settings(max_examples=100, deadline=None)
+def test_stiffening_tissue_is_never_shown_harder_than_it_is(
+    p: float, n: float, deep_m: float, speed_m_s: float
+) -> None:
+    """A press into F = K d^p and a rest in it: the shown line exceeds the force of the tissue by its error only."""
+    surface, depths_m = SurfaceEstimate(), np.linspace(0.0, 1.5 * deep_m, 60)
+    tissue_n = n * (depths_m / deep_m) ** p
+    seconds = deep_m / speed_m_s + 0.2
+    for t_s in np.arange(0.0, seconds, 0.004).tolist():
+        at_m = min(speed_m_s * t_s, deep_m)
+        surface.step(t_s, n * (at_m / deep_m) ** p, 0.0, 0.0, -at_m)
+        shown_n = surface.stiffness_n_m * np.maximum(0.0, surface.surface_z_m + depths_m)
+        if surface.stiffness_n_m:
+            assert (shown_n - tissue_n).max() <= 0.1 + 0.02 * n
+    assert surface.known or n < 2.0
+
+
+def test_a_contradicted_stiffness_is_shown_no_harder_than_it_was_known() -> None:
+    """A finger that leaves stiffening tissue: the estimate doubts, and the shown stiffness does not rise."""
+    surface, known_n_m = SurfaceEstimate(), math.inf
+    depths_m = 4e-3 * np.concatenate([np.linspace(0.0, 1.0, 125), np.linspace(1.0, 0.0, 125)])
+    doubts = False
+    for tick, at_m in enumerate(depths_m.tolist()):
+        surface.step(0.004 * tick, 3.0 * (at_m / 4e-3) ** 1.5, 0.0, 0.0, -at_m)
+        if surface.known:
+            known_n_m = surface.stiffness_n_m
+        elif surface.stiffness_n_m and known_n_m < math.inf:
+            doubts = True
+            assert surface.stiffness_n_m <= known_n_m
+    assert doubts
 
 
 @pytest.mark.parametrize("stiffness_n_m", SEEDS)
