@@ -36,7 +36,8 @@ class Coverage:
 def coverage(shown: MapPicture) -> Coverage:
     """Compute the coverage of one quantity."""
     margin = round(OUTLINE_M / CELL_M)
-    known = np.pad(~np.isnan(shown.value), 2 * margin)
+    felt = ~np.isnan(shown.value) if shown.felt is None else shown.felt
+    known = np.pad(felt, 2 * margin)
     disc = np.hypot(*np.ogrid[-margin : margin + 1, -margin : margin + 1]) <= margin
     explored = binary_closing(known, structure=disc) | known
     inside = distance_transform_edt(~known)[explored & ~known]

@@ -20,8 +20,8 @@ CLEAR = 2.5
 """Smallest clear difference from the surroundings, in standard deviations of the difference."""
 LEAST = {"temperature": 0.5, "roughness": 0.4, "stiffness": 0.2}
 """Smallest clear difference from the surroundings, K or natural logarithm of the ratio."""
-
-
+LUMP = 0.5
+"""Smallest probability of a lump at which a place is called stiff."""
 UNCERTAIN_SD_K = 1.0
 """Standard deviation above which a temperature is called uncertain, K.
 
@@ -50,7 +50,10 @@ def difference(quantity: str, here: Measured, around: Measured) -> Difference:
 
 
 def likely_kind(here: ExploredPlace, around: ExploredPlace) -> str | None:
-    """Return the likely kind of finding at a place; None if no quantity differs clearly."""
+    """Return the likely kind of finding at a place; None if no quantity differs clearly.
+
+    The probability of a lump decides whether a place is stiff, where it is known.
+    """
     best, clearest = None, CLEAR
     names = {"temperature": ("cold", "warm"), "roughness": (None, "rough"), "stiffness": ("soft", "stiff")}
     for quantity, (less, more) in names.items():
@@ -58,6 +61,10 @@ def likely_kind(here: ExploredPlace, around: ExploredPlace) -> str | None:
         if mine is None or theirs is None:
             continue
         differs = difference(quantity, mine, theirs)
+        if quantity == "stiffness" and here.lump is not None and (differs.value > 0.0 or here.lump >= LUMP):
+            if here.lump >= LUMP and max(differs.clear, CLEAR) >= clearest:
+                best, clearest = more, max(differs.clear, CLEAR)
+            continue
         if abs(differs.value) >= LEAST[quantity] and differs.clear >= clearest:
             kind = more if differs.value > 0.0 else less
             best, clearest = (kind, differs.clear) if kind else (best, clearest)

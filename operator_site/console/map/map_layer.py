@@ -86,6 +86,14 @@ class Layer:
         self.middle = _MIDDLE.get(quantity, 0.0)
         self._newest: dict[int, Sample] = {}
 
+    def mean(self, place: tuple[int, int]) -> tuple[Floats, Floats]:
+        """Return value and standard deviation of a tile's cells, (TILE, TILE) each; NaN where none is shown."""
+        return self.tiles[place].mean()
+
+    def shows(self, place: tuple[int, int]) -> bool:
+        """Return whether a tile has a cell with a value."""
+        return bool(self.tiles[place].explored.any())
+
     def put(self, sample: Sample, revision: int) -> None:
         """Add a sample; it replaces the newest sample of its finger if that has the same key."""
         before = self._newest.get(sample.finger)

@@ -111,7 +111,7 @@ def confidence(quantity: str, spread: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _measured(surface: TactileMap, quantity: str, place: tuple[int, int]) -> Cells:
     layer = surface.layers[quantity]
-    value, sd = layer.tiles[place].mean()
+    value, sd = layer.mean(place)
     known = np.isfinite(value)
     low, high = (math.log(end) if quantity in LOGARITHMIC else end - layer.middle for end in RANGES[quantity])
     share = np.clip((np.where(known, value, low) - low) / (high - low), 0.0, 1.0)
@@ -124,7 +124,7 @@ class MapPicture(NamedTuple):
     """Map of one quantity, (rows, columns) from the near left corner at `left_m` and `near_m`, m.
 
     Values are in C, V, N/m or indices of the list of materials, and NaN where it is unexplored. Confidences are 0..3.
-    `steep` marks cells with a steep surface.
+    `steep` marks cells with a steep surface. `felt` marks cells with a sample in reach; None: all cells with a value.
     """
 
     left_m: float
@@ -132,21 +132,26 @@ class MapPicture(NamedTuple):
     value: NDArray[np.float64]
     confidence: NDArray[np.uint8]
     steep: NDArray[np.bool_]
+    felt: NDArray[np.bool_] | None = None
 
 
 def picture(surface: TactileMap, quantity: str) -> MapPicture | None:
     """Return all tiles of a quantity as one map; None if none was measured."""
     layers = surface.layers_of(quantity)
-    places = {place for layer in layers for place, tile in layer.tiles.items() if tile.explored.any()}
+    places = {place for layer in layers for place in layer.tiles if layer.shows(place)}
     if not places:
         return None
     columns, rows = (range(min(numbers), max(numbers) + 1) for numbers in zip(*places, strict=True))
     value = np.full((TILE * len(rows), TILE * len(columns)), UNEXPLORED, dtype=np.uint16)
     spread = np.full(value.shape, WORST, dtype=np.uint8)
+    felt = np.zeros(value.shape, dtype=np.bool_)
     for place in places:
         column, row = TILE * (place[0] - columns[0]), TILE * (place[1] - rows[0])
         at = slice(row, row + TILE), slice(column, column + TILE)
         value[at], spread[at] = cells(surface, quantity, place)
+        for layer in layers:
+            if place in layer.tiles:
+                felt[at] |= layer.tiles[place].explored
     corner_m = TILE * CELL_M
     return MapPicture(
         columns[0] * corner_m,
@@ -154,6 +159,7 @@ def picture(surface: TactileMap, quantity: str) -> MapPicture | None:
         value_of(quantity, value),
         confidence(quantity, spread),
         spread >= STEEP,
+        felt,
     )
 
 

@@ -16,6 +16,7 @@ from common.wire.messages import TouchRow
 from common.wire.touch_summary import TouchSummary
 from operator_site.console.map.finger_samples import FingerSamples, Sample, slant
 from operator_site.console.map.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
+from operator_site.console.map.stiffness_layer import StiffnessLayer
 
 QUANTITIES = ("temperature", "roughness", "stiffness", "material")
 LOGARITHMIC = frozenset(("roughness", "stiffness"))
@@ -50,7 +51,10 @@ class Measured(NamedTuple):
 
 
 class ExploredPlace(NamedTuple):
-    """Quantities around a place, None without a sample; `material` is the likeliest one and its share of the votes."""
+    """Quantities around a place, None without a sample; `material` is the likeliest one and its share of the votes.
+
+    `lump` is the probability that the place belongs to a lump; None if too few places were pressed.
+    """
 
     x_m: float
     y_m: float
@@ -58,6 +62,7 @@ class ExploredPlace(NamedTuple):
     roughness: Measured | None
     stiffness: Measured | None
     material: tuple[str, float] | None
+    lump: float | None = None
 
 
 class TactileMap:
@@ -66,6 +71,7 @@ class TactileMap:
     Attributes:
         revision: grows with every change.
         layers: temperature, roughness and stiffness, by name.
+        stiffness: the layer of stiffness, with its field and lump probabilities.
         named: a layer of probabilities for each identified material, in the order of `materials`.
         framed: revision of the newest move of the frame.
     """
@@ -73,7 +79,12 @@ class TactileMap:
     def __init__(self) -> None:
         """Begin unexplored."""
         self.revision = 0
-        self.layers = {name: Layer(name) for name in QUANTITIES[:3]}
+        self.stiffness = StiffnessLayer()
+        self.layers: dict[str, Layer] = {
+            "temperature": Layer("temperature"),
+            "roughness": Layer("roughness"),
+            "stiffness": self.stiffness,
+        }
         self.named: dict[str, Layer] = {}
         self._steep: dict[tuple[int, int], tuple[NDArray[np.bool_], int]] = {}
         """Steep cells of each tile, and the revision of their newest change."""
@@ -182,7 +193,8 @@ class TactileMap:
         best = max(votes, key=votes.__getitem__, default="")
         all_votes = sum(votes.values())
         material = (best, votes[best] / all_votes) if all_votes > 0.0 else None
-        return ExploredPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], material)
+        lump = None if found["stiffness"] is None else self.stiffness.lump_at(x_m, y_m)
+        return ExploredPlace(x_m, y_m, found["temperature"], found["roughness"], found["stiffness"], material, lump)
 
     def around(self, x_m: float, y_m: float) -> ExploredPlace:
         """Return median and spread of the samples in the surroundings of a place."""

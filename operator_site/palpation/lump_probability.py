@@ -1,0 +1,103 @@
+"""Computes the probability that a place belongs to a lump, from a field of stiffness.
+
+A place belongs to a lump where its excess over the ground is at least half of the largest excess nearby. Nearby is a
+disc around the place, and a cord that lies across the disc does not lower its own excess: the ground is the wide
+component of the field. The largest excess itself is a lump with the probability of Bayes' rule. Without a lump, the
+excess has the natural spread of this ground, with the heavy tails of a Student distribution.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.distance import cdist
+from scipy.special import ndtr
+
+from operator_site.palpation.stiffness_field import StiffnessField, lattice
+
+Floats = NDArray[np.float64]
+LUMP_SHARE = 0.08
+"""Prior probability that the largest excess nearby is a lump."""
+LUMP_LN = 0.5
+"""Mean excess of a lump's middle in the prior, an exponential distribution of the natural logarithm of the ratio."""
+TAIL = 10.0
+"""Degrees of freedom of the excess without a lump."""
+PEAK_SHARE = 0.5
+"""Share of the largest excess at which a lump ends."""
+NEARBY_M = 12e-3
+"""Radius in which the largest excess is searched, m."""
+FEWEST_PLACES = 8
+"""Smallest number of measured places with a probability; below it the spread of the ground is unknown."""
+LEAST_SPREAD = 0.02
+"""Smallest natural spread of the ground, natural logarithm."""
+_FELT_M = 6e-3
+"""Largest distance of a searched place from a measured one, m."""
+_STEP_M = 2e-3
+"""Step of the searched places of a small map, m."""
+_MOST_SEARCHED = 1500
+"""Maximum number of searched places; a larger map has a wider step."""
+_SIZES = np.linspace(0.05, 4.0, 80)
+"""Excesses of a lump over which the prior is summed, natural logarithm of the ratio."""
+
+
+class LumpMap:
+    """Lump probabilities over a field.
+
+    Attributes:
+        spread: natural spread of the ground's excess, natural logarithm of the ratio.
+    """
+
+    def __init__(self, field: StiffnessField) -> None:
+        """Search the field for its largest excesses.
+
+        Raises:
+            ValueError: the field has fewer than FEWEST_PLACES places.
+        """
+        if len(field.places_m) < FEWEST_PLACES:
+            raise ValueError(f"lump probabilities need {FEWEST_PLACES} places; there are {len(field.places_m)}")
+        self._field = field
+        self._searched_m = _searched(field)
+        mean, self._sd = field.excess(self._searched_m)
+        low, self._middle = (float(value) for value in np.quantile(mean, (0.16, 0.5)))
+        self.spread = max(self._middle - low, LEAST_SPREAD)
+        self._excess = mean - self._middle
+        self._lump = self._existence(self._excess, self._sd)
+
+    def probability(self, places_m: ArrayLike) -> Floats:
+        """Return the probability that each place, (n, 2), m, belongs to a lump, (n,), 0..1."""
+        places = np.asarray(places_m, dtype=np.float64)
+        mean, sd = self._field.excess(places)
+        near = cdist(places, self._searched_m) <= NEARBY_M
+        highest = np.where(near, self._excess, -np.inf).argmax(axis=1)
+        peak = self._excess[highest]
+        inside = ndtr((mean - self._middle - PEAK_SHARE * peak) / sd)
+        found: Floats = np.where(near.any(axis=1) & (peak > 0.0), self._lump[highest] * inside, 0.0)
+        return found
+
+    def _existence(self, excess: Floats, sd: Floats) -> Floats:
+        """Return the probability that an excess is a lump's; its prior in the field is divided out."""
+        prior = self._field.field_sd**2
+        variance = 1.0 / np.maximum(1.0 / sd**2 - 1.0 / prior, 1e-6 / prior)
+        seen = excess * variance / sd**2
+        weight = np.exp(-_SIZES / LUMP_LN)
+        lump = np.exp(-0.5 * (seen[:, None] - _SIZES) ** 2 / variance[:, None]) @ (weight / weight.sum())
+        lump *= LUMP_SHARE / np.sqrt(2.0 * math.pi * variance)
+        scale = np.sqrt(self.spread**2 + variance)
+        norm = math.exp(math.lgamma(0.5 * (TAIL + 1.0)) - math.lgamma(0.5 * TAIL)) / math.sqrt(math.pi * TAIL)
+        ground = norm / scale * (1.0 + np.maximum(seen, 0.0) ** 2 / (TAIL * scale**2)) ** (-0.5 * (TAIL + 1.0))
+        found: Floats = lump / (lump + (1.0 - LUMP_SHARE) * ground)
+        return found
+
+
+def _searched(field: StiffnessField) -> Floats:
+    """Return the places of a lattice near measured ones, (n, 2), m."""
+    step_m = _STEP_M
+    low, high = field.places_m.min(axis=0) - _FELT_M, field.places_m.max(axis=0) + _FELT_M
+    while np.prod((high - low) / step_m + 2.0) > 8 * _MOST_SEARCHED:
+        step_m *= 1.25
+    while True:
+        every = lattice(low.tolist(), high.tolist(), step_m)
+        near = every[field.nearest_m(every) <= _FELT_M]
+        if len(near) <= _MOST_SEARCHED:
+            return np.concatenate([near, field.places_m])
+        step_m *= 1.25
