@@ -42,6 +42,8 @@ def find_highest(tactile_map: TactileMap, quantity: str) -> Found | None:
     if shown is None:
         return None
     sure = shown.confidence >= CONFIDENT
+    if shown.felt is not None:
+        sure &= shown.felt
     if not sure.any():
         return None
     value = np.log(shown.value) if quantity in LOGARITHMIC else shown.value

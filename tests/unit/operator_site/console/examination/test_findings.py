@@ -74,3 +74,14 @@ def test_a_place_looks_like_what_it_differs_in(field: str, value: float, kind: s
     here = TISSUE._replace(**{field: Measured(value, 0.03 * value if field != "temperature" else 0.3, 1, 9.0)})
     assert likely_kind(here, TISSUE) == kind
     assert likely_kind(here, NOWHERE) is None
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "lump", "kind"),
+    [(660.0, 0.9, "stiff"), (1800.0, 0.1, None), (300.0, 0.0, "soft"), (1800.0, None, "stiff")],
+)
+def test_the_probability_of_a_lump_decides_where_it_is_known(
+    stiffness: float, lump: float | None, kind: str | None
+) -> None:
+    here = TISSUE._replace(stiffness=Measured(stiffness, 0.03 * stiffness, 1, 9.0), lump=lump)
+    assert likely_kind(here, TISSUE) == kind

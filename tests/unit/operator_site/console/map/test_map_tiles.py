@@ -53,8 +53,7 @@ def test_a_tile_comes_back_as_it_was(quantity: str, column: int, row: int, revis
         ("temperature", 36.4, 1.1, 0),
         ("roughness", 0.09, 0.07, 3),
         ("roughness", 0.09, 0.2, 1),
-        ("stiffness", 1800.0, 0.05, 3),
-        ("stiffness", 6.0, 0.5, 0),
+        ("roughness", 0.0001, 0.5, 0),
     ],
 )
 def test_values_and_confidence_of_one_touch(quantity: str, value: float, sd: float, confidence: int) -> None:
@@ -86,14 +85,14 @@ def test_the_spread_of_a_material_is_the_share_that_was_named_otherwise(others: 
 def test_steep_cells_are_marked_where_a_finger_met_them_and_only_there() -> None:
     surface = TactileMap()
     level, rows = (hand(index=row(INDEX, 0.0105, 0.0205, slope_x=slope)) for slope in (0.9, 1.0))
-    surface.take(sample("stiffness", 1, 0.0105, 0.0205, math.log(800.0), 1e-4))
+    surface.take(sample("temperature", 1, 0.0105, 0.0205, 33.0, 1e-4))
     before = surface.revision
     surface.add(1.0, level, [NOTHING] * 5)
-    assert changed(surface, "stiffness", before) == [], "42 degrees are not steep"
+    assert changed(surface, "temperature", before) == [], "42 degrees are not steep"
     surface.add(1.1, rows, [NOTHING] * 5)
-    tiles = changed(surface, "stiffness", before)
+    tiles = changed(surface, "temperature", before)
     assert tiles, "a tile that becomes steep is sent again"
-    shown = picture(surface, "stiffness")
+    shown = picture(surface, "temperature")
     assert shown is not None
     steep = np.argwhere(shown.steep)
     assert 4 <= len(steep) <= 16
@@ -104,7 +103,7 @@ def test_steep_cells_are_marked_where_a_finger_met_them_and_only_there() -> None
     assert any((tile.spread >= STEEP).any() for tile in tiles)
     before = surface.revision
     surface.add(1.2, rows, [NOTHING] * 5)
-    assert changed(surface, "stiffness", before) == []
+    assert changed(surface, "temperature", before) == []
 
 
 def test_only_changes_are_sent_and_the_oldest_first() -> None:

@@ -1,6 +1,7 @@
 """The map shows samples where they were taken, in any order, and nothing elsewhere."""
 
 import math
+import pickle
 from itertools import product
 
 import msgpack
@@ -204,3 +205,41 @@ def test_the_frame_follows_the_touches_by_whole_tiles() -> None:
     assert left_m <= 0.15 - 0.032 < 0.15 + 0.032 <= left_m + 0.256
     assert near_m <= -0.2 - 0.016 < -0.2 + 0.032 <= near_m + 0.256
     assert left_m / (TILE * CELL_M) == pytest.approx(round(left_m / (TILE * CELL_M)))
+
+
+def test_stiffness_between_presses_is_shown_with_less_confidence_and_not_beyond() -> None:
+    surface = made([sample("stiffness", n, 0.016 * n, 0.008, math.log(600.0 + 900.0 * n), 0.03**2) for n in range(2)])
+    shown = map_tiles.picture(surface, "stiffness")
+    assert shown is not None
+    assert shown.felt is not None
+    column, row = (round((at - corner) / CELL_M) for at, corner in ((0.0, shown.left_m), (0.008, shown.near_m)))
+    assert shown.confidence[row, column] > shown.confidence[row, column + 8]
+    assert np.isfinite(shown.value[row, column + 8])
+    assert shown.felt[row, column]
+    assert not shown.felt[row, column + 8]
+    assert np.isnan(shown.value[row, column - 12])
+
+
+def test_a_place_has_the_probability_of_a_lump_once_enough_places_are_pressed() -> None:
+    grid = [(0.005 * column, 0.005 * line) for column, line in product(range(-4, 5), repeat=2)]
+    presses = [
+        sample("stiffness", n, x, y, math.log(900.0 if math.hypot(x, y) < 0.006 else 600.0 + n % 7), 0.03**2)
+        for n, (x, y) in enumerate(grid)
+    ]
+    assert made(presses[:5]).at(*grid[0]).lump is None
+    surface = made(presses)
+    lump, ground = surface.at(0.0, 0.0).lump, surface.at(0.018, 0.018).lump
+    assert lump is not None
+    assert ground is not None
+    assert lump > 0.9
+    assert ground < 0.1
+    assert surface.at(0.2, 0.2).lump is None, "nothing was pressed there"
+
+
+def test_a_map_is_stored_without_its_field_and_shows_the_same() -> None:
+    surface = made([sample("stiffness", n, 0.004 * n, 0.0, 6.0 + 0.1 * n, 1e-4) for n in range(9)])
+    unread = len(pickle.dumps(surface))
+    place = surface.at(0.0, 0.0)
+    stored = pickle.dumps(surface)
+    assert len(stored) == unread
+    assert pickle.loads(stored).at(0.0, 0.0) == place
