@@ -115,9 +115,19 @@ def _measured(surface: TactileMap, quantity: str, place: tuple[int, int]) -> Cel
     known = np.isfinite(value)
     low, high = (math.log(end) if quantity in LOGARITHMIC else end - layer.middle for end in RANGES[quantity])
     share = np.clip((np.where(known, value, low) - low) / (high - low), 0.0, 1.0)
-    octaves = np.log2(np.where(known, sd, 1.0) / CONFIDENT_SD[quantity])
-    spread = np.where(known, np.clip(np.ceil(MIDDLE + OCTAVE * octaves), 0, WORST), WORST)
-    return np.where(known, np.round(HIGHEST * share), UNEXPLORED).astype(np.uint16), spread.astype(np.uint8)
+    spread = _spread(quantity, np.where(known, sd, np.inf))
+    return np.where(known, np.round(HIGHEST * share), UNEXPLORED).astype(np.uint16), spread
+
+
+def confidence_of(quantity: str, sd: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return the confidence of standard deviations, 0..3, in K or as a share of the value; infinite: nothing known."""
+    return confidence(quantity, _spread(quantity, sd))
+
+
+def _spread(quantity: str, sd: NDArray[np.float64]) -> NDArray[np.uint8]:
+    octaves = np.log2(sd / CONFIDENT_SD[quantity])
+    found: NDArray[np.uint8] = np.clip(np.ceil(MIDDLE + OCTAVE * octaves), 0, WORST).astype(np.uint8)
+    return found
 
 
 class MapPicture(NamedTuple):

@@ -1,0 +1,26 @@
+"""Command `map`: makes the tactile map of recorded presses, strokes and rests."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer()
+
+
+@app.command("map")
+def map_command(
+    recorded: Annotated[
+        list[Path],
+        typer.Argument(metavar="PRESSES...", help="Files of presses, or of lines with roughness_v or object_c."),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for map.csv, map.png and map.json.")],
+) -> None:
+    """Make the tactile map of recorded presses, with the probability that each place belongs to a lump."""
+    from teletaction.mapping.map_recorded import map_recorded
+    from teletaction.mapping.write_map import write_map
+
+    summary = write_map(map_recorded(recorded), out)
+    used, presses, lumps = summary["used"], summary["presses"], len(summary["lumps"])
+    typer.echo(f"used {used} of {presses} presses, found {lumps} {'lump' if lumps == 1 else 'lumps'}", err=True)
+    typer.echo(f"wrote {out}", err=True)

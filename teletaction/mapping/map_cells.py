@@ -1,0 +1,107 @@
+"""Computes stiffness and lump probability over the cells of a mapped area, and finds its lumps."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label
+from scipy.spatial import ConvexHull, Delaunay, QhullError
+
+from operator_site.console.map.map_layer import CELL_M
+from operator_site.console.map.stiffness_layer import SHOWN_M
+from operator_site.console.map.tactile_map import TactileMap
+from operator_site.palpation.stiffness_field import StiffnessField, lattice
+
+Floats = NDArray[np.float64]
+LUMP = 0.5
+"""Smallest lump probability of a cell inside an outline."""
+FEWEST_CELLS = 4
+"""Smallest number of cells of a listed lump."""
+_AT_ONCE = 4096
+
+
+class Cells(NamedTuple):
+    """Cells of 1 mm between and around the presses; rows from the near edge, NaN where nothing is stated.
+
+    Attributes:
+        x_mm, y_mm: middles of columns and rows, mm.
+        value, sd: stiffness and its standard deviation, (rows, columns), N/m.
+        lump: lump probability, (rows, columns), 0..1; NaN with too few places.
+    """
+
+    x_mm: Floats
+    y_mm: Floats
+    value: Floats
+    sd: Floats
+    lump: Floats
+
+
+def cells(surface: TactileMap) -> Cells | None:
+    """Return the cells of a map; None without stiffness."""
+    field, lumps = surface.stiffness.field, surface.stiffness.lumps
+    if field is None:
+        return None
+    low, high = field.places_m.min(axis=0) - SHOWN_M, field.places_m.max(axis=0) + SHOWN_M
+    places_m = lattice(low.tolist(), high.tolist(), CELL_M)
+    columns = len(np.unique(np.round(places_m[:, 0] / CELL_M)))
+    found = np.full((3, len(places_m)), np.nan)
+    for part in np.array_split(np.arange(len(places_m)), math.ceil(len(places_m) / _AT_ONCE)):
+        mine = part[(field.nearest_m(places_m[part]) <= SHOWN_M) | _between(field, places_m[part])]
+        if not len(mine):
+            continue
+        mean, sd = field.at(places_m[mine])
+        found[0, mine], found[1, mine] = np.exp(mean), np.exp(mean) * sd
+        if lumps is not None:
+            found[2, mine] = lumps.probability(places_m[mine])
+    value, sd, lump = (row.reshape(-1, columns) for row in found)
+    return Cells(1e3 * places_m[:columns, 0], 1e3 * places_m[::columns, 1], value, sd, lump)
+
+
+def lumps_in(shown: Cells, surface: TactileMap) -> list[dict[str, Any]]:
+    """List the connected areas of at least LUMP, most probable first: place, size, ratio, probability, and outline."""
+    if surface.stiffness.field is None:
+        return []
+    areas, number = label(np.nan_to_num(shown.lump) >= LUMP, structure=np.ones((3, 3)))
+    found = []
+    for one in range(1, number + 1):
+        rows, columns = np.nonzero(areas == one)
+        if len(rows) < FEWEST_CELLS:
+            continue
+        places_mm = np.column_stack([shown.x_mm[columns], shown.y_mm[rows]])
+        excess = surface.stiffness.field.excess(1e-3 * places_mm)
+        peak = int(excess.mean.argmax())
+        ratio = math.exp(float(excess.mean[peak]))
+        # A uniform ellipse has a variance of a sixteenth of its squared diameter along each axis.
+        length, width = 4.0 * np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(places_mm.T))[::-1], 1.0 / 12.0))
+        corners = _outline(places_mm)
+        found.append(
+            {
+                "x_mm": round(float(places_mm[:, 0].mean()), 2),
+                "y_mm": round(float(places_mm[:, 1].mean()), 2),
+                "area_mm2": len(rows),
+                "length_mm": round(float(length), 1),
+                "width_mm": round(float(width), 1),
+                "stiffness_ratio": round(ratio, 3),
+                "stiffness_ratio_sd": round(ratio * float(excess.sd[peak]), 3),
+                "probability": round(float(np.nanmax(shown.lump[areas == one])), 4),
+                "outline_mm": corners.round(2).tolist(),
+            }
+        )
+    return sorted(found, key=lambda lump: -float(str(lump["probability"])))
+
+
+def _between(field: StiffnessField, places_m: Floats) -> NDArray[np.bool_]:
+    """Return whether each place lies inside the convex hull of the presses."""
+    try:
+        hull = Delaunay(field.places_m)
+    except (QhullError, ValueError):  # fewer than three places, or places on a line
+        return np.zeros(len(places_m), dtype=np.bool_)
+    return np.asarray(hull.find_simplex(places_m) >= 0)
+
+
+def _outline(places_mm: Floats) -> Floats:
+    """Return the corners of the convex hull of cells, counter-clockwise, (n, 2), mm."""
+    half = 0.5e3 * CELL_M
+    corners = np.concatenate([places_mm + np.array([dx, dy]) for dx in (-half, half) for dy in (-half, half)])
+    return np.asarray(corners[ConvexHull(corners).vertices])

@@ -1,0 +1,153 @@
+"""Reads files of presses and of measured places into the console's tactile map.
+
+A press gives one sample of stiffness at the place of its contact. The columns `roughness_v` and `object_c` (with
+`object_c_sd`, if known) give a sample for each line, in files of presses and in files without the column `press`.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+
+from operator_site.console.map.finger_samples import LEAST_VARIANCE, Sample, slant
+from operator_site.console.map.tactile_map import STEEP_SLOPE, TactileMap
+from remote_site.traces.press_files import Press, read_presses
+from remote_site.traces.trace_files import TraceFile
+
+LARGEST_MM = 1000.0
+"""Largest extent of a map along either axis, mm."""
+AT_CONTACT = 0.15
+"""Largest depth of a first sample that shows the force at contact, as a share of the deepest."""
+LEAST_DEPTH_MM = 0.2
+"""Smallest depth of a press with a stiffness, mm."""
+ROUGHNESS_SD = 0.1
+"""Standard deviation of a line's ln roughness."""
+OBJECT_SD_K = 0.3
+"""Standard deviation of a line's object temperature without the column `object_c_sd`, K."""
+_FINGER = 1
+
+
+@dataclass
+class MappedPresses:
+    """A tactile map and the presses in it.
+
+    Attributes:
+        surface: the map.
+        places_mm: place of each used press, x and y, mm.
+        skipped: press and reason, for each press without a place or a stiffness.
+    """
+
+    surface: TactileMap = field(default_factory=TactileMap)
+    places_mm: list[tuple[float, float]] = field(default_factory=list)
+    skipped: list[dict[str, object]] = field(default_factory=list)
+
+
+def map_recorded(paths: Iterable[Path]) -> MappedPresses:
+    """Make the map of all files together.
+
+    Raises:
+        ValueError: a file cannot be used, no line gives a sample, or the places are too far apart.
+    """
+    mapped, numbers = MappedPresses(), count(1)
+    lines_mm: list[tuple[float, float]] = []
+    for path in paths:
+        file = TraceFile(path)
+        if "press" in file.names:
+            _take_presses(mapped, path, numbers)
+        for sample in _line_samples(file, numbers):
+            lines_mm.append((1e3 * sample.x_m, 1e3 * sample.y_m))
+            mapped.surface.take(sample)
+    every = np.array(mapped.places_mm + lines_mm)
+    if not len(every):
+        why = f"; {mapped.skipped[0]['reason']}" if mapped.skipped else ""
+        raise ValueError(f"no press or line gives a sample for the map{why}")
+    extent_mm = np.ptp(every, axis=0).max()
+    if extent_mm > LARGEST_MM:
+        raise ValueError(f"the places are {extent_mm:.0f} mm apart; a map has at most {LARGEST_MM:.0f} mm: split it")
+    return mapped
+
+
+def _take_presses(mapped: MappedPresses, path: Path, numbers: Iterator[int]) -> None:
+    presses = read_presses(path)
+    if all(press.at_mm is None for press in presses):
+        raise ValueError(f"{path}: line 1: columns x_mm,y_mm,z_mm are missing, and no contacts.csv beside has them")
+    offset_n = contact_force_n(presses)
+    for press in presses:
+        found, place_mm = stiffness(press, offset_n), press.at_mm
+        if found is None or place_mm is None:
+            reason = "no place" if place_mm is None else "too shallow, failed, or without a rising force"
+            mapped.skipped.append({"file": str(path), "press": press.press, "reason": reason})
+            continue
+        number = next(numbers)
+        x_m, y_m = (1e-3 * float(at) for at in place_mm[:2])
+        mapped.surface.take(Sample("stiffness", (_FINGER, number, 0), number, _FINGER, x_m, y_m, float(number), *found))
+        mapped.places_mm.append((1e3 * x_m, 1e3 * y_m))
+        normal = None if press.contact is None else press.contact.normal
+        if normal is not None and math.hypot(*normal[:2]) >= STEEP_SLOPE * abs(normal[2]):
+            mapped.surface.take(slant(float(number), _FINGER, x_m, y_m))
+
+
+def contact_force_n(presses: Iterable[Press]) -> float:
+    """Return the median force at contact, N: sensors have an offset, and a contact is noticed at a force above 0."""
+    first = [
+        float(press.force_n[0])
+        for press in presses
+        if len(press.depth_mm) and press.depth_mm[0] <= AT_CONTACT * press.depth_mm.max()
+    ]
+    return float(np.median(first)) if first else 0.0
+
+
+def stiffness(press: Press, offset_n: float) -> tuple[float, float] | None:
+    """Return ln stiffness (N/m) of a press and its variance, by a line through the contact; None without one."""
+    failed = press.contact is not None and press.contact.status == "fail"
+    if failed or not len(press.depth_mm) or press.depth_mm.max() < LEAST_DEPTH_MM:
+        return None
+    depth_m = 1e-3 * np.maximum(press.depth_mm, 0.0)
+    force_n = press.force_n - offset_n
+    square = float(depth_m @ depth_m)
+    slope = float(depth_m @ force_n) / square
+    if slope <= 0.0:
+        return None
+    off_n = force_n - slope * depth_m
+    relative = float(off_n @ off_n) / max(len(off_n) - 1, 1) / square / slope**2
+    return math.log(slope), max(relative, LEAST_VARIANCE)
+
+
+def _line_samples(file: TraceFile, numbers: Iterator[int]) -> Iterator[Sample]:
+    """Yield the samples of roughness and temperature of a file's lines.
+
+    Raises:
+        ValueError: a file without presses has neither column, or a value is impossible.
+    """
+    quantities = [name for name in ("roughness_v", "object_c") if name in file.names]
+    if not quantities:
+        if "press" not in file.names:
+            raise ValueError(f"{file.path}: line 1: no column press, roughness_v or object_c; there is nothing to map")
+        return
+    x_m, y_m = 1e-3 * file.numbers("x_mm"), 1e-3 * file.numbers("y_mm")
+    for name in quantities:
+        values = file.numbers(name, blank=True)
+        if name == "roughness_v" and (values <= 0.0).any():
+            line = file.rows[int(np.argmax(values <= 0.0))][0]
+            raise ValueError(f"{file.path}: line {line}: column roughness_v: must be above 0")
+        known_sd = file.numbers("object_c_sd", blank=True) if "object_c_sd" in file.names else np.full(len(x_m), np.nan)
+        for k in np.flatnonzero(np.isfinite(values)):
+            number, value = next(numbers), float(values[k])
+            if name == "roughness_v":
+                quantity, value, sd = "roughness", math.log(value), ROUGHNESS_SD
+            else:
+                quantity, sd = "temperature", OBJECT_SD_K if np.isnan(known_sd[k]) else float(known_sd[k])
+            yield Sample(
+                quantity,
+                (_FINGER, number, 0),
+                number,
+                _FINGER,
+                float(x_m[k]),
+                float(y_m[k]),
+                float(number),
+                value,
+                max(sd**2, LEAST_VARIANCE),
+            )
