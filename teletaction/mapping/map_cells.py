@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
+from scipy.ndimage import binary_dilation, label
 from scipy.spatial import ConvexHull, Delaunay, QhullError
 
 from operator_site.console.map.map_layer import CELL_M
@@ -18,6 +18,8 @@ LUMP = 0.5
 """Smallest lump probability of a cell inside an outline."""
 FEWEST_CELLS = 4
 """Smallest number of cells of a listed lump."""
+EDGE_CELLS = round(SHOWN_M / CELL_M)
+"""Distance from the edge of the stated cells at which a lump is at the edge, cells: no press lies beyond."""
 _AT_ONCE = 4096
 
 
@@ -59,9 +61,14 @@ def cells(surface: TactileMap) -> Cells | None:
 
 
 def lumps_in(shown: Cells, surface: TactileMap) -> list[dict[str, Any]]:
-    """List the connected areas of at least LUMP, most probable first: place, size, ratio, probability, and outline."""
+    """List the connected areas of at least LUMP, most probable first: place, size, ratio, probability, and outline.
+
+    `at_edge` marks an area that reaches the edge of the stated cells: its surroundings are unknown on one side.
+    """
     if surface.stiffness.field is None:
         return []
+    outside = np.pad(~np.isfinite(shown.lump), 1, constant_values=True)
+    edge = binary_dilation(outside, iterations=EDGE_CELLS)[1:-1, 1:-1]
     areas, number = label(np.nan_to_num(shown.lump) >= LUMP, structure=np.ones((3, 3)))
     found = []
     for one in range(1, number + 1):
@@ -85,6 +92,7 @@ def lumps_in(shown: Cells, surface: TactileMap) -> list[dict[str, Any]]:
                 "stiffness_ratio": round(ratio, 3),
                 "stiffness_ratio_sd": round(ratio * float(excess.sd[peak]), 3),
                 "probability": round(float(np.nanmax(shown.lump[areas == one])), 4),
+                "at_edge": bool(edge[areas == one].any()),
                 "outline_mm": corners.round(2).tolist(),
             }
         )
