@@ -85,14 +85,14 @@ class StiffnessField:
 
     def excess(self, places_m: ArrayLike) -> Estimate:
         """Return the narrow component at some places, (n, 2), m: ln of the ratio to the ground around."""
-        covariance = self.field_sd**2 * _matern(self._far(places_m), NARROW_M)
+        covariance = self.field_sd**2 * matern(self._far(places_m), NARROW_M)
         return self._estimate(covariance, self.field_sd**2, 0.0)
 
     def excess_covariance(self, places_m: ArrayLike) -> Floats:
         """Return the covariance of the narrow component between places, (n, 2), m, as (n, n)."""
         places = np.asarray(places_m, dtype=np.float64)
-        half = self._half(self.field_sd**2 * _matern(self._far(places), NARROW_M))
-        left: Floats = self.field_sd**2 * _matern(cdist(places, places), NARROW_M) - half.T @ half
+        half = self._half(self.field_sd**2 * matern(self._far(places), NARROW_M))
+        left: Floats = self.field_sd**2 * matern(cdist(places, places), NARROW_M) - half.T @ half
         return left
 
     def nearest_m(self, places_m: ArrayLike) -> Floats:
@@ -111,13 +111,14 @@ class StiffnessField:
         return Estimate(centre + covariance @ self._weights, np.sqrt(np.maximum(left, 1e-8 * prior)))
 
 
-def _matern(far_m: Floats, length_m: float) -> Floats:
+def matern(far_m: Floats, length_m: float) -> Floats:
+    """Return the Matern correlation of order 3/2 at distances, m."""
     scaled = math.sqrt(3.0) / length_m * far_m
     return np.asarray((1.0 + scaled) * np.exp(-scaled))
 
 
 def _correlation(far_m: Floats) -> Floats:
-    return _matern(far_m, NARROW_M) + _matern(far_m, WIDE_M)
+    return matern(far_m, NARROW_M) + matern(far_m, WIDE_M)
 
 
 def _fitted(rows: Floats) -> tuple[float, float]:
