@@ -20,6 +20,8 @@ LUMP_SHARE = 0.08
 """Prior probability that the largest excess nearby is a lump."""
 LUMP_LN = 0.5
 """Mean excess of a lump's middle in the prior, an exponential distribution of the natural logarithm of the ratio."""
+UNKNOWN = 0.05
+"""Probability of a place of which nothing is known."""
 TAIL = 10.0
 """Degrees of freedom of the excess without a lump."""
 PEAK_SHARE = 0.5
@@ -71,8 +73,9 @@ class LumpMap:
         highest = np.where(near, self._excess, -np.inf).argmax(axis=1)
         peak = self._excess[highest]
         inside = ndtr((mean - self._middle - PEAK_SHARE * peak) / sd)
-        found: Floats = np.where(near.any(axis=1) & (peak > 0.0), self._lump[highest] * inside, 0.0)
-        return found
+        found = np.where(near.any(axis=1) & (peak > 0.0), self._lump[highest] * inside, 0.0)
+        unknown = (sd / self._field.field_sd) ** 4
+        return np.asarray(np.maximum(found, unknown * UNKNOWN))
 
     def _existence(self, excess: Floats, sd: Floats) -> Floats:
         """Return the probability that an excess is a lump's; its prior in the field is divided out."""

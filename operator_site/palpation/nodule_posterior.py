@@ -43,6 +43,8 @@ DISCREPANCY = 0.15
 """Standard deviation of the model's error as a share of the excess."""
 KNOWN_SHARE = 0.5
 """Largest deviation of a known quantity as a share of its deviation in the prior."""
+MOST_AT_END = 0.2
+"""Largest probability of the prior's first or last value for a known quantity; at an end the model does not fit."""
 _OFFSETS_M = np.arange(0.0, WITHIN_M + 2.0 * AROUND_M, 0.5e-3)
 
 
@@ -54,7 +56,7 @@ class Quantity:
         middle: exponential of the mean logarithm, in the quantity's unit.
         ln_sd: standard deviation of the natural logarithm.
         low, high: ends of the interval that holds the quantity with 90 %.
-        known: whether the deviation is at most KNOWN_SHARE of the prior's.
+        known: whether the deviation is at most KNOWN_SHARE of the prior's, and the prior's ends hold little.
     """
 
     middle: float
@@ -75,7 +77,7 @@ class Nodule:
         top: depth of the upper pole, m.
         diameter: diameter, m.
         ratio: stiffness ratio to the surroundings.
-        largest_larger: probability that the diameter is above the middle of the prior, 0..1.
+        large: probability that the diameter is above the middle of the prior, 0..1.
     """
 
     probability: float
@@ -85,7 +87,7 @@ class Nodule:
     top: Quantity
     diameter: Quantity
     ratio: Quantity
-    largest_larger: float
+    large: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,4 +190,5 @@ def _quantity(values: tuple[float, ...], weight: Floats) -> Quantity:
     edges = np.concatenate([ln - 0.5 * step, [ln[-1] + 0.5 * step]])
     low, high = np.interp((0.05, 0.95), np.concatenate([[0.0], np.cumsum(weight)]), edges)
     prior = math.sqrt(float(np.var(ln)) + step**2 / 12.0)
-    return Quantity(math.exp(mean), sd, math.exp(float(low)), math.exp(float(high)), sd <= KNOWN_SHARE * prior)
+    known = sd <= KNOWN_SHARE * prior and max(float(weight[0]), float(weight[-1])) <= MOST_AT_END
+    return Quantity(math.exp(mean), sd, math.exp(float(low)), math.exp(float(high)), known)

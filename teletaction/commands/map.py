@@ -15,12 +15,16 @@ def map_command(
         typer.Argument(metavar="PRESSES...", help="Files of presses, or of lines with roughness_v or object_c."),
     ],
     out: Annotated[Path, typer.Option(help="Folder for map.csv, map.png and map.json.")],
+    probe_radius_mm: Annotated[
+        float,
+        typer.Option(min=0.5, max=20.0, help="Radius of the probe or fingertip, mm, for depth and size of a lump."),
+    ] = 4.0,
 ) -> None:
     """Make the tactile map of recorded presses, with the probability that each place belongs to a lump."""
     from teletaction.mapping.map_recorded import map_recorded
     from teletaction.mapping.write_map import write_map
 
-    summary = write_map(map_recorded(recorded), out)
+    summary = write_map(map_recorded(recorded), out, 1e-3 * probe_radius_mm)
     used, presses, lumps = summary["used"], summary["presses"], len(summary["lumps"])
     typer.echo(f"used {used} of {presses} presses, found {lumps} {'lump' if lumps == 1 else 'lumps'}", err=True)
     typer.echo(f"wrote {out}", err=True)

@@ -11,6 +11,7 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from operator_site.console.map.finger_samples import LEAST_VARIANCE, Sample, slant
 from operator_site.console.map.tactile_map import STEEP_SLOPE, TactileMap
@@ -36,13 +37,20 @@ class MappedPresses:
 
     Attributes:
         surface: the map.
-        places_mm: place of each used press, x and y, mm.
+        used: sample of stiffness of each used press.
+        indentation_m: largest depth of each used press, m.
         skipped: press and reason, for each press without a place or a stiffness.
     """
 
     surface: TactileMap = field(default_factory=TactileMap)
-    places_mm: list[tuple[float, float]] = field(default_factory=list)
+    used: list[Sample] = field(default_factory=list)
+    indentation_m: list[float] = field(default_factory=list)
     skipped: list[dict[str, object]] = field(default_factory=list)
+
+    @property
+    def places_mm(self) -> NDArray[np.float64]:
+        """Places of the used presses, (n, 2), mm."""
+        return np.array([(1e3 * sample.x_m, 1e3 * sample.y_m) for sample in self.used]).reshape(-1, 2)
 
 
 def map_recorded(paths: Iterable[Path]) -> MappedPresses:
@@ -60,7 +68,7 @@ def map_recorded(paths: Iterable[Path]) -> MappedPresses:
         for sample in _line_samples(file, numbers):
             lines_mm.append((1e3 * sample.x_m, 1e3 * sample.y_m))
             mapped.surface.take(sample)
-    every = np.array(mapped.places_mm + lines_mm)
+    every = np.concatenate([mapped.places_mm, np.array(lines_mm).reshape(-1, 2)])
     if not len(every):
         why = f"; {mapped.skipped[0]['reason']}" if mapped.skipped else ""
         raise ValueError(f"no press or line gives a sample for the map{why}")
@@ -83,8 +91,10 @@ def _take_presses(mapped: MappedPresses, path: Path, numbers: Iterator[int]) -> 
             continue
         number = next(numbers)
         x_m, y_m = (1e-3 * float(at) for at in place_mm[:2])
-        mapped.surface.take(Sample("stiffness", (_FINGER, number, 0), number, _FINGER, x_m, y_m, float(number), *found))
-        mapped.places_mm.append((1e3 * x_m, 1e3 * y_m))
+        sample = Sample("stiffness", (_FINGER, number, 0), number, _FINGER, x_m, y_m, float(number), *found)
+        mapped.surface.take(sample)
+        mapped.used.append(sample)
+        mapped.indentation_m.append(1e-3 * float(press.depth_mm.max()))
         normal = None if press.contact is None else press.contact.normal
         if normal is not None and math.hypot(*normal[:2]) >= STEEP_SLOPE * abs(normal[2]):
             mapped.surface.take(slant(float(number), _FINGER, x_m, y_m))

@@ -15,6 +15,7 @@ from operator_site.console.map.map_tiles import MapPicture, confidence_of, pictu
 from operator_site.console.map.tactile_map import TactileMap
 from teletaction.mapping.map_cells import LUMP, Cells, cells, lumps_in
 from teletaction.mapping.map_recorded import MappedPresses
+from teletaction.mapping.nodules import next_mm, nodule_at
 from teletaction.plotting.figure_style import BLACK, STYLE
 from teletaction.report.map_figure import draw_cells, draw_map, draw_scale
 
@@ -24,8 +25,13 @@ _HEIGHT_IN = 4.4
 _WIDTH_IN = 5.4
 
 
-def write_map(mapped: MappedPresses, out: Path) -> dict[str, Any]:
+def write_map(mapped: MappedPresses, out: Path, probe_radius_m: float) -> dict[str, Any]:
     """Write the three files into a folder; return the content of `map.json`.
+
+    Args:
+        mapped: the map and its presses.
+        out: the folder; it is made if it does not exist.
+        probe_radius_m: radius of the probe or fingertip, m.
 
     Raises:
         OSError: a file cannot be written.
@@ -37,7 +43,7 @@ def write_map(mapped: MappedPresses, out: Path) -> dict[str, Any]:
         writer.writerow(COLUMNS)
         if shown is not None:
             writer.writerows(_rows(shown))
-    summary = _summary(mapped, shown)
+    summary = _summary(mapped, shown, probe_radius_m)
     (out / "map.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     _draw(mapped, shown, summary, out / "map.png")
     return summary
@@ -59,11 +65,11 @@ def _rows(shown: Cells) -> list[tuple[str, ...]]:
     return rows
 
 
-def _summary(mapped: MappedPresses, shown: Cells | None) -> dict[str, Any]:
+def _summary(mapped: MappedPresses, shown: Cells | None, probe_radius_m: float) -> dict[str, Any]:
     surface, field, lumps = mapped.surface, mapped.surface.stiffness.field, mapped.surface.stiffness.lumps
     return {
-        "presses": len(mapped.places_mm) + len(mapped.skipped),
-        "used": len(mapped.places_mm),
+        "presses": len(mapped.used) + len(mapped.skipped),
+        "used": len(mapped.used),
         "skipped": mapped.skipped,
         "quantities": [
             name for name, layer in surface.layers.items() if any(tile.samples for tile in layer.tiles.values())
@@ -71,7 +77,11 @@ def _summary(mapped: MappedPresses, shown: Cells | None) -> dict[str, Any]:
         "field_sd_ln": None if field is None else field.field_sd,
         "press_sd_ln": None if field is None else field.press_sd,
         "ground_spread_ln": None if lumps is None else round(lumps.spread, 4),
-        "lumps": [] if shown is None else lumps_in(shown, surface),
+        "lumps": [
+            lump | {"nodule": nodule_at(mapped, lump, probe_radius_m)}
+            for lump in ([] if shown is None else lumps_in(shown, surface))
+        ],
+        "next_press_mm": next_mm(mapped),
     }
 
 
@@ -104,7 +114,7 @@ def _draw_stiffness(axes: Axes, mapped: MappedPresses, shown: Cells) -> None:
     )
     draw_cells(axes, "stiffness", whole, legend)
     draw_scale(axes, "stiffness", legend)
-    axes.plot(*np.array(mapped.places_mm).T, ".", color=BLACK, markersize=2.0)
+    axes.plot(*mapped.places_mm.T, ".", color=BLACK, markersize=2.0)
     axes.set_title("stiffness, N/m (dots: presses)", loc="left")
 
 

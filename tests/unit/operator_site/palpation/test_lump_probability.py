@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap
+from operator_site.palpation.lump_probability import FEWEST_PLACES, UNKNOWN, LumpMap
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 from tests.unit.operator_site.palpation.made_ground import grid_m, ln_stiffness
 
@@ -29,8 +29,8 @@ def test_an_even_ground_has_hardly_any_lump() -> None:
     assert np.mean(called) < 0.01
 
 
-def test_a_place_far_from_every_press_is_no_lump() -> None:
-    assert lump_map("ball", 1).probability(np.array([[0.2, 0.2]]))[0] == 0.0
+def test_a_place_far_from_every_press_has_the_prior_probability() -> None:
+    assert lump_map("ball", 1).probability(np.array([[0.2, 0.2]]))[0] == pytest.approx(UNKNOWN)
 
 
 def test_the_spread_of_the_ground_needs_some_places() -> None:

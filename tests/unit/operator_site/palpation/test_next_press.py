@@ -1,0 +1,44 @@
+"""The next press goes where the least is known, then to undecided places, and several presses are spread."""
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from operator_site.palpation.next_press import MOST_CANDIDATES, next_presses
+from operator_site.palpation.stiffness_field import StiffnessField
+from tests.unit.operator_site.palpation.made_ground import grid_m, ln_stiffness
+
+LOW_M, HIGH_M = (0.0, 0.0), (0.06, 0.06)
+
+
+def field(places_m: np.ndarray, lumps: str = "ball") -> StiffnessField:
+    values = ln_stiffness(places_m, np.random.default_rng(1), lumps)
+    return StiffnessField(places_m, values, np.full(len(values), 1e-4))
+
+
+def test_ground_that_was_not_pressed_comes_first() -> None:
+    half = grid_m(step_m=0.006)
+    half = half[half[:, 0] <= 0.03]
+    (place,) = next_presses(field(half, "none"), LOW_M, HIGH_M)
+    assert place[0] > 0.036
+
+
+def test_several_presses_are_apart_and_inside() -> None:
+    places = next_presses(field(grid_m(step_m=0.03)), LOW_M, HIGH_M, 5)
+    assert cdist(places, places)[np.triu_indices(5, 1)].min() > 0.006
+    assert (places >= 0.0).all()
+    assert (places <= 0.06).all()
+
+
+def test_a_suspicious_place_comes_before_a_decided_one() -> None:
+    """On an even grid of presses the next one goes to the lump's edge."""
+    (place,) = next_presses(field(grid_m(step_m=0.006)), LOW_M, HIGH_M)
+    assert 0.003 < np.hypot(*(place - 0.03)) < 0.010
+
+
+def test_the_number_of_candidates_is_bounded() -> None:
+    places = next_presses(field(grid_m()), (-1.0, -1.0), (1.0, 1.0), 2 * MOST_CANDIDATES)
+    assert len(places) <= MOST_CANDIDATES
+
+
+def test_a_rectangle_without_extent_gives_its_place() -> None:
+    assert next_presses(field(grid_m()), (0.0301, 0.0301), (0.0301, 0.0301)).tolist() == [[0.0301, 0.0301]]
