@@ -37,17 +37,17 @@ def next_presses(field: StiffnessField, low_m: ArrayLike, high_m: ArrayLike, num
 
 def best(field: StiffnessField, candidates_m: Floats, number: int = 1) -> list[int]:
     """Return the indices of the most informative candidates, (n, 2), m; each candidate is also a weighed place."""
-    covariance = field.excess_covariance(candidates_m)
+    whole, excess = field.covariances(candidates_m)
     weight = FLOOR + _entropy(field, candidates_m)
     chosen: list[int] = []
     for _ in range(min(number, len(candidates_m))):
-        variance = np.maximum(np.diag(covariance), 1e-12)
-        seen = variance + field.press_sd**2
-        gain = weight @ np.square(covariance) / seen
+        seen = np.maximum(np.diag(whole), 0.0) + field.press_sd**2
+        gain = weight @ np.square(excess) / seen
         gain[chosen] = -np.inf
         one = int(gain.argmax())
         chosen.append(one)
-        covariance = covariance - np.outer(covariance[:, one], covariance[one]) / seen[one]
+        share = whole[one] / seen[one]
+        whole, excess = whole - np.outer(whole[:, one], share), excess - np.outer(excess[:, one], share)
     return chosen
 
 

@@ -98,7 +98,7 @@ class Presses:
         places_m: places, (n, 2), m.
         ln_stiffness: ln stiffness, N/m, (n,).
         variance: its variance, (n,).
-        indentation_m: indentation at which the stiffness holds, (n,), m; two indentations at a place tell depth apart.
+        indentation_m: indentation at which the stiffness holds, (n,), m; two at a place help with the depth.
     """
 
     places_m: Floats

@@ -60,11 +60,24 @@ def test_many_presses_stay_within_the_bound_and_keep_the_shape() -> None:
     assert high - low > 0.2
 
 
-def test_the_covariance_has_the_deviations_on_its_diagonal() -> None:
+def test_the_covariances_have_the_deviations_on_their_diagonal() -> None:
     places_m = grid_m(0.02)
     made = field(places_m, ln_stiffness(places_m, np.random.default_rng(3)))
     some_m = lattice((0.0, 0.0), (0.01, 0.01), 0.003)
-    np.testing.assert_allclose(np.diag(made.excess_covariance(some_m)), made.excess(some_m).sd ** 2, rtol=1e-6)
+    whole, _ = made.covariances(some_m)
+    np.testing.assert_allclose(np.diag(whole), made.at(some_m).sd ** 2, rtol=1e-6)
+
+
+def test_a_further_press_lowers_the_deviation_of_the_excess_as_predicted() -> None:
+    places_m = grid_m(0.02)
+    values = ln_stiffness(places_m, np.random.default_rng(3))
+    new_m = np.array([[0.011, 0.009], [0.006, 0.006]])
+    before = field(places_m, values)
+    after = field(np.concatenate([places_m, new_m[:1]]), np.append(values, before.at(new_m[:1]).mean))
+    assert (before.field_sd, before.press_sd) == (after.field_sd, after.press_sd)
+    whole, excess = before.covariances(new_m)
+    lower = excess[:, 0] ** 2 / (whole[0, 0] + before.press_sd**2 + 1e-4)
+    np.testing.assert_allclose(after.excess(new_m).sd ** 2, before.excess(new_m).sd ** 2 - lower, rtol=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,185 @@
+"""Judges the tactile map and its lump probabilities on recorded presses of phantoms with stiff parts.
+
+The recordings state no place of a lump. The truth is inferred from the denser or deeper recording of each phantom, in
+cells of 1 mm (`truth/NAME.csv`). A map of some presses is compared with it:
+
+- the AUC of the cells' stiffness, and of their lump probability, from random presses;
+- Dice's coefficient of the cells with a lump probability of at least 0.5;
+- the AUC of single presses that are cut at 1.1 mm;
+- the share of the cells inside and outside of lumps that the console calls stiff, from all presses;
+- the AUC from presses that `next_press` chose one by one, beside evenly spread and random ones.
+
+The lengths and priors of the map were chosen with these recordings. Other recordings are kept aside to judge it.
+"""
+
+import csv
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+from scipy.stats import rankdata
+
+from operator_site.console.examination.findings import LUMP
+from operator_site.palpation.lump_probability import LumpMap
+from operator_site.palpation.next_press import best
+from operator_site.palpation.stiffness_field import StiffnessField
+from remote_site.traces.press_files import Press, read_presses
+from teletaction.mapping.map_recorded import contact_force_n, stiffness
+
+Array = NDArray[np.float64]
+Row = dict[str, Any]
+SETS = {"kidney_bar_t1": "kidney_bar", "kidney_bar_t2": "kidney_bar", "organ_balls": "organ_balls"}
+"""Sets of presses, and the phantom whose lumps they cover."""
+NUMBERS = (30, 60, 120)
+"""Numbers of random presses of a map."""
+NEXT_NUMBERS = (20, 30, 45, 60)
+"""Numbers of presses chosen one by one; the first FIRST are random."""
+FIRST = 10
+CUT_MM = 1.1
+"""Depth at which presses are cut for the judgement of single presses, mm."""
+DICE_AT = 0.5
+"""Lump probability from which a cell counts as a lump for Dice's coefficient; from no phantom."""
+NEAR_MM = 1.0
+"""Largest distance of a used press from a cell of the truth, mm; the table around a phantom is left out."""
+UPRIGHT = 0.82
+"""Smallest vertical part of a used press's normal: 35 degrees, as in the truth."""
+
+
+class Truth(NamedTuple):
+    """Cells of a phantom: places, (n, 2), m, and whether each belongs to a lump, (n,)."""
+
+    places_m: Array
+    lump: NDArray[np.bool_]
+
+
+class Mapped(NamedTuple):
+    """Presses for maps: places, (n, 2), m, ln stiffness (N/m) and its variance, (n,)."""
+
+    places_m: Array
+    value: Array
+    variance: Array
+
+    def some(self, chosen: Any) -> "Mapped":
+        """Return some of the presses."""
+        return Mapped(self.places_m[chosen], self.value[chosen], self.variance[chosen])
+
+    def field(self) -> StiffnessField:
+        """Return their field."""
+        return StiffnessField(*self)
+
+
+def judged_maps(folder: Path, name: str, draws: int) -> list[Row]:
+    """Return the rows of one set of presses, of `draws` random choices each.
+
+    Raises:
+        ValueError: a file cannot be read.
+    """
+    truth = read_truth(folder / "truth" / f"{SETS[name]}.csv")
+    presses = read_presses(folder / name / "presses.csv")
+    return [*_scores(name, presses, truth, draws)]
+
+
+def read_truth(path: Path) -> Truth:
+    """Return the cells of `x_mm,y_mm,lump`."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [(float(row["x_mm"]), float(row["y_mm"]), row["lump"] != "0") for row in csv.DictReader(file)]
+    return Truth(1e-3 * np.array([row[:2] for row in rows]), np.array([row[2] for row in rows]))
+
+
+def mapped(presses: list[Press], truth: Truth, cut_mm: float = np.inf) -> Mapped:
+    """Return the usable presses over the truth's cells, each cut at a depth, mm."""
+    offset_n, rows = contact_force_n(presses), []
+    for press in presses:
+        shallow = press.depth_mm <= cut_mm
+        cut = replace(press, depth_mm=press.depth_mm[shallow], force_n=press.force_n[shallow], time_s=None)
+        found, place_mm = stiffness(cut, offset_n), press.at_mm
+        normal = None if press.contact is None else press.contact.normal
+        if normal is not None and normal[2] < UPRIGHT:
+            continue
+        if found is not None and place_mm is not None:
+            rows.append((1e-3 * place_mm[0], 1e-3 * place_mm[1], *found))
+    every = np.array(rows)
+    near = cdist(every[:, :2], truth.places_m).min(axis=1) <= 1e-3 * NEAR_MM
+    return Mapped(every[near, :2], every[near, 2], every[near, 3])
+
+
+def _scores(name: str, presses: list[Press], truth: Truth, draws: int) -> Iterator[Row]:
+    every = mapped(presses, truth)
+    for number in NUMBERS:
+        for seed in range(draws):
+            chosen = np.random.default_rng(seed).choice(len(every.value), number, replace=False)
+            yield {"set": name, "seed": seed, **scored(every.some(chosen), truth)}
+    yield {"set": name, "seed": None, **scored(every, truth)}
+    cut = mapped(presses, truth, CUT_MM)
+    nearest = cdist(cut.places_m, truth.places_m)
+    inside = nearest.min(axis=1) < 1e-3
+    value = cut.field().at(cut.places_m).mean
+    lump = truth.lump[nearest.argmin(axis=1)]
+    yield {"set": name, "seed": None, "way": "single presses, cut", "auc_value": auc(value[inside], lump[inside])}
+
+
+def scored(presses: Mapped, truth: Truth) -> Row:
+    """Return the scores of a map of some presses."""
+    field = presses.field()
+    value, lump = field.at(truth.places_m).mean, LumpMap(field).probability(truth.places_m)
+    return {
+        "way": "random",
+        "presses": len(presses.value),
+        "auc_value": auc(value, truth.lump),
+        "auc_lump": auc(lump, truth.lump),
+        "dice": dice(lump >= DICE_AT, truth.lump),
+        "called": float((lump >= LUMP)[truth.lump].mean()),
+        "called_false": float((lump >= LUMP)[~truth.lump].mean()),
+    }
+
+
+def chosen_one_by_one(folder: Path, name: str, seed: int) -> list[Row]:
+    """Return the AUC of lump probabilities from presses chosen one by one, by each way of choosing.
+
+    Raises:
+        ValueError: a file cannot be read.
+    """
+    truth = read_truth(folder / "truth" / f"{SETS[name]}.csv")
+    every = mapped(read_presses(folder / name / "presses.csv"), truth)
+    order = np.random.default_rng(seed).permutation(len(every.value))
+    rows = []
+    for way, choose in _WAYS.items():
+        chosen = order[:FIRST].tolist()
+        while len(chosen) <= max(NEXT_NUMBERS):
+            if len(chosen) in NEXT_NUMBERS:
+                some = every.some(chosen)
+                rows.append({"set": name, "seed": seed, **scored(some, truth), "way": way})
+            rest = np.setdiff1d(order, chosen, assume_unique=True)
+            chosen.append(int(rest[choose(every, chosen, rest)]))
+    return rows
+
+
+def _informative(every: Mapped, chosen: list[int], rest: NDArray[np.intp]) -> int:
+    return best(every.some(chosen).field(), every.places_m[rest])[0]
+
+
+def _spread(every: Mapped, chosen: list[int], rest: NDArray[np.intp]) -> int:
+    return int(cdist(every.places_m[rest], every.places_m[chosen]).min(axis=1).argmax())
+
+
+_WAYS: dict[str, Callable[[Mapped, list[int], NDArray[np.intp]], int]] = {
+    "next_press": _informative,
+    "spread": _spread,
+    "random": lambda every, chosen, rest: 0,
+}
+
+
+def auc(score: Array, lump: NDArray[np.bool_]) -> float:
+    """Return the probability that a lump's score is above another's; equal scores count half."""
+    ranks, inside = rankdata(score), int(lump.sum())
+    return float((ranks[lump].sum() - 0.5 * inside * (inside + 1)) / (inside * (len(lump) - inside)))
+
+
+def dice(called: NDArray[np.bool_], lump: NDArray[np.bool_]) -> float:
+    """Return Dice's coefficient of two areas; 1 if both are empty."""
+    both = int(called.sum() + lump.sum())
+    return 2.0 * float((called & lump).sum()) / both if both else 1.0
