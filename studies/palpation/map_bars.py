@@ -28,7 +28,7 @@ from operator_site.palpation.lump_probability import LumpMap
 from operator_site.palpation.next_press import best
 from operator_site.palpation.stiffness_field import StiffnessField
 from remote_site.traces.press_files import Press, read_presses
-from teletaction.mapping.map_recorded import contact_force_n, stiffness
+from teletaction.mapping.map_recorded import stiffnesses
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -92,19 +92,26 @@ def read_truth(path: Path) -> Truth:
 
 def mapped(presses: list[Press], truth: Truth, cut_mm: float = np.inf) -> Mapped:
     """Return the usable presses over the truth's cells, each cut at a depth, mm."""
-    offset_n, rows = contact_force_n(presses), []
-    for press in presses:
-        shallow = press.depth_mm <= cut_mm
-        cut = replace(press, depth_mm=press.depth_mm[shallow], force_n=press.force_n[shallow], time_s=None)
-        found, place_mm = stiffness(cut, offset_n), press.at_mm
-        normal = None if press.contact is None else press.contact.normal
-        if normal is not None and normal[2] < UPRIGHT:
-            continue
-        if found is not None and place_mm is not None:
-            rows.append((1e-3 * place_mm[0], 1e-3 * place_mm[1], *found))
+    cut, rows = [_cut(press, cut_mm) for press in presses if _upright(press)], []
+    for press, found in zip(cut, stiffnesses(cut), strict=True):
+        if found is not None and press.at_mm is not None:
+            rows.append((1e-3 * press.at_mm[0], 1e-3 * press.at_mm[1], *found))
     every = np.array(rows)
     near = cdist(every[:, :2], truth.places_m).min(axis=1) <= 1e-3 * NEAR_MM
     return Mapped(every[near, :2], every[near, 2], every[near, 3])
+
+
+def _cut(press: Press, cut_mm: float) -> Press:
+    shallow = press.depth_mm <= cut_mm
+    place_mm = None if press.place_mm is None else press.place_mm[shallow]
+    return replace(
+        press, depth_mm=press.depth_mm[shallow], force_n=press.force_n[shallow], time_s=None, place_mm=place_mm
+    )
+
+
+def _upright(press: Press) -> bool:
+    normal = None if press.contact is None else press.contact.normal
+    return normal is None or float(normal[2]) >= UPRIGHT
 
 
 def _scores(name: str, presses: list[Press], truth: Truth, draws: int) -> Iterator[Row]:

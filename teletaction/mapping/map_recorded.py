@@ -5,10 +5,11 @@ A press gives one sample of stiffness at the place of its contact. The columns `
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,9 +83,8 @@ def _take_presses(mapped: MappedPresses, path: Path, numbers: Iterator[int]) -> 
     presses = read_presses(path)
     if all(press.at_mm is None for press in presses):
         raise ValueError(f"{path}: line 1: columns x_mm,y_mm,z_mm are missing, and no contacts.csv beside has them")
-    offset_n = contact_force_n(presses)
-    for press in presses:
-        found, place_mm = stiffness(press, offset_n), press.at_mm
+    for press, found in zip(presses, stiffnesses(presses), strict=True):
+        place_mm = press.at_mm
         if found is None or place_mm is None:
             reason = "no place" if place_mm is None else "too shallow, failed, or without a rising force"
             mapped.skipped.append({"file": str(path), "press": press.press, "reason": reason})
@@ -110,20 +110,43 @@ def contact_force_n(presses: Iterable[Press]) -> float:
     return float(np.median(first)) if first else 0.0
 
 
-def stiffness(press: Press, offset_n: float) -> tuple[float, float] | None:
-    """Return ln stiffness (N/m) of a press and its variance, by a line through the contact; None without one."""
+def stiffnesses(presses: Sequence[Press]) -> list[tuple[float, float] | None]:
+    """Return ln stiffness (N/m) of each press of a file and its variance, by a line through the contact.
+
+    The scatter of the force around the line is the median of all presses, because few samples show it poorly. None
+    stands for a press that failed, is too shallow, or has no rising force.
+    """
+    offset_n = contact_force_n(presses)
+    lines = [_line(press, offset_n) for press in presses]
+    scatter_n = float(np.median([line.scatter_n for line in lines if line is not None] or [0.0]))
+    return [
+        None
+        if line is None
+        else (math.log(line.slope_n_m), max((scatter_n / line.slope_n_m) ** 2 / line.square_m2, LEAST_VARIANCE))
+        for line in lines
+    ]
+
+
+class _Line(NamedTuple):
+    """Slope of the force over depth, sum of the squared depths, and scatter of the force around the line."""
+
+    slope_n_m: float
+    square_m2: float
+    scatter_n: float
+
+
+def _line(press: Press, offset_n: float) -> _Line | None:
     failed = press.contact is not None and press.contact.status == "fail"
     if failed or not len(press.depth_mm) or press.depth_mm.max() < LEAST_DEPTH_MM:
         return None
     depth_m = 1e-3 * np.maximum(press.depth_mm, 0.0)
     force_n = press.force_n - offset_n
-    square = float(depth_m @ depth_m)
-    slope = float(depth_m @ force_n) / square
-    if slope <= 0.0:
+    square_m2 = float(depth_m @ depth_m)
+    slope_n_m = float(depth_m @ force_n) / square_m2
+    off_n = force_n - slope_n_m * depth_m
+    if slope_n_m <= 0.0:
         return None
-    off_n = force_n - slope * depth_m
-    relative = float(off_n @ off_n) / max(len(off_n) - 1, 1) / square / slope**2
-    return math.log(slope), max(relative, LEAST_VARIANCE)
+    return _Line(slope_n_m, square_m2, math.sqrt(float(off_n @ off_n) / max(len(off_n) - 1, 1)))
 
 
 def _line_samples(file: TraceFile, numbers: Iterator[int]) -> Iterator[Sample]:
