@@ -36,7 +36,7 @@ _FELT_M = 6e-3
 """Largest distance of a searched place from a measured one, m."""
 _STEP_M = 2e-3
 """Step of the searched places of a small map, m."""
-_MOST_SEARCHED = 1500
+_MOST_SEARCHED = 600
 """Maximum number of searched places; a larger map has a wider step."""
 _SIZES = np.linspace(0.05, 4.0, 80)
 """Excesses of a lump over which the prior is summed, natural logarithm of the ratio."""

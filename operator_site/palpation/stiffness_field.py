@@ -75,8 +75,10 @@ class StiffnessField:
         self.field_sd, self.press_sd = _fitted(merged[some])
         covariance = self.field_sd**2 * _correlation(cdist(self.places_m, self.places_m)) + CONSTANT_SD**2
         covariance[np.diag_indices(len(merged))] += self._variance + self.press_sd**2
-        self._factor = cho_factor(covariance, lower=True)
-        self._weights: Floats = cho_solve(self._factor, self._value - self._centre)
+        lower = np.linalg.cholesky(covariance)
+        self._inverse: Floats = solve_triangular(lower, np.eye(len(merged)), lower=True)
+        """Inverse of the Cholesky factor: many places are estimated by products with it."""
+        self._weights: Floats = self._inverse.T @ (self._inverse @ (self._value - self._centre))
 
     def at(self, places_m: ArrayLike) -> Estimate:
         """Return ln stiffness at some places, (n, 2), m; the deviation is that of the tissue and not of a new press."""
@@ -110,7 +112,7 @@ class StiffnessField:
         return np.asarray(cdist(np.asarray(places_m, dtype=np.float64), self.places_m))
 
     def _half(self, covariance: Floats) -> Floats:
-        return np.asarray(solve_triangular(self._factor[0], covariance.T, lower=True, check_finite=False))
+        return np.asarray(self._inverse @ covariance.T)
 
     def _estimate(self, covariance: Floats, prior: float, centre: float) -> Estimate:
         left = prior - np.square(self._half(covariance)).sum(axis=0)

@@ -16,17 +16,9 @@ SHOWN_M = 10e-3
 """Largest distance from a sample at which a cell shows its stiffness, m."""
 _EVERY = 2
 """Distance of the places where the field is computed, cells; the cells between are interpolated."""
-
-
-def _between() -> Floats:
-    """Return the weights of the computed places along one axis for each cell of a tile, (TILE, TILE / _EVERY + 1)."""
-    places = np.arange(0, TILE + 1, _EVERY)
-    cells = np.arange(TILE) + 0.5
-    return np.asarray(np.maximum(0.0, 1.0 - np.abs(cells[:, None] - places) / _EVERY))
-
-
-_BETWEEN = _between()
-_PLACES_M = CELL_M * np.arange(0, TILE + 1, _EVERY)
+_PLACES = np.arange(0, TILE + 1, _EVERY)
+_BETWEEN = np.maximum(0.0, 1.0 - np.abs(np.arange(TILE)[:, None] + 0.5 - _PLACES) / _EVERY)
+"""Weights of the computed places along one axis for each cell of a tile, (TILE, TILE / _EVERY + 1)."""
 
 
 class StiffnessLayer(Layer):
@@ -37,10 +29,12 @@ class StiffnessLayer(Layer):
         super().__init__("stiffness")
         self._field: StiffnessField | None = None
         self._lumps: LumpMap | None = None
+        self._means: dict[tuple[int, int], tuple[Floats, Floats]] = {}
+        """Tiles of the field that were read since the last change."""
 
     def __getstate__(self) -> dict[str, object]:
         """Return the layer without the field, which the samples determine."""
-        return self.__dict__ | {"_field": None, "_lumps": None}
+        return self.__dict__ | {"_field": None, "_lumps": None, "_means": {}}
 
     @property
     def field(self) -> StiffnessField | None:
@@ -67,10 +61,15 @@ class StiffnessLayer(Layer):
 
     def mean(self, place: tuple[int, int]) -> tuple[Floats, Floats]:
         """Return ln stiffness and its standard deviation in a tile's cells; NaN farther than SHOWN_M from a sample."""
+        if place not in self._means:
+            self._means[place] = self._mean(place)
+        return self._means[place]
+
+    def _mean(self, place: tuple[int, int]) -> tuple[Floats, Floats]:
         field = self.field
         if field is None:
             return np.full((TILE, TILE), np.nan), np.full((TILE, TILE), np.nan)
-        x_m, y_m = np.meshgrid(*(TILE * CELL_M * number + _PLACES_M for number in place))
+        x_m, y_m = np.meshgrid(*(CELL_M * (TILE * number + _PLACES) for number in place))
         places_m = np.column_stack([x_m.ravel(), y_m.ravel()])
         value, sd = field.at(places_m)
         shown = _cells(field.nearest_m(places_m)) <= SHOWN_M
@@ -82,7 +81,7 @@ class StiffnessLayer(Layer):
 
     def _paint(self, sample: Sample, sign: int, revision: int) -> None:
         super()._paint(sample, sign, revision)
-        self._field = self._lumps = None
+        self._field, self._lumps, self._means = None, None, {}
         low = tile_of(sample.x_m - SHOWN_M, sample.y_m - SHOWN_M)
         high = tile_of(sample.x_m + SHOWN_M, sample.y_m + SHOWN_M)
         for column in range(low[0], high[0] + 1):

@@ -43,4 +43,4 @@ def test_a_large_map_is_searched_within_bounds() -> None:
     chance = np.random.default_rng(4)
     places_m = 0.3 * chance.random((3000, 2))
     found = LumpMap(StiffnessField(places_m, ln_stiffness(places_m, chance), np.full(3000, 1e-4)))
-    assert len(found._searched_m) <= 1500 + 256
+    assert len(found._searched_m) <= 600 + 256
