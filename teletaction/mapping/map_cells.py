@@ -47,9 +47,10 @@ def cells(surface: TactileMap) -> Cells | None:
     low, high = field.places_m.min(axis=0) - SHOWN_M, field.places_m.max(axis=0) + SHOWN_M
     places_m = lattice(low.tolist(), high.tolist(), CELL_M)
     columns = len(np.unique(np.round(places_m[:, 0] / CELL_M)))
-    found = np.full((3, len(places_m)), np.nan)
+    found, hull = np.full((3, len(places_m)), np.nan), _hull(field)
     for part in np.array_split(np.arange(len(places_m)), math.ceil(len(places_m) / _AT_ONCE)):
-        mine = part[(field.nearest_m(places_m[part]) <= SHOWN_M) | _between(field, places_m[part])]
+        near = field.nearest_m(places_m[part]) <= SHOWN_M
+        mine = part[near if hull is None else near | (hull.find_simplex(places_m[part]) >= 0)]
         if not len(mine):
             continue
         mean, sd = field.at(places_m[mine])
@@ -99,13 +100,12 @@ def lumps_in(shown: Cells, surface: TactileMap) -> list[dict[str, Any]]:
     return sorted(found, key=lambda lump: -float(str(lump["probability"])))
 
 
-def _between(field: StiffnessField, places_m: Floats) -> NDArray[np.bool_]:
-    """Return whether each place lies inside the convex hull of the presses."""
+def _hull(field: StiffnessField) -> Delaunay | None:
+    """Return the triangles between the presses; None for fewer than three presses, or presses on a line."""
     try:
-        hull = Delaunay(field.places_m)
-    except (QhullError, ValueError):  # fewer than three places, or places on a line
-        return np.zeros(len(places_m), dtype=np.bool_)
-    return np.asarray(hull.find_simplex(places_m) >= 0)
+        return Delaunay(field.places_m)
+    except (QhullError, ValueError):
+        return None
 
 
 def _outline(places_mm: Floats) -> Floats:

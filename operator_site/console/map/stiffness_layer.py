@@ -41,8 +41,9 @@ class StiffnessLayer(Layer):
         """The field of the present samples; None without one."""
         if self._field is None:
             rows = [(s.x_m, s.y_m, s.value, s.variance) for tile in self.tiles.values() for s in tile.samples.values()]
-            if rows:
-                every = np.array(rows)
+            every = np.array(rows).reshape(-1, 4)
+            every = every[np.isfinite(every).all(axis=1) & (every[:, 3] > 0.0)]  # of a damaged journal
+            if len(every):
                 self._field = StiffnessField(every[:, :2], every[:, 2], every[:, 3])
         return self._field
 

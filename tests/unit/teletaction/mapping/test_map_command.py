@@ -106,3 +106,12 @@ def test_wrong_input_is_refused_in_one_line(tmp_path: Path, text: str, words: st
 def test_a_missing_file_or_folder_is_named(tmp_path: Path) -> None:
     assert "no.csv: cannot be read" in one_line(command("map", tmp_path / "no.csv", "--out", tmp_path), 2)
     assert "--out" in one_line(command("map", tmp_path / "no.csv"), 2)
+
+
+def test_presses_on_a_line_give_a_map(tmp_path: Path) -> None:
+    lines = [f"{n},{depth},{OFFSET_N + 0.8 * depth},{3 * n},0,0" for n in range(12) for depth in (0.0, 1.0, 2.0)]
+    file = tmp_path / "line.csv"
+    file.write_text("\n".join(["press,depth_mm,force_n,x_mm,y_mm,z_mm", *lines]) + "\n", "utf-8")
+    assert command("map", file, "--out", tmp_path / "out").code == 0
+    value = columns(tmp_path / "out" / "map.csv")["value"]
+    assert np.median(value) == pytest.approx(800.0, rel=0.02)
