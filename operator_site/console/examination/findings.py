@@ -20,7 +20,7 @@ CLEAR = 2.5
 """Smallest clear difference from the surroundings, in standard deviations of the difference."""
 LEAST = {"temperature": 0.5, "roughness": 0.4, "stiffness": 0.2}
 """Smallest clear difference from the surroundings, K or natural logarithm of the ratio."""
-LUMP = 0.6
+LUMP = 0.55
 """Smallest probability of a lump at which a place is called stiff."""
 UNCERTAIN_SD_K = 1.0
 """Standard deviation above which a temperature is called uncertain, K.
