@@ -334,3 +334,8 @@ def ended(
 def place(value: str, touches: int, ago_s: float) -> str:
     """Return a value at a place with its number of touches and the time since the last one, s."""
     return f"{value}, {count(touches, 'touch')}, {ago_s:.0f} s ago"
+
+
+def with_lump(stiffness: str, probability: float) -> str:
+    """Return a stiffness with the probability that its place belongs to a lump."""
+    return f"{stiffness}, lump {percent(probability)}"

@@ -347,6 +347,8 @@ class Commands:
         here = self.console.tactile_map.at(x_mm / 1000.0, y_mm / 1000.0)
         measured = {name: value for name in UNIT if (value := getattr(here, name)) is not None}
         shown: dict[str, Any] = {name: value_text(name, value) for name, value in measured.items()}
+        if here.lump is not None and "stiffness" in shown:
+            shown["stiffness"] = texts.with_lump(shown["stiffness"], here.lump)
         if here.material is not None:
             shown["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
         name = client.quantity if client.quantity in measured else next(iter(measured), None)

@@ -1,8 +1,11 @@
 """Requests at the console: each is answered and recorded, and carried out only for a page that may act."""
 
 import asyncio
+import math
+import re
 from collections.abc import Sequence
 from concurrent.futures import Future
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +24,7 @@ from operator_site.console.web.commands import Answer, Commands
 from tests.conftest import Contained
 from tests.unit.operator_site.console.fed import fed, happen
 from tests.unit.operator_site.console.page_room import BRIEF, AnsweringSite, MemoryJournal
+from tests.unit.operator_site.console.touch_rows import sample
 
 
 class Workplace:
@@ -154,6 +158,17 @@ def test_the_values_at_a_place_are_answered_with_their_uncertainty(workplace: Wo
     assert answer.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
     assert workplace.ask("place", workplace.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
     assert not workplace.ask("place", x_mm="here").ok
+
+
+def test_a_pressed_place_has_the_probability_of_a_lump(workplace: Workplace) -> None:
+    for number, (column, line) in enumerate(product(range(-4, 5), repeat=2), 100):
+        x_m, y_m = 0.3 + 0.005 * column, 0.005 * line
+        ln_k = math.log(1200.0 if math.hypot(x_m - 0.3, y_m) < 0.006 else 600.0 + number % 7)
+        workplace.console.tactile_map.take(sample("stiffness", number, x_m, y_m, ln_k, 0.02**2))
+    workplace.observer.quantity = "stiffness"
+    answers = [workplace.ask("place", workplace.observer, x_mm=x_mm, y_mm=0.0).text for x_mm in (300.0, 320.0)]
+    assert ["lump > 99 %" in text for text in answers] == [True, False]
+    assert re.search(r"N/m, lump \d %, 1 touch", answers[1])
 
 
 def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(workplace: Workplace) -> None:
