@@ -83,8 +83,10 @@ class LumpMap:
         variance = 1.0 / np.maximum(1.0 / sd**2 - 1.0 / prior, 1e-6 / prior)
         seen = excess * variance / sd**2
         weight = np.exp(-_SIZES / LUMP_LN)
-        lump = np.exp(-0.5 * (seen[:, None] - _SIZES) ** 2 / variance[:, None]) @ (weight / weight.sum())
-        lump *= LUMP_SHARE / np.sqrt(2.0 * math.pi * variance)
+        blurred = variance + (_SIZES[1] - _SIZES[0]) ** 2  # so that no excess falls between two sizes
+        off = np.minimum(seen, _SIZES[-1])[:, None] - _SIZES
+        lump = np.exp(-0.5 * off**2 / blurred[:, None]) @ (weight / weight.sum())
+        lump *= LUMP_SHARE / np.sqrt(2.0 * math.pi * blurred)
         scale = np.sqrt(self.spread**2 + variance)
         norm = math.exp(math.lgamma(0.5 * (TAIL + 1.0)) - math.lgamma(0.5 * TAIL)) / math.sqrt(math.pi * TAIL)
         ground = norm / scale * (1.0 + np.maximum(seen, 0.0) ** 2 / (TAIL * scale**2)) ** (-0.5 * (TAIL + 1.0))

@@ -39,6 +39,7 @@ NUMBERS = (30, 60, 120)
 NEXT_NUMBERS = (20, 30, 45, 60)
 """Numbers of presses chosen one by one; the first FIRST are random."""
 FIRST = 10
+"""Number of random presses before the chosen ones."""
 CUT_MM = 1.1
 """Depth at which presses are cut for the judgement of single presses, mm."""
 DICE_AT = 0.5

@@ -23,6 +23,15 @@ def test_a_stiff_place_is_a_lump_and_the_ground_beside_it_is_not(lumps: str) -> 
     assert (found.probability(beside_m) > 0.5).mean() < 0.05
 
 
+@pytest.mark.parametrize("ratio", [3.0, 100.0, 1e4])
+def test_a_very_stiff_place_is_a_lump(ratio: float) -> None:
+    places_m = grid_m()
+    inside = np.hypot(*(places_m - 0.03).T) < 0.008
+    values = ln_stiffness(places_m, np.random.default_rng(1), "none", 0.005) + np.where(inside, np.log(ratio), 0.0)
+    found = LumpMap(StiffnessField(places_m, values, np.full(len(values), 1e-6)))
+    assert found.probability(np.array([[0.03, 0.03]]))[0] > 0.9
+
+
 def test_an_even_ground_has_hardly_any_lump() -> None:
     cells_m = lattice((0.0, 0.0), (0.06, 0.06), 0.002)
     called = [(lump_map("none", seed, 0.006).probability(cells_m) > 0.5).mean() for seed in range(10)]
