@@ -13,7 +13,7 @@ The lengths and priors of the map were chosen with these recordings. Other recor
 """
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -40,6 +40,8 @@ NEXT_NUMBERS = (20, 30, 45, 60)
 """Numbers of presses chosen one by one; the first FIRST are random."""
 FIRST = 10
 """Number of random presses before the chosen ones."""
+SCORES = ("auc_value", "auc_lump", "dice", "called", "called_false")
+"""Scores of a map."""
 CUT_MM = 1.1
 """Depth at which presses are cut for the judgement of single presses, mm."""
 DICE_AT = 0.5
@@ -121,7 +123,7 @@ def _scores(name: str, presses: list[Press], truth: Truth, draws: int) -> Iterat
         for seed in range(draws):
             chosen = np.random.default_rng(seed).choice(len(every.value), number, replace=False)
             yield {"set": name, "seed": seed, **scored(every.some(chosen), truth)}
-    yield {"set": name, "seed": None, **scored(every, truth)}
+    yield {"set": name, "seed": None, **scored(every, truth), "way": "all presses"}
     cut = mapped(presses, truth, CUT_MM)
     nearest = cdist(cut.places_m, truth.places_m)
     inside = nearest.min(axis=1) < 1e-3
@@ -179,6 +181,18 @@ _WAYS: dict[str, Callable[[Mapped, list[int], NDArray[np.intp]], int]] = {
     "spread": _spread,
     "random": lambda every, chosen, rest: 0,
 }
+
+
+def map_means(rows: Sequence[Row]) -> list[Row]:
+    """Return the mean scores over the seeds of each set, way and number of presses."""
+    drawn = [row for row in rows if row["seed"] is not None]
+    cases = dict.fromkeys((row["set"], row["way"], row["presses"]) for row in drawn)
+    found = []
+    for case in cases:
+        mine = [row for row in drawn if (row["set"], row["way"], row["presses"]) == case]
+        means = {score: float(np.mean([row[score] for row in mine])) for score in SCORES}
+        found.append(dict(zip(("set", "way", "presses"), case, strict=True)) | means)
+    return found
 
 
 def auc(score: Array, lump: NDArray[np.bool_]) -> float:
