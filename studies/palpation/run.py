@@ -8,6 +8,7 @@ repetition:
 - The same places of a silicone kidney were pressed twice, to 2 and to 3 mm. The second is cut at 2 mm.
 - A shown model is a spring. It is too hard where it gives more than the recorded force and 0.1 N. The law's tangent
   at the deepest sample is judged on the samples of its fit, and the live estimate while its stiffness is known.
+- Maps of some presses are compared with lumps that are inferred from the denser recording (`map_bars`).
 - A window of the stream is one period of the force. The probe moves on between windows. A window is compared with the
   mean of its neighbours, by a robust standard deviation. A plain regression is judged in the same way.
 
@@ -22,6 +23,7 @@ import numpy as np
 
 from studies.compared import Compared
 from studies.palpation.figure import plot
+from studies.palpation.map_bars import SETS, chosen_one_by_one, judged_maps, map_means
 from studies.palpation.presses import LAW, answered, predicted, repeated
 from studies.palpation.recordings import MATERIALS, STREAMS, read_set, read_stream
 from studies.palpation.shown import REGRESSION, STEPPED, shown, streamed
@@ -40,7 +42,15 @@ COMPARED = (
     Compared("bars", "value", "same", ("bar", "of"), absolute=0.01),
     Compared("repeats", "cv", "less", ("method",), absolute=0.002),
 )
-tables = tables_of("bars", "answers", "prediction", "repeats", "shown", "stream")
+MAP_DRAWS, MAP_STARTS = 40, 8
+"""Random choices of presses of each map, and starts of the presses that are chosen one by one."""
+MAP_BARS = (
+    ("auc_lump", 30, 0.90, 0.95),
+    ("auc_lump", 60, 0.97, 0.985),
+    ("dice", 120, 0.80, 0.85),
+)
+"""Score of maps of random presses, number of presses, honest and ambitious least mean."""
+tables = tables_of("bars", "answers", "prediction", "repeats", "shown", "stream", "maps", "map_means")
 
 
 def run(
@@ -68,6 +78,7 @@ def run(
         folder = data_folder("palpation") / "palpation"
     material_of = {name: material for material, names in MATERIALS.items() for name in names[-1 if quick else 0 :]}
     presses = {name: read_set(folder, name) for name in dict.fromkeys([*material_of, *SAME_PLACES, *SHOWN_SETS])}
+    maps = list(SETS)[: 1 if quick else None]
     streams = {name: read_stream(folder, name) for name in STREAMS[: 1 if quick else None]}
     pieces: dict[str, list[Piece]] = {
         "answers": [(answered, (name, presses[name])) for name in material_of],
@@ -75,11 +86,15 @@ def run(
         "repeats": [(repeated, tuple(presses[name] for name in SAME_PLACES))],
         "shown": [(shown, (name, presses[name])) for name in SHOWN_SETS],
         "stream": [(streamed, (name, stream)) for name, stream in streams.items()],
+        "maps": [(judged_maps, (folder, name, 4 if quick else MAP_DRAWS)) for name in maps]
+        + [(chosen_one_by_one, (folder, name, one)) for name in maps for one in range(1 if quick else MAP_STARTS)],
     }
     done = results_of(pieces, work, progress)
     found = {name: [row for rows in parts for row in rows] for name, parts in done.items() if name != "answers"}
     errors = list(_errors(found.pop("prediction")))
     prediction = [{key: value for key, value in row.items() if key != "percentiles"} for row in errors]
+    found["map_means"] = map_means(found["maps"])
+    found["maps"] = [row for row in found["maps"] if row["seed"] is None]
     data = {"answers": done["answers"], "prediction": prediction, "errors": errors, **found}
     return {"bars": list(_bars(data)), **data}
 
@@ -122,6 +137,17 @@ def _bars(data: Mapping[str, Any]) -> Iterator[Row]:
         if row["method"] != REGRESSION:
             yield _bar(f"windows known: {row['method']}", row["stream"], row["known"], (0.8, 1.0), (0.98, 1.0))
             yield _bar(f"windows, CV: {row['method']}", row["stream"], row["cv"], (0.0, 0.025), (0.0, 0.015))
+
+    for score, presses, honest, ambitious in MAP_BARS:
+        for row in data["map_means"]:
+            if (row["way"], row["presses"]) == ("random", presses):
+                yield _bar(f"map, {score}, {presses} presses", row["set"], row[score], (honest, 1.0), (ambitious, 1.0))
+    for row in data["maps"]:
+        if row["way"] == "single presses, cut":
+            yield _bar("map, AUC of single presses", row["set"], row["auc_value"], (0.95, 1.0), (0.985, 1.0))
+        elif row["way"] == "all presses":
+            called = row["called"] if row["called_false"] <= 0.01 else 0.0
+            yield _bar("called stiff, at most 1 % false", row["set"], called, (0.75, 1.0), (0.90, 1.0))
 
 
 def _bar(bar: str, of: str, value: float, honest: tuple[float, float], ambitious: tuple[float, float]) -> Row:
