@@ -13,6 +13,7 @@ from common.files.read_files import NotToml, read_toml
 from common.scenes.materials import ALIASES, Material, materials
 from common.scenes.script import Step
 from common.scenes.surfaces import STIFFNESS_N_M, surface_kind
+from common.scenes.tissue import Nodule, Tissue
 from common.wire.packets import MAX_TEXT
 
 SCENES = Path(__file__).parent
@@ -32,7 +33,8 @@ class SceneObject(_Strict):
     Without `y_m` and `width_m` it covers all y. Without `stiffness_n_m` it has the stiffness of its surface.
     Its temperature is `absolute_c`, or ambient plus a value drawn from `offset_c` in each session. Objects of the same
     `body` are zones of one piece: they share one specimen and one drawn temperature. A `target` differs from its
-    surroundings in that quantity, and is to be found.
+    surroundings in that quantity, and is to be found. `tissue` makes the object soft tissue in a simulated world, with
+    nodules; a virtual environment renders it without them.
     """
 
     name: str = Field(min_length=1, max_length=40)
@@ -49,6 +51,7 @@ class SceneObject(_Strict):
     offset_c: tuple[Offset, Offset] = (-3.0, 3.0)
     absolute_c: float | None = Field(default=None, ge=-10.0, le=60.0)
     target: Literal["temperature", "roughness", "stiffness"] | None = None
+    tissue: Tissue | None = None
 
     @field_validator("material")
     @classmethod
@@ -67,6 +70,11 @@ class SceneObject(_Strict):
             raise ValueError("give both y_m and width_m, or neither")
         if not self.offset_c[0] <= self.offset_c[1]:
             raise ValueError("offset_c must be [low, high] with low <= high")
+        if self.tissue is not None and self.y_m is None:
+            raise ValueError("an object with tissue needs y_m and width_m")
+        for nodule in () if self.tissue is None else self.tissue.nodules:
+            if not self.covers(nodule.x_m, nodule.y_m):
+                raise ValueError(f"nodule {nodule.name!r} does not lie below the object")
         return self
 
     @property
@@ -166,6 +174,11 @@ class Scene(_Strict):
             if target is not None and target not in names:
                 raise ValueError(f"script step {number} names no object {target!r}; there are {', '.join(names)}")
         return self
+
+    @property
+    def nodules(self) -> tuple[Nodule, ...]:
+        """True nodules of all its objects."""
+        return tuple(nodule for thing in self.objects if thing.tissue for nodule in thing.tissue.nodules)
 
     def knows_piece(self, material_name: str) -> bool:
         """Return whether objects of this material are blocks of the table's calibration."""

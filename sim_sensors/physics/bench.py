@@ -13,6 +13,7 @@ from sim_sensors.physics.object_column import ObjectColumn, object_column
 from sim_sensors.physics.surface import GROOVE_DEPTH_M, make_profile, relief_of
 from sim_sensors.physics.texture_touch import RELIEF_PER_M, compliance_share
 from sim_sensors.physics.thermal_touch import STAGE_S, full_conductance_w_m2k
+from sim_sensors.tissue.tissue_bed import TissueBed
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,7 @@ class BenchObject:
     relief_per_m: float
     track: tuple[int, ...]
     grooves_x_m: tuple[float, ...]
+    bed: TissueBed | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,9 @@ class Bench:
             heights.append(profile.height_m.ravel())
             slopes.append(profile.slope.ravel())
             object_c = scene.ambient_c + offset if thing.absolute_c is None else thing.absolute_c
-            objects.append(_bench_object(thing, specimen, object_c, tracks, profile.grooves_m))
+            # A spawned generator leaves the numbers of all other draws as they are.
+            bed = None if thing.tissue is None else TissueBed(thing, thing.tissue, rng.spawn(1)[0])
+            objects.append(_bench_object(thing, specimen, object_c, tracks, profile.grooves_m, bed))
         self.objects = tuple(objects)
         self.heights_m = np.concatenate(heights)
         self.slopes = np.concatenate(slopes)
@@ -103,6 +107,7 @@ def _bench_object(
     object_c: float,
     tracks: tuple[int, ...],
     grooves_m: tuple[float, ...],
+    bed: TissueBed | None,
 ) -> BenchObject:
     relief = relief_of(thing.surface)
     return BenchObject(
@@ -122,4 +127,5 @@ def _bench_object(
         relief_per_m=RELIEF_PER_M * compliance_share(thing.stiffness),
         track=tracks,
         grooves_x_m=tuple(thing.x_m + groove for groove in grooves_m),
+        bed=bed,
     )

@@ -207,6 +207,9 @@ class RemoteWorld:
                 belows[finger], moved = index, True
             if index == _FREE:
                 tip.step(dt_s, heights[finger], 0.0, 0.0)
+            elif (bed := bench.objects[index].bed) is not None:
+                y_m = self.y_m + FINGER_Y_M[finger]
+                tip.step(dt_s, heights[finger], *bed.under(self.time_s, self.x_m, y_m, tip.z_m, self._velocity))
             else:
                 below = bench.objects[index]
                 tip.step(dt_s, heights[finger], below.surface_z_m, below.stiffness_n_m)

@@ -29,7 +29,7 @@ POISSON = 0.49
 GROWTH = 1.3
 """Factor from one element to the next away from the sphere."""
 HARMONICS = 8
-"""Terms of the Fourier series. The sphere is felt by the smooth ones only."""
+"""Terms of the Fourier series. Only the smooth ones reach the sphere."""
 _SHARES = 6
 """Samples along each side of a quarter of an element, for the share of it that is inside the sphere."""
 _GAUSS = np.array([-1.0, 1.0]) / math.sqrt(3.0)

@@ -85,5 +85,8 @@ def force_at(
         part = (distance / LOOKUP_MM - low)[:, None]
         taken += (1.0 - part) * known[low] + part * known[low + 1]
     slope = ground.slope_n_mm(middles) / (1.0 - np.minimum(taken, LARGEST_SHARE))
-    force = np.concatenate([np.zeros((len(x_mm), 1)), np.cumsum(slope * step, axis=1)], axis=1)
-    return np.concatenate([[0.0], middles + 0.5 * step]), force
+    depths = step * np.arange(SUBSTEPS + 1.0)
+    # The slope is nearly a power of depth, which is added up exactly.
+    power = ground.exponent
+    steps = np.diff(depths**power) / (power * middles ** (power - 1.0))
+    return depths, np.concatenate([np.zeros((len(x_mm), 1)), np.cumsum(slope * steps, axis=1)], axis=1)

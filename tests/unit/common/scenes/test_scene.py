@@ -7,7 +7,16 @@ from common.scenes.scene import load_scene, scene_names
 from common.scenes.script import Hold, Stroke, Tap
 from common.scenes.surfaces import surface_kind
 
-SHIPPED = ("materials", "paper_iron_wood", "paper_materials", "paper_textures", "phantom", "phantom_sweep")
+SHIPPED = (
+    "abdomen",
+    "materials",
+    "paper_iron_wood",
+    "paper_materials",
+    "paper_textures",
+    "phantom",
+    "phantom_nodules",
+    "phantom_sweep",
+)
 GROOVED = {f"{how}_grooved_pvc" for how in ("closely", "arbitrarily", "widely")}
 PAPERS_SURFACES = {"foam", "sandpaper", "plain_pvc"} | GROOVED
 SCENE = """
