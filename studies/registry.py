@@ -53,6 +53,7 @@ STUDIES = {
     "kinesthetic-loop": "benchmarks.kinesthetic_loop.run",
     "observer": "studies.observer.run",
     "tactile-map": "studies.tactile_map.run",
+    "nodules": "studies.nodules.run",
     "consoles": "benchmarks.consoles.run",
     "sessions": "benchmarks.sessions.run",
     "rates": "benchmarks.rates.run",

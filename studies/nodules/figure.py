@@ -1,0 +1,106 @@
+"""Figure of simulated nodules: AUC in each cell, effect of a nodule on the force, and calibration."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from sim_sensors.tissue.contrast import Sphere
+from sim_sensors.tissue.ground import Ground, force_at
+from studies.drawing import Data, figure_file, where
+from studies.nodules.ranges import DEPTH_EDGES_MM, RANGES, RATIO_EDGES, SIZE_EDGES_MM
+from teletaction.plotting.figure_style import BLACK, BLUE, GREY
+
+CHANCE_AUC = 0.6
+"""AUC below which a cell counts as impossible."""
+EFFECTS = (0.02, 0.05, 0.1, 0.2, 0.4)
+"""Contours of the growth of force over a nodule's middle."""
+PRESSED_MM = 3.0
+"""Depth of the press of these contours, mm."""
+_GROUND = Ground(young_kpa=10.0, exponent=1.5, layer_mm=60.0, probe_mm=6.0)
+_RATIO_OF_CONTOURS = (2.0, 5.0, 12.6)
+"""Stiffness ratios of the contours: the middle of each class."""
+_POINTS = 24
+
+
+def plot(data: Data, path: Path) -> None:
+    """Draw the data of the study, and write the figure as PNG."""
+    with figure_file(path, 15.0, 8.2, dpi=110) as figure:
+        panels = figure.subplots(2, 4)
+        for axes, size in zip(panels[0], pairwise(SIZE_EDGES_MM), strict=False):
+            draw_cells(axes, data, size)
+        draw_reliability(panels[0][3], data)
+        for axes, limits, ratio in zip(panels[1], pairwise(RATIO_EDGES), _RATIO_OF_CONTOURS, strict=False):
+            draw_effect(axes, data, limits, ratio)
+        draw_sizes(panels[1][3], data)
+
+
+def draw_cells(axes: Axes, data: Data, size: tuple[float, float]) -> None:
+    """Draw AUC over depth and ratio for one class of size; a hatched cell is impossible."""
+    rows = where(data["cells"], size_mm_from=size[0])
+    axes.set_title(f"AUC, nodules of {size[0]:g} to {size[1]:g} mm", loc="left")
+    for column, ratio in enumerate(RATIO_EDGES[:-1]):
+        for line, depth in enumerate(DEPTH_EDGES_MM[:-1]):
+            (row,) = where(rows, ratio_from=ratio, depth_mm_from=depth)
+            auc = row["auc"]
+            shade = 1.0 if auc is None else 1.0 - 0.8 * max(0.0, 2.0 * auc - 1.0)
+            hatch = "//" if auc is not None and auc < CHANCE_AUC else None
+            axes.fill_between(
+                [column, column + 1], line, line + 1, facecolor=(shade, shade, 1.0), edgecolor=GREY, hatch=hatch
+            )
+            text = "no nodule" if auc is None else f"{auc:.2f} ± {row['auc_se']:.2f}\n{row['nodules']} nodules"
+            axes.text(column + 0.5, line + 0.5, text, ha="center", va="center", fontsize=8)
+    axes.set_xticks(range(len(RATIO_EDGES)), [f"{edge:g}" for edge in RATIO_EDGES])
+    axes.set_yticks(range(len(DEPTH_EDGES_MM)), [f"{edge:g}" for edge in DEPTH_EDGES_MM])
+    axes.invert_yaxis()
+    axes.set_xlabel("stiffness ratio")
+    axes.set_ylabel("depth of the top (mm)")
+
+
+def draw_effect(axes: Axes, data: Data, limits: tuple[float, float], ratio: float) -> None:
+    """Draw the judged nodules of one class of ratio over size and depth, and contours of their effect on the force."""
+    sizes = np.geomspace(*RANGES.size_mm, _POINTS)
+    depths = np.geomspace(*RANGES.depth_mm, _POINTS)
+    _, plain = force_at(_GROUND, [], np.zeros(1), np.zeros(1), PRESSED_MM)
+    effect = [[_force(size, depth, ratio) / plain[0, -1] - 1.0 for size in sizes] for depth in depths]
+    lines = axes.contour(sizes, depths, effect, levels=EFFECTS, colors=GREY, linewidths=0.9)
+    axes.clabel(lines, fmt=lambda value: f"+{100.0 * value:.0f} %", fontsize=7)
+    rows = [row for row in data["nodules"] if limits[0] <= row["ratio"] < limits[1]]
+    for found, colour, marker in ((True, BLUE, "o"), (False, BLACK, "x")):
+        mine = [row for row in rows if (row["score"] >= 0.5) == found]
+        label = "probability of 0.5 or more" if found else "less"
+        places = [row["size_mm"] for row in mine], [row["depth_mm"] for row in mine]
+        axes.plot(*places, marker, color=colour, markersize=4, label=label)
+    axes.set(xscale="log", yscale="log", xlabel="diameter (mm)", ylabel="depth of the top (mm)")
+    axes.set_xticks(SIZE_EDGES_MM, [f"{edge:g}" for edge in SIZE_EDGES_MM])
+    axes.set_yticks(DEPTH_EDGES_MM, [f"{edge:g}" for edge in DEPTH_EDGES_MM])
+    axes.minorticks_off()
+    axes.invert_yaxis()
+    axes.set_title(f"ratio {limits[0]:g} to {limits[1]:g}; contours: added force, {ratio:g}", loc="left", fontsize=9)
+    axes.legend(loc="lower right", fontsize=7)
+
+
+def draw_reliability(axes: Axes, data: Data) -> None:
+    """Draw the share of places above a nodule over the stated probability."""
+    rows = [row for row in data["reliability"] if row["places"]]
+    axes.plot([0.0, 1.0], [0.0, 1.0], color=GREY, linewidth=0.8)
+    axes.plot([row["stated"] for row in rows], [row["true"] for row in rows], "o-", color=BLUE)
+    axes.set_xlabel("stated probability of a place")
+    axes.set_ylabel("share of these places above a nodule")
+    axes.set_title("Calibration, all phantoms", loc="left")
+
+
+def draw_sizes(axes: Axes, data: Data) -> None:
+    """Draw the found diameters over the true ones, of nodules found with a probability of at least 0.5."""
+    rows = [row for row in data["nodules"] if row["probability"] is not None and row["probability"] >= 0.5]
+    axes.plot(RANGES.size_mm, RANGES.size_mm, color=GREY, linewidth=0.8)
+    axes.plot([row["size_mm"] for row in rows], [row["found_size_mm"] for row in rows], "o", color=BLUE, markersize=4)
+    axes.set_xlabel("diameter (mm)")
+    axes.set_ylabel("found diameter (mm)")
+    axes.set_title("Size of found nodules", loc="left")
+
+
+def _force(size_mm: float, depth_mm: float, ratio: float) -> float:
+    sphere = Sphere(0.0, 0.0, float(size_mm), float(depth_mm), ratio)
+    return float(force_at(_GROUND, [sphere], np.zeros(1), np.zeros(1), PRESSED_MM)[1][0, -1])

@@ -1,0 +1,197 @@
+"""Random phantoms, the judge of detectors, and the reference."""
+
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim_sensors.tissue.contrast import Sphere
+from studies.nodules.judge import (
+    Answer,
+    FoundNodule,
+    area_under_curve,
+    by_cell,
+    cells,
+    control_sites,
+    judge,
+    overall,
+    places_mm,
+    reliability,
+)
+from studies.nodules.phantoms import Phantom, Presses, draw_phantom, press
+from studies.nodules.ranges import (
+    DEPTH_EDGES_MM,
+    DEPTH_STEPS,
+    FORCE_LIMIT_N,
+    RANGES,
+    RATIO_EDGES,
+    SIZE_EDGES_MM,
+    Ranges,
+)
+from studies.nodules.reference import Reference, correction
+from studies.nodules.run import judge_detector, judged_seeds, plot, run, tables
+from tests.unit.studies.written import draw_figure, write_tables
+
+CALM = Ranges(
+    nodules=(0.0, 1.0, 0.0),
+    size_mm=(14.0, 16.0),
+    depth_mm=(2.5, 3.5),
+    ratio=(10.0, 12.0),
+    ground_sd=(0.02, 0.03),
+    breath_mm=(0.0, 0.05),
+    force_noise_n=(0.005, 0.008),
+    presses_a_side=(10,),
+)
+"""Ranges of phantoms with one nodule that any detector should find."""
+
+
+@cache
+def phantoms() -> tuple[Phantom, ...]:
+    return tuple(draw_phantom(seed) for seed in range(60))
+
+
+def truth(phantom: Phantom) -> Answer:
+    """The answer of a detector that knows the truth."""
+    places = places_mm()
+    probability = np.zeros(len(places))
+    for s in phantom.spheres:
+        near = np.hypot(places[:, 0] - s.x_mm, places[:, 1] - s.y_mm) < max(0.5 * s.size_mm, 3.0)
+        probability[near] = 1.0
+    return Answer(probability, tuple(FoundNodule(s.x_mm, s.y_mm, s.size_mm, 1.0) for s in phantom.spheres))
+
+
+def nothing(presses: Presses) -> Answer:
+    """A detector that finds nothing."""
+    return Answer(np.full(len(places_mm(presses.side_mm)), 0.1), ())
+
+
+def test_ends_of_the_cells_are_those_of_the_ranges() -> None:
+    for edges, limits in (
+        (DEPTH_EDGES_MM, RANGES.depth_mm),
+        (SIZE_EDGES_MM, RANGES.size_mm),
+        (RATIO_EDGES, RANGES.ratio),
+    ):
+        assert (edges[0], edges[-1]) == limits
+    assert len(cells()) == 27
+    assert sum(RANGES.nodules) == pytest.approx(1.0)
+
+
+def test_phantoms_are_within_their_ranges_and_repeat() -> None:
+    assert draw_phantom(3) == draw_phantom(3) != draw_phantom(4)
+    for phantom in phantoms():
+        for name in ("ground_sd", "tilt_deg", "breath_mm", "friction", "force_noise_n", "place_noise_mm", "press_mm"):
+            low, high = getattr(RANGES, name)
+            assert low <= getattr(phantom, name) <= high
+        for index, sphere in enumerate(phantom.spheres):
+            assert sphere.depth_mm + sphere.size_mm + RANGES.beneath_mm <= phantom.ground.layer_mm
+            for other in phantom.spheres[:index]:
+                gap = math.dist((sphere.x_mm, sphere.y_mm), (other.x_mm, other.y_mm))
+                assert gap - 0.5 * (sphere.size_mm + other.size_mm) >= RANGES.apart_mm
+    assert {len(phantom.spheres) for phantom in phantoms()} == {0, 1, 2}
+
+
+def test_presses_repeat_grow_with_depth_and_end_at_the_limit() -> None:
+    ended = 0
+    for phantom in phantoms()[:20]:
+        presses, again = press(phantom), press(phantom)
+        np.testing.assert_array_equal(presses.force_n, again.force_n)
+        count = phantom.presses_a_side**2
+        assert presses.force_n.shape == presses.depth_mm.shape == presses.time_s.shape == (count, DEPTH_STEPS)
+        assert np.all(np.nanmean(np.diff(presses.force_n, axis=1), axis=0) > 0.0)
+        known = np.isfinite(presses.force_n)
+        assert np.all(known[:, :-1] >= known[:, 1:])
+        assert np.nanmax(presses.force_n) < FORCE_LIMIT_N + 6.0 * phantom.force_noise_n
+        ended += int((~known).sum())
+    assert ended > 0
+
+
+def test_a_press_over_a_nodule_meets_more_force_than_one_beside_it() -> None:
+    for seed in range(5):
+        phantom = draw_phantom(seed, CALM)
+        (sphere,) = phantom.spheres
+        away = 60.0 if sphere.x_mm < 35.0 else -40.0
+        places = np.array([[sphere.x_mm, sphere.y_mm], [sphere.x_mm + away, sphere.y_mm]])
+        there, beside = np.nanmax(press(phantom, places, CALM).force_n, axis=1)
+        assert there > 1.05 * beside
+
+
+def test_area_under_curve_counts_ties_half() -> None:
+    assert area_under_curve([1.0, 1.0], [0.0]) == 1.0
+    assert area_under_curve([0.5], [0.5, 0.5]) == 0.5
+    assert area_under_curve([0.2, 0.8], [0.5]) == 0.5
+    assert area_under_curve([], [0.5]) is None
+
+
+def test_the_truth_is_perfect_and_nothing_is_chance() -> None:
+    perfect = [judge(phantom, truth(phantom)) for phantom in phantoms()]
+    figures = overall(perfect, by_cell(perfect))
+    assert figures["nodules"] == sum(len(phantom.spheres) for phantom in phantoms())
+    assert figures["good_nodules"] == figures["nodules"]
+    assert (figures["auc"], figures["within_3_mm"], figures["size_order"]["right"]) == (1.0, 1.0, 1.0)
+    blind = [judge(phantom, nothing(press(phantom))) for phantom in phantoms()]
+    assert {row["auc"] for row in by_cell(blind)} <= {0.5, None}
+    figures = overall(blind, by_cell(perfect))
+    assert (figures["auc"], figures["within_3_mm"], figures["size_order"]["right"]) == (0.5, 0.0, 0.0)
+    (row,) = [row for row in reliability(blind) if row["places"]]
+    assert row["stated"] == pytest.approx(0.1)
+    assert row["places"] == len(places_mm()) * len(phantoms())
+
+
+def test_control_sites_are_clear_of_nodules_and_repeat() -> None:
+    for phantom in phantoms():
+        sites = control_sites(phantom)
+        assert sites == control_sites(phantom)
+        for x_mm, y_mm, size_mm in sites:
+            for s in phantom.spheres:
+                assert math.dist((x_mm, y_mm), (s.x_mm, s.y_mm)) - 0.5 * (size_mm + s.size_mm) >= 8.0
+
+
+@pytest.mark.parametrize(
+    "probability", [np.zeros(3), np.full(len(places_mm()), 1.2), np.full(len(places_mm()), np.nan)]
+)
+def test_a_malformed_answer_is_refused(probability: np.ndarray[Any, Any]) -> None:
+    with pytest.raises(ValueError, match="a detector gives 784 probabilities from 0 to 1"):
+        judge(phantoms()[0], Answer(probability, ()))
+
+
+def test_any_detector_can_be_judged() -> None:
+    judged = judge_detector(nothing, judged_seeds(0, 12))
+    assert [each.seed for each in judged] == list(range(12))
+    assert judged_seeds(0) == range(500)
+    assert not set(judged_seeds(0)) & set(judged_seeds(1))
+
+
+def test_the_reference_finds_a_plain_nodule_in_its_place() -> None:
+    for seed in range(3):
+        phantom = draw_phantom(seed, CALM)
+        answer = Reference()(press(phantom, ranges=CALM))
+        best = max(answer.found, key=lambda found: found.probability)
+        (sphere,) = phantom.spheres
+        assert best.probability > 0.9
+        assert math.dist((best.x_mm, best.y_mm), (sphere.x_mm, sphere.y_mm)) < 3.0
+
+
+def test_the_correction_learns_from_overconfidence() -> None:
+    places = places_mm()
+    phantom = Phantom(**{name: getattr(phantoms()[0], name) for name in Phantom.__slots__})
+    sphere = Sphere(35.0, 35.0, 20.0, 3.0, 10.0)
+    inside = np.hypot(places[:, 0] - 35.0, places[:, 1] - 35.0) < 10.0
+    rng = np.random.default_rng(0)
+    stated = np.where(inside | (rng.uniform(size=len(places)) < 0.05), 0.999, 0.001)
+    object.__setattr__(phantom, "spheres", (sphere,))
+    learned = correction([(phantom, Answer(stated, ()))])
+    assert 0.0 < learned.slope < 1.0
+
+
+@pytest.mark.long
+@pytest.mark.timeout(600)
+def test_the_study_reports_every_nodule_and_draws_its_figure(tmp_path: Path) -> None:
+    data = run(quick=True, seed=0, progress=lambda _: None)
+    assert data["overall"]["phantoms"] == 24
+    assert len(data["nodules"]) == data["overall"]["nodules"]
+    assert data["overall"]["auc"] > 0.6
+    write_tables(tables(data), tmp_path)
+    draw_figure(plot, data, tmp_path)
