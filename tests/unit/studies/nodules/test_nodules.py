@@ -1,6 +1,7 @@
 """Random phantoms, the judge of detectors, and the reference."""
 
 import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -94,8 +95,11 @@ def test_phantoms_are_within_their_ranges_and_repeat() -> None:
 
 
 def test_presses_repeat_grow_with_depth_and_end_at_the_limit() -> None:
+    hard = draw_phantom(
+        0, Ranges(ground_kpa=(39.0, 40.0), exponent=(2.9, 3.0), probe_mm=(7.9, 8.0), press_mm=(3.9, 4.0))
+    )
     ended = 0
-    for phantom in phantoms()[:20]:
+    for phantom in (*phantoms()[:10], hard):
         presses, again = press(phantom), press(phantom)
         np.testing.assert_array_equal(presses.force_n, again.force_n)
         count = phantom.presses_a_side**2
@@ -176,12 +180,11 @@ def test_the_reference_finds_a_plain_nodule_in_its_place() -> None:
 
 def test_the_correction_learns_from_overconfidence() -> None:
     places = places_mm()
-    phantom = Phantom(**{name: getattr(phantoms()[0], name) for name in Phantom.__slots__})
-    sphere = Sphere(35.0, 35.0, 20.0, 3.0, 10.0)
+    phantom = replace(phantoms()[0], spheres=(Sphere(35.0, 35.0, 20.0, 3.0, 10.0),))
     inside = np.hypot(places[:, 0] - 35.0, places[:, 1] - 35.0) < 10.0
     rng = np.random.default_rng(0)
-    stated = np.where(inside | (rng.uniform(size=len(places)) < 0.05), 0.999, 0.001)
-    object.__setattr__(phantom, "spheres", (sphere,))
+    mistaken = rng.uniform(size=len(places)) < np.where(inside, 0.3, 0.05)
+    stated = np.where(inside ^ mistaken, 0.999, 0.001)
     learned = correction([(phantom, Answer(stated, ()))])
     assert 0.0 < learned.slope < 1.0
 
