@@ -78,7 +78,7 @@ def draw_effect(axes: Axes, data: Data, limits: tuple[float, float], ratio: floa
     axes.minorticks_off()
     axes.invert_yaxis()
     axes.set_title(f"ratio {limits[0]:g} to {limits[1]:g}; contours: added force, {ratio:g}", loc="left", fontsize=9)
-    axes.legend(loc="lower right", fontsize=7)
+    axes.legend(loc="lower left", fontsize=7, framealpha=0.9)
 
 
 def draw_reliability(axes: Axes, data: Data) -> None:

@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import block_diag, cholesky, solve_triangular
 from scipy.optimize import least_squares, minimize
 from scipy.special import expit, logit, logsumexp
 
@@ -36,13 +36,16 @@ FINE_MM = 0.7
 FINE_STEPS = 4
 """Places of this spacing on each side of it."""
 MOST_NODULES = 3
-SOUGHT_FROM = 2.0
+SOUGHT_FROM = 3.0
 """Logarithm of the likelihood ratio at a place from which on a nodule is taken away there."""
+GUESSES = 3
+"""Places that are named beside, as nodules of low probability."""
+GUESSED_APART_MM = 10.0
 EXPECTED = 1.2
 """Expected number of nodules of a phantom."""
 LAYER_MM = 40.0
 """Thickness of the layer in all hypotheses: the middle of its range."""
-MISFIT = 0.015
+MISFIT = 0.022
 """Standard deviation of ln(force) that the hypotheses leave open."""
 TYPICAL_SD = 0.06
 """Standard deviation of the ground while the rate of breathing is sought."""
@@ -55,6 +58,8 @@ LEAST_N = 0.02
 _RADII_MM = np.geomspace(0.3, 8.0, 12)
 _DISTANCES_MM = np.arange(0.0, 61.0)
 _DEPTHS_MM = np.linspace(0.0, 10.0, 101)
+_FINER = 2.0 * math.log(FINE_MM / SITE_MM)
+"""Logarithm of the area of a fine place over that of a coarse one."""
 _MIDDLE = 6.0
 """Stiffness ratio of the computed effect; others scale it."""
 
@@ -151,7 +156,7 @@ def _search(presses: Presses) -> tuple[Floats, list[FoundNodule]]:
     numbers, variance, curve = _numbers(presses)
     effects = _effects(curve, presses)
     drift = _drift(curve)
-    free = _free(presses, numbers, variance, drift)
+    free = _free(presses, numbers, variance)
     grid = places_mm(presses.side_mm)
     line = np.arange(RANGES.margin_mm, presses.side_mm - RANGES.margin_mm + 0.1, SITE_MM)
     sites = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -161,24 +166,47 @@ def _search(presses: Presses) -> tuple[Floats, list[FoundNodule]]:
         noise = max(_noises(numbers, variance, places, drift, free), key=lambda noise: noise.likelihood)
         weights = _weights(sites, places, numbers, noise, effects)
         at_site = logsumexp(weights, axis=(1, 2))
-        best = int(np.argmax(at_site))
-        if turn == MOST_NODULES or at_site[best] < SOUGHT_FROM:
+        if turn == MOST_NODULES or at_site.max() < SOUGHT_FROM:
             nowhere *= 1.0 - _painted(grid, sites, weights + prior)
+            for best in _peaks(at_site, sites):
+                fine = _around(sites[best])
+                found.append(_nodule(fine, _weights(fine, places, numbers, noise, effects) + prior + _FINER))
             break
-        steps = FINE_MM * np.arange(-FINE_STEPS, FINE_STEPS + 1)
-        fine = sites[best] + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
-        weights = _weights(fine, places, numbers, noise, effects) + prior + 2.0 * math.log(FINE_MM / SITE_MM)
+        fine = _around(sites[int(np.argmax(at_site))])
+        weights = _weights(fine, places, numbers, noise, effects) + prior + _FINER
         nowhere *= 1.0 - _painted(grid, fine, weights)
+        found.append(_nodule(fine, weights))
         share = np.exp(weights - logsumexp(weights))
-        x_mm, y_mm = share.sum(axis=(1, 2)) @ fine
-        by_shape = share.sum(axis=(0, 2))
-        size_mm = math.exp(sum(by_shape[i] * math.log(SIZES_MM[size]) for i, (size, _) in enumerate(SHAPES)))
-        probability = float(expit(logsumexp(weights)))
-        found.append(FoundNodule(float(x_mm), float(y_mm), size_mm, probability))
         for shape in range(len(SHAPES)):
             amounts = share[:, shape] @ effects.scales[shape]
             numbers = numbers - amounts @ effects.at(fine, places, shape)
     return 1.0 - nowhere, found
+
+
+def _around(site: Floats) -> Floats:
+    """Return the places of hypotheses around one, (places, 2)."""
+    steps = FINE_MM * np.arange(-FINE_STEPS, FINE_STEPS + 1)
+    return np.asarray(site + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2))
+
+
+def _peaks(at_site: Floats, sites: Floats) -> list[int]:
+    """Return the likeliest sites, no two near each other."""
+    peaks: list[int] = []
+    for best in np.argsort(-at_site):
+        if all(math.dist(sites[best], sites[other]) > GUESSED_APART_MM for other in peaks):
+            peaks.append(int(best))
+        if len(peaks) == GUESSES:
+            break
+    return peaks
+
+
+def _nodule(sites: Floats, weights: Floats) -> FoundNodule:
+    """Return the mean of hypotheses as a nodule."""
+    share = np.exp(weights - logsumexp(weights))
+    x_mm, y_mm = share.sum(axis=(1, 2)) @ sites
+    by_shape = share.sum(axis=(0, 2))
+    size_mm = math.exp(sum(by_shape[i] * math.log(SIZES_MM[size]) for i, (size, _) in enumerate(SHAPES)))
+    return FoundNodule(float(x_mm), float(y_mm), size_mm, float(expit(logsumexp(weights))))
 
 
 def _weights(sites: Floats, places: Floats, numbers: Floats, noise: _Noise, effects: _Effects) -> Floats:
@@ -232,21 +260,22 @@ def _drift(curve: Floats) -> Floats:
     return np.array([float(np.mean(slope[part] * (steps[part] + 1))) for part in CHANNELS])
 
 
-def _free(presses: Presses, numbers: Floats, variance: Floats, drift: Floats) -> Floats:
-    """Return columns of levels and breathing at the likeliest rate, (2 * presses, 6)."""
+def _free(presses: Presses, numbers: Floats, variance: Floats) -> Floats:
+    """Return columns of levels and breathing at the likeliest rate, (2 * presses, columns).
+
+    Breathing acts on each number by the surface's rise since contact, in first and second order.
+    """
     deviation = np.sqrt(variance + TYPICAL_SD**2)
+    levels = np.kron(np.eye(len(CHANNELS)), np.ones((len(presses.x_mm), 1)))
 
     def columns(per_min: float) -> Floats:
-        turn = 2.0 * math.pi * per_min / 60.0 * presses.time_s
-        start = turn[:, 0] - 2.0 * math.pi * per_min / 60.0 * STEP_S
-        parts = [np.kron(np.eye(len(CHANNELS)), np.ones((len(turn), 1)))]
-        for wave in (np.cos, np.sin):
-            rise = wave(turn) - wave(start)[:, None]
-            each = [amount * rise[:, part].mean(axis=1) for amount, part in zip(drift, CHANNELS, strict=True)]
-            parts.append(
-                np.stack([np.concatenate([each[0], 0.0 * each[1]]), np.concatenate([0.0 * each[0], each[1]])], 1)
-            )
-        return np.concatenate(parts, axis=1)
+        turn_s = 2.0 * math.pi * per_min / 60.0
+        times, start = turn_s * presses.time_s, turn_s * (presses.time_s[:, :1] - STEP_S)
+        cosine, sine = np.cos(times) - np.cos(start), np.sin(times) - np.sin(start)
+        # The two squares add up to a constant, so that one of them is enough.
+        rises = (cosine, sine, cosine * cosine, cosine * sine)
+        breathing = [block_diag(*(rise[:, part].mean(axis=1)[:, None] for part in CHANNELS)) for rise in rises]
+        return np.concatenate([levels, *breathing], axis=1)
 
     def explained(per_min: float) -> float:
         basis = np.linalg.qr(columns(per_min) / deviation[:, None])[0]
