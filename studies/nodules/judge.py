@@ -189,7 +189,7 @@ def by_cell(judged: Iterable[Judged]) -> list[dict[str, Any]]:
                 "nodules": len(inside),
                 "auc": auc,
                 "auc_se": None if auc is None else _standard_error(auc, len(inside), len(controls)),
-                "place_median_mm": float(np.median(errors)) if errors else None,
+                "place_median_mm": _finite_median(errors),
                 "within_3_mm": float(np.mean(np.array(errors) <= NEAREST_MM)) if errors else None,
             }
         )
@@ -251,6 +251,12 @@ def _place_error_mm(site: Site) -> float:
     if site.sphere is None or site.found is None:
         return math.inf
     return math.hypot(site.found.x_mm - site.sphere.x_mm, site.found.y_mm - site.sphere.y_mm)
+
+
+def _finite_median(errors: Sequence[float]) -> float | None:
+    """Return the median; None without errors, or where half of the nodules were not found."""
+    median = float(np.median(errors)) if errors else math.inf
+    return median if math.isfinite(median) else None
 
 
 def _in_cell(sphere: Sphere, cell: dict[str, Range]) -> bool:
