@@ -26,7 +26,7 @@ Workers = Callable[[Sequence[bytes]], Iterator[tuple[int, bytes]]]
 
 ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies")
 _LIBRARIES = ("numpy", "scipy", "scikit-learn")
-_CODE = {".py", ".json", ".toml", ".dbc"}
+_CODE = {".py", ".json", ".toml", ".dbc", ".npz"}
 _PROTOCOL = 5
 _ONE_AT_A_TIME = Lock()
 """Lock around each piece: the limit of threads is the process's, so a worker with several threads runs one piece at a
