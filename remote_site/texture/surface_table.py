@@ -12,6 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from common.scenes.surfaces import surface_kind
 from remote_site.tables.table_file import TableFile
+from remote_site.texture.motion_spectrum import MotionSpectra
+from remote_site.texture.roughness_scale import RoughnessScale
 from remote_site.texture.texture_law import TextureLaw
 
 ONE_ROUGHNESS = 0.25
@@ -60,13 +62,18 @@ class SurfaceTable(TableFile):
         law: law of the sensor.
         groove_v: curvature for one newton of the calibrated grooves, V; None if none was calibrated.
         surfaces: the calibrated surfaces.
+        roughness_scale: roughness in um of a roughness in V; None if no surface of known roughness was calibrated.
+        spectra: spectra of the surfaces, in their order, for recorded strokes; None where roughness and grooves
+            recognised as many of the calibration's strokes.
     """
 
     kind: Literal["texture_surfaces"] = "texture_surfaces"
-    schema_version: Literal[2] = 2
+    schema_version: Literal[2, 3] = 3
     law: TextureLaw = TextureLaw()
     groove_v: Positive | None = None
     surfaces: list[Surface] = Field(min_length=1)
+    roughness_scale: RoughnessScale | None = None
+    spectra: MotionSpectra | None = None
 
     def groove_rad_s(self, strength_v: float) -> float:
         """Return the amplitude of a groove's impulse, rad/s, from its curvature for one newton, V."""

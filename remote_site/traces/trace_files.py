@@ -14,14 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.exploration.contact_detector import CONTACT_ON_N
-from remote_site.traces.units import wrong_forces, wrong_speeds, wrong_speeds_m_s, wrong_temperature, wrong_times
+from remote_site.traces.units import (
+    wrong_forces,
+    wrong_roughness,
+    wrong_speeds,
+    wrong_speeds_m_s,
+    wrong_temperature,
+    wrong_times,
+)
 
 Array = NDArray[np.float64]
 
 HELD_S = 0.050
 """Minimum duration of a force of CONTACT_ON_N or more from its first sample that counts as contact, s."""
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
-_OF_LABELS = {"object_c": wrong_temperature, "speed_mm_s": wrong_speeds}
+_OF_LABELS = {"object_c": wrong_temperature, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
 """Check of the unit of each optional column of labels."""
 
 
@@ -101,8 +108,8 @@ class StrokeTrace:
 
     @property
     def rate_hz(self) -> float:
-        """Mean sampling rate, 1/s."""
-        return (len(self.time_s) - 1) / float(self.time_s[-1] - self.time_s[0])
+        """Mean sampling rate, 1/s, rounded to 1e-6: times in a file are rounded, too."""
+        return round((len(self.time_s) - 1) / float(self.time_s[-1] - self.time_s[0]), 6)
 
 
 def _check_columns(trace: ThermalTrace | StrokeTrace, **units: Callable[[Array], str] | None) -> None:

@@ -12,6 +12,8 @@ FAHRENHEIT = (60.0, 150.0)
 """Range of a median that is taken for degrees Fahrenheit: 16 to 66 C."""
 LONGEST_STEP_S = 0.5
 """Longest median time between two samples, s; a touch or a stroke has at least ten samples."""
+ROUGHNESS_UM = (0.005, 2000.0)
+"""Range of the roughness of a surface, um, from polished glass to coarse grating."""
 LARGEST_FORCE_N = 20.0
 """Largest force of a finger in a trace, N; the sites accept half of it."""
 SLOWEST_MM_S = 0.5
@@ -42,6 +44,13 @@ def wrong_times(values: Array) -> str:
         return ""
     unit, factor = ("milliseconds", 1000) if step < 500.0 else ("microseconds", 1_000_000)
     return f"samples {step:g} s apart are no trace: they look like {unit}; divide by {factor}"
+
+
+def wrong_roughness(values: Array) -> str:
+    """Return which roughness cannot be one in um; empty if all may be."""
+    for roughness_um in values[(values < ROUGHNESS_UM[0]) | (values > ROUGHNESS_UM[1])]:
+        return f"{roughness_um:g} is no roughness in um ({ROUGHNESS_UM[0]:g} to {ROUGHNESS_UM[1]:g})"
+    return ""
 
 
 def wrong_forces(values: Array) -> str:

@@ -71,7 +71,9 @@ def calibrate_temperature_command(
 
 @app.command("texture")
 def calibrate_texture_command(
-    strokes: Annotated[Path, typer.Option(help="Folder with strokes and labels.csv (file,surface[,speed_mm_s]).")],
+    strokes: Annotated[
+        Path, typer.Option(help="Folder with strokes and labels.csv (file,surface[,speed_mm_s][,roughness_um]).")
+    ],
     out: Annotated[Path, typer.Option(help="Table to write.")],
     signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
     speed: Annotated[float | None, typer.Option(help="Stroke speed for files without one, mm/s.")] = None,

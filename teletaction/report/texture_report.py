@@ -28,4 +28,12 @@ def texture_text(fit: TextureFit) -> str:
             f"{f'{taken.get(surface.name, 0)}/{sum(taken.values())}':>12}"
         )
         lines += [f"    {times} taken for {other}" for other, times in sorted(taken.items()) if other != surface.name]
+    if table.spectra is not None:
+        lines.append("recorded strokes: surfaces by their spectra; live strokes: by roughness and grooves")
+    if (scale := table.roughness_scale) is not None:
+        lines.append(
+            f"roughness in um: {exp(scale.ln_um):.3g} * (roughness in V)^{scale.exponent:.2f} +- "
+            f"{100.0 * scale.ln_sd:.0f} %, {1e3 * scale.least_v:.2f} to {1e3 * scale.most_v:.2f} mV, "
+            f"{fit.scaled} strokes"
+        )
     return "\n".join([*lines, *(f"warning: {warning}" for warning in fit.warnings)])

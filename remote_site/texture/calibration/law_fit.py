@@ -32,11 +32,12 @@ _ANYTHING = [Surface(name="anything", ln_roughness=-5.0, ln_roughness_sd=1.0, k_
 
 @dataclass(frozen=True, slots=True)
 class LabelledStroke:
-    """A stroke over a known surface; `file` names its source."""
+    """A stroke over a known surface; `file` names its source; `roughness_um` is None where it is unknown."""
 
     file: str
     surface: str
     stroke: EvenStroke
+    roughness_um: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,9 @@
 """Calibrates the surface table from labelled strokes."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import numpy as np
 
 from common.wire.messages import ExplorationMode
 from remote_site.texture.calibration.law_fit import LabelledStroke, LawFit, anything, fit_law
+from remote_site.texture.calibration.motion_spectrum_fit import MotionFit, fit_spectra
+from remote_site.texture.calibration.roughness_fit import KnownRoughness, fit_scale
 from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, even_stroke
 from remote_site.texture.recorded.stroke_segment import Segment
 from remote_site.texture.recorded.stroke_segments import even_segments
@@ -37,6 +40,8 @@ class TextureFit:
         strokes: number of strokes of each surface.
         scatter: standard deviation over mean of the roughness of each surface's strokes.
         taken_for: for each true surface, the number of strokes taken for each surface by a table made without them.
+            Spectra name the surfaces where the table has spectra.
+        scaled: number of strokes with a known roughness in um.
         warnings: faults and missing data, one line each.
     """
 
@@ -45,6 +50,7 @@ class TextureFit:
     strokes: dict[str, int]
     scatter: dict[str, float]
     taken_for: dict[str, dict[str, int]]
+    scaled: int
     warnings: list[str]
 
 
@@ -56,7 +62,7 @@ def calibrate_texture(
     sensor_serial: str = "unknown",
     made_on: str = "",
 ) -> TextureFit:
-    """Make a surface table from FOLDER/labels.csv (`file,surface`) and write it to `out`.
+    """Make a surface table from FOLDER/labels.csv (`file,surface[,roughness_um]`) and write it to `out`.
 
     Args:
         folder: holds labels.csv and the strokes it names.
@@ -70,15 +76,15 @@ def calibrate_texture(
         ValueError: a file cannot be used; the message names file, line and column.
     """
     labelled = []
-    for path, label, _ in read_labels(folder, "surface"):
+    for path, label, roughness_um in read_labels(folder, "surface", "roughness_um"):
         trace = read_stroke(path)
         if trace.rate_hz < FAST_HZ:
             raise ValueError(f"{path}: recorded at {trace.rate_hz:.0f} Hz; single grooves need {FAST_HZ:.0f} Hz")
-        labelled.append(LabelledStroke(str(path), label, even_stroke(trace)))
+        labelled.append(LabelledStroke(str(path), label, even_stroke(trace), roughness_um))
     fit = fit_surfaces(labelled, constants or {})
     table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
     table.save(out)
-    return TextureFit(table, fit.law, fit.strokes, fit.scatter, fit.taken_for, fit.warnings)
+    return replace(fit, table=table)
 
 
 def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[float, float]]) -> TextureFit:
@@ -90,14 +96,27 @@ def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[
         name: [segment for _, segment in group]
         for name, group in groupby(zip(labelled, found, strict=True), key=lambda pair: pair[0].surface)
     }
-    table = _table(law.law, own, constants)
+    scaled = [
+        KnownRoughness(one.surface, part.roughness_v, one.roughness_um)
+        for one, part in zip(labelled, found, strict=True)
+        if one.roughness_um is not None and part.roughness_v is not None
+    ]
     taken_for = _leave_one_out(labelled, law.law, own, constants)
+    spectra = _spectra(labelled, found)
+    if spectra is not None and spectra.right <= sum(taken.get(name, 0) for name, taken in taken_for.items()):
+        spectra = None
+    if spectra is not None:
+        taken_for = {name: dict(Counter(b for a, b in spectra.left_out if a == name)) for name in own}
+    table = _table(law.law, own, constants).model_copy(
+        update={"roughness_scale": fit_scale(scaled), "spectra": None if spectra is None else spectra.spectra}
+    )
     return TextureFit(
         table,
         law,
         {name: len(parts) for name, parts in own.items()},
         {name: _scatter(parts) for name, parts in own.items()},
         taken_for,
+        len(scaled),
         [*_missing(law), *_one_stroke(own), *_confused(taken_for)],
     )
 
@@ -109,6 +128,14 @@ def _longest(one: LabelledStroke, law: TextureLaw) -> Segment:
     if not parts:
         raise ValueError(f"{one.file}: no stroke: columns force_n and speed_mm_s never show stroking for 0.1 s")
     return max(parts, key=lambda p: p.end_s - p.start_s)
+
+
+def _spectra(labelled: Sequence[LabelledStroke], found: Sequence[Segment]) -> MotionFit | None:
+    """Return the spectra of the surfaces; None if too few strokes are long enough for one."""
+    seen = [(part.spectrum, one.surface) for one, part in zip(labelled, found, strict=True) if part.spectrum]
+    if len(seen) < len(labelled):
+        return None
+    return fit_spectra([spectrum for spectrum, _ in seen], [surface for _, surface in seen])
 
 
 def _table(law: TextureLaw, own: dict[str, list[Segment]], constants: dict[str, tuple[float, float]]) -> SurfaceTable:

@@ -10,6 +10,7 @@ import numpy as np
 
 from common.files.read_files import read_json
 from common.runtime.parallel_map import Progress, in_order, unseen
+from remote_site.texture.motion_spectrum import UNKNOWN, MotionSpectra
 from remote_site.texture.recorded.spectrum_table import Recognised, SpectrumTable
 from remote_site.texture.recorded.stroke_playback import FAST_HZ
 from remote_site.texture.recorded.stroke_segment import Segment
@@ -34,9 +35,11 @@ class SurfaceAnswer(TypedDict):
         mode: `tapping`, `quiescent` or `stroking`.
         start_s: begin of the segment, s.
         end_s: end of the segment, s.
-        surface: likeliest calibrated surface.
-        surface_probability: its probability, 0..1, with a table of slow strokes.
+        surface: likeliest calibrated surface; with a table that has spectra, `unknown` if none fits.
+        surface_probability: its probability, 0..1, with a table of spectra.
         roughness_v: roughness without grooves, V or the signal's own unit.
+        roughness_um: roughness, um, with a table calibrated for it; None outside of the calibrated range.
+        roughness_sd_um: its standard deviation, um.
         k_speed_rpm_per_mm_s: motor speed for each mm/s of stroke speed, rpm/(mm/s) (Kron & Schmidt 2003, Eq. 2).
         k_force_rpm_per_n: motor speed for each newton, rpm/N.
         impulses_s: times of grooves and edges, s.
@@ -53,6 +56,8 @@ class SurfaceAnswer(TypedDict):
     surface: str | None
     surface_probability: NotRequired[float | None]
     roughness_v: float | None
+    roughness_um: NotRequired[float | None]
+    roughness_sd_um: NotRequired[float | None]
     k_speed_rpm_per_mm_s: float | None
     k_force_rpm_per_n: float | None
     impulses_s: list[float]
@@ -187,6 +192,21 @@ def _answer(part: Segment, table: SurfaceTable | None, speed_sd_m_s: float) -> S
     if table is not None and part.surface is not None and part.roughness_v is not None:
         constants = StrokeLaw(table).at(ln_roughness(part.roughness_v))
         answer["surface"] = part.surface
+        if table.spectra is not None:
+            _name_by_spectrum(answer, part, table, table.spectra)
         answer["k_speed_rpm_per_mm_s"] = round(constants.k_stroke_v * RPM_PER_MM_S, 3)
         answer["k_force_rpm_per_n"] = round(constants.k_stroke_f * RPM, 2)
+    if table is not None and table.roughness_scale is not None:
+        found = None if part.roughness_v is None else table.roughness_scale.at(part.roughness_v)
+        answer["roughness_um"] = None if found is None else round(found.roughness_um, 3)
+        answer["roughness_sd_um"] = None if found is None else round(found.sd_um, 3)
     return answer
+
+
+def _name_by_spectrum(answer: SurfaceAnswer, part: Segment, table: SurfaceTable, spectra: MotionSpectra) -> None:
+    """Set the surface, or `unknown`, and its probability; a stroke too short for a spectrum has neither."""
+    answer["surface"] = answer["surface_probability"] = None
+    if part.spectrum is not None:
+        ranking = spectra.rank(part.spectrum)
+        answer["surface"] = table.surfaces[ranking.best].name if ranking.known else UNKNOWN
+        answer["surface_probability"] = round(float(ranking.probabilities.max()), 4)

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.stats import chi2
 
 from remote_site.tables.table_file import TableFile
+from remote_site.texture.motion_spectrum import UNKNOWN
 from remote_site.texture.recorded.surface_spectrum import Along, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace
 
@@ -19,8 +20,6 @@ STRANGE = 1e-3
 """Smallest probability of a distance as large as a stroke's; below it, the stroke is of no calibrated surface."""
 LEAST_BANDS = 3
 """Minimum number of bands for a comparison."""
-UNKNOWN = "unknown"
-"""Label of a stroke of no calibrated surface."""
 
 
 @dataclass(frozen=True, slots=True)

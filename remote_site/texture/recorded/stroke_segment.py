@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from common.wire.messages import ExplorationMode
 from remote_site.texture.groove_period import Period
+from remote_site.texture.motion_spectrum import StrokeSpectrum
 
 
 @dataclass(slots=True)
@@ -22,6 +23,7 @@ class Segment:
         period: spatial period; None without a period or a known speed.
         surface: name of the likeliest surface; None without a table or a stroke.
         probability: probability of that surface at the end, 0..1.
+        spectrum: spectrum of the vibration; None without a stroke of 0.128 s or more.
         changed: whether the segment begins where the stroke reached another surface.
         fault: fault of the sensor; None without a fault.
     """
@@ -37,5 +39,6 @@ class Segment:
     period: Period | None = None
     surface: str | None = None
     probability: float | None = None
+    spectrum: StrokeSpectrum | None = None
     changed: bool = False
     fault: str | None = None

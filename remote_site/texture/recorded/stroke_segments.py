@@ -10,7 +10,9 @@ from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.recorded.slow_stroke import slow_stroke
 from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, StrokeBlock, even_stroke, felt
 from remote_site.texture.recorded.stroke_segment import Segment
+from remote_site.texture.recorded.stroke_spectrum import stroke_spectrum
 from remote_site.texture.surface_table import SurfaceTable
+from remote_site.texture.tip_path import RATE_HZ
 from remote_site.traces.trace_files import StrokeTrace
 
 
@@ -46,6 +48,9 @@ def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
         inside = (stroke.time_s >= segment.start_s) & (stroke.time_s <= segment.end_s)
         segment.force_n = float(stroke.force_n[inside].mean())
         segment.speed_m_s = float(stroke.speed_m_s[inside].mean())
+        if segment.mode is ExplorationMode.STROKING:
+            signal_v = stroke.signal_v[inside]
+            segment.spectrum = stroke_spectrum(signal_v, RATE_HZ, segment.speed_m_s, segment.force_n)
     return found
 
 

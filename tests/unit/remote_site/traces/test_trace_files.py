@@ -1,8 +1,9 @@
 """Trace files: every error names file, line and column."""
 
+import numpy as np
 import pytest
 
-from remote_site.traces.trace_files import read_labels, read_stroke, read_thermal
+from remote_site.traces.trace_files import StrokeTrace, read_labels, read_stroke, read_thermal
 
 GOOD = "time_s,sensor_c,force_n,note\n0.00,30.0,0.0,a\n0.01,30.0,0.5,b\n0.06,29.9,0.5,c\n"
 
@@ -63,3 +64,10 @@ def test_labels_must_name_files_that_exist(tmp_path):
     (tmp_path / "labels.csv").write_text("file,material\ngone.csv,pvc\n")
     with pytest.raises(ValueError, match="line 2: column file"):
         read_labels(tmp_path, "material")
+
+
+@pytest.mark.parametrize("begin_s", [0.0, 0.5, 1.234])
+def test_a_stroke_of_1000_samples_a_second_has_that_rate(begin_s):
+    """Rounded times must not make it a slow stroke."""
+    rates = {StrokeTrace((begin_s + np.arange(n) / 1000).round(3), np.zeros(n)).rate_hz for n in range(1000, 1200)}
+    assert rates == {1000.0}

@@ -108,3 +108,10 @@ def test_real_recordings_are_in_the_right_units() -> None:
     assert len(touches) > 100
     for path in touches:
         read_thermal(path)
+
+
+def test_a_roughness_beyond_any_surface_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("", "utf-8")
+    (tmp_path / "labels.csv").write_text("file,surface,roughness_um\na.csv,steel,0.4\na.csv,lost,0\n", "utf-8")
+    with pytest.raises(ValueError, match=r"labels.csv: column roughness_um: 0 is no roughness in um \(0.005 to 2000\)"):
+        read_labels(tmp_path, "surface", "roughness_um")

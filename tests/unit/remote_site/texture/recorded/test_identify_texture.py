@@ -108,3 +108,29 @@ def test_a_slow_recording_names_no_surface_and_needs_a_speed(tmp_path):
     assert line["surface"] is None
     with pytest.raises(ValueError, match="speed"):
         list(identify_texture([tmp_path / "slow.csv"], None, "best", -1.0))
+
+
+def test_roughness_in_um_is_answered_where_it_was_calibrated(calibrated, tmp_path):
+    _, folder = calibrated
+    known_um = {"plain_pvc": "1", "sandpaper": "12.5", "widely_grooved_pvc": ""}
+    header, *rows = (folder / "labels.csv").read_text().splitlines()
+    scaled = [f"{header},roughness_um", *(f"{row},{known_um[row.rpartition(',')[2]]}" for row in rows)]
+    for name in folder.glob("*.csv"):
+        (tmp_path / name.name).write_bytes(name.read_bytes())
+    (tmp_path / "labels.csv").write_text("\n".join(scaled) + "\n")
+    fit = calibrate_texture(tmp_path, tmp_path / "surfaces.json")
+    assert "roughness in um" in texture_text(fit)
+    write_stroke_csv(tmp_path / "new.csv", simulate_stroke("sandpaper", 7, 80.0, 1.0))
+    table = SurfaceTable.load(tmp_path / "surfaces.json")
+    stroke = next(line for line in identify_texture([tmp_path / "new.csv"], table) if line["mode"] == "stroking")
+    assert stroke["roughness_um"] == pytest.approx(12.5, rel=0.4)
+    assert 0.0 < stroke["roughness_sd_um"] < 12.5
+    (tmp_path / "labels.csv").write_text("\n".join(scaled).replace("12.5", "12500") + "\n")
+    with pytest.raises(ValueError, match=r"labels.csv: column roughness_um: 12500 is no roughness in um"):
+        calibrate_texture(tmp_path, tmp_path / "other.json")
+
+
+def test_tables_without_a_scale_answer_as_before(calibrated, tmp_path):
+    write_stroke_csv(tmp_path / "new.csv", simulate_stroke("sandpaper", 7, 80.0, 1.0))
+    for line in identify_texture([tmp_path / "new.csv"], calibrated[0].table):
+        assert "roughness_um" not in line

@@ -1,0 +1,46 @@
+"""Converts a roughness in V to one in um; surfaces of known roughness calibrate the scale."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+BEYOND_LN = 0.25
+"""Distance in ln(roughness in V) beyond the calibrated range up to which the scale holds."""
+
+
+class RoughnessUm(NamedTuple):
+    """Roughness of a surface, um, and its standard deviation, um."""
+
+    roughness_um: float
+    sd_um: float
+
+
+class RoughnessScale(BaseModel):
+    """ln(roughness in um) = ln_um + exponent * ln(roughness in V).
+
+    Attributes:
+        ln_um: ln(roughness in um) at 1 V.
+        exponent: exponent of the roughness in V.
+        ln_sd: standard deviation of ln(roughness in um) of one stroke.
+        least_v: smallest calibrated roughness, V.
+        most_v: largest calibrated roughness, V.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    ln_um: Finite
+    exponent: Positive
+    ln_sd: Positive
+    least_v: Positive
+    most_v: Positive
+
+    def at(self, roughness_v: float) -> RoughnessUm | None:
+        """Return the roughness in um; None outside of the calibrated range."""
+        if not self.least_v * math.exp(-BEYOND_LN) <= roughness_v <= self.most_v * math.exp(BEYOND_LN):
+            return None
+        roughness_um = math.exp(self.ln_um + self.exponent * math.log(roughness_v))
+        return RoughnessUm(roughness_um, roughness_um * self.ln_sd)
