@@ -44,6 +44,7 @@ STUDIES = {
     "texture": "studies.texture.run",
     "recorded-strokes": "studies.recorded_strokes.run",
     "palpation": "studies.palpation.run",
+    "texture-world": "studies.texture_world.run",
     "exploration-modes": "studies.exploration_modes.run",
     "groove-spacing": "studies.groove_spacing.run",
     "vibration": "studies.vibration.run",

@@ -1,0 +1,54 @@
+"""Compares the shipped roughness of strokes with the power of the models that made them."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from remote_site.texture.calibration.law_fit import LabelledStroke, fit_law, mean_ln_roughness
+from remote_site.texture.texture_law import TextureLaw
+from studies.texture_world.models import TextureModel
+from studies.texture_world.strokes import own_ln_rms, stroke_over
+
+Row = dict[str, Any]
+EACH = 6
+"""Number of strokes of each texture; five are labelled, and one is judged."""
+LAW_EACH, LAW_EVERY = 3, 5
+"""The law of the sensor is fitted to three other strokes of each fifth texture."""
+
+
+def sensor_law(models: Sequence[TextureModel], seed: int) -> TextureLaw:
+    """Fit the law of the sensor."""
+    some = models[::LAW_EVERY]
+    strokes = [
+        LabelledStroke(f"stroke {number}", model.material, stroke_over(model, seed, 1, place, number).even())
+        for place, model in enumerate(some)
+        for number in range(LAW_EACH)
+    ]
+    return fit_law(strokes).law
+
+
+def roughnesses(models: Sequence[TextureModel], first: int, law: TextureLaw, seed: int) -> Iterator[Row]:
+    """Yield the roughness of each stroke beside the model's own rms; `first` is the place of the first model."""
+    for place, model in enumerate(models, start=first):
+        own = own_ln_rms(model)
+        for number in range(EACH):
+            found = mean_ln_roughness(stroke_over(model, seed, place, number).even(), law)
+            yield {"material": model.material, "stroke": number, "own_ln_rms": own, "ln_roughness": found}
+
+
+def ranking(rows: Sequence[Row]) -> Row:
+    """Return rank correlations of roughness and own rms, and the share right by roughness alone from one stroke."""
+    own = np.array([row["own_ln_rms"] for row in rows]).reshape(-1, EACH)[:, 0]
+    found = np.array([row["ln_roughness"] for row in rows]).reshape(-1, EACH)
+    labelled, judged = found[:, :-1].mean(axis=1), found[:, -1]
+    nearest = np.abs(judged[:, None] - labelled).argmin(axis=1)
+    return {
+        "textures": len(own),
+        "spearman_five_strokes": float(spearmanr(labelled, own)[0]),
+        "spearman_one_stroke": float(spearmanr(judged, own)[0]),
+        "scatter_ln": float(np.sqrt(found.var(axis=1, ddof=1).mean())),
+        "spread_ln": float(labelled.std()),
+        "right_by_roughness_alone": float(np.mean(nearest == np.arange(len(own)))),
+    }
