@@ -26,6 +26,7 @@ _MATCHED = (
     ("virtual", "motor left to itself", "virtual, motor left to itself", SKY, "v"),
     ("virtual", "stroked at 30 mm/s", "virtual, stroked at 30 mm/s", GREEN, "D"),
     ("virtual", "foam with its own stiffness", "virtual, foam is soft", PLUM, "*"),
+    ("virtual", "constants by roughness, 30 mm/s", "virtual, constants by roughness, 30 mm/s", ORANGE, "P"),
 )
 _USUAL_S = 3.0
 
@@ -108,7 +109,7 @@ def _draw_matching(axes: Axes, rows: Rows) -> None:
         axes.bar(place, high - low, 0.8, bottom=low, color=PALE, zorder=1)
         axes.hlines(row["paper_percent"], place - 0.4, place + 0.4, color=GREY, lw=2)
     for number, (side, features, label, colour, mark) in enumerate(_MATCHED):
-        shift = (number - 0.5 * (len(_MATCHED) - 1)) * 0.14
+        shift = (number - 0.5 * (len(_MATCHED) - 1)) * 0.12
         mine = {row["surface"]: row for row in rows if row["side"] == side and row["features"] == features}
         shares = [mine[surface]["predicted_percent"] for surface in surfaces]
         size = 11 if mark == "*" else 6.5

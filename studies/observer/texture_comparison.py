@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from common.scenes.surfaces import surface_kind
+from sim_sensors.physics.motor import RPM_PER_RAD_S
 from sim_sensors.physics.surface import SurfaceProfile, make_profile, relief_of
 from studies.observer.paper_tables import MATCHED, MATCHING_OF, beside
 from studies.observer.remote_stroke import remote_stroke
@@ -15,7 +17,7 @@ from studies.observer.stroke_features import motor_features, surface_features
 from studies.observer.texture_observer import LAPSE, PATTERN, Features, confusion, matching
 from studies.touches.rendered_stroke import SHOWN_N_M, FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
 from studies.touches.simulated_finger import Array
-from studies.touches.stroke_path import LENGTH_M, SLOW_M_S, measured
+from studies.touches.stroke_path import FORCE_N, LENGTH_M, SLOW_M_S, measured
 from teletaction.testbed.rendered_fingers import TICK_S
 
 SURFACES = tuple(MATCHED)
@@ -35,6 +37,7 @@ BY_HAND = (
 MEASURED, HAND_SET, OWN_STIFFNESS = "measured", "set by hand", "foam with its own stiffness"
 LEFT_ALONE, IDEAL_MOTOR = "motor left to itself", "motor that does what is wanted"
 BETWEEN, SLOWLY, BY_INTENSITY = "strength between grooves", "stroked at 30 mm/s", "rendered by felt intensity"
+BY_ROUGHNESS, BY_ROUGHNESS_SLOWLY = "constants by roughness", "constants by roughness, 30 mm/s"
 
 Sets = tuple[Sequence[Features], Sequence[Features]]
 """Features of the real and of the displayed surfaces."""
@@ -47,7 +50,8 @@ class Strokes:
     Attributes:
         profiles: the real surfaces.
         virtual, remote: courses at the fingertip.
-        varied: courses over virtual surfaces by variation: SLOWLY, BY_INTENSITY, OWN_STIFFNESS.
+        varied: courses over virtual surfaces by variation: SLOWLY, BY_INTENSITY, OWN_STIFFNESS, BY_ROUGHNESS,
+            BY_ROUGHNESS_SLOWLY.
     """
 
     profiles: Sequence[SurfaceProfile]
@@ -75,8 +79,32 @@ def strokes(seed: int) -> Strokes:
         SLOWLY: [rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in surfaces],
         BY_INTENSITY: [rendered_stroke(surface, seed, vibration="intensity") for surface in surfaces],
         OWN_STIFFNESS: [rendered_stroke(soft, seed), *virtual[1:]],
+        BY_ROUGHNESS: [rendered_stroke(surface, seed) for surface in by_roughness(profiles)],
+        BY_ROUGHNESS_SLOWLY: [
+            rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in by_roughness(profiles)
+        ],
     }
     return Strokes(profiles, virtual, remote, varied)
+
+
+def by_roughness(profiles: Sequence[SurfaceProfile]) -> list[VirtualSurface]:
+    """Return surfaces whose constants follow the strength of the real surfaces' fluctuation.
+
+    ln motor speed is linear in ln strength. Plain PVC, the smoothest, has the lowest felt speed, and sandpaper the
+    largest one of the motor. Between their grooves, grooved surfaces are plain PVC. The speed depends on the force
+    alone: the real fluctuation hardly changes with the speed of a stroke.
+    """
+    strength = {
+        name: surface_features(surface_kind(name).stiffness_n_m, profile).ln_intensity
+        for name, profile in zip(SURFACES, profiles, strict=True)
+    }
+    smooth, rough = strength["plain_pvc"], strength["sandpaper"]
+    found = []
+    for name, profile in zip(SURFACES, profiles, strict=True):
+        share = 0.0 if profile.grooves_m else (strength[name] - smooth) / (rough - smooth)
+        rpm = MOTOR_FLOOR_RPM * (MOTOR_MAX_RPM / MOTOR_FLOOR_RPM) ** share
+        found.append(VirtualSurface(0.0, rpm / RPM_PER_RAD_S / FORCE_N, profile.grooves_m))
+    return found
 
 
 def real_features(each: Strokes, **how: Any) -> list[Features]:
@@ -104,6 +132,11 @@ def cases(each: Strokes) -> dict[tuple[str, str], Sets]:
         found[side, BETWEEN] = real_features(each, typical=np.median), felt_features(courses, typical=np.median)
     slow = {"stroke_m_s": SLOW_M_S}
     found["virtual", SLOWLY] = real_features(each, **slow), felt_features(each.varied[SLOWLY], **slow)
+    found["virtual", BY_ROUGHNESS] = real, felt_features(each.varied[BY_ROUGHNESS])
+    found["virtual", BY_ROUGHNESS_SLOWLY] = (
+        real_features(each, **slow),
+        felt_features(each.varied[BY_ROUGHNESS_SLOWLY], **slow),
+    )
     found["virtual", BY_INTENSITY] = real, felt_features(each.varied[BY_INTENSITY])
     found["virtual", OWN_STIFFNESS] = _with_own_stiffness(real, each.varied[OWN_STIFFNESS])
     soft = [replace(BY_HAND[0], ln_stiffness=math.log(FOAM_SHARE)), *BY_HAND[1:]]

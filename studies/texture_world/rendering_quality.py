@@ -6,7 +6,7 @@ the rms of the sensed one, so that a unit counts for nothing.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import pairwise
@@ -52,14 +52,23 @@ WAVEFORM, SPECTRUM, CONSTANTS = "waveform", "spectrum", "constants of Eq. 2, mot
 SAME, MOTOR_BEST, ANOTHER = "the texture's own model", "motor that follows the intensity", "another texture"
 
 
-def metrics() -> Mapping[str, Callable[[Array, Array], complex]] | None:
-    """Return both metrics of a rendered and a sensed vibration at METRIC_HZ; None without the package."""
-    if find_spec(PACKAGE) is None:
-        return None
-    return {
-        name: getattr(import_module(f"{PACKAGE}.metrics.{part}"), name)
-        for name, part in (("st_sim", "stsim"), ("spqi", "spqi"))
-    }
+def installed() -> bool:
+    """Return whether the package of the metrics is there."""
+    return find_spec(PACKAGE) is not None
+
+
+def similarities(shown: Array, sensed: Array) -> dict[str, float]:
+    """Return ST-SIM and SPQI of a rendered and a sensed vibration, both at RATE_HZ; the package must be installed.
+
+    ST-SIM is a root, which is complex where the signals oppose each other; this counts as 0.
+    """
+    found = {}
+    fine, reference = (resample_poly(each, METRIC_HZ, round(RATE_HZ)) for each in (shown, sensed))
+    for name, part in (("st_sim", "stsim"), ("spqi", "spqi")):
+        with np.errstate(divide="ignore"):  # a spectrum of the package may have an empty line
+            score = getattr(import_module(f"{PACKAGE}.metrics.{part}"), name)(fine, reference)
+        found[name] = 0.0 if isinstance(score, complex) else float(score)
+    return found
 
 
 def qualities(models: Sequence[TextureModel], places: Sequence[int], ln_v: Sequence[float], seed: int) -> Iterator[Row]:
@@ -71,8 +80,7 @@ def qualities(models: Sequence[TextureModel], places: Sequence[int], ln_v: Seque
         ln_v: ln of the shipped roughness, V, of each of `models`.
         seed: of the strokes.
     """
-    judges = metrics()
-    if judges is None:
+    if not installed():
         return
     for place in places:
         stroke = stroke_over(models[place], seed, 2, place)
@@ -80,13 +88,11 @@ def qualities(models: Sequence[TextureModel], places: Sequence[int], ln_v: Seque
         sensed = stroke.acceleration_m_s2[part]
         for way, bits_s, vibration in _ways(models, place, stroke, part, ln_v, seed):
             shown = vibration * (float(sensed.std()) / max(float(vibration.std()), 1e-12))
-            fine, reference = (resample_poly(each, METRIC_HZ, round(RATE_HZ)) for each in (shown, sensed))
-            scores = {name: _real(judge(fine, reference)) for name, judge in judges.items()}
             yield {
                 "material": models[place].material,
                 "way": way,
                 "bits_s": bits_s,
-                **scores,
+                **similarities(shown, sensed),
                 "off_db": _off_db(shown, sensed),
             }
 
@@ -107,11 +113,6 @@ def _ways(
     yield MOTOR_BEST, None, following(sensed)
 
 
-def _real(score: complex) -> float:
-    """Return a score; ST-SIM is a root, which is complex where the signals oppose each other. That counts as 0."""
-    return 0.0 if isinstance(score, complex) else float(score)
-
-
 def quantised(signal: Array, bits: int) -> Array:
     """Return the signal in 2^bits even steps over RANGE_SDS."""
     step = 2.0 * RANGE_SDS * float(signal.std()) / 2**bits
@@ -122,19 +123,19 @@ def quantised(signal: Array, bits: int) -> Array:
 def resounded(signal: Array, rate_hz: float, chance: np.random.Generator) -> Array:
     """Return noise that has the power of the signal in each band, renewed at a rate, Hz."""
     length = round(2.0 * RATE_HZ / rate_hz)
-    window = np.hanning(length + 1)[:-1]
+    window = np.sqrt(np.hanning(length + 1)[:-1])
     padded = np.pad(signal, length)
     out = np.zeros(len(padded))
     frequency_hz = np.fft.rfftfreq(length, 1.0 / RATE_HZ)
+    edges_hz = [0.0, *EDGES_HZ[1:-1], 0.5 * RATE_HZ + 1.0]
     for first in range(0, len(padded) - length + 1, length // 2):
-        power = np.abs(np.fft.rfft(window * padded[first : first + length])) ** 2
-        noise = np.fft.rfft(np.sqrt(window) * chance.standard_normal(length))
+        power = np.abs(np.fft.rfft(window * padded[first : first + length])) ** 2 / np.mean(window**2)
+        noise = np.fft.rfft(chance.standard_normal(length))
         gain = np.zeros(len(power))
-        for low_hz, high_hz in pairwise([0.0, *EDGES_HZ[1:-1], 0.5 * RATE_HZ]):
+        for low_hz, high_hz in pairwise(edges_hz):
             inside = (frequency_hz >= low_hz) & (frequency_hz < high_hz)
-            if inside.any():
-                gain[inside] = math.sqrt(float(power[inside].mean() / np.mean(np.abs(noise[inside]) ** 2 + 1e-30)))
-        out[first : first + length] += np.sqrt(window) * np.fft.irfft(gain * noise, length)
+            gain[inside] = math.sqrt(float(power[inside].mean()) / length) if inside.any() else 0.0
+        out[first : first + length] += window * np.fft.irfft(gain * noise, length)
     return out[length : length + len(signal)]
 
 

@@ -21,7 +21,7 @@ from studies.running import Progress, data_folder
 from studies.texture_world.figure import plot
 from studies.texture_world.models import TextureModel, read_models
 from studies.texture_world.recognition import FOLDS, METHODS, SECONDS, SHIPPED, TOP, named, strangers
-from studies.texture_world.rendering_quality import MISSING, metrics, qualities, quality_rows
+from studies.texture_world.rendering_quality import MISSING, installed, qualities, quality_rows
 from studies.texture_world.roughness import EACH, ranking, roughnesses, sensor_law
 
 __all__ = ["plot", "run", "tables"]
@@ -70,7 +70,7 @@ def run(
     }
     found = rows_of(pieces, work, part_of(progress, 0.15, 0.85))
     quality = _quality(models, found["strokes"], seed, work, part_of(progress, 0.85, 1.0))
-    return _findings(models, law, found) | {"quality": quality, "without": [] if metrics() else [MISSING]}
+    return _findings(models, law, found) | {"quality": quality, "without": [] if installed() else [MISSING]}
 
 
 def _quality(models: Sequence[TextureModel], strokes: Sequence[Row], seed: int, work: Work, progress: Any) -> list[Row]:

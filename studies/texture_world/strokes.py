@@ -107,10 +107,10 @@ def rendered(model: TextureModel, speed_mm_s: Array, force_n: Array, chance: np.
 
 
 def own_ln_rms(model: TextureModel) -> float:
-    """Return the model's own mean ln rms, m/s^2, over a grid of speeds and forces of the strokes; nothing is drawn."""
+    """Return the ln rms of a model, m/s^2, over a grid of speeds and forces of the strokes; nothing is drawn."""
     speeds, forces = (
         np.linspace(low, min(high, share * most), 6)
         for (low, high), share, most in zip((SPEED_MM_S, FORCE_N), WITHIN, model.most, strict=True)
     )
     speed_mm_s, force_n = (grid.ravel() for grid in np.meshgrid(speeds, forces))
-    return float(np.log(model.at(speed_mm_s, force_n).rms()).mean())
+    return 0.5 * math.log(float(np.mean(model.at(speed_mm_s, force_n).rms() ** 2)))
