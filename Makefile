@@ -210,7 +210,7 @@ COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --system-
 HASHED := $(COMPILE) --generate-hashes -c constraints.txt
 TOOLS := docs browser mutants examples supply
 # Large packages, which only exports need: a lock of their own.
-EXPORTS := dicom pandas parquet rerun foxglove lsl
+EXPORTS := dicom pandas parquet rerun foxglove lsl quality
 .PHONY: lock
 lock: $(READY)
 	$(LOCKED) locks/supply.txt

@@ -93,30 +93,32 @@ def _features(strokes: Sequence[StrokeSpectrum]) -> tuple[Array, Array]:
     return np.array([one.ln_power for one in strokes]), np.array([one.motion[1:] for one in strokes])
 
 
-def strangers(models: Sequence[TextureModel], judged: int, seed: int, fold: int, known: str) -> Iterator[Row]:
-    """Yield counts of strokes called unknown, at each duration, with one group of textures apart.
+def strangers(models: Sequence[TextureModel], judged: int, seed: int, folds: int, known: str) -> Iterator[Row]:
+    """Yield counts of strokes called unknown, at each duration, with one group of textures after the other apart.
 
     Args:
         models: all textures.
         judged: number of judged strokes of each texture.
         seed: of strokes and groups.
-        fold: the group.
+        folds: number of groups that are set apart, at most FOLDS.
         known: `many`: the other groups are calibrated; `few`: only the group is.
     """
     drawn = strokes_of(models, LABELLED + judged, seed)
-    group = np.array_split(np.random.default_rng(seed).permutation(len(models)), FOLDS)[fold]
-    inside = np.isin(np.arange(len(models)), group, invert=known == "many")
-    own, others = np.flatnonzero(inside), np.flatnonzero(~inside)
-    spectra = fitted([drawn[place] for place in own])
-    for seconds in SECONDS:
-        mine = [(place, spectra.rank(one.spectrum(seconds))) for place in own for one in drawn[place][LABELLED:]]
-        theirs = [spectra.rank(one.spectrum(seconds)) for place in others for one in drawn[place][LABELLED:]]
-        yield {
-            "known_textures": known,
-            "seconds": seconds,
-            "own": len(mine),
-            "own_unknown": sum(not found.known for _, found in mine),
-            "own_right": sum(found.known and int(own[found.best]) == int(place) for place, found in mine),
-            "strange": len(theirs),
-            "strange_unknown": sum(not found.known for found in theirs),
-        }
+    asked = [[{t: one.spectrum(t) for t in SECONDS} for one in strokes[LABELLED:]] for strokes in drawn]
+    groups = np.array_split(np.random.default_rng(seed).permutation(len(models)), FOLDS)
+    for group in groups[:folds]:
+        own = sorted(group.tolist() if known == "few" else set(range(len(models))) - set(group.tolist()))
+        others = sorted(set(range(len(models))) - set(own))
+        spectra = fitted([drawn[place] for place in own])
+        for seconds in SECONDS:
+            mine = [(place, spectra.rank(one[seconds])) for place in own for one in asked[place]]
+            theirs = [spectra.rank(one[seconds]) for place in others for one in asked[place]]
+            yield {
+                "known_textures": known,
+                "seconds": seconds,
+                "own": len(mine),
+                "own_unknown": sum(not found.known for _, found in mine),
+                "own_right": sum(found.known and own[found.best] == place for place, found in mine),
+                "strange": len(theirs),
+                "strange_unknown": sum(not found.known for found in theirs),
+            }

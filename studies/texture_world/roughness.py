@@ -14,8 +14,8 @@ from studies.texture_world.strokes import own_ln_rms, stroke_over
 Row = dict[str, Any]
 EACH = 6
 """Number of strokes of each texture; five are labelled, and one is judged."""
-LAW_EACH, LAW_EVERY = 3, 5
-"""The law of the sensor is fitted to three other strokes of each fifth texture."""
+LAW_EACH, LAW_EVERY = 2, 10
+"""The law of the sensor is fitted to two other strokes of each tenth texture."""
 
 
 def sensor_law(models: Sequence[TextureModel], seed: int) -> TextureLaw:

@@ -28,8 +28,10 @@ __all__ = ["plot", "run", "tables"]
 
 Row = dict[str, Any]
 FOLDER = "textures"
-JUDGED, REPEATS = 6, 3
+JUDGED, REPEATS = 6, 2
 """Judged strokes of each texture, and independent repeats of the whole."""
+KNOWN = ("many", "few")
+"""Numbers of calibrated textures beside strangers."""
 QUICK_TEXTURES = 20
 """Number of textures of a quick run, evenly over all."""
 _IN_A_PIECE = 5
@@ -63,10 +65,7 @@ def run(
     pieces: dict[str, list[Piece]] = {
         "strokes": [(roughnesses, (models[k : k + _IN_A_PIECE], k, law, seed)) for k in parts],
         "named": [(named, (models, JUDGED, 10 + seed + k)) for k in range(repeats)],
-        "strangers": [
-            (strangers, (models, JUDGED, 10 + seed, fold, known))
-            for fold, known in product(range(1 if quick else FOLDS), ("many", "few"))
-        ],
+        "strangers": [(strangers, (models, JUDGED, 10 + seed, 1 if quick else FOLDS, known)) for known in KNOWN],
     }
     found = rows_of(pieces, work, part_of(progress, 0.15, 0.85))
     quality = _quality(models, found["strokes"], seed, work, part_of(progress, 0.85, 1.0))

@@ -13,7 +13,7 @@ _PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PROJECT = _PYPROJECT["project"]
 EXTRAS: dict[str, list[str]] = PROJECT["optional-dependencies"]
 GROUPS: dict[str, list[str]] = _PYPROJECT["dependency-groups"]
-EXPORTS = ("dicom", "pandas", "parquet", "rerun", "foxglove", "lsl")
+EXPORTS = ("dicom", "pandas", "parquet", "rerun", "foxglove", "lsl", "quality")
 """Extras of large packages, which only tests of exports install."""
 ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies", "benchmarks", "robustness")
 

@@ -73,15 +73,15 @@ def test_public_textures_are_named_better_than_by_classic_methods_and_strangers_
     others = max(row["top_1"] for method, row in found.items() if method != SHIPPED)
     assert found[SHIPPED]["top_1"] > others + 0.1
     assert found[SHIPPED]["top_3"] > 0.75
-    apart = {row["seconds"]: row for row in pooled(list(strangers(models, 2, 77, 0, "many")))}
+    apart = {row["seconds"]: row for row in pooled(list(strangers(models, 2, 77, 1, "many")))}
     assert apart[LONGEST_S]["strange_unknown_share"] >= 0.75
     assert apart[LONGEST_S]["own_right_share"] > 0.25
 
 
 @pytest.mark.long
 def test_roughness_ranks_public_textures_as_their_own_power_does():
-    some = public()[::5]
-    found = ranking(list(roughnesses(some, 0, sensor_law(some, 77), 77)))
+    models = public()
+    found = ranking(list(roughnesses(models[::5], 0, sensor_law(models, 77), 77)))
     assert found["spearman_five_strokes"] >= 0.85
     assert found["textures"] == 20
 
