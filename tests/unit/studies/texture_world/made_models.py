@@ -12,7 +12,7 @@ def write_model(path: Path, material: str, seed: int) -> None:
     """Write one model: a resonance of its own, and a variance that grows with speed and force."""
     chance = np.random.default_rng(seed)
     resonance = chance.uniform(0.3, 2.6)
-    loudness = chance.uniform(-4.0, 0.0)
+    loudness = chance.uniform(-7.0, -3.0)
     points = [(speed, force) for force in FORCES_N for speed in SPEEDS_MM_S]
     columns = len(SPEEDS_MM_S)
     corners = [
