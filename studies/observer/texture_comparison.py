@@ -90,8 +90,8 @@ def strokes(seed: int) -> Strokes:
 def by_roughness(profiles: Sequence[SurfaceProfile]) -> list[VirtualSurface]:
     """Return surfaces whose constants follow the strength of the real surfaces' fluctuation.
 
-    ln motor speed is linear in ln strength. Plain PVC, the smoothest, has the lowest felt speed, and sandpaper the
-    largest one of the motor. Between their grooves, grooved surfaces are plain PVC. The speed depends on the force
+    ln motor speed is linear in ln strength. Plain PVC, the smoothest, has the lowest perceptible speed, and sandpaper
+    the largest one of the motor. Between their grooves, grooved surfaces are plain PVC. The speed depends on the force
     alone: the real fluctuation hardly changes with the speed of a stroke.
     """
     strength = {

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from remote_site.texture.recorded.spectrum_table import SpectrumModel, SpectrumTable
 from remote_site.texture.recorded.stroke_playback import FAST_HZ
 from remote_site.texture.recorded.surface_spectrum import Along, Unevenness, bands, sensor_noise, spectrum, unevenness
-from remote_site.traces.trace_files import StrokeTrace, read_labels, read_stroke
+from remote_site.traces.trace_files import StrokeTrace, TraceFile, read_labels, read_stroke
 
 Array = NDArray[np.float64]
 
@@ -67,8 +67,13 @@ def read_labelled(folder: Path, signal: str | None, speed_mm_s: float | None) ->
         speed_mm_s: speed of strokes without one in labels.csv or in the recording, mm/s.
 
     Raises:
-        ValueError: a file cannot be used; the message names file, line and column.
+        ValueError: a file cannot be used, or there is a column `roughness_um`; the message names file, line and column.
     """
+    if "roughness_um" in TraceFile(folder / "labels.csv").names:
+        raise ValueError(
+            f"{folder / 'labels.csv'}: column roughness_um: strokes below {FAST_HZ:.0f} samples/s show no roughness; "
+            "remove the column"
+        )
     strokes = []
     for path, surface, own in read_labels(folder, "surface", "speed_mm_s"):
         speed = own if own is not None else speed_mm_s

@@ -123,8 +123,10 @@ def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[
 
 def _longest(one: LabelledStroke, law: TextureLaw) -> Segment:
     """Return the longest stroking part of a stroke; it has one label, so a change of surface within it is ignored."""
-    parts = even_segments(one.stroke, anything(law))
-    parts = [p for p in parts if p.mode is ExplorationMode.STROKING and p.roughness_v is not None]
+    found = even_segments(one.stroke, anything(law))
+    parts = [p for p in found if p.mode is ExplorationMode.STROKING and p.roughness_v is not None]
+    if not parts and (fault := next((p.fault for p in found if p.fault is not None), None)) is not None:
+        raise ValueError(f"{one.file}: {fault}; leave this stroke out")
     if not parts:
         raise ValueError(f"{one.file}: no stroke: columns force_n and speed_mm_s never show stroking for 0.1 s")
     return max(parts, key=lambda p: p.end_s - p.start_s)

@@ -134,3 +134,13 @@ def test_tables_without_a_scale_answer_as_before(calibrated, tmp_path):
     write_stroke_csv(tmp_path / "new.csv", simulate_stroke("sandpaper", 7, 80.0, 1.0))
     for line in identify_texture([tmp_path / "new.csv"], calibrated[0].table):
         assert "roughness_um" not in line
+
+
+def test_a_calibration_names_the_fault_of_a_stroke(tmp_path):
+    simulate_stroke_set("plain_pvc", 2, speed_mm_s=50.0, force_n=1.2, seed=1, out=tmp_path)
+    path = next(tmp_path.glob("plain_pvc*.csv"))
+    header, *rows = path.read_text().splitlines()
+    cut = [",".join([row.split(",")[0], "10.0", *row.split(",")[2:]]) for row in rows]
+    path.write_text("\n".join([header, *cut]) + "\n")
+    with pytest.raises(ValueError, match=f"{path.name}: saturated"):
+        calibrate_texture(tmp_path, tmp_path / "surfaces.json")

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from remote_site.texture.calibration.spectrum_calibration import LabelledStroke, calibrate_spectra
+from remote_site.texture.calibration.spectrum_calibration import LabelledStroke, calibrate_spectra, read_labelled
 from remote_site.texture.recorded.identify_texture import identify_texture, load_surfaces
 from remote_site.texture.recorded.spectrum_table import SpectrumTable
 from remote_site.texture.recorded.surface_spectrum import _without_motions, unevenness
@@ -127,6 +127,12 @@ def test_errors_name_the_remedy(tmp_path, fit):
     fast.write_text("time_s,pressure_v\n" + "\n".join(f"{k / 2000:.4f},{k % 7}" for k in range(2000)) + "\n")
     with pytest.raises(ValueError, match="2000 samples/s; the table is of strokes below 1000"):
         list(identify_texture([fast], fit.table))
+    rows = (tmp_path / "labels.csv").read_text().splitlines()
+    (tmp_path / "labels.csv").write_text(
+        "\n".join([f"{rows[0]},roughness_um", *(f"{row},2" for row in rows[1:])]) + "\n"
+    )
+    with pytest.raises(ValueError, match="column roughness_um: strokes below 1000 samples/s show no roughness"):
+        read_labelled(tmp_path, "best", 20.0)
     with pytest.raises(ValueError, match="too short or too coarse"):
         calibrate_spectra(folder_of((120,), length_mm=60.0))
     strokes = folder_of((120,))
