@@ -68,6 +68,7 @@ class SensorFault:
         "_means_v",
         "_noise_v2",
         "_presses_n",
+        "_rail_v",
         "_railed",
         "_rested",
         "_samples",
@@ -76,8 +77,9 @@ class SensorFault:
         "fault",
     )
 
-    def __init__(self, samples: int) -> None:
-        """Begin; a block has this number of samples."""
+    def __init__(self, samples: int, rail_v: float = RAIL_V) -> None:
+        """Begin; a block has this number of samples, and from the magnitude `rail_v`, V, a sample is at an end."""
+        self._rail_v = rail_v
         self.fault: str | None = None
         self._samples = samples
         block_s = self._block_s = samples / RATE_HZ
@@ -115,8 +117,9 @@ class SensorFault:
         changed_n = 0.0 if before_n is None else force_n - before_n
         low_v, high_v = min(samples_v), max(samples_v)
         railed = 0
-        if high_v >= RAIL_V or low_v <= -RAIL_V:
-            railed = sum(not -RAIL_V < v < RAIL_V for v in samples_v)
+        rail_v = self._rail_v
+        if high_v >= rail_v or low_v <= -rail_v:
+            railed = sum(not -rail_v < v < rail_v for v in samples_v)
         self._stuck = self._stuck + 1 if railed == self._samples else 0
         self._clipped += railed - self._railed[0]
         self._railed.append(railed)

@@ -16,7 +16,7 @@ from common.wire.messages import ExplorationMode
 from remote_site.texture.curvature_noise import CurvatureNoise
 from remote_site.texture.groove_detector import GrooveDetector, Impulse
 from remote_site.texture.roughness import PathCell, Roughness
-from remote_site.texture.sensor_fault import SensorFault
+from remote_site.texture.sensor_fault import RAIL_V, SensorFault
 from remote_site.texture.surface_filter import SurfaceFilter
 from remote_site.texture.surface_table import FAINTEST, Surface, SurfaceTable
 from remote_site.texture.texture_law import ln_roughness
@@ -77,8 +77,8 @@ class TextureReading:
 class TextureIdentification:
     """Texture identification of one finger."""
 
-    def __init__(self, surfaces: SurfaceTable) -> None:
-        """Identify with the law of the sensor and the calibrated surfaces."""
+    def __init__(self, surfaces: SurfaceTable, rail_v: float = RAIL_V) -> None:
+        """Identify with the law of the sensor and the calibrated surfaces; `rail_v` is the end of its range, V."""
         self._law = surfaces.law
         self._noise = CurvatureNoise(self._law.viscous_s)
         self._path = TipPath(self._law.viscous_s, self._law.leak_hz)
@@ -86,7 +86,7 @@ class TextureIdentification:
         self._impulses = GrooveDetector(faintest_v)
         self._roughness = Roughness()
         self._filter = SurfaceFilter(surfaces)
-        self._watch = SensorFault(BLOCK)
+        self._watch = SensorFault(BLOCK, rail_v)
         self._waiting: list[_Sample] = []
         self._mode = ExplorationMode.FREE
         self._lost_s = -math.inf

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
+from remote_site.texture.sensor_fault import RAIL_V
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.texture.texture_identification import BLOCK, TextureIdentification, TextureReading
 from remote_site.texture.texture_law import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S
@@ -16,6 +17,8 @@ from remote_site.texture.tip_path import RATE_HZ
 from remote_site.traces.trace_files import StrokeTrace
 
 Array = NDArray[np.float64]
+NEAR_RAIL = 0.998
+"""Fraction of the largest value from which a sample is at the end of its range."""
 FAST_HZ = 1000.0
 """Minimum sampling rate for the online identification, Hz; slower recordings cannot show single grooves."""
 
@@ -64,10 +67,15 @@ def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStrok
     )
 
 
+def _rail_v(signal_v: Array) -> float:
+    """Return the end of a sensor's range, V: that of the texture sensor, or of a signal beyond it the largest value."""
+    return max(RAIL_V, NEAR_RAIL * float(np.abs(signal_v).max()))
+
+
 def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[StrokeBlock]:
     """Yield the result of each block; a stroke without force counts as in contact, one without speed as stroking."""
     hand = HandMotion()
-    exploration, identification = ModeDetector(hand), TextureIdentification(surfaces)
+    exploration, identification = ModeDetector(hand), TextureIdentification(surfaces, _rail_v(stroke.signal_v))
     x_m = 0.0
     for first in range(0, len(stroke.time_s) - BLOCK + 1, BLOCK):
         last = first + BLOCK - 1

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from remote_site.texture.calibration.texture_calibration import calibrate_texture
-from remote_site.texture.recorded.identify_texture import identify_texture
+from remote_site.texture.recorded.identify_texture import identify_stroke, identify_texture
 from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
+from remote_site.traces.trace_files import StrokeTrace
 from sim_sensors.traces.simulate import simulate_stroke_set, write_stroke_csv
 from sim_sensors.traces.simulated_stroke import simulate_stroke
 from teletaction.report.texture_report import texture_text
@@ -144,3 +145,14 @@ def test_a_calibration_names_the_fault_of_a_stroke(tmp_path):
     path.write_text("\n".join([header, *cut]) + "\n")
     with pytest.raises(ValueError, match=f"{path.name}: saturated"):
         calibrate_texture(tmp_path, tmp_path / "surfaces.json")
+
+
+def test_a_sensor_of_a_wider_range_is_not_clipped(calibrated):
+    """Recordings may be in another unit, such as m/s^2; only samples at their own largest value are at a rail."""
+    made = simulate_stroke("sandpaper", 7, 80.0, 1.0)
+    columns = {"force_n": made.force_n, "speed_m_s": 1e-3 * made.speed_mm_s}
+    large = 200.0 * (made.pressure_v - np.median(made.pressure_v))
+    for limit, faulty in ((np.inf, False), (0.1 * np.abs(large).max(), True)):
+        trace = StrokeTrace(made.time_s, np.clip(large, -limit, limit), **columns)
+        parts = [part for part in identify_stroke(trace, calibrated[0].table) if part["mode"] == "stroking"]
+        assert any(part["fault"] is not None for part in parts) == faulty
