@@ -14,13 +14,13 @@ from studies.texture_world.strokes import own_ln_rms, stroke_over
 Row = dict[str, Any]
 EACH = 6
 """Number of strokes of each texture; five are labelled, and one is judged."""
-LAW_EACH, LAW_EVERY = 2, 10
-"""The law of the sensor is fitted to two other strokes of each tenth texture."""
+LAW_EACH, LAW_TEXTURES = 2, 10
+"""The law of the sensor is fitted to two other strokes of each of ten textures, evenly over all."""
 
 
 def sensor_law(models: Sequence[TextureModel], seed: int) -> TextureLaw:
     """Fit the law of the sensor."""
-    some = models[::LAW_EVERY]
+    some = models[:: max(1, len(models) // LAW_TEXTURES)]
     strokes = [
         LabelledStroke(f"stroke {number}", model.material, stroke_over(model, seed, 1, place, number).even())
         for place, model in enumerate(some)
