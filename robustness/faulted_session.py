@@ -1,7 +1,7 @@
 """Base of the sessions into which faults are injected: of real processes, and on the test bed."""
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from common.faults.texts import said_fault
 from common.link.curve import LinkProblem
@@ -17,7 +17,13 @@ class NotWorking(RuntimeError):
 
 
 class FaultedSession(ABC):
-    """Both sites and all simulated devices."""
+    """Both sites and all simulated devices.
+
+    Attributes:
+        settled_s: time for which a session works before the next fault, s.
+    """
+
+    settled_s: ClassVar[float] = 1.0
 
     @abstractmethod
     def now_s(self) -> float:
@@ -77,7 +83,8 @@ class FaultedSession(ABC):
         return said
 
     def wait_until_working(self, seconds: float = _WORKING_S) -> None:
-        """Wait until both sites are engaged and act on fresh data, the hand has worked, and this has lasted for 1 s.
+        """Wait until both sites are engaged and act on fresh data, the hand has worked, and this has lasted for
+        `settled_s`.
 
         Raises:
             NotWorking: this does not happen within `seconds`.
@@ -87,18 +94,18 @@ class FaultedSession(ABC):
         while self.now_s() < begin_s + seconds:
             if (
                 all(state == "engaged" for state in self.states().values())
-                and self._acts_since(begin_s)
+                and self.acts_since(begin_s)
                 and float(self.figures("sim-operator").get("script_s") or 0.0) > 2.0
             ):
                 since_s = since_s or self.now_s()
-                if self.now_s() - since_s > 1.0:
+                if self.now_s() - since_s > self.settled_s:
                     return
             else:
                 since_s = None
             self.wait(0.05)
         raise NotWorking(f"not working after {seconds:g} s: {self.states()}")
 
-    def _acts_since(self, begin_s: float) -> bool:
+    def acts_since(self, begin_s: float) -> bool:
         """Whether reports newer than `begin_s` show that both sites act on fresh data and the remote hand has arrived.
 
         A site stays engaged while nothing reaches it, and then its hand has to catch up. Each site reports once a

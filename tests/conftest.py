@@ -1,5 +1,6 @@
 """Fixtures of all tests: the bytes of the protocol document, and hypothesis without chance or stopwatch."""
 
+import gc
 import re
 import signal
 import socket
@@ -37,6 +38,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("long") and not marks[item]:
             item.add_marker(pytest.mark.timeout(LONG_S))
+
+
+def pytest_collection_finish() -> None:
+    """Exempt the collected tests and what they imported from garbage collection, which runs thousands of times."""
+    gc.collect()
+    gc.freeze()
 
 
 PROTOCOLS = Path(__file__).parent.parent / "docs" / "protocols.md"

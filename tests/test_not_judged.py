@@ -86,7 +86,7 @@ def test_quick(still):
 
 def compare_beside_a_busy_program():
     busy = subprocess.Popen([sys.executable, "-c", "while True: pass"])
-    time.sleep(1.0)
+    time.sleep(0.4)
     busy.kill()
     assert False
 

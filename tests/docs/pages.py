@@ -11,6 +11,7 @@ An invisible comment stands before what it is about, a block or a heading (then 
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
@@ -53,8 +54,9 @@ class Block:
         return f"{self.page}:{self.line}"
 
 
+@cache
 def tokens(name: str) -> list[Token]:
-    """A page, parsed."""
+    """A page, parsed once; nobody changes what is returned."""
     return _MARKDOWN.parse((ROOT / name).read_text("utf-8"))
 
 
@@ -91,6 +93,7 @@ def links(name: str) -> Iterator[tuple[str, int]]:
                 yield str(target), token.map[0] + 1 if token.map else 0
 
 
+@cache
 def anchors(name: str) -> set[str]:
     """The anchors of a page's headings, as the repository's view and the site make them."""
     page = tokens(name)

@@ -19,7 +19,7 @@ import pytest
 from tests.robustness.hardening.own_memory import own_resident_bytes
 
 T = TypeVar("T")
-FRAMES = [20_000, pytest.param(1_000_000, marks=[pytest.mark.hardening, pytest.mark.timeout(600)])]
+FRAMES = [5_000, pytest.param(1_000_000, marks=[pytest.mark.hardening, pytest.mark.timeout(600)])]
 """How many go into each decoder: in every run of the tests, and when asked for."""
 _SLOWEST = 20
 

@@ -5,7 +5,7 @@ import pytest
 from tests.robustness.hardening.broken import Breaker, swap_values_of, value_spans
 from tests.robustness.hardening.survival import NotSurvived, check, survive
 
-FEW = 20_000
+FEW = 5_000
 GOOD = [b"\x93\x01\xa2ab\x81\xa1k\x02"]
 
 

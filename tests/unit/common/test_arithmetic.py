@@ -17,28 +17,48 @@ ROOTS = (
 )
 """What a process imports first."""
 NUMBERS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-LOOK = """
-import importlib, sys
-importlib.import_module(sys.argv[1])
+COUNT = """
+import common
 import scipy.linalg
 from threadpoolctl import threadpool_info
 print(*(library["num_threads"] for library in threadpool_info()))
 """
+"""Prints the threads of each library of linear algebra."""
+FIRST_NUMPY = """
+import importlib, os, sys
+
+class Numpy:
+    def find_spec(self, name, path, target=None):
+        if name == "numpy":
+            print(root, *(os.environ.get(variable, "unset") for variable in variables.split()), flush=True)
+            os._exit(0)
+
+variables, *roots = sys.argv[1:]
+for root in roots:
+    if not os.fork():
+        sys.meta_path.insert(0, Numpy())
+        importlib.import_module(root)
+        import numpy
+    os.wait()
+"""
+"""Prints what the libraries read when each root, imported first in a process, comes to numpy."""
 
 
-def threads(root: str, **chosen: str) -> set[int]:
-    """Of each library of linear algebra, after importing `root` in a process where `chosen` is set."""
+def output(program: str, *arguments: str, **chosen: str) -> str:
+    """What a program prints in a process where `chosen` is set."""
     surroundings = {name: value for name, value in os.environ.items() if name not in NUMBERS} | chosen
-    run = (sys.executable, "-c", LOOK, root)
-    said = subprocess.run(run, env=surroundings, capture_output=True, text=True, check=True).stdout
-    return {int(count) for count in said.split()}
+    run = (sys.executable, "-c", program, *arguments)
+    return subprocess.run(run, env=surroundings, capture_output=True, text=True, check=True).stdout
 
 
-@pytest.mark.parametrize("root", ROOTS)
-def test_linear_algebra_has_no_threads_of_its_own(root: str) -> None:
-    assert threads(root) == {1}
+def test_every_process_sets_one_thread_before_it_loads_numpy() -> None:
+    assert output(FIRST_NUMPY, " ".join(NUMBERS), *ROOTS).splitlines() == [f"{root} 1 1 1" for root in ROOTS]
+
+
+def test_linear_algebra_has_no_threads_of_its_own() -> None:
+    assert set(output(COUNT).split()) == {"1"}
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one processor: there is nothing to share out")
 def test_requested_threads_are_allowed() -> None:
-    assert threads("common.process", OPENBLAS_NUM_THREADS="2") == {2}
+    assert set(output(COUNT, OPENBLAS_NUM_THREADS="2").split()) == {"2"}

@@ -21,8 +21,9 @@ interface = "virtual"
 """
 
 
-@pytest.mark.parametrize("form", ["text", "json"])
-@pytest.mark.parametrize("command", [["-m", "operator_site"], ["-m", "teletaction", "operator"]])
+@pytest.mark.parametrize(
+    ("form", "command"), [("text", ["-m", "operator_site"]), ("json", ["-m", "teletaction", "operator"])]
+)
 def test_bad_input_is_one_line_of_the_chosen_form_and_exit_2(tmp_path: Path, form: str, command: list[str]) -> None:
     config = tmp_path / "operator.toml"
     config.write_text(CONFIG.format(form=form), "utf-8")
