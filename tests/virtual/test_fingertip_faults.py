@@ -26,6 +26,8 @@ STARTS = {
     "cold and held": (21.0, 8.0, 21.0),
     "cold, then heated": (21.0, 8.0, 41.5),
 }
+CORNERS = ("at rest, then heated", "hot and heated", "hot, then cooled", "cold, then heated")
+"""Starts that every run of the long tests tries; the others are tried with the hardening."""
 FAULTS = {
     # what is named, and after how long at the latest
     "reverse index": (r"index: plate temperature (does not follow|moves against) the drive", 2.0),
@@ -53,7 +55,9 @@ def assert_not_burnt(tip: Fingertip) -> None:
     assert tip.plate_c < PLATE_FAULT_C
 
 
-@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize(
+    "start", [start if start in CORNERS else pytest.param(start, marks=pytest.mark.hardening) for start in STARTS]
+)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_named_and_latched_and_the_plate_is_not_driven(fault: str, start: str) -> None:
     named, within_s = FAULTS[fault]

@@ -1,10 +1,17 @@
-"""Shared by the tests of the program: configurations of a session, and small pictures."""
+"""Shared by the tests of the program: a recorded session, configurations of a session, and small pictures."""
 
 from pathlib import Path
 
 import pytest
 
 from teletaction.session.demo_files import DemoOptions, prepare
+from teletaction.testbed.virtual_recording import record_session
+
+
+@pytest.fixture(scope="session")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short session on the test bed, with all recorded streams; nobody changes the file."""
+    return record_session(DemoOptions(seconds=4.0, fingers=2), tmp_path_factory.mktemp("session"))
 
 
 @pytest.fixture

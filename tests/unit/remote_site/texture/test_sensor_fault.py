@@ -79,12 +79,6 @@ def test_a_false_fault_of_a_sensor_ends_with_the_next_contact(surface):
     assert last.valid
 
 
-@pytest.mark.parametrize("surface", SIX)
-def test_a_sound_sensor_has_no_fault(surface):
-    for seed in range(84_000, 84_005):
-        assert {block.texture.fault for block in played(drawn(surface, seed))} == {None}
-
-
 @pytest.mark.parametrize("late_s", [-0.1, -0.05, 0.05, 0.1])
 def test_a_sound_sensor_has_no_fault_when_force_and_texture_come_apart(late_s):
     trace = drawn("closely_grooved_pvc", 85_000)

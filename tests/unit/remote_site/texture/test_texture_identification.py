@@ -15,18 +15,20 @@ from tests.unit.remote_site.simulated_strokes import SIX, counted, drawn, even, 
 
 
 @pytest.mark.parametrize("surface", SIX)
-def test_a_surface_and_its_roughness_are_the_same_for_any_stroke(surface):
+def test_a_surface_and_its_roughness_are_the_same_for_any_stroke_and_a_sound_sensor_has_no_fault(surface):
     roughness = []
-    for seed in range(71_000, 71_006):
-        blocks = stroking(played(drawn(surface, seed)))
-        assert blocks[-1].texture.best == surface
-        roughness.append(blocks[-1].texture.roughness_v)
+    for seed in range(71_000, 71_005):
+        blocks = played(drawn(surface, seed))
+        assert {block.texture.fault for block in blocks} == {None}
+        last = stroking(blocks)[-1].texture
+        assert last.best == surface
+        roughness.append(last.roughness_v)
     assert np.std(roughness) / np.mean(roughness) < 0.15
 
 
 @pytest.mark.parametrize("surface", ["closely_grooved_pvc", "widely_grooved_pvc", "arbitrarily_grooved_pvc"])
 def test_grooves_are_neither_missed_nor_invented(surface):
-    for seed in range(72_000, 72_004):
+    for seed in (72_000, 72_001):
         trace = drawn(surface, seed)
         found = counted(trace, played(trace))
         assert found.crossed > 0

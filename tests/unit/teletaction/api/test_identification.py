@@ -91,13 +91,13 @@ def test_grooves_move_the_motor() -> None:
     assert drive["motor_rpm"].max() > 2740.0
 
 
-def test_the_map_of_a_session_is_drawn() -> None:
-    session = tt.simulate(seconds=6.0, fingers=1, seed=2)
-    figure = tt.draw_map(session, "temperature")
+def test_the_map_of_a_session_is_drawn(session: Path) -> None:
+    recording = tt.Recording(session)
+    figure = tt.draw_map(recording, "stiffness")
     assert figure is not None
     assert figure.axes[0].get_images()
     with pytest.raises(ValueError, match="there are temperature, roughness"):
-        tt.draw_map(session, "colour")
+        tt.draw_map(recording, "colour")
 
 
 def test_files_of_a_simulated_session_go_with_it() -> None:

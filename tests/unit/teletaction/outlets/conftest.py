@@ -1,4 +1,4 @@
-"""A short session on the test bed: its messages as a feed brings them, and as an export has them."""
+"""The messages of a short session as a feed brings them, and as an export has them."""
 
 from pathlib import Path
 
@@ -8,13 +8,6 @@ from operator_site.session.console_feed import Fed
 from teletaction.export.named_recording import NamedMessage, NamedRecording
 from teletaction.outlets.live_messages import FED_TOPICS
 from teletaction.recordings.recorded_session import RecordedSession
-from teletaction.session.demo_files import DemoOptions
-from teletaction.testbed.virtual_recording import record_session
-
-
-@pytest.fixture(scope="package")
-def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return record_session(DemoOptions(seconds=3.0, fingers=2), tmp_path_factory.mktemp("session"))
 
 
 @pytest.fixture(scope="package")
