@@ -20,9 +20,11 @@ help:
 	@echo "make test        the fast tests"
 	@echo "make long        tests that compute longer: sessions on a virtual clock, calibrations, small studies"
 	@echo "make session     tests that run whole sessions in real time"
+	@echo "make costs       processor time of ticks and of the link, on a machine that does nothing else"
 	@echo "make mutants     small changes to what protects people, each tried by the tests that reach it (hours at first, then what changed)"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
 	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site, random walks (minutes); SEQUENCES=100000"
+	@echo "make properties  every property with a thousand examples (minutes)"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
@@ -67,19 +69,22 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports or examples)'
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports or examples or costs)' $(addprefix --ignore=,$(WITHOUT))
 
 .PHONY: long
 long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening'
 
-# Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
-MEASURED := tests/system/test_overload.py tests/unit/benchmarks/link/test_link.py \
-	tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
+# The overload loads the machine itself and needs it for itself; the others run two at a time.
+OVERLOAD := tests/system/test_overload.py
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))
-	$(BIN)/pytest -m session $(MEASURED)
+	$(BIN)/pytest -m session -n 2 --dist loadfile --ignore=$(OVERLOAD)
+	$(BIN)/pytest -m session $(OVERLOAD)
+
+.PHONY: costs
+costs: $(READY)
+	$(BIN)/pytest -m costs tests/unit/benchmarks
 
 .PHONY: containers
 containers: $(READY)
@@ -102,6 +107,11 @@ ALONE := tests/robustness/hardening/test_hostile_connections.py tests/robustness
 hardening: $(READY)
 	$(BIN)/pytest -m hardening -n 2 $(addprefix --ignore=,$(ALONE)) tests/robustness/hardening tests/unit/teletaction tests/virtual
 	$(BIN)/pytest -m hardening $(ALONE)
+
+# Every property with twenty times as many examples.
+.PHONY: properties
+properties: $(READY)
+	$(BIN)/pytest -m 'hypothesis and not (hardening or exports)' --hypothesis-profile=search -n 2 tests/unit tests/robustness
 
 .PHONY: netns
 netns: $(READY)

@@ -18,7 +18,8 @@ from tests.not_judged import NotJudged
 
 LONG_S = 600.0
 """Timeout of a test with the mark `long`, s. Each takes less than a minute on an idle machine."""
-settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True)
+settings.register_profile("suite", deadline=None, derandomize=True, print_blob=True, max_examples=50)
+settings.register_profile("search", settings.get_profile("suite"), max_examples=1000)
 settings.load_profile("suite")
 
 # Where a shell runs all this in the background Ctrl-C is ignored, and would be by every process that a test interrupts.

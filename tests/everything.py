@@ -22,6 +22,8 @@ from common.runtime.parallel_map import processors
 PIECES: dict[str, tuple[str, ...]] = {
     "breaks": ("breaks",),
     "hardening": ("hardening",),
+    "properties": ("properties",),
+    "costs": ("costs",),
     "netns": ("netns",),
     "pages": ("pages",),
     "dask": ("dask",),

@@ -19,7 +19,7 @@ STOOD_STILL_S = 0.040
 """The watching process is never so late by the work of a session, nor by four busy loops beside it."""
 MOST = 2
 """Of a run; more fail it."""
-REAL_TIME = ("session", "faults", "console", "containers", "netns", "real_time")
+REAL_TIME = ("session", "faults", "console", "containers", "netns", "costs", "real_time")
 """Marks of tests that depend on the machine's time. `real_time(stall_s=...)` names the standstill that matters."""
 ALONE = "alone"
 """Mark of tests that compare costs: they are not judged while others use more than OTHERS processors."""

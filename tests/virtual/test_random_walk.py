@@ -120,9 +120,7 @@ class Walk:
 
 
 @pytest.mark.timeout(180)
-@pytest.mark.parametrize(
-    "seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.hardening) for seed in range(2, 24))]
-)
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.hardening) for seed in range(1, 24))])
 def test_random_faults_break_no_limit_or_hold_time_and_the_work_resumes(make_session: MakeSession, seed: int) -> None:
     # On a slow network the clocks are known to half a round trip, which is accepted up to the age itself.
     session = make_session(seed, clocks_agree_s=AGE_DEFAULT_S)

@@ -51,6 +51,7 @@ def test_it_opens_in_python(tmp_path: Path) -> None:
     assert len(recording.rendered) > 100
 
 
+@pytest.mark.usefixtures("coarse")
 def test_report_replay_and_console_need_no_wall_clock(tmp_path: Path) -> None:
     for name in ("report", "replay"):
         made = command(name, OLD, "--out", tmp_path / name)

@@ -221,7 +221,7 @@ def test_the_figure_is_drawn_with_and_without_the_fault_matrix(tmp_path: Path, f
     assert (tmp_path / "link.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.session
+@pytest.mark.costs
 @pytest.mark.alone
 @pytest.mark.timeout(400)
 def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> None:
@@ -233,7 +233,7 @@ def test_a_touch_packet_takes_at_most_half_as_long_again_as_a_bare_message() -> 
     assert ours["to_bare_in_rounds_p50"] <= 1.5
 
 
-@pytest.mark.session
+@pytest.mark.costs
 @pytest.mark.alone
 @pytest.mark.timeout(240)
 def test_the_link_takes_at_most_twice_the_processor_time_of_bare_sockets() -> None:

@@ -1,6 +1,7 @@
 """The filters of one touch against exact inference, and on touches made by another physics."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -151,9 +152,15 @@ def test_finer_guesses_come_to_brute_force(name: str, monkeypatch: pytest.Monkey
     compare_with_brute_force(ThermalKnowledge.of(TABLE), name, -2.0, nearer=0.5)
 
 
+@cache
+def exact_of(name: str, contact_z: float) -> tuple[float, float, float]:
+    """`exact` of a second of a touch."""
+    return exact(list(MATERIALS).index(name), second_of(name, contact_z))
+
+
 def compare_with_brute_force(knowledge: ThermalKnowledge, name: str, contact_z: float, nearer: float = 1.0) -> None:
     touch, number = second_of(name, contact_z), list(MATERIALS).index(name)
-    ln_likelihood, object_k, object_sd_k = exact(number, touch)
+    ln_likelihood, object_k, object_sd_k = exact_of(name, contact_z)
     said = estimated(knowledge, touch)
     assert said.ln_likelihood[number] == pytest.approx(ln_likelihood, abs=0.5 * nearer)
     assert said.mean[number, 0] == pytest.approx(object_k, abs=0.35 * object_sd_k * nearer)

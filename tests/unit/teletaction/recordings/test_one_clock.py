@@ -83,6 +83,7 @@ def test_true_contacts_and_identified_ones_meet(hosts: SimpleNamespace) -> None:
     assert abs(found_s - true_s) < 0.03, "without conversion they are an hour apart"
 
 
+@pytest.mark.usefixtures("coarse")
 def test_the_report_states_offset_and_bound(hosts: SimpleNamespace) -> None:
     recordings = [hosts.out / f"{name}.mcap" for name in ("operator", "remote")]
     report = hosts.out / "report.html"
