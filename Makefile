@@ -20,6 +20,7 @@ help:
 	@echo "make test        the fast tests"
 	@echo "make long        tests that compute longer: sessions on a virtual clock, calibrations, small studies"
 	@echo "make session     tests that run whole sessions in real time"
+	@echo "make study-tests  what long studies find (a minute)"
 	@echo "make costs       processor time of ticks and of the link, on a machine that does nothing else"
 	@echo "make mutants     small changes to what protects people, each tried by the tests that reach it (hours at first, then what changed)"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
@@ -69,7 +70,7 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports or examples or costs)' $(addprefix --ignore=,$(WITHOUT))
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports or examples or costs or study)' $(addprefix --ignore=,$(WITHOUT))
 
 .PHONY: long
 long: $(READY)
@@ -81,6 +82,10 @@ OVERLOAD := tests/system/test_overload.py
 session: $(READY)
 	$(BIN)/pytest -m session -n 2 --dist loadfile --ignore=$(OVERLOAD)
 	$(BIN)/pytest -m session $(OVERLOAD)
+
+.PHONY: study-tests
+study-tests: $(READY)
+	$(BIN)/pytest -m study -n 2 tests/unit/studies
 
 .PHONY: costs
 costs: $(READY)

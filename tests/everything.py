@@ -24,6 +24,7 @@ PIECES: dict[str, tuple[str, ...]] = {
     "hardening": ("hardening",),
     "properties": ("properties",),
     "costs": ("costs",),
+    "study-tests": ("study-tests",),
     "netns": ("netns",),
     "pages": ("pages",),
     "dask": ("dask",),

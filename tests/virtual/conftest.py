@@ -12,6 +12,8 @@ from tests.virtual.judge import CLOCKS_AGREE_S, judges
 from tests.virtual.session import VirtualSession, virtual_session
 
 MakeSession = Callable[..., VirtualSession]
+ON_THE_WAY_S = 1.2
+"""The hand reaches the object later than this, s."""
 
 
 @pytest.fixture
@@ -41,7 +43,8 @@ def session(make_session: MakeSession) -> VirtualSession:
 
 @pytest.fixture
 def working(session: VirtualSession) -> VirtualSession:
-    """A session in the middle of a stroke, with force, vibration and heat."""
+    """A session in the middle of a stroke, with force, vibration and heat; the hand's way there passes coarsely."""
+    session.run_coarsely(ON_THE_WAY_S)
     session.work()
     session.run(0.5)
     assert session.at_work

@@ -7,7 +7,12 @@ from tests.virtual.judge import check_operator_safe
 from tests.virtual.session import VirtualSession
 
 RESUMED_S = 5.0
-STEPS = [("remote", 10.0), ("remote", -10.0), ("operator", 10.0), ("operator", -10.0)]
+STEPS = [
+    ("remote", 10.0),
+    ("operator", -10.0),
+    pytest.param("remote", -10.0, marks=pytest.mark.long),
+    pytest.param("operator", 10.0, marks=pytest.mark.long),
+]
 
 
 def step_clock(session: VirtualSession, side: str, seconds: float) -> None:

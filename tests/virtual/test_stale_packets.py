@@ -37,7 +37,8 @@ def test_packets_that_come_twice_late_or_of_an_earlier_session_do_nothing_but_co
     working: VirtualSession, stream: str
 ) -> None:
     working.network.impair(cut=True)
-    working.run(2.5)
+    working.run(0.5)
+    working.run_coarsely(2.0)
     working.network.heal()
     working.work()
     ident = working.remote.server.session.ident

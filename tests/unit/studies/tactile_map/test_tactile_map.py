@@ -15,7 +15,7 @@ def data() -> dict[str, Any]:
     return run(quick=True, seed=0, progress=lambda _: None)
 
 
-@pytest.mark.long
+@pytest.mark.study
 @pytest.mark.timeout(240)  # some two minutes of virtual time, half a minute of a free core
 def test_a_sweep_finds_all_three_targets() -> None:
     rows = {row["target"]: row for row in data()["targets"]}
@@ -28,7 +28,7 @@ def test_a_sweep_finds_all_three_targets() -> None:
     assert rows["lesion"]["value"] > 5.0 * rows["lesion"]["around"]
 
 
-@pytest.mark.long
+@pytest.mark.study
 @pytest.mark.timeout(240)
 def test_it_says_what_it_takes_in_time_and_draws_it(tmp_path: Path) -> None:
     seconds = data()["seconds"]
