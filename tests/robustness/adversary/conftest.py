@@ -7,6 +7,7 @@ import pytest
 
 from teletaction.testbed.network import Visitor
 from tests.robustness.adversary.attacker import Attacker
+from tests.virtual.conftest import ON_THE_WAY_S
 from tests.virtual.judge import judges
 from tests.virtual.session import Truth, VirtualSession, virtual_session
 
@@ -24,6 +25,7 @@ def judged_session() -> Iterator[VirtualSession]:
     """A session at work; every tick from its beginning is judged."""
     with virtual_session() as session:
         session.watch += [check_whose_motion, *judges()]
+        session.run_coarsely(ON_THE_WAY_S)
         session.work()
         yield session
 
