@@ -21,7 +21,7 @@ help:
 	@echo "make long        tests that compute longer: sessions on a virtual clock, calibrations, small studies"
 	@echo "make session     tests that run whole sessions in real time"
 	@echo "make study-tests  what long studies find (a minute)"
-	@echo "make costs       processor time of ticks and of the link, on a machine that does nothing else"
+	@echo "make costs       processor time of the link, on a machine that does nothing else"
 	@echo "make mutants     small changes to what protects people, each tried by the tests that reach it (hours at first, then what changed)"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
 	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site, random walks (minutes); SEQUENCES=100000"
@@ -76,12 +76,12 @@ test: $(READY)
 long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening'
 
-# The overload loads the machine itself and needs it for itself; the others run two at a time.
-OVERLOAD := tests/system/test_overload.py
+# Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
+MEASURED := tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m session -n 2 --dist loadfile --ignore=$(OVERLOAD)
-	$(BIN)/pytest -m session $(OVERLOAD)
+	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))
+	$(BIN)/pytest -m session $(MEASURED)
 
 .PHONY: study-tests
 study-tests: $(READY)

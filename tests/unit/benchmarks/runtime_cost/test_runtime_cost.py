@@ -68,7 +68,7 @@ def test_stages_are_timed_and_contained(contained: Contained) -> None:
     assert contained.take() == [latched[0].detail]
 
 
-@pytest.mark.costs
+@pytest.mark.session
 @pytest.mark.timeout(300)
 def test_every_tick_of_five_fingers_is_within_its_budget(tmp_path: Path) -> None:
     fingers, budget = load_budget()
