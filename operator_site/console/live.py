@@ -20,6 +20,7 @@ from operator_site.console.examination.reporting import Reporting
 from operator_site.console.examination.resume import Unfinished
 from operator_site.console.interval import Interval
 from operator_site.console.map.finger_samples import samples_of
+from operator_site.console.map.lump_search import LumpSearch
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.state.site_time import SiteTime
@@ -73,6 +74,7 @@ class LiveConsole:
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Interval(BATCH_S), Interval(STATE_S), Interval(_ATTEND_S)
         self._keep, self._second = Interval(_KEEP_S), Interval(1.0)
+        self._lumps = LumpSearch()
         self._skipped = 0
         self._answering = False
 
@@ -89,6 +91,9 @@ class LiveConsole:
         if self._second(here_s):
             self._look_around()
             self._keep_samples(now_s)
+            with self.pages.contain.step("lumps", latches=False):
+                self._lumps.step(here_s, self.console.tactile_map, self.console.map_number)
+                self.console.lumps = self._lumps.lumps
         if self._keep(here_s):
             self._journal.step(now_s)
             for alarm in self.console.alarms.take_changes():

@@ -47,6 +47,7 @@ class Console:
     Attributes:
         live: whether the messages come from a running site; False for a recording.
         around: state of the disk, the recording and the page, from the console's process.
+        lumps: lumps on the map of a running site, from a search every few seconds; see `map.lump_areas.lumps_in`.
         damaged: number of unreadable messages, which are dropped.
     """
 
@@ -56,6 +57,7 @@ class Console:
     fingers: FingersNow = field(default_factory=FingersNow)
     signals: Signals = field(default_factory=Signals)
     tactile_map: TactileMap = field(default_factory=TactileMap)
+    lumps: list[dict[str, Any]] = field(default_factory=list)
     alarms: Alarms = field(default_factory=Alarms)
     examination: Examination = field(default_factory=Examination)
     damaged: int = 0
@@ -121,6 +123,7 @@ class Console:
     def begin_map(self) -> None:
         """Begin the map of another examination."""
         self.tactile_map = TactileMap()
+        self.lumps = []
         self.map_number += 1
 
     def step(self, now_s: float) -> None:

@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from operator_site.console.map.lump_areas import LUMP, Cells, cells, lumps_in
 from operator_site.console.map.map_tiles import MapPicture, confidence_of, picture
 from operator_site.console.map.tactile_map import TactileMap
-from teletaction.mapping.map_cells import LUMP, Cells, cells, lumps_in
 from teletaction.mapping.map_recorded import MappedPresses
 from teletaction.mapping.nodules import next_mm, nodule_at
 from teletaction.plotting.figure_style import BLACK, STYLE
@@ -37,7 +37,8 @@ def write_map(mapped: MappedPresses, out: Path, probe_radius_m: float) -> dict[s
         OSError: a file cannot be written.
     """
     out.mkdir(parents=True, exist_ok=True)
-    shown = cells(mapped.surface)
+    stiffness = mapped.surface.stiffness
+    shown = None if stiffness.field is None else cells(stiffness.field, stiffness.lumps)
     with (out / "map.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
@@ -79,7 +80,7 @@ def _summary(mapped: MappedPresses, shown: Cells | None, probe_radius_m: float) 
         "ground_spread_ln": None if lumps is None else round(lumps.spread, 4),
         "lumps": [
             lump | {"nodule": nodule_at(mapped, lump, probe_radius_m)}
-            for lump in ([] if shown is None else lumps_in(shown, surface))
+            for lump in ([] if shown is None or field is None else lumps_in(shown, field))
         ],
         "next_press_mm": next_mm(mapped),
     }

@@ -1,6 +1,6 @@
 """Writes a session's report as one self-contained HTML file, and the figure of one finger."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from teletaction.report.figures import (
     temperature_figure,
     vibration_figure,
 )
+from teletaction.report.found_lumps import found_lumps
 from teletaction.report.report_limits import acted_table, extremes_table
 from teletaction.report.report_parts import figure, png, section
 from teletaction.report.report_style import CSS
@@ -34,6 +35,7 @@ from teletaction.report.report_words import (
     histogram_table,
     impulses_table,
     latency_table,
+    lumps_table,
     packets_table,
     process_table,
     shown,
@@ -88,6 +90,11 @@ _TARGETS = (
     "<p>Targets of the scene, with their places and values on the map. The place is where a quantity stands out most; "
     "the value comes from the nearest touches. True are the middle of the simulated target and its value; a surface "
     "has no true roughness in the sensor’s unit.</p>"
+)
+_LUMPS = (
+    "<p>Areas of the map that are a lump with a probability of 0.5 or more, by their stiffness against the ground "
+    "around them. Size is that of the area, which is wider than a small nodule below it. True nodules are those of a "
+    "simulated scene; one may lie where nothing was pressed.</p>"
 )
 _TRUE = (
     "<p>“True” values come from the simulated world and its devices. A site has measured, estimated or commanded all "
@@ -164,6 +171,7 @@ def _page(
     targets = summary.get("targets") or []
     parts: tuple[str, ...] = (
         *((section("Targets", _TARGETS + targets_table(targets)),) if targets else ()),
+        _lumps(summary.get("lumps") or []),
         section("Contacts", _CONTACTS + tally_table(contacts) + contacts_table(contacts)),
         figures,
         section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
@@ -174,7 +182,8 @@ def _page(
         section("Loops, CPU and memory", process_table(summary) + cores),
     )
     if not summary:  # Only sessions with simulated devices have a summary.
-        parts = figures, section("Limits", _ACTED + acted_table(session))
+        lumps = [] if examination is None else found_lumps(examination.felt)
+        parts = _lumps(lumps), figures, section("Limits", _ACTED + acted_table(session))
     title, (before, after) = _title(summary, examination), around
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -184,6 +193,11 @@ def _page(
         f"<body><h1>{title}</h1>{_enough(summary)}{before}"
         f"{section('Session', _header(summary))}{''.join(parts)}{after}</body></html>\n"
     )
+
+
+def _lumps(lumps: Sequence[Mapping[str, Any]]) -> str:
+    """Write the section of the lumps; empty without any."""
+    return section("Lumps", _LUMPS + lumps_table(lumps)) if lumps else ""
 
 
 def _fingers(examination: Examination | None) -> int:

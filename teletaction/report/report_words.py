@@ -76,6 +76,24 @@ def targets_table(targets: Sequence[Mapping[str, Any]]) -> str:
     return table(head, rows)
 
 
+def lumps_table(lumps: Sequence[Mapping[str, Any]]) -> str:
+    """Write the table of the lumps on the map, and of nodules of a simulated scene."""
+    head = ("place (mm)", "size (mm)", "stiffness ratio", "probability", "true nodule", "true size (mm)", "off by (mm)")
+    rows = []
+    for lump in lumps:
+        row = ["not found", "–", "–", "–"]
+        if lump["probability"] is not None:
+            edge = " <small>(at the edge of the map)</small>" if lump["at_edge"] else ""
+            row = [
+                f"{shown(lump['x_mm'], 1)}, {shown(lump['y_mm'], 1)}{edge}",
+                f"{shown(lump['length_mm'], 1)} × {shown(lump['width_mm'], 1)}",
+                with_sd(lump["stiffness_ratio"], lump["stiffness_ratio_sd"]),
+                f"{lump['probability']:.2f}",
+            ]
+        rows.append([*row, *(shown(lump[name]) for name in ("nodule", "true_size_mm", "place_error_mm"))])
+    return table(head, rows)
+
+
 def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
     """Write the table of contacts, with the true and the identified values."""
     head = ["finger", "object", "true material", "identified", "status", "likeliest", "probability", "named after (s)"]

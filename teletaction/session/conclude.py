@@ -12,6 +12,7 @@ from teletaction.recordings.merge import merge_recordings
 from teletaction.recordings.session_data import SessionData
 from teletaction.recordings.summary import summarise
 from teletaction.report.examination import Examination
+from teletaction.report.found_lumps import found_lumps
 from teletaction.report.found_targets import found_targets
 from teletaction.report.report import write_report
 from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
@@ -70,6 +71,7 @@ def conclude(
         fingers=options.fingers,
     )
     summary["targets"] = found_targets(scene, examination.felt)
+    summary["lumps"] = found_lumps(examination.felt, scene.nodules)
     (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
     write_report(data, summary, out / "report.html", examination)
     return summary

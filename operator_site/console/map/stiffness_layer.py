@@ -40,12 +40,17 @@ class StiffnessLayer(Layer):
     def field(self) -> StiffnessField | None:
         """The field of the present samples; None without one."""
         if self._field is None:
-            rows = [(s.x_m, s.y_m, s.value, s.variance) for tile in self.tiles.values() for s in tile.samples.values()]
-            every = np.array(rows).reshape(-1, 4)
-            every = every[np.isfinite(every).all(axis=1) & (every[:, 3] > 0.0)]  # of a damaged journal
+            every = self.rows()
             if len(every):
                 self._field = StiffnessField(every[:, :2], every[:, 2], every[:, 3])
         return self._field
+
+    def rows(self) -> Floats:
+        """Return place, m, ln stiffness and its variance of each sample, (n, 4)."""
+        rows = [(s.x_m, s.y_m, s.value, s.variance) for tile in self.tiles.values() for s in tile.samples.values()]
+        every = np.array(rows).reshape(-1, 4)
+        # a damaged journal has others
+        return np.asarray(every[np.isfinite(every).all(axis=1) & (every[:, 3] > 0.0)])
 
     @property
     def lumps(self) -> LumpMap | None:

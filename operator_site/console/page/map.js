@@ -94,7 +94,7 @@ export function followMap(state) {
   if (frameKey && key !== frameKey) { forgetTiles(); far = false; repaint(); }
   frameKey = key;
   if (JSON.stringify(legend()) !== legendKey) repaint();
-  const still = JSON.stringify([state.findings, state.map?.sides]);
+  const still = JSON.stringify([state.findings, state.map?.sides, state.map?.lumps]);
   if (still !== stillKey) dirty = true;
   stillKey = still;
 }

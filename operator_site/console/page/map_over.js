@@ -1,12 +1,12 @@
 // Region D, over the map: a cross for each finger, the marked finding, the cursor; on the map itself: findings as numbered
-// flags, a scale bar of 10 mm, and the sides of the body.
+// flags, outlines of lumps with their probability, a scale bar of 10 mm, and the sides of the body.
 import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
 import { FINGER_NAMES } from "./words.js";
 
-const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
+const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, SURE = 0.9, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
 
 function begin(canvas) {
   const pen = penOf(canvas);
@@ -19,6 +19,7 @@ export function drawStill(canvas, at) {
   const pen = begin(canvas);
   sides(pen, at);
   bar(pen, at);
+  for (const lump of now.state?.map?.lumps ?? []) outline(pen, at, lump);
   for (const found of now.state?.findings ?? []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
 }
 
@@ -95,6 +96,15 @@ function flag(pen, x, y, number) {
   pen.fill(); pen.stroke();
   pen.fillStyle = PAPER;
   pen.fillText(text, x + 1 + wide / 2, y - 17);
+}
+
+// Solid where a lump is sure, dashed where it is only likely.
+function outline(pen, at, lump) {
+  const corners = lump.outline_mm.map(([x, y]) => [at.toX(x), at.toY(y)]);
+  pen.setLineDash(lump.probability >= SURE ? [] : [6, 5]);
+  edged(pen, 2.5, () => { corners.forEach(([x, y], corner) => corner ? pen.lineTo(x, y) : pen.moveTo(x, y)); pen.closePath(); });
+  pen.setLineDash([]);
+  word(pen, `lump ${lump.probability > 0.99 ? "> 99" : Math.round(100 * lump.probability)} %`, at.toX(lump.x_mm), Math.min(...corners.map(corner => corner[1])) - 8, 0.8);
 }
 
 function aim(pen, x, y) {

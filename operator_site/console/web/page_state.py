@@ -198,6 +198,10 @@ def _map(console: Console) -> dict[str, Any]:
         "number": console.map_number,
         "materials": [texts.named(name) for name in tactile_map.materials],
         "sides": console.examination.sides,
+        "lumps": [
+            {name: lump[name] for name in ("x_mm", "y_mm", "probability", "stiffness_ratio", "outline_mm")}
+            for lump in console.lumps
+        ],
     }
 
 

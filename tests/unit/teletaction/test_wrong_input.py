@@ -34,7 +34,10 @@ def edit(path: Path, old: str, new: str) -> None:
         ("frobnicate", "frobnicate"),
         ("demo --frobnicate", "--frobnicate"),
         ("demo --fingers 9", "--fingers"),
-        ("demo --headless --scene atlantis --out o", "unknown scene 'atlantis'; known: abdomen, materials, paper_iron_wood"),
+        (
+            "demo --headless --scene atlantis --out o",
+            "unknown scene 'atlantis'; known: abdomen, materials, paper_iron_wood",
+        ),
         (f"{VIRTUAL} --scene atlantis", "unknown scene 'atlantis'; known: abdomen, materials, paper_iron_wood"),
         (f"{VIRTUAL} --scene none.toml", "none.toml: cannot read"),
         (f"{VIRTUAL} --scene own.toml", "own.toml: materials: balsa: conductivity_w_mk is missing"),

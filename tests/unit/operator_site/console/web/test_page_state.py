@@ -37,6 +37,17 @@ def words(console: Console, now_s: float) -> tuple[str, LinkState]:
     return state["session"]["state"], read_frame(console.picture(now_s, 1, None)).flags.state
 
 
+def test_lumps_of_the_search_are_on_the_map_until_another_map_begins() -> None:
+    console = engaged()
+    corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+    shown = {"x_mm": 0.3, "y_mm": 0.3, "probability": 0.95, "stiffness_ratio": 1.4, "outline_mm": corners}
+    console.lumps = [{**shown, "area_mm2": 4, "at_edge": False}]
+    state = page_state(console, AT_S, lambda _: True, "operator.toml")
+    assert state["map"]["lumps"] == [shown]
+    console.begin_map()
+    assert page_state(console, AT_S, lambda _: True, "operator.toml")["map"]["lumps"] == []
+
+
 @given(
     age_s=st.floats(0.0, 3.0) | st.floats(0.0, 1e4),
     gap_s=st.none() | st.floats(0.0, 2.0),

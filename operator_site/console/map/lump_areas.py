@@ -1,4 +1,4 @@
-"""Computes stiffness and lump probability over the cells of a mapped area, and finds its lumps."""
+"""Computes stiffness and lump probability over the cells of a mapped area, and lists its lumps."""
 
 import math
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, Delaunay, QhullError
 
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.stiffness_layer import SHOWN_M
-from operator_site.console.map.tactile_map import TactileMap
+from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 
 Floats = NDArray[np.float64]
@@ -39,11 +39,22 @@ class Cells(NamedTuple):
     lump: Floats
 
 
-def cells(surface: TactileMap) -> Cells | None:
-    """Return the cells of a map; None without stiffness."""
-    field, lumps = surface.stiffness.field, surface.stiffness.lumps
-    if field is None:
-        return None
+def lumps_of(rows: Floats) -> list[dict[str, Any]]:
+    """List the lumps of samples of stiffness, see `lumps_in`.
+
+    Args:
+        rows: place, m, ln stiffness in N/m, and its variance of each sample, (n, 4).
+    """
+    if not len(rows):
+        return []
+    field = StiffnessField(rows[:, :2], rows[:, 2], rows[:, 3])
+    if len(field.places_m) < FEWEST_PLACES:
+        return []
+    return lumps_in(cells(field, LumpMap(field)), field)
+
+
+def cells(field: StiffnessField, lumps: LumpMap | None) -> Cells:
+    """Return the cells of a field, and of its lump probabilities if there are any."""
     low, high = field.places_m.min(axis=0) - SHOWN_M, field.places_m.max(axis=0) + SHOWN_M
     places_m = lattice(low.tolist(), high.tolist(), CELL_M)
     columns = len(np.unique(np.round(places_m[:, 0] / CELL_M)))
@@ -61,13 +72,11 @@ def cells(surface: TactileMap) -> Cells | None:
     return Cells(1e3 * places_m[:columns, 0], 1e3 * places_m[::columns, 1], value, sd, lump)
 
 
-def lumps_in(shown: Cells, surface: TactileMap) -> list[dict[str, Any]]:
+def lumps_in(shown: Cells, field: StiffnessField) -> list[dict[str, Any]]:
     """List the connected areas of at least LUMP, most probable first: place, size, ratio, probability, and outline.
 
     `at_edge` marks an area that reaches the edge of the stated cells: its surroundings are unknown on one side.
     """
-    if surface.stiffness.field is None:
-        return []
     outside = np.pad(~np.isfinite(shown.lump), 1, constant_values=True)
     edge = binary_dilation(outside, iterations=EDGE_CELLS)[1:-1, 1:-1]
     areas, number = label(np.nan_to_num(shown.lump) >= LUMP, structure=np.ones((3, 3)))
@@ -77,7 +86,7 @@ def lumps_in(shown: Cells, surface: TactileMap) -> list[dict[str, Any]]:
         if len(rows) < FEWEST_CELLS:
             continue
         places_mm = np.column_stack([shown.x_mm[columns], shown.y_mm[rows]])
-        excess = surface.stiffness.field.excess(1e-3 * places_mm)
+        excess = field.excess(1e-3 * places_mm)
         peak = int(excess.mean.argmax())
         ratio = math.exp(float(excess.mean[peak]))
         # A uniform ellipse has a variance of a sixteenth of its squared diameter along each axis.
