@@ -11,7 +11,7 @@ export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (name === "text") element.textContent = value;
-    else if (value !== null && value !== undefined && value !== false) element.setAttribute(name, value === true ? "" : value);
+    else if (value != null && value !== false) element.setAttribute(name, value === true ? "" : value);
   }
   element.append(...children);
   return element;
@@ -71,4 +71,8 @@ export function penOf(canvas) {
   const scale = canvas.width / canvas.clientWidth, pen = canvas.getContext("2d");
   pen.setTransform(scale, 0, 0, scale, 0, 0);
   return pen;
+}
+
+export function typing() {
+  return document.activeElement?.matches("input:not([type=range]), textarea");
 }

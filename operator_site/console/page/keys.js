@@ -1,7 +1,7 @@
 // Keys. The STOP keys come first at any focus; key repeat is ignored.
 import { hold, pause, release } from "./actions.js";
 import { quiet } from "./alarms.js";
-import { byId, make, remember, remembered, write } from "./dom.js";
+import { byId, make, remember, remembered, typing, write } from "./dom.js";
 import { show, showSure, widen, zoomBy } from "./map.js";
 import { begin, marked, markingKey } from "./marking.js";
 import { openNote } from "./notes.js";
@@ -51,13 +51,9 @@ export function startKeys({ choose, details, listed }) {
   window.addEventListener("blur", () => release(false));
 }
 
-function typing() {
-  return document.activeElement !== null && document.activeElement.matches("input:not([type=range]), textarea");
-}
-
 // An open list uses letters itself.
 function menu() {
-  return document.activeElement !== null && document.activeElement.matches("select");
+  return document.activeElement?.matches("select");
 }
 
 function stops(event) {

@@ -1,5 +1,5 @@
 // Region D, over the map: a cross for each finger, the marked finding, the cursor; on the map itself: findings as numbered
-// flags, outlines of lumps with their probability, a scale bar of 10 mm, and the sides of the body.
+// flags, lumps, a scale bar of 10 mm, and the sides of the body.
 import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
@@ -98,13 +98,13 @@ function flag(pen, x, y, number) {
   pen.fillText(text, x + 1 + wide / 2, y - 17);
 }
 
-// Solid where a lump is sure, dashed where it is only likely.
-function outline(pen, at, lump) {
-  const corners = lump.outline_mm.map(([x, y]) => [at.toX(x), at.toY(y)]);
-  pen.setLineDash(lump.probability >= SURE ? [] : [6, 5]);
-  edged(pen, 2.5, () => { corners.forEach(([x, y], corner) => corner ? pen.lineTo(x, y) : pen.moveTo(x, y)); pen.closePath(); });
+// A lump: solid where it is sure.
+function outline(pen, at, { outline_mm, probability, x_mm }) {
+  const corners = outline_mm.map(([x, y]) => [at.toX(x), at.toY(y)]);
+  pen.setLineDash(probability < SURE ? [6, 5] : []);
+  edged(pen, 2.5, () => { for (const corner of corners) pen.lineTo(...corner); pen.closePath(); });
   pen.setLineDash([]);
-  word(pen, `lump ${lump.probability > 0.99 ? "> 99" : Math.round(100 * lump.probability)} %`, at.toX(lump.x_mm), Math.min(...corners.map(corner => corner[1])) - 8, 0.8);
+  word(pen, `lump ${Math.min(99, Math.round(100 * probability))} %`, at.toX(x_mm), Math.min(...corners.map(corner => corner[1])) - 8, 0.8);
 }
 
 function aim(pen, x, y) {
@@ -121,11 +121,11 @@ function bar(pen, at) {
 function sides(pen, at) {
   const named = now.state?.map?.sides;
   if (!named) return;
-  if (named.top) { word(pen, named.top, at.width / 2, 18); word(pen, OPPOSITE[named.top] ?? "", at.width / 2, at.height - 8); }
+  const middle = at.width / 2, side = at.height / 2;
+  if (named.top) { word(pen, named.top, middle, 18); word(pen, OPPOSITE[named.top] ?? "", middle, at.height - 8); }
+  if (!named.right) return;
   pen.save();
-  if (named.right) {
-    pen.textAlign = "right"; word(pen, named.right, at.width - 6, at.height / 2);
-    pen.textAlign = "left"; word(pen, OPPOSITE[named.right] ?? "", 6, at.height / 2);
-  }
+  pen.textAlign = "right"; word(pen, named.right, at.width - 6, side);
+  pen.textAlign = "left"; word(pen, OPPOSITE[named.right] ?? "", 6, side);
   pen.restore();
 }

@@ -1,5 +1,5 @@
 // STOP: acts on the press, repeats until it is answered, and shows the answer of each device.
-import { byId, make, remake, write } from "./dom.js";
+import { byId, make, remake, typing, write } from "./dom.js";
 import { now, underWay } from "./now.js";
 import { capital, DEVICE_LABELS, WORDS } from "./words.js";
 
@@ -60,8 +60,7 @@ function finish() {
 
 export function showStop() {
   const stop = now.state ? now.state.stop : null;
-  const typing = document.activeElement !== null && document.activeElement.matches("input:not([type=range]), textarea");
-  write(byId("stop-key"), typing ? WORDS.escapeKey : underWay() ? WORDS.spaceKey : WORDS.stopKeyOff);
+  write(byId("stop-key"), typing() ? WORDS.escapeKey : underWay() ? WORDS.spaceKey : WORDS.stopKeyOff);
   const answers = byId("answers");
   answers.hidden = !now.stopPressed && !stop;
   if (answers.hidden) return;
