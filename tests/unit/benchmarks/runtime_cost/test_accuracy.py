@@ -64,9 +64,9 @@ def test_starved_identification_is_deciding(knowledge: ThermalKnowledge) -> None
 
 
 def test_a_hand_solved_late_or_seldom_is_known_later(knowledge: ThermalKnowledge) -> None:
-    (hand,) = touched(Situation("aluminium", SEED, 1, STAGGERED_K, seconds=3.05))
+    (hand,) = touched(Situation("aluminium", SEED, 1, STAGGERED_K, seconds=5.05))
     usual, late, seldom = (
-        by_product(known, "", hand, (0.3, 1.2, 3.0), fingers=5, late=late)
+        by_product(known, "", hand, (0.3, 1.2, 5.0), fingers=5, late=late)
         for known, late in ((knowledge, False), (knowledge, True), (every(knowledge, 0.5), False))
     )
     known = [[answer.error_k is not None for answer in answers] for answers in (usual, late, seldom)]
