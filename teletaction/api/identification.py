@@ -31,10 +31,14 @@ def calibrate_thermal(
         unexplained at `times_s`, (k,), s after contact.
 
     Raises:
-        ValueError: there are fewer than two materials or two touches of one, a touch has no contact, is too short or
-            has no temperature difference, or a cool-down is none.
+        ValueError: a touch is no label with a trace, there are fewer than two materials or two touches of one, a
+            touch has no contact, is too short or has no temperature difference, or a cool-down is none.
     """
-    labelled = [(touch[0], touch[1], touch[2] if len(touch) > 2 else None) for touch in touches]
+    labelled = []
+    for number, touch in enumerate(touches):
+        if len(touch) not in (2, 3):
+            raise ValueError(f"touch {number}: expected (label, trace) or (label, trace, object_c)")
+        labelled.append((touch[0], touch[1], touch[2] if len(touch) == 3 else None))
     return calibrate_traces(labelled, processes=processes)
 
 

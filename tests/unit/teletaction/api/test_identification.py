@@ -59,6 +59,11 @@ def test_presses_get_the_answers_of_the_command(tmp_path: Path) -> None:
     assert alone["stiffness_n_m"] == pytest.approx(lines[0]["stiffness_n_m"], rel=0.1)
 
 
+def test_a_touch_without_a_trace_is_refused_by_its_number() -> None:
+    with pytest.raises(ValueError, match=r"touch 1: expected \(label, trace\)"):
+        tt.calibrate_thermal([("pvc", tt.simulate_thermal("pvc", 0)), ("pvc",)])  # type: ignore[list-item]
+
+
 @pytest.mark.long
 def test_a_table_from_arrays_names_new_touches() -> None:
     materials = ("aluminium", "pvc", "pu_foam")
