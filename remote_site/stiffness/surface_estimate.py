@@ -47,11 +47,11 @@ class SurfaceEstimate:
         "_forces_n",
         "_height",
         "_heights_m",
+        "_known_n_m",
         "_lower_m",
         "_onset_z_m",
         "_pressed_m",
         "_recent",
-        "_softest_n_m",
         "damping_n_s_m",
         "slope_x",
         "slope_y",
@@ -71,7 +71,7 @@ class SurfaceEstimate:
         self._drift_m2_s = 0.0
         self._lower_m = 0.0
         """Distance by which the surface is shown lower, so that it is nowhere harder than the press, m."""
-        self._pressed_m = self._softest_n_m = math.inf
+        self._pressed_m = self._known_n_m = math.inf
         """Largest height that the press allows, m, and stiffness that was last known in this contact, N/m."""
         self._damping_known = False
         self._release()
@@ -113,7 +113,7 @@ class SurfaceEstimate:
         self._onset_z_m = self._fit = self._height = None
         self.stiffness_n_m = self.surface_z_m = self.damping_n_s_m = self.slope_x = self.slope_y = 0.0
         self.stiffness_ln_sd = UNKNOWN_LN_SD
-        self._lower_m, self._softest_n_m, self._pressed_m = 0.0, math.inf, math.inf
+        self._lower_m, self._known_n_m, self._pressed_m = 0.0, math.inf, math.inf
 
     def _take(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
         """Take the newest sample of a contact, the second or a later one."""
@@ -156,11 +156,12 @@ class SurfaceEstimate:
     def _learn(self, fit: HuntCrossleyFit) -> None:
         """Copy the result of the fit after a sample that counted."""
         self.stiffness_ln_sd = min(fit.ln_sd, UNKNOWN_LN_SD)
-        if self.known or fit.met_other:
-            self._softest_n_m = math.inf
-        self.stiffness_n_m = min(1.0 / fit.compliance_m_n, self._softest_n_m)
+        stiffness_n_m = 1.0 / fit.compliance_m_n
         if self.known:
-            self._softest_n_m = self.stiffness_n_m
+            self._known_n_m = stiffness_n_m
+        elif fit.met_other:
+            self._known_n_m = math.inf
+        self.stiffness_n_m = min(stiffness_n_m, self._known_n_m)
         self._drift_m2_s = fit.drift_m_s05**2
         self._damping_known = fit.damping_sd_s_m < DAMPING_SHARE * fit.damping_s_m
 

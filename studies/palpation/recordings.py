@@ -20,8 +20,6 @@ MATERIALS = {
 """Sets of presses of each material; only these may be used to develop with."""
 STREAMS = ("ContPalpTrial5", "ContPalpTrial6")
 """Streams of a probe that moves on while its force swings as a sine of 2 Hz."""
-SAMPLES_PER_S = 66.0
-"""Sampling rate of the streams, 1/s."""
 
 
 @dataclass(frozen=True, slots=True)

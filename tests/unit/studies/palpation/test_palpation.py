@@ -9,7 +9,7 @@ import pytest
 from remote_site.traces.press_files import Contact, Press
 from studies.palpation import run as study
 from studies.palpation.presses import LAW, LINE, SLOPE, answered, intraclass_correlation, predicted, repeated
-from studies.palpation.recordings import SAMPLES_PER_S, Stream, read_set, read_stream
+from studies.palpation.recordings import Stream, read_set, read_stream
 from studies.palpation.shown import DRAWN, LIVE, RECORDED, REGRESSION, STEPPED, neighbour_cv, shown, streamed
 from studies.palpation.shown import LAW as TANGENT
 from studies.running import Unavailable
@@ -26,7 +26,7 @@ def made(count: int = 20, **how: float) -> list[Press]:
 def stream(noise_n: float = 0.01) -> Stream:
     """A probe that presses a spring of 500 N/m with a sine of 2 Hz and moves on."""
     random = np.random.default_rng(1)
-    time_s = np.arange(0.0, 20.0, 1.0 / SAMPLES_PER_S)
+    time_s = np.arange(0.0, 20.0, 1.0 / 66.0)
     depth_mm = 2.2 + 1.8 * np.sin(4.0 * np.pi * time_s)
     place_mm = np.column_stack([3.0 * time_s, np.zeros_like(time_s), -depth_mm])
     return Stream(time_s, place_mm, 0.5 * depth_mm + noise_n * random.standard_normal(len(time_s)))
