@@ -93,8 +93,8 @@ _TARGETS = (
 )
 _LUMPS = (
     "<p>Areas of the map that are a lump with a probability of 0.5 or more, by their stiffness against the ground "
-    "around them. Size is that of the area, which is wider than a small nodule below it. True nodules are those of a "
-    "simulated scene; one may lie where nothing was pressed.</p>"
+    "around them. Size is that of the area, and not of the nodule below it. True nodules are those of a simulated "
+    "scene; one may lie where nothing was pressed.</p>"
 )
 _TRUE = (
     "<p>“True” values come from the simulated world and its devices. A site has measured, estimated or commanded all "
