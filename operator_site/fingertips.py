@@ -37,6 +37,12 @@ MOST_STEPS = 10
 After a longer standstill the outputs are neutral, and the skin continues from its state without catching up.
 """
 
+LATEST_TAP_S = 0.2
+"""Longest delay of a tap that arrived while the outputs were at rest, s; a later one is not displayed.
+
+On a busy machine the outputs rest for some milliseconds when a device's reading is late.
+"""
+
 _STIFFNESS_LIMIT = Limit.STIFFNESS.value
 
 
@@ -83,6 +89,8 @@ class Fingertips:
         self._rows: Sequence[TouchRow] = (NO_TOUCH,) * n
         self._objects: list[Touched | None] = [None] * n
         self._events: Sequence[Event] = ()
+        self._taps: list[tuple[float, Event]] = []
+        """Taps that arrived while the outputs were at rest, each with the time of its arrival, s."""
         self.impulses_played: list[Event] = []
         """Taps and grooves that began in the last step; their packet may be an earlier one."""
 
@@ -90,6 +98,7 @@ class Fingertips:
         """Forget the played events, because a new session numbers its own."""
         self._played = PlayedEvents()
         self._events = ()
+        self._taps = []
 
     def show(self, wall: SampledWall) -> None:
         """Set the bound of the walls; no stiffer surface is displayed from now on."""
@@ -117,7 +126,7 @@ class Fingertips:
 
         Args:
             t_s: time on a steady clock, s.
-            engaged: whether outputs act; otherwise the plate loops rest and events are discarded.
+            engaged: whether outputs act; otherwise the plate loops rest, taps wait and other events are discarded.
             rows: touch rows of the last accepted touch; pass the same object until there is a new one, as each object
                 is read only once.
             events: events of the last packet, played or not.
@@ -139,12 +148,15 @@ class Fingertips:
         fresh: Sequence[Event] = ()
         if events is not self._events:
             self._events, fresh = events, self._played.new(events)
-        if engaged:
-            if fresh or self._groove_timing.waits:
-                fresh = self._groove_timing.step(t_s, fresh)
-        else:
-            fresh = ()
+        if not engaged:
             self._groove_timing.clear()
+            self._taps += [(t_s, event) for event in fresh if event.kind is EventKind.TAP]
+            fresh = ()
+        elif self._taps:
+            fresh = [event for came_s, event in self._taps if t_s - came_s <= LATEST_TAP_S] + list(fresh)
+            self._taps = []
+        if fresh or self._groove_timing.waits:
+            fresh = self._groove_timing.step(t_s, fresh)
         self.impulses_played = []
         force, rpm = [], []
         for finger, row in enumerate(self._rows):

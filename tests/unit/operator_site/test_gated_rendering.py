@@ -10,6 +10,7 @@ from common.faults.fault import Fault, FaultCode
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
 from common.wire.messages import Event, EventKind, ExplorationMode, Touch
 from common.wire.packets import N
+from operator_site.fingertips import LATEST_TAP_S
 from operator_site.gated_rendering import GatedRendering
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.safety.limit_flags import Limit
@@ -19,6 +20,7 @@ TICK_S = 0.002
 GAP_S = 0.1
 CUT_OUT = Fault(FaultCode.MODULE_CUT_OUT, "index")
 TAP = Event(1, EventKind.TAP, INDEX, 0, 0, 0.2)
+GROOVE = Event(2, EventKind.GROOVE, INDEX, 0, 0, 100.0)
 
 
 def touching(*events: Event, sequence: int = 1) -> Touch:
@@ -93,6 +95,20 @@ def test_an_event_is_played_once_in_a_session_and_again_in_the_next() -> None:
     assert run.rendering.fingertips.impulses_played == []
     run(1, session=8)
     assert [event.ident for event in run.rendering.fingertips.impulses_played] == [1]
+
+
+@pytest.mark.parametrize(("silent_s", "felt"), [(0.05, [1]), (1.5 * LATEST_TAP_S, [])], ids=["soon after", "too late"])
+def test_a_tap_that_comes_while_outputs_rest_is_felt_afterwards(silent_s: float, felt: list[int]) -> None:
+    run = Run()
+    run(10)
+    run(1, engaged=False, touch=touching(TAP, GROOVE, sequence=2))
+    assert run(round(silent_s / TICK_S), touch=touching(TAP, GROOVE, sequence=3)).motor_rpm == [0.0] * N
+    started = run(1, engaged=True)
+    assert [event.ident for event in run.rendering.fingertips.impulses_played] == felt
+    assert (started.motor_rpm[INDEX] >= MOTOR_FLOOR_RPM) is bool(felt)
+    run(1, engaged=False)
+    run(1, engaged=True)
+    assert run.rendering.fingertips.impulses_played == []
 
 
 def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
