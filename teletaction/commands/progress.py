@@ -1,11 +1,12 @@
 """Shows the progress of long commands and defines their option --processes."""
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Annotated
 
 import typer
+
+from teletaction.session.terminal import show
 
 Processes = Annotated[int, typer.Option(min=0, help="Number of worker processes; 0: one for each processor.")]
 
@@ -16,13 +17,7 @@ def progress_line(label: str) -> Iterator[Callable[[float | str], None]]:
 
     Yields a function that takes the share done (0..1) or a text.
     """
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    clear = "\r\x1b[K"
     try:
-        yield lambda far: typer.echo(
-            f"{clear}{label}: {far if isinstance(far, str) else f'{far:.0%}'}", err=True, nl=False
-        )
+        yield lambda far: show(f"{label}: {far if isinstance(far, str) else f'{far:.0%}'}")
     finally:
-        typer.echo(clear, err=True, nl=False)
+        show("")

@@ -26,11 +26,12 @@ def summarise_command(
     """Merge the recordings of a session whose processes were started one by one; write summary and report."""
     from teletaction.session.conclude import conclude
     from teletaction.session.demo_files import DemoOptions
+    from teletaction.session.terminal import say, show
 
-    summary = conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers))
+    summary = conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers), show)
     if as_json:
         print_json(summary)
-    typer.echo(f"summary {out / 'summary.json'}, report {out / 'report.html'}", err=True)
+    say(f"summary {out / 'summary.json'}, report {out / 'report.html'}")
 
 
 @app.command("report")
@@ -40,9 +41,11 @@ def report_command(
 ) -> None:
     """Write a session's report: map, findings, figures, link, audit trail. A summary.json beside it is included."""
     from teletaction.report.session_report import report
+    from teletaction.session.terminal import say, show
 
+    show("reading the recording and drawing the report")
     report(recordings, out)
-    typer.echo(f"report {out}", err=True)
+    say(f"report {out}")
 
 
 @app.command("export")

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,29 +16,22 @@ from teletaction.report.found_lumps import found_lumps
 from teletaction.report.found_targets import found_targets
 from teletaction.report.report import write_report
 from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
-
-Usage = Mapping[str, tuple[float, float]]
-"""CPU share of one core and peak memory (MiB) of each process."""
+from teletaction.session.launcher_figures import LauncherFigures
 
 
 def conclude(
-    folder: Path,
-    out: Path,
-    options: DemoOptions,
-    usage: Usage | None = None,
-    wall_s: float | None = None,
-    round_trips_s: list[float] | None = None,
+    folder: Path, out: Path, options: DemoOptions, stage: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
     """Merge the recordings in `folder`, and write `session.mcap`, `summary.json` and `report.html` into `out`.
 
+    The folder of a demo then loses the recordings of its processes, unless one of them is incomplete.
+
     Args:
         folder: folder with `PROCESS.mcap` and `PROCESS.json` (status) of all processes. A restarted process adds
-            `PROCESS-1.mcap` and so on; a simulated network adds `network.json`.
+            `PROCESS-1.mcap` and so on; a simulated network adds `network.json`, and a demo `launcher.json`.
         out: folder for the results, created if it does not exist.
         options: scene, seed and fingers of the session, which the summary repeats.
-        usage: as measured by the launcher; None: the figures in the status files.
-        wall_s: duration of the exploration, s; None: the figure in the status file of sim-operator.
-        round_trips_s: round trips of a bare ping that ran beside the session, s.
+        stage: is called with a description of each stage of the work.
 
     Raises:
         ValueError: the scene is unknown, or a recording or a status is missing or cannot be read.
@@ -51,21 +44,25 @@ def conclude(
     statuses = {name: _status(folder / f"{name}.json") for name in PROCESSES}
     if (folder / f"{NETWORK}.json").exists():
         statuses[NETWORK] = _status(folder / f"{NETWORK}.json")
-    if usage is None:
-        usage = {name: (status["loop"]["cpu"], status["rss_mib"]) for name, status in statuses.items()}
-    if wall_s is None:
-        wall_s = float(statuses["sim-operator"]["script_s"])
+    launcher = LauncherFigures.read(folder)
+    measured = launcher or LauncherFigures(
+        usage={name: (status["loop"]["cpu"], status["rss_mib"]) for name, status in statuses.items()},
+        wall_s=float(statuses["sim-operator"]["script_s"]),
+        round_trips_s=[],
+    )
     out.mkdir(parents=True, exist_ok=True)
+    stage("merging the recordings")
     merge_recordings(recordings, out / "session.mcap")
+    stage("computing the summary")
     data = SessionData.read(out / "session.mcap")
     examination = Examination.read(out / "session.mcap")
     summary = summarise(
         data,
         statuses,
         statuses.get(NETWORK),
-        usage,
-        wall_s,
-        round_trips_s or [],
+        measured.usage,
+        measured.wall_s,
+        measured.round_trips_s,
         scene=options.scene,
         seed=options.seed,
         fingers=options.fingers,
@@ -73,7 +70,12 @@ def conclude(
     summary["targets"] = found_targets(scene, examination.felt)
     summary["lumps"] = found_lumps(examination.felt, scene.nodules)
     (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
+    stage("drawing the report")
     write_report(data, summary, out / "report.html", examination)
+    complete = all(fault["what"] != "recording" for fault in summary["faults"])
+    if launcher is not None and folder == out and complete:
+        for path in recordings:
+            path.unlink()
     return summary
 
 

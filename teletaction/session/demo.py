@@ -1,6 +1,8 @@
 """Runs a whole telediagnosis session on this machine with simulated devices and a scripted hand."""
 
+import signal
 import socket
+import subprocess
 import sys
 import time
 from datetime import datetime
@@ -15,23 +17,30 @@ from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal
 from common.scenes.scene import load_scene
 from teletaction.session.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
+from teletaction.session.launcher_figures import LAUNCHER, LauncherFigures
 from teletaction.session.ping import BarePing
 from teletaction.session.processes import KILLED_S, SessionProcesses
 from teletaction.session.restarts import Restarts
+from teletaction.session.terminal import say, show
 
 _START_S = 30.0
 """Time within which the hand must start to explore in a session without a console, s."""
 _PING_S = 0.05
 """Interval of the bare pings and of the checks of the processes, s."""
-_PRODUCED = ("summary.json", "session.mcap", "report.html")
+_SHOWN_S = 1.0
+"""Interval of the progress on a terminal, s."""
+_PRODUCED = ("summary.json", "session.mcap", "report.html", LAUNCHER, "summarise.log")
 """Files that a session writes after its end."""
 
 
 def run_demo(options: DemoOptions) -> str:
     """Run a session and write its output folder; return a description of the failure, empty on success.
 
+    Ctrl-C ends the session. Summary and report are then made in the background.
+
     Raises:
         ValueError: unknown scene, no calibration for it, or an output folder with other files in it.
+        KeyboardInterrupt: it was stopped before the hand explored or a console had an address.
     """
     load_scene(options.scene)
     if options.console and find_spec("starlette") is None:
@@ -39,60 +48,80 @@ def run_demo(options: DemoOptions) -> str:
     out = _output_folder(options)
     configurations = prepare(options, out)
     stop = StopSignal()
-    _say(f"session in {out}; {options.rates.words}")
+    say(f"session in {out}; {options.rates.words}")
     processes = SessionProcesses(out)
     try:
         for name, configuration in configurations.items():
             processes.start(name, configuration)
         with BarePing() as ping:
-            failure, usage, wall_s = _watch(processes, options, stop, ping)
+            figures = _watch(processes, options, stop, ping)
+        if stop():
+            say("stopped; the processes are ending")
+    except _Failure as failure:
+        show("")
+        return str(failure)
     finally:
         killed = processes.end()
-    if failure and wall_s is None:
-        return failure
-    return failure or _conclude(options, out, ping, usage, wall_s or 0.0, killed)
+    figures.write(out)
+    if not stop():
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        try:
+            return _conclude(options, out) or _killed(killed)
+        except KeyboardInterrupt:
+            say("stopped")
+    _conclude_in_background(options, out)
+    return _killed(killed)
 
 
-def _conclude(
-    options: DemoOptions,
-    out: Path,
-    ping: BarePing,
-    usage: dict[str, tuple[float, float]],
-    wall_s: float,
-    killed: list[str],
-) -> str:
+class _Failure(Exception):
+    """The session failed; the text says why."""
+
+
+def _killed(names: list[str]) -> str:
+    return f"killed, since they did not end within {KILLED_S:g} s: {', '.join(names)}" if names else ""
+
+
+def _conclude(options: DemoOptions, out: Path) -> str:
+    """Write summary and report; return a description of the failure, empty on success."""
     # Late imports: plots and statistics would cost memory and time during the session.
     from teletaction.recordings.machine_verdict import machine_verdict  # noqa: PLC0415
     from teletaction.session.conclude import conclude  # noqa: PLC0415
 
-    summary = conclude(out, out, options, usage, wall_s, ping.round_trips_s)
+    summary = conclude(out, out, options, show)
     incomplete = [f"{fault['site']}: {fault['fault']}" for fault in summary["faults"] if fault["what"] == "recording"]
-    if not incomplete:  # A damaged session keeps the recording of each process.
-        for process in PROCESSES:
-            (out / f"{process}.mcap").unlink()
-        for part in out.glob(f"{CONSOLE}*.mcap"):
-            part.unlink()
-    _say(machine_verdict(summary))
-    _say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
-    if incomplete:
-        return "; ".join(incomplete)
-    return f"killed, since they did not end within {KILLED_S:g} s: {', '.join(killed)}" if killed else ""
+    say(machine_verdict(summary))
+    say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
+    return "; ".join(incomplete)
 
 
-def _watch(
-    processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing
-) -> tuple[str, dict[str, tuple[float, float]], float | None]:
-    """Wait for the session's end.
+def _conclude_in_background(options: DemoOptions, out: Path) -> None:
+    """Start `teletaction summarise` on the output folder, as a process that outlives this one."""
+    words = ["summarise", "--recordings", str(out), "--out", str(out)]
+    words += ["--scene", options.scene, "--seed", str(options.seed), "--fingers", str(options.fingers)]
+    log = out / "summarise.log"
+    with log.open("wb") as file:
+        subprocess.Popen(
+            [sys.executable, "-m", "teletaction", *words],
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+    say(f"all is recorded; {out / 'report.html'} is being made in the background, with {log} as its log")
 
-    Returns:
-        Description of the failure, empty on success.
-        CPU share of one core and peak memory (MiB) of each process.
-        Duration of the exploration, s; None on failure.
+
+def _watch(processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing) -> LauncherFigures:
+    """Wait for the session's end; return what was measured.
+
+    Raises:
+        _Failure: a process has ended, or the session did not begin in time.
+        KeyboardInterrupt: it was stopped before it began.
     """
     announced, restarts = False, Restarts()
     started_s: float | None = None
-    begin_s = time.monotonic()
+    begin_s = shown_s = time.monotonic()
     first: dict[str, tuple[float, float]] = {}
+    show("the processes are starting")
     while not stop():
         time.sleep(_PING_S)
         ping.once()
@@ -102,29 +131,34 @@ def _watch(
             _restart_console(processes, restarts, ended.pop(CONSOLE), now_s)
         if ended:
             name = next(iter(ended))
-            return f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}", {}, None
+            raise _Failure(f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}")
         if options.console and not announced:
             announced = _announce_address(processes.out)
         hand = _status(processes.out / "sim-operator.json")
         if started_s is None:
             if hand.get("script_s"):
                 started_s, first = now_s, processes.usage()
-                _say("both sites are engaged; the hand is exploring")
+                say("both sites are engaged; the hand is exploring")
                 if options.network is not None:
                     _start_timetable(processes.out)
             elif now_s - begin_s > _START_S and not options.console:
-                return f"the session did not start within {_START_S:g} s: {_waiting_for(processes.out)}", {}, None
+                raise _Failure(f"the session did not start within {_START_S:g} s: {_waiting_for(processes.out)}")
         elif options.seconds is not None and hand.get("finished"):
             break
-    if started_s is None:
-        return "stopped before the session began", {}, None
-    wall_s = time.monotonic() - started_s
+        elif now_s - shown_s >= _SHOWN_S:
+            shown_s = now_s
+            whole = "" if options.seconds is None else f" of {options.seconds:g}"
+            show(f"exploring: {now_s - started_s:.0f}{whole} s")
+    if started_s is None and not announced:
+        say("stopped before the session began")
+        raise KeyboardInterrupt
+    wall_s = 0.0 if started_s is None else time.monotonic() - started_s
     usage = {
         name: (max(0.0, cpu_s - first[name][0]) / wall_s, peak_mib)
         for name, (cpu_s, peak_mib) in processes.usage().items()
         if name in first
     }
-    return "", usage, wall_s
+    return LauncherFigures(usage, wall_s, ping.round_trips_s)
 
 
 def _restart_console(processes: SessionProcesses, restarts: Restarts, code: int, now_s: float) -> None:
@@ -133,19 +167,19 @@ def _restart_console(processes: SessionProcesses, restarts: Restarts, code: int,
     pause_s = restarts.ended(now_s)
     if pause_s is None:
         del processes.running[CONSOLE]
-        _say(f"the console ended with exit code {code} and is not started again: it ended {count} times in a row")
+        say(f"the console ended with exit code {code} and is not started again: it ended {count} times in a row")
     elif pause_s <= 0.0:
         processes.restart(CONSOLE)
         restarts.started(now_s)
     elif restarts.count != count:
-        _say(f"the console ended with exit code {code}: {processes.last_words(CONSOLE)}; it is started again")
+        say(f"the console ended with exit code {code}: {processes.last_words(CONSOLE)}; it is started again")
 
 
 def _announce_address(out: Path) -> bool:
     """Print the console's address once it is known; return True then."""
     address = _status(out / f"{CONSOLE}.json").get("address")
     if address:
-        _say(f"console at {address}: open it in a browser, begin a session there and engage; Ctrl-C ends it")
+        say(f"console at {address}: open it in a browser, begin a session there and engage; Ctrl-C ends it")
     return bool(address)
 
 
@@ -210,7 +244,3 @@ def _output_folder(options: DemoOptions) -> Path:
     for produced in _PRODUCED:
         (out / produced).unlink(missing_ok=True)
     return out
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)

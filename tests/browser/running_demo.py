@@ -13,6 +13,7 @@ from pathlib import Path
 from common.config.file import load_config
 from common.config.models import SimNetworkConfig
 from teletaction.session.demo_files import HOST, NETWORK
+from tests.waiting import wait_until
 
 
 @dataclass
@@ -38,6 +39,7 @@ class Demo:
             said = self.process.stderr.read()
             code = self.process.wait()
             assert code == 0, f"the demo ended with {code}: {said[-500:]}"
+            wait_until((self.out / "report.html").is_file, "the report is not made", 60.0)
         return self.out / "session.mcap"
 
 

@@ -18,6 +18,9 @@ from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.session, pytest.mark.timeout(120)]
 
+PROMPT_S = 3.0
+"""Longest time from Ctrl-C to the prompt, s."""
+
 
 def demo(out: Path, *arguments: str) -> list[str]:
     return [sys.executable, "-m", "teletaction", "demo", "--out", str(out), *arguments]
@@ -93,13 +96,22 @@ def exploring(tmp_path: Path) -> "Iterator[subprocess.Popen[str]]":
             process.kill()
 
 
-def test_ctrl_c_ends_everything_within_two_seconds(exploring: "subprocess.Popen[str]", tmp_path: Path) -> None:
+def test_ctrl_c_returns_to_the_prompt_and_the_report_follows(
+    exploring: "subprocess.Popen[str]", tmp_path: Path
+) -> None:
     out = tmp_path / "out"
     assert len(children_of(str(out))) >= 4
     exploring.send_signal(signal.SIGINT)
-    wait_until(lambda: not children_of(str(out / "config")), "a process runs on", 2.0)
-    assert exploring.wait(60) == 0
-    assert (out / "summary.json").is_file()
+    assert exploring.wait(PROMPT_S) == 0
+    assert children_of(str(out / "config")) == []
+    assert exploring.stderr is not None
+    assert "is being made in the background" in exploring.stderr.read()
+    wait_until(lambda: not children_of(str(out)), "the report is not made", 60.0)
+    assert "report.html" in (out / "summarise.log").read_text("utf-8")
+    summary = json.loads((out / "summary.json").read_text("utf-8"))
+    assert summary["latency_ms"]["bare_curve_ping"]["count"] > 10
+    assert (out / "report.html").is_file()
+    assert [path.name for path in out.glob("*.mcap")] == ["session.mcap"]
 
 
 def test_a_killed_launcher_leaves_no_process(exploring: "subprocess.Popen[str]", tmp_path: Path) -> None:
