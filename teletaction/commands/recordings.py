@@ -37,7 +37,7 @@ def summarise_command(
 @app.command("report")
 def report_command(
     recordings: Annotated[list[Path], typer.Argument(help="A merged session.mcap, or the recordings to merge.")],
-    out: Annotated[Path, typer.Option(help="HTML file to write.")],
+    out: Annotated[Path, typer.Option(help="HTML file to write, or a PDF, which Chromium prints without the annex.")],
 ) -> None:
     """Write a session's report: map, findings, figures, link, audit trail. A summary.json beside it is included."""
     from teletaction.report.session_report import report

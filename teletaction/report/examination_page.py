@@ -1,4 +1,4 @@
-"""Writes the report's pages on the examination: opening page, maps, and each finding."""
+"""Writes the report's pages on the examination: the page to sign, the page for the next examiner, each finding."""
 
 import math
 from collections.abc import Mapping
@@ -12,7 +12,8 @@ from teletaction.report.examination import Examination
 from teletaction.report.finding_figure import AFTER_S, BEFORE_S, signals_figure
 from teletaction.report.map_coverage import Coverage, coverage
 from teletaction.report.map_figure import UNITS, cutout_figure, map_figure
-from teletaction.report.report_parts import figure, section
+from teletaction.report.report_limits import reached
+from teletaction.report.report_parts import fact_list, figure, section
 from teletaction.report.report_words import shown, table
 from teletaction.report.session_curves import SessionCurves
 
@@ -20,9 +21,12 @@ CUTOUT_M = 0.040
 """Width of the map around a finding, m."""
 LONGEST_IN_TABLE = 160
 """Largest number of letters of a note on the opening page."""
-NO_CONSOLE = (
-    "No console took part in this recording: it has no study number, no findings, and no audit trail. The map comes "
-    "from the touch packets that the operator site received."
+OPENING_IN = (7.0, 3.6)
+"""Width and largest height of the map on the first page, inches."""
+_TO_FILL_IN = (
+    '<h3>Conclusion</h3><div class="line"></div><div class="line"></div>'
+    '<div class="signatures"><div class="line">Examiner</div><div class="line">Date</div>'
+    '<div class="line">Signature</div></div>'
 )
 _CONFIDENCE = ("none", "low", "fair", "high")
 _READING = (
@@ -32,10 +36,13 @@ _READING = (
 )
 
 
-def opening(examination: Examination, seconds: float | None) -> str:
-    """Write the opening page: patient, map with findings, table of findings, areas not felt.
+def signed_page(examination: Examination, session: SessionCurves, seconds: float | None) -> str:
+    """Write the page that a clinician signs: patient, map, findings, completeness, limits, conclusion, signature.
 
-    `seconds` is the duration to show if no start and end are recorded, s.
+    Args:
+        examination: its content.
+        session: the signals, for the limits that acted.
+        seconds: duration to show if no start and end are recorded, s.
     """
     begun, findings = examination.begun, list(examination.findings.values())
     facts = {
@@ -45,18 +52,20 @@ def opening(examination: Examination, seconds: float | None) -> str:
         "at the console": shown(begun.get("who")),
         "findings": str(len(findings)),
     }
-    listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
     quantity = _first_quantity(examination)
-    drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, (7.0, 4.9))
+    drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, *OPENING_IN)
     caption = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
-    absent = "" if examination.console else f'<p class="fault">{NO_CONSOLE}</p>'
     picture_html = figure("Map with findings", drawn, caption) if drawn else "<p>Nothing was felt.</p>"
-    return section(
-        "Examination",
-        f"<dl>{listed}</dl>{absent}{picture_html}<h3>Findings</h3>{findings_table(examination)}"
-        f"<h3>Not felt</h3>{not_felt(examination)}",
-        "opening",
+    content = (
+        f"{fact_list(facts)}{picture_html}<h3>Findings</h3>{findings_table(examination)}"
+        f"<h3>Completeness</h3><p>{_completeness(examination)} {reached(session)}</p>{_TO_FILL_IN}"
     )
+    return f'<section class="signed">{content}</section>\n'
+
+
+def next_page(examination: Examination) -> str:
+    """Write the page for the next examiner: what was not felt, and the maps of all quantities."""
+    return section("For the next examiner", f"<h3>Not felt</h3>{not_felt(examination)}{maps(examination)}", "next")
 
 
 def findings_table(examination: Examination) -> str:
@@ -69,7 +78,7 @@ def findings_table(examination: Examination) -> str:
                 f"<b>{shown(finding.get('id'))}</b>",
                 shown(finding.get("kind")),
                 ", ".join(place) if "–" not in place else "a moment, no place",
-                shown(finding.get("text")),
+                f'<span class="value">{shown(finding.get("text"))}</span>',
                 "–" if (step := confidence(examination, finding)) is None else _CONFIDENCE[step],
                 f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
             ]
@@ -119,15 +128,16 @@ def covered_by(examination: Examination, quantity: str) -> Coverage | None:
 
 
 def maps(examination: Examination) -> str:
-    """Write the section with the maps of all quantities."""
+    """Write the maps of all quantities that were felt."""
     findings = list(examination.findings.values())
     drawn = "".join(
         f"<div><h3>{quantity.capitalize()}</h3>"
         + figure(f"Map of {quantity}", map_figure(examination.felt, quantity, findings), _words(examination, quantity))
         + "</div>"
         for quantity in QUANTITIES
+        if covered_by(examination, quantity) is not None
     )
-    return section("Maps", f'<p>{_READING}</p><div class="maps">{drawn}</div>', "page")
+    return f'<div class="maps">{drawn}</div><p>{_READING}</p>' if drawn else ""
 
 
 def finding_blocks(examination: Examination, session: SessionCurves) -> str:
@@ -181,6 +191,15 @@ def _words(examination: Examination, quantity: str) -> str:
         return ""
     said = f"{1e4 * covered.felt_m2:.1f} cm² felt, {100.0 * covered.share:.0f} % of what was explored. "
     return said + (f"Lines more than 6 mm apart: up to {1e3 * covered.lines_m:.0f} mm." if covered.gaps else "")
+
+
+def _completeness(examination: Examination) -> str:
+    """Return in one sentence how much of the explored area each quantity covers."""
+    shares = []
+    for quantity in QUANTITIES:
+        covered = covered_by(examination, quantity)
+        shares.append(f"{quantity} " + ("nowhere" if covered is None else f"on {100.0 * covered.share:.0f} %"))
+    return f"Felt within the explored outline: {', '.join(shares)}."
 
 
 def _first_quantity(examination: Examination) -> str | None:

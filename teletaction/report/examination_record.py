@@ -1,4 +1,4 @@
-"""Writes the technical annex of a report: devices, calibration, link, alarms, faults, audit trail, versions."""
+"""Writes the technical record of a session: devices, calibration, link, alarms, faults, audit trail, versions."""
 
 import json
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from teletaction.report.report_words import shown, table
 
 
 def record(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> str:
-    """Write the annex, with every number of the examination as JSON."""
+    """Write the record, with every number of the examination as JSON."""
     zero_s = _zero_s(data, examination)
     parts = (
         section("Devices", _devices(examination)),
@@ -95,7 +95,7 @@ def _calibration(examination: Examination) -> str:
             shown(each["made_on"]),
             shown(each["sensor_serial"]),
             shown(each["touches"]),
-            f"<small>{shown(each['hash'])}</small>",
+            f'<small class="hash">{shown(each["hash"])}</small>',
         ]
         for each in examination.tables
     ]
@@ -182,7 +182,7 @@ def _acts(examination: Examination, zero_s: float) -> str:
             _time(act.get("at_s"), zero_s),
             shown(act.get("who")),
             shown(act.get("verb")),
-            f"<small>{shown(_short(act.get('details')))}</small>",
+            f'<small class="hash">{shown(_short(act.get("details")))}</small>',
             "not answered" if act.get("ok") is None else "yes" if act["ok"] else "refused",
             shown(act.get("answer")),
         ]
@@ -193,7 +193,7 @@ def _acts(examination: Examination, zero_s: float) -> str:
 
 def _versions(examination: Examination) -> str:
     rows = [
-        [shown(origin), shown(facts.get("version")), f"<small>{shown(hashed)}</small>"]
+        [shown(origin), shown(facts.get("version")), f'<small class="hash">{shown(hashed)}</small>']
         for origin, hashed in examination.configurations().items()
         for facts in (examination.facts[origin],)
     ]

@@ -29,6 +29,12 @@ _SIGN_K = 1.0
 _STEEP_HATCH = "xxxx"
 _MARGIN_M = 4e-3
 """Margin around the felt area, m."""
+_LEFT_IN, _RIGHT_IN, _BELOW_IN, _ABOVE_IN = 0.62, 1.15, 0.5, 0.28
+"""Room around a map for its labels and its scale, inches."""
+_TICK_IN = 0.15
+"""Least distance of two ticks on a scale, inches."""
+_LOWEST_IN = 0.9
+"""Least height of a map, so that its scale can be read, inches."""
 
 
 def _rgb(colour: str) -> list[float]:
@@ -114,6 +120,8 @@ def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
     strip = np.stack([_TABLES[quantity, step][upwards] for step in (1, 2, 3)], axis=1)
     scale.imshow(strip, origin="lower", aspect="auto", extent=(0.5, 3.5, 0.0, 1.0))
     ticks = scale_ticks(quantity, legend)
+    room = max(2, int(axes.bbox.height / axes.figure.dpi / _TICK_IN))
+    ticks = ticks[:: -(-len(ticks) // room) or 1]
     scale.set_yticks(on_scale(quantity, np.array(ticks), legend).tolist(), [f"{tick:g}" for tick in ticks])
     scale.yaxis.tick_right()
     scale.set_xticks([0.7, 3.3], ["vague", "sure"], fontsize=6.5, rotation=90)
@@ -156,15 +164,22 @@ def map_figure(
     tactile_map: TactileMap,
     quantity: str,
     findings: Iterable[Mapping[str, Any]],
-    size_in: tuple[float, float] = (4.6, 3.9),
+    width_in: float = 4.6,
+    highest_in: float = 3.9,
 ) -> Figure | None:
-    """Draw the whole map of a quantity with the findings; return None if it was never felt."""
+    """Draw the whole map of a quantity with the findings; return None if it was never felt.
+
+    The figure is `width_in` wide and as high as the map needs, at most `highest_in` (inches).
+    """
     shown = picture(tactile_map, quantity)
     if shown is None:
         return None
-    figure, axes = _one_map(size_in)
+    bounds = _bounds(tactile_map)
+    (left, right), (low, high) = bounds["xlim"], bounds["ylim"]
+    map_in = (width_in - _LEFT_IN - _RIGHT_IN) * (high - low) / (right - left)
+    figure, axes = _one_map((width_in, min(highest_in, _BELOW_IN + _ABOVE_IN + max(_LOWEST_IN, map_in))))
     draw_map(axes, tactile_map, quantity, shown)
-    axes.set(**_bounds(tactile_map))
+    axes.set(**bounds)
     draw_findings(axes, findings)
     return figure
 
@@ -189,8 +204,8 @@ def _one_map(size_in: tuple[float, float]) -> tuple[Figure, Axes]:
     """Return a figure with room for a scale at the right."""
     figure = Figure(figsize=size_in)
     width_in, height_in = size_in
-    room = {"left": 0.62 / width_in, "right": 1.0 - 1.15 / width_in}
-    axes = figure.subplots(gridspec_kw={**room, "bottom": 0.5 / height_in, "top": 1.0 - 0.28 / height_in})
+    room = {"left": _LEFT_IN / width_in, "right": 1.0 - _RIGHT_IN / width_in}
+    axes = figure.subplots(gridspec_kw={**room, "bottom": _BELOW_IN / height_in, "top": 1.0 - _ABOVE_IN / height_in})
     return figure, axes
 
 

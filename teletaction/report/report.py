@@ -15,7 +15,7 @@ from teletaction.recordings.session_data import SessionData
 from teletaction.recordings.summary import contact_to_motor_s, one_way_s
 from teletaction.report.convergence_figure import MOST_TOUCHES, convergence_figure
 from teletaction.report.examination import Examination
-from teletaction.report.examination_page import finding_blocks, maps, opening
+from teletaction.report.examination_page import finding_blocks, maps, next_page, not_felt, signed_page
 from teletaction.report.examination_record import record
 from teletaction.report.figures import (
     force_figure,
@@ -26,7 +26,7 @@ from teletaction.report.figures import (
 )
 from teletaction.report.found_lumps import found_lumps
 from teletaction.report.report_limits import acted_table, extremes_table
-from teletaction.report.report_parts import figure, png, section
+from teletaction.report.report_parts import annex, fact_list, figure, png, section
 from teletaction.report.report_style import CSS
 from teletaction.report.report_words import (
     NONE,
@@ -48,38 +48,49 @@ from teletaction.report.session_curves import SessionCurves
 _CONTACT_EDGES_MS = (0, 2, 4, 6, 8, 10, 15, 20, 50)
 _LINK_EDGES_MS = (0, 0.5, 1, 1.5, 2, 3, 5, 10, 20)
 
-_FIGURES: tuple[tuple[str, Callable[[SessionCurves], Figure | None], str], ...] = (
+_FIGURES: tuple[tuple[str, Callable[[SessionCurves], Figure | None], str, str], ...] = (
     (
         "Modes over time",
         modes_figure,
-        "Upper band: the true mode, from the noise-free motion and force of the simulated finger. Lower band: the mode "
-        "that the remote site identified. Names above: the object touched.",
+        "Lower band: the mode that the remote site identified.",
+        "Upper band: the true mode, from the noise-free motion and force of the simulated finger. Names above: the "
+        "object touched.",
     ),
     (
         "Vibration",
         vibration_figure,
-        "Blue is true: the speed of the simulated module's motor. Yellow is the speed that the operator site "
-        "commanded; a motor takes time to follow. Below the dashed line a vibration is not felt.",
+        "Yellow is the speed that the operator site commanded. Below the dashed line a vibration is not felt.",
+        "Blue is true: the speed of the simulated module's motor, which takes time to follow.",
     ),
     (
         "Plate and skin temperature",
         temperature_figure,
-        "Blue and black are true: the simulated plate, and the skin under it. Dashed orange is the set-point that left "
-        "the operator site; dotted red is the site's own model of what a finger on the real object would feel.",
+        "Dashed orange is the set-point that left the operator site; dotted red is the site's own model of what a "
+        "finger on the real object would feel.",
+        "Blue and black are true: the simulated plate, and the skin under it.",
     ),
     (
         "Identification converging",
         convergence_figure,
         "Results of the remote site since contact: the probability of its likeliest material, and the object's "
-        "temperature with its standard deviation. The thick black line is the true temperature; a dot marks the moment "
-        f"a material was named. Touches shorter than 1 s are left out; at most {MOST_TOUCHES} are shown.",
+        "temperature with its standard deviation. A dot marks the moment a material was named. Touches shorter than "
+        f"1 s are left out; at most {MOST_TOUCHES} are shown.",
+        "The thick black line is the true temperature.",
     ),
     (
         "Force",
         force_figure,
-        "Black and blue are true, at the simulated devices; yellow is the force that the remote site measured. Right: "
-        "the largest of each beside its limit.",
+        "Yellow is the force that the remote site measured. Right: the largest of each beside its limit.",
+        "Black and blue are true, at the simulated devices.",
     ),
+)
+"""Title, function, caption, and the part of the caption that describes true values of a simulated session."""
+_NO_CONSOLE = (
+    "No console took part in this recording: it has no study number, no findings, and no audit trail. The map comes "
+    "from the touch packets that the operator site received."
+)
+_OVERVIEW = (
+    "One finger over the whole session: what was touched, what the sites identified and displayed, and what was felt."
 )
 _CONTACTS = (
     "<p>Contacts of at least 1 s. The true material and temperature are those of the simulated object. All other "
@@ -100,21 +111,18 @@ _TRUE = (
     "<p>“True” values come from the simulated world and its devices. A site has measured, estimated or commanded all "
     "other values.</p>"
 )
-_NO_SUMMARY = (
-    "<p>True values, delays at the devices and figures of the processes are unknown: no "
-    "<code>summary.json</code> lies beside the recording.</p>"
-)
 _ACTED = "<p>Time for which each limit of a gate acted on a finger since both sites engaged:</p>"
 _GROOVES = "<p>Impulses shown to the operator against grooves that the true fingertip crossed.</p>"
-_Around = tuple[str, str]
-"""HTML of the examination before and after the parts on the signals."""
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def write_report(
     data: SessionData, summary: Mapping[str, Any], out: Path, examination: Examination | None = None
 ) -> None:
-    """Write the session as one HTML file with tables and figures. It needs no network and no script.
+    """Write the session as one HTML file. It needs no network and no script.
+
+    An examination begins with the page to sign and the page for the next examiner, another session with an overview.
+    What is technical stands in an annex, which a screen shows collapsed.
 
     Args:
         data: the merged recording; streams may be empty.
@@ -127,13 +135,7 @@ def write_report(
     """
     session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
     with mpl.rc_context(STYLE):
-        figures = "".join(section(title, figure(title, draw(session), caption)) for title, draw, caption in _FIGURES)
-        before = after = ""
-        if examination is not None:
-            seconds = session.shown_s[1] if len(data.rendered) or len(data.touch) else None
-            before = opening(examination, seconds) + maps(examination) + finding_blocks(examination, session)
-            after = record(examination, data, summary)
-    out.write_text(_page(session, summary, figures, examination, (before, after)), "utf-8")
+        out.write_text(_page(session, summary, examination), "utf-8")
 
 
 def write_figure(data: SessionData, out_png: Path, finger: str = "index") -> None:
@@ -149,10 +151,53 @@ def write_figure(data: SessionData, out_png: Path, finger: str = "index") -> Non
         out_png.write_bytes(png(session_figure(SessionCurves.of(data), FINGERS.index(finger)), 100))
 
 
-def _page(
-    session: SessionCurves, summary: Mapping[str, Any], figures: str, examination: Examination | None, around: _Around
-) -> str:
-    contacts = summary.get("contacts") or []
+def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Examination | None) -> str:
+    title = _title(summary, examination)
+    if examination is not None and examination.console:
+        seconds = session.shown_s[1] if len(session.data.rendered) or len(session.data.touch) else None
+        front = signed_page(examination, session, seconds) + next_page(examination)
+        front += finding_blocks(examination, session)
+    else:
+        front = section("Overview", _header(summary) + figure("One session", _one_finger(session), _OVERVIEW))
+        if examination is not None:
+            front += section("Maps", (maps(examination) or "<p>Nothing was felt.</p>") + not_felt(examination))
+    record_html = "" if examination is None else record(examination, session.data, summary)
+    lumps = summary.get("lumps") or ([] if examination is None else found_lumps(examination.felt))
+    targets = summary.get("targets") or []
+    found = (section("Targets", _TARGETS + targets_table(targets)) if targets else "") + _lumps(lumps)
+    if summary:
+        contacts = summary.get("contacts") or []
+        found += section("Contacts", _CONTACTS + tally_table(contacts))
+    technical = annex(_signals(session) + _measured(session, summary) + record_html)
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+        f"<title>{title}</title><style>{CSS}</style></head>\n"
+        f"<body><h1>{title}</h1>{front}{found}{technical}</body></html>\n"
+    )
+
+
+def _one_finger(session: SessionCurves) -> Figure | None:
+    """Draw the index finger, or the only one, over the session; None without signals."""
+    data = session.data
+    known = any(len(series) for series in (data.touch, data.rendered, data.fingertips, data.contact))
+    return session_figure(session, session.fingers[len(session.fingers) > 1]) if known else None
+
+
+def _signals(session: SessionCurves) -> str:
+    """Write the figures of the signals; captions describe true values only where a simulated session has them."""
+    simulated = bool(len(session.data.contact) or len(session.data.fingertips))
+    return "".join(
+        section(title, figure(title, draw(session), f"{true} {caption}" if simulated else caption))
+        for title, draw, caption, true in _FIGURES
+    )
+
+
+def _measured(session: SessionCurves, summary: Mapping[str, Any]) -> str:
+    """Write limits and, where there is a summary, what was measured at the simulated devices."""
+    if not summary:
+        return section("Limits", _ACTED + acted_table(session))
     modes, taps = summary.get("modes") or {}, summary.get("taps") or {}
     agreement = (
         f"<p>Agreement over the whole time {_percent(modes.get('agreement'))}, "
@@ -168,30 +213,16 @@ def _page(
     tap_counts = f"<p>Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played.</p>"
     cores = f"<p>All processes together: {shown(summary.get('cpu_cores'))} cores.</p>"
     latency = latency_table(summary.get("latency_ms") or {}) + f'<div class="side">{delays}</div>'
-    targets = summary.get("targets") or []
-    parts: tuple[str, ...] = (
-        *((section("Targets", _TARGETS + targets_table(targets)),) if targets else ()),
-        _lumps(summary.get("lumps") or []),
-        section("Contacts", _CONTACTS + tally_table(contacts) + contacts_table(contacts)),
-        figures,
-        section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
-        section("Latency", latency),
-        section("Modes identified", agreement + confusion_table(modes)),
-        section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + tap_counts),
-        section("Link", packets_table(summary.get("packets") or {})),
-        section("Loops, CPU and memory", process_table(summary) + cores),
-    )
-    if not summary:  # Only sessions with simulated devices have a summary.
-        lumps = [] if examination is None else found_lumps(examination.felt)
-        parts = _lumps(lumps), figures, section("Limits", _ACTED + acted_table(session))
-    title, (before, after) = _title(summary, examination), around
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-        f"<title>{title}</title><style>{CSS}</style></head>\n"
-        f"<body><h1>{title}</h1>{_enough(summary)}{before}"
-        f"{section('Session', _header(summary))}{''.join(parts)}{after}</body></html>\n"
+    return "".join(
+        (
+            section("Contacts, one by one", contacts_table(summary.get("contacts") or [])),
+            section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
+            section("Latency", latency),
+            section("Modes identified", agreement + confusion_table(modes)),
+            section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + tap_counts),
+            section("Link", packets_table(summary.get("packets") or {})),
+            section("Loops, CPU and memory", process_table(summary) + cores),
+        )
     )
 
 
@@ -216,28 +247,23 @@ def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
     return ": ".join(words)
 
 
-def _enough(summary: Mapping[str, Any]) -> str:
-    """Write whether the machine was fast enough; this precedes all figures that depend on it."""
-    words = machine_verdict(summary)
-    return f"<p>{escape(words)}</p>" if words else ""
-
-
 def _header(summary: Mapping[str, Any]) -> str:
+    """Write whether the machine was fast enough, and the main figures."""
     if not summary:
-        return _NO_SUMMARY
+        return f"<p>{_NO_CONSOLE}</p>"
     contacts = summary.get("contacts") or []
-    words = [verdict(contact.get("material"), contact.get("true_material")) for contact in contacts]
+    answers = [verdict(contact.get("material"), contact.get("true_material")) for contact in contacts]
     latency = ((summary.get("latency_ms") or {}).get("contact_to_motor") or {}).get("p50")
+    words = machine_verdict(summary)
     facts = {
         "duration": f"{shown(summary.get('duration_s'), 1)} s",
         "fingers": shown(summary.get("fingers")),
-        "contacts": f"{len(words)}: " + ", ".join(f"{words.count(w)} {w}" for w in ("right", "wrong", "no answer")),
+        "contacts": f"{len(answers)}: " + ", ".join(f"{answers.count(a)} {a}" for a in ("right", "wrong", "no answer")),
         "modes agree": _percent((summary.get("modes") or {}).get("agreement")),
         "contact to motor, median": "–" if latency is None else f"{shown(latency, 1)} ms",
         "faults": _faults(summary.get("faults") or []),
     }
-    listed = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items())
-    return f"<dl>{listed}</dl>{_TRUE}"
+    return (f"<p>{escape(words)}</p>" if words else "") + fact_list(facts) + _TRUE
 
 
 def _faults(faults: list[Any]) -> str:

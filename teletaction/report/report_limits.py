@@ -1,7 +1,6 @@
 """Writes the report's tables of limits: extreme values, and the time that each limit acted on each finger."""
 
-from collections.abc import Mapping, Sequence
-from enum import IntFlag
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,11 @@ from common.fingers import FINGERS
 from common.limits import COMFORT, CONTACT_FORCE_N, FINGER_FORCE_N, MOTOR_FLOOR_RPM, PLATE_FAULT_C, SENSOR_PLATE_C
 from operator_site.safety.limit_flags import Limit as OperatorLimit
 from remote_site.safety.limit_flags import Limit as PatientLimit
-from teletaction.recordings.session_data import Series
 from teletaction.report.report_words import shown, table
 from teletaction.report.session_curves import SessionCurves, held_s
+
+SHORTEST_S = 0.1
+"""Shortest time for which a limit acted that the first page names, s."""
 
 
 def extremes_table(summary: Mapping[str, Any]) -> str:
@@ -37,28 +38,41 @@ def extremes_table(summary: Mapping[str, Any]) -> str:
 
 def acted_table(session: SessionCurves) -> str:
     """Write the table of times that each limit of both gates acted on each finger, s, since both sites engaged."""
-    rows: list[list[str]] = []
+    rows = [[site, name, *(_seconds(value) for value in seconds)] for site, name, seconds in acted(session)]
+    return table(("gate", "limit", *(f"{FINGERS[finger]} (s)" for finger in session.fingers)), rows)
+
+
+def reached(session: SessionCurves) -> str:
+    """List in one sentence the limits that acted for at least SHORTEST_S on a finger, with the longest time."""
+    found = [
+        f"{name} ({site} site, {FINGERS[session.fingers[seconds.index(max(seconds))]]} {max(seconds):.1f} s)"
+        for site, name, seconds in acted(session)
+        if name != "released" and max(seconds) >= SHORTEST_S
+    ]
+    return (
+        f"Limits that acted, each with its longest time on a finger: {', '.join(found)}."
+        if found
+        else "No limit acted."
+    )
+
+
+def acted(session: SessionCurves) -> list[tuple[str, str, list[float]]]:
+    """Return each limit that acted: the gate's site, the limit's name, and its time on each finger, s."""
+    found = []
     for site, series, limits in (
         ("operator", session.data.rendered, OperatorLimit),
         ("patient", session.data.gate, PatientLimit),
     ):
-        rows += _rows(session, site, series, limits)
-    return table(("gate", "limit", *(f"{FINGERS[finger]} (s)" for finger in session.fingers)), rows)
-
-
-def _rows(session: SessionCurves, site: str, series: Series, limits: type[IntFlag]) -> Sequence[list[str]]:
-    bits = series.values.get("limits")
-    if bits is None or bits.ndim != 2:
-        return []
-    engaged = series.time_s >= session.zero_s
-    lasted_s = np.where(engaged, held_s(series.time_s), 0.0)
-    acted = np.where(np.isfinite(bits), bits, 0.0).astype(int)
-    rows = []
-    for limit in limits:
-        seconds = [float(lasted_s[(acted[:, finger] & limit.value) != 0].sum()) for finger in session.fingers]
-        if any(seconds):
-            rows.append([site, str(limit.name).lower().replace("_", " "), *(_seconds(value) for value in seconds)])
-    return rows
+        bits = series.values.get("limits")
+        if bits is None or bits.ndim != 2:
+            continue
+        lasted_s = np.where(series.time_s >= session.zero_s, held_s(series.time_s), 0.0)
+        flags = np.where(np.isfinite(bits), bits, 0.0).astype(int)
+        for limit in limits:
+            seconds = [float(lasted_s[(flags[:, finger] & limit.value) != 0].sum()) for finger in session.fingers]
+            if any(seconds):
+                found.append((site, str(limit.name).lower().replace("_", " "), seconds))
+    return found
 
 
 def _seconds(value: float) -> str:

@@ -1,6 +1,7 @@
 """Writes the parts of a report: sections, and figures as embedded pictures."""
 
 import base64
+from collections.abc import Mapping
 from html import escape
 from io import BytesIO
 
@@ -17,6 +18,16 @@ def section(title: str, content: str, kind: str = "") -> str:
     """Wrap HTML content in a section; `kind` is a class of the style sheet."""
     marked = f' class="{kind}"' if kind else ""
     return f"<section{marked}><h2>{escape(title)}</h2>{content}</section>\n"
+
+
+def fact_list(facts: Mapping[str, str]) -> str:
+    """Write facts in a row, each below its name. Values are HTML."""
+    return "<dl>" + "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items()) + "</dl>"
+
+
+def annex(content: str) -> str:
+    """Wrap technical parts in an annex that a screen shows collapsed, and that is printed only if it is open."""
+    return f'<details class="annex"><summary>Technical annex</summary>{content}</details>\n'
 
 
 def figure(title: str, drawn: Figure | None, caption: str) -> str:

@@ -20,25 +20,37 @@ caption { text-align: left; font-weight: 600; padding: .3rem 0 }
 th, td { padding: .22rem .6rem; border-bottom: 1px solid #e4e7ea; text-align: left; vertical-align: top }
 th { background: #f2f4f6 }
 .right { color: #00527f; font-weight: 700; white-space: nowrap }
-.wrong, .fault { color: #a63c00; font-weight: 700; white-space: nowrap }
+.wrong { color: #a63c00; font-weight: 700; white-space: nowrap }
+.fault { color: #a63c00; font-weight: 700 }
 .no-answer { color: #4a5058; white-space: nowrap }
 .bar { display: inline-block; height: .7em; background: #0072B2 }
 h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem }
-.opening figure { max-width: 900px }
-.maps { display: grid; grid-template-columns: repeat(2, 1fr); gap: .4rem 1.6rem }
-.pair { display: grid; grid-template-columns: 2fr 3fr; gap: 1rem; align-items: start }
+.signed figure { max-width: 900px }
+.maps { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 22rem), 1fr)); gap: .4rem 1.6rem }
+.line { border-bottom: 1px solid #1b1f24; height: 2.4rem; color: #4a5058; font-size: .85rem }
+.signatures { display: grid; grid-template-columns: 2fr 1fr 2fr; gap: 2rem; margin-top: 1rem }
+.annex { margin-top: 2.4rem }
+.annex > summary { font-size: 1.25rem; font-weight: 600; cursor: pointer }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem;
+  align-items: start }
 .note { white-space: pre-wrap; overflow-wrap: anywhere; unicode-bidi: isolate }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .75rem }
-td { overflow-wrap: anywhere }
+h1, dd, td, th, p, figcaption { overflow-wrap: break-word }
+.hash { overflow-wrap: anywhere }
+.value { white-space: nowrap }
 @page { size: A4 portrait; margin: 13mm 12mm }
 @media print {
   body { font-size: 9.5pt; padding: 0; max-width: none }
   h2 { margin-top: 1.2rem }
-  .opening img { max-height: 105mm; width: auto; max-width: 100% }
-  .page, .opening + section { break-before: page }
-  .finding, tr { break-inside: avoid }
-  .screen { display: none }
+  table { font-size: 7.5pt }
+  th, td { padding: .15rem .35rem }
   th { background: none }
+  .signed img { max-height: 85mm; width: auto; max-width: 100% }
+  .next, .annex { break-before: page }
+  .maps, .pair { grid-template-columns: 1fr 1fr }
+  .maps img { max-height: 62mm; width: auto; max-width: 100% }
+  .finding, figure, table, tr { break-inside: avoid }
+  h2, h3 { break-after: avoid }
+  .screen, .annex:not([open]) { display: none }
 }
-@media print { h2, h3 { break-after: avoid } figure, table { break-inside: avoid } }
 """

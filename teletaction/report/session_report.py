@@ -9,6 +9,7 @@ from typing import Any
 from teletaction.recordings.merge import merge_recordings
 from teletaction.recordings.session_data import SessionData
 from teletaction.report.examination import Examination
+from teletaction.report.pdf import print_pdf
 from teletaction.report.report import write_report
 
 
@@ -17,24 +18,23 @@ def report(recordings: Sequence[Path], out: Path) -> None:
 
     Args:
         recordings: one merged recording, or those of a session's processes, which may still be running.
-        out: HTML file to write.
+        out: HTML file to write, or a PDF, which Chromium prints without the technical annex.
 
     Raises:
-        ValueError: a recording is truncated or damaged, or the summary is no JSON object.
+        ValueError: a recording is truncated or damaged, the summary is no JSON object, or no PDF can be printed.
         OSError: a file cannot be read or written.
     """
     summary = _summary(recordings[0].with_name("summary.json"))
-    if len(recordings) == 1:
-        _write(recordings[0], summary, out)
-        return
     with TemporaryDirectory() as folder:
-        merged = Path(folder) / "session.mcap"
-        merge_recordings(list(recordings), merged)
-        _write(merged, summary, out)
-
-
-def _write(recording: Path, summary: dict[str, Any], out: Path) -> None:
-    write_report(SessionData.read(recording), summary, out, Examination.read(recording))
+        merged = recordings[0]
+        if len(recordings) > 1:
+            merged = Path(folder) / "session.mcap"
+            merge_recordings(list(recordings), merged)
+        pdf = out.suffix.lower() == ".pdf"
+        html = Path(folder) / "report.html" if pdf else out
+        write_report(SessionData.read(merged), summary, html, Examination.read(merged))
+        if pdf:
+            print_pdf(html, out)
 
 
 def _summary(path: Path) -> dict[str, Any]:

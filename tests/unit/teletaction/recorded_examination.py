@@ -36,7 +36,7 @@ _STREAMS = ("operator/touch", "operator/clock", "operator/figures", "operator/se
 _CONSOLE = ("console/session", "console/finding", "console/act", "console/alarm")
 
 
-def record(out: Path, *, console: bool = True) -> Path:
+def record(out: Path, *, console: bool = True, note: str = HOSTILE) -> Path:
     """The index finger rests on 15 places, 35 °C on the middle one and 33 °C on the others; returns the recording."""
     streams = {name: {} for name in (*_STREAMS, *(_CONSOLE if console else ()))}
     with Recorder(
@@ -54,7 +54,7 @@ def record(out: Path, *, console: bool = True) -> Path:
         recorder.write("operator/figures", now_ns, msgpack.packb(figures))
         fault = Fault(FaultCode.CONTAINED, detail=HOSTILE[:60])
         recorder.write("operator/session", now_ns, msgpack.packb(["fault", 1, "", fault]))
-        for stream, entry in _at_the_console() if console else ():
+        for stream, entry in _at_the_console(note) if console else ():
             recorder.write(stream, now_ns, msgpack.packb(entry))
     return out
 
@@ -103,7 +103,7 @@ def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool,
     return Touch(1, sequence, now_ns, LinkState.ENGAGED, pack_rows(rows), ("",) * len(FINGERS), (), tuple(summaries))
 
 
-def _at_the_console() -> list[tuple[str, dict[str, Any]]]:
+def _at_the_console(note: str) -> list[tuple[str, dict[str, Any]]]:
     warm: dict[str, Any] = {
         "id": 1,
         "at_s": START_S + 18.0,
@@ -126,7 +126,7 @@ def _at_the_console() -> list[tuple[str, dict[str, Any]]]:
     return [
         ("console/session", {**begun, "who": "OR-1", "sides": {"top": "head", "right": "left"}}),
         ("console/finding", {**warm, **said, "note": ""}),
-        ("console/finding", {**warm, **said, "note": HOSTILE}),
+        ("console/finding", {**warm, **said, "note": note}),
         ("console/finding", {**moment, "compare": "", "note": ""}),
         (
             "console/act",

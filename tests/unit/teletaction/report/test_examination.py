@@ -65,6 +65,9 @@ def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
         "+2.0 ± 0.3 K against 33.0 ± 0.2 °C around it (8 touches)",
         "a moment, no place",
         "roughness not felt anywhere",
+        "temperature on 94 %, roughness nowhere",
+        "No limit acted.",
+        "Signature",
         "Top edge: head. Right edge: left.",
         "refused",
         "TT0001",
@@ -105,7 +108,8 @@ def test_a_report_without_a_console_says_so_and_keeps_the_rest(tmp_path: Path) -
     assert "33.0" not in page.text.split("Every number")[0]
     for title in ("Maps", "Limits", "Modes over time", "Link quality", "Audit trail"):
         assert title in page.text, title
-    assert "no summary.json lies beside the recording" in page.text
+    assert "summary.json" not in page.text.split("Every number")[0]
+    assert "true" not in page.text.split("Every number")[0]
     for title in ("Contacts", "Latency", "Modes identified", "Loops, CPU and memory"):
         assert title not in page.text.split("Every number")[0], title
     assert numbers_in(page)["findings"] == []

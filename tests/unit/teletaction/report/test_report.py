@@ -122,12 +122,12 @@ def report(tmp_path: Path, data: SessionData, figures: dict[str, object]) -> tup
 
 def test_a_report_holds_all_figures_and_numbers_and_needs_nothing_from_outside(tmp_path: Path) -> None:
     html, page = report(tmp_path, session(), summary())
-    assert len(page.pictures) == len(FIGURES)
+    assert len(page.pictures) == len(FIGURES) + 1
     for picture in page.pictures:
         assert base64.b64decode(picture.removeprefix("data:image/png;base64,")).startswith(b"\x89PNG")
     assert not {"script", "link", "iframe"} & page.tags
     sources = re.findall(r"(?:src|href|url)\s*[=(]\s*[\"']?([^\"'\s]{5})", html)
-    assert sources == ["data:"] * len(FIGURES)
+    assert sources == ["data:"] * (len(FIGURES) + 1)
     assert len(html) < 3_000_000
     assert "Targets" not in html
     for words in (
@@ -192,7 +192,7 @@ def test_any_stream_may_be_missing(tmp_path: Path, stream: str) -> None:
     parts = {name: getattr(session(), name) for name in SessionData.__slots__}
     data = SessionData(**(parts | {stream: {} if stream == "thermal" else EMPTY}))
     _, page = report(tmp_path, data, summary(fingers=1))
-    assert len(page.pictures) == len(FIGURES) - (stream == "thermal")
+    assert len(page.pictures) == len(FIGURES) + 1 - (stream == "thermal")
     write_figure(data, tmp_path / "session.png")
 
 

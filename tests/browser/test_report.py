@@ -1,0 +1,68 @@
+"""The report in a real Chromium: no page is wider than the screen, no number is broken, and paper has few pages."""
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from teletaction.report.session_report import report
+from tests.commands import command
+from tests.unit.teletaction.recorded_examination import record, record_empty
+
+pytestmark = [pytest.mark.console, pytest.mark.timeout(120), pytest.mark.real_time(stall_s=math.inf)]
+
+WIDTHS = (360, 600, 800, 1024, 1440, 1920)
+BROKEN = """() => [...document.querySelectorAll('td, dd, th')]
+  .filter(cell => cell.offsetParent && !cell.querySelector('.hash, .note'))
+  .flatMap(cell => {
+    const walker = document.createTreeWalker(cell, NodeFilter.SHOW_TEXT), broken = [];
+    for (let node; node = walker.nextNode();)
+      for (const word of node.data.matchAll(/\\S+/g)) {
+        if (word[0].length > 24) continue;
+        const range = document.createRange();
+        range.setStart(node, word.index);
+        range.setEnd(node, word.index + word[0].length);
+        if (new Set([...range.getClientRects()].map(box => Math.round(box.top))).size > 1) broken.push(word[0]);
+      }
+    return broken;
+  })"""
+"""Words of cells that stand on more than one line. Hashes, notes, and words of more than 24 letters, may be broken."""
+
+
+@pytest.fixture(scope="module", params=["examination", "without a console"])
+def html(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("report")
+    make = record if request.param == "examination" else record_empty
+    report([make(folder / "session.mcap")], folder / "report.html")
+    return folder / "report.html"
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_nothing_is_wider_than_the_screen_and_no_number_is_broken(browser: Any, html: Path, width: int) -> None:
+    context = browser.new_context(viewport={"width": width, "height": 900})
+    page = context.new_page()
+    page.goto(html.as_uri())
+    page.eval_on_selector("details.annex", "annex => annex.open = true")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate(BROKEN) == []
+    context.close()
+
+
+def test_an_examination_is_printed_on_three_pages_with_the_numbers_of_the_recording(
+    browser: Any, tmp_path: Path
+) -> None:
+    recording = record(tmp_path / "session.mcap", note="a note")
+    for name in ("report.html", "report.pdf"):
+        assert command("report", recording, "--out", tmp_path / name).code == 0
+    assert 2 <= len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "report.pdf").read_bytes())) <= 3
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto((tmp_path / "report.html").as_uri())
+    page.emulate_media(media="print")
+    signed = page.inner_text("section.signed")
+    for words in ("P-0417", "35.0 ± 0.2 °C", "a moment, no place", "No limit acted.", "Signature"):
+        assert words in signed, words
+    assert not page.is_visible("details.annex")
+    context.close()
