@@ -1,22 +1,20 @@
 """Renders all fingers and passes the gate: from a tick's input to the outputs that may reach the devices.
 
-The input is complete: it is recorded, and replay renders the same outputs from it.
+The input and the touch packet that it names are recorded, and replay renders the same outputs from them.
 """
 
 import math
-from collections.abc import Callable, Sequence
-
-from msgspec.structs import asdict
+from collections.abc import Sequence
 
 from common.config.models import RenderingConfig
 from common.faults.fault import Fault, contained
 from common.fingers import FINGERS
-from common.limits import GAP_S, PLATE_PROFILES
+from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, Touch
 from operator_site.fingertips import Fingertips
 from operator_site.force.loop_stiffness import LoopStiffness
-from operator_site.recorded_rows import InputFields, RecordedInput
+from operator_site.recorded_rows import RenderingInput
 from operator_site.safety.gated_output import GatedOutput, Outputs, neutral
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
@@ -27,37 +25,6 @@ _NO_TOUCHES = (NO_TOUCH,) * len(FINGERS)
 """Touch rows without contact, rendered while there is no fresh touch."""
 _NO_INPUT_S = 1e9
 """Age of an input that never came, s."""
-
-
-class RenderingInput(InputFields[Touch]):
-    """One tick's input, five fingers each."""
-
-    @property
-    def located(self) -> bool:
-        """Whether hand and fingertips were measured recently enough to render to them."""
-        return self.time_s - min(self.pose_s, self.heights_s) <= GAP_S
-
-    def pack(self) -> bytes:
-        """Return the bytes for the recording; nothing is rounded, and the touch is its packet's sequence number."""
-        touch = None if self.touch is None else self.touch.sequence
-        return RecordedInput(**asdict(self) | {"touch": touch}).pack()
-
-    @classmethod
-    def unpack(cls, packed: bytes, touch_of: Callable[[int], Touch | None]) -> "RenderingInput":
-        """Read what `pack` wrote.
-
-        Args:
-            packed: bytes of the recording.
-            touch_of: returns the touch packet of a sequence number; None for a lost packet, which touches nothing.
-
-        Raises:
-            ValueError: it is something else.
-        """
-        try:
-            found = RecordedInput.unpack(packed)
-        except ValueError as error:
-            raise ValueError(f"not a record of rendering input: {error}") from None
-        return cls(**asdict(found) | {"touch": None if found.touch is None else touch_of(found.touch)})
 
 
 class GatedRendering:
@@ -119,8 +86,13 @@ class GatedRendering:
         """Energy that came out at each finger beyond what it put in, mJ: `now`, and the `most` in this session."""
         return dict(zip(FINGERS, self._gate.produced_mj, strict=True))
 
-    def step(self, now: RenderingInput) -> GatedOutput:
-        """Return the outputs that may reach the devices in this tick."""
+    def step(self, now: RenderingInput, touch: Touch | None) -> GatedOutput:
+        """Return the outputs that may reach the devices in this tick.
+
+        Args:
+            now: input of this tick.
+            touch: the touch packet that `now` names; None without one, or if a recording has lost it.
+        """
         gate = self._gate
         if now.fault_cleared:
             gate.clear_fault()
@@ -136,7 +108,7 @@ class GatedRendering:
             gate.trip(fault)
         self._loop.step(now.time_s, now.heights_s)
         self.fingertips.show(self.wall)
-        wanted = self._requests(now)
+        wanted = self._requests(now, touch)
         if self._broken:
             gate.trip(contained(self._broken))
         gate.show(self.wall)
@@ -153,19 +125,19 @@ class GatedRendering:
         self._pushed_n = output.force_n
         return output
 
-    def _requests(self, now: RenderingInput) -> Outputs:
+    def _requests(self, now: RenderingInput, touch: Touch | None) -> Outputs:
         """Return the renderer's requests, neutral if it has failed."""
         if not self._broken:
             try:
-                return self._render(now)
+                return self._render(now, touch)
             except Exception as error:
                 self.fingertips.impulses_played = []
                 self._broken = self._contain.caught("render", error, latches=False)
         return neutral()
 
-    def _render(self, now: RenderingInput) -> Outputs:
+    def _render(self, now: RenderingInput, touch: Touch | None) -> Outputs:
         fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
-        touch = now.touch if fresh else None
+        touch = touch if fresh else None
         if touch is not self._touch:
             self._touch, self._rows = touch, _NO_TOUCHES if touch is None else touch.rows
         plate_age_s: Sequence[float] = now.plate_age_s

@@ -1,17 +1,14 @@
 """Rows that the operator site records and consoles read."""
 
-from typing import Generic, TypeVar
-
-from msgspec import Struct
+from typing import Self
 
 from common.faults.fault import Fault
+from common.limits import GAP_S
 from common.recording.recorded_row import FingerNumber, Finite, Five, FixedFive, Row, Whole
 
-_T = TypeVar("_T")
 
-
-class InputFields(Struct, Generic[_T], array_like=True, forbid_unknown_fields=True):
-    """Input of one tick of the rendering. The touch is a packet, or its sequence number."""
+class RenderingInput(Row):
+    """The input of a tick. The touch is the newest of operator/touch before it; here is its sequence number."""
 
     time_s: Finite
     session: Whole
@@ -22,8 +19,8 @@ class InputFields(Struct, Generic[_T], array_like=True, forbid_unknown_fields=Tr
     """Whether both sites permit outputs to act."""
     gap_ns: Whole | None
     """Time since the last accepted touch packet, ns; None before the first of the session."""
-    touch: _T | None
-    """The newest accepted touch packet of the session, fresh or not."""
+    touch: Whole | None
+    """Sequence number of the newest accepted touch packet of the session, fresh or not."""
     x_m: float
     y_m: float
     z_m: FixedFive[float]
@@ -37,9 +34,18 @@ class InputFields(Struct, Generic[_T], array_like=True, forbid_unknown_fields=Tr
     device_faults: tuple[Fault, ...]
     """Faults of the modules."""
 
+    @property
+    def located(self) -> bool:
+        """Whether hand and fingertips were measured recently enough to render to them."""
+        return self.time_s - min(self.pose_s, self.heights_s) <= GAP_S
 
-class RecordedInput(InputFields[Whole], Row):
-    """The input of a tick. The touch is the newest of operator/touch before it; here is its sequence number."""
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """Read what `pack` wrote; raises ValueError if the payload is something else."""
+        try:
+            return super().unpack(payload)
+        except ValueError as error:
+            raise ValueError(f"not a record of rendering input: {error}") from None
 
 
 class Rendered(Row):

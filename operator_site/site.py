@@ -30,7 +30,8 @@ from common.timing.timeouts import TICK_AGE_S
 from common.wire.packets import LinkState
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
-from operator_site.gated_rendering import GatedRendering, RenderingInput
+from operator_site.gated_rendering import GatedRendering
+from operator_site.recorded_rows import RenderingInput
 from operator_site.safety.gated_output import GatedOutput, released
 from operator_site.safety.limit_flags import limit_names
 from operator_site.session.admission import Admission
@@ -148,7 +149,7 @@ class OperatorSite:
         if not 0.0 <= now_s - self._gate_raised_s < _GATE_RESTS_S:
             with self.contain.step("gate"):
                 given = self._rendering_input(now_ns, now_s, self._hand)
-                return given, self.rendering.step(given)
+                return given, self.rendering.step(given, self.client.touch)
             self._gate_raised_s = now_s
             fault = contained(self.contain.latest["gate"])
         return None, released(fault)
@@ -199,7 +200,7 @@ class OperatorSite:
             self.client.goodbye(self._now_ns)
 
     def _rendering_input(self, now_ns: int, now_s: float, hand: Hand) -> RenderingInput:
-        client = self.client
+        client, touch = self.client, self.client.touch
         plate_c, plate_age_s = self._devices.plates(now_s)
         return RenderingInput(
             now_s,
@@ -207,8 +208,8 @@ class OperatorSite:
             # A person has cleared the session, and with it the gate.
             self.rendering.fault is not None and client.session.state is not LinkState.FAULT,
             client.both_engaged,
-            client.acceptance.gap_ns(now_ns) if client.touch is not None else None,
-            client.touch,
+            None if touch is None else client.acceptance.gap_ns(now_ns),
+            None if touch is None else touch.sequence,
             hand.x_m,
             hand.y_m,
             hand.z_m,

@@ -13,8 +13,7 @@ from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.wire.messages import Touch
 from common.wire.streams import STREAMS
 from operator_site.fingertips import Fingertips
-from operator_site.gated_rendering import RenderingInput
-from operator_site.recorded_rows import Clock, Played, RecordedInput, Rendered, Skin
+from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.session.console_feed import ConsoleFeed
 from operator_site.session.session_protocol import SessionProtocol
@@ -23,7 +22,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "operator/session": Happening.schema(),
     "operator/motion": PACKET_SCHEMA,
     "operator/touch": PACKET_SCHEMA,
-    "operator/input": RecordedInput.schema(),
+    "operator/input": RenderingInput.schema(),
     "operator/rendered": Rendered.schema(),
     "operator/skin": Skin.schema(),
     "operator/played": Played.schema(),
@@ -73,7 +72,7 @@ class SiteRecording:
             motion: sent motion packet; None without one.
             fingertips: the renderer after the tick.
         """
-        touch, gap_ns = given.touch, given.gap_ns
+        touch, gap_ns = client.touch, given.gap_ns
         if touch is not None and touch is not self._touch:
             self._write("operator/touch", now_ns, client.touch_packet)
             self._touch = touch
@@ -94,7 +93,7 @@ class SiteRecording:
             given.y_m,
             given.z_m,
             given.plate_c,
-            None if touch is None else touch.sequence,
+            given.touch,
             time.monotonic(),
         )
         self._write("operator/rendered", now_ns, rendered.pack())

@@ -7,8 +7,8 @@ from msgspec.structs import replace
 from common.config.models import RenderingConfig
 from common.fingers import FINGERS
 from common.wire.messages import Touch
-from operator_site.gated_rendering import GatedRendering, RenderingInput
-from operator_site.recorded_rows import Rendered
+from operator_site.gated_rendering import GatedRendering
+from operator_site.recorded_rows import Rendered, RenderingInput
 from operator_site.safety.gated_output import GatedOutput
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.perception import Perception
@@ -98,7 +98,8 @@ class OperatorReplay:
     def input(self, recorded: bytes) -> GatedOutput:
         """Take the input of one tick; return the output to the devices."""
         self.ticks += 1
-        self._output = self._rendering.step(RenderingInput.unpack(recorded, self._touch_of))
+        now = RenderingInput.unpack(recorded)
+        self._output = self._rendering.step(now, None if now.touch is None else self._touch_of(now.touch))
         return self._output
 
     def rendered(self, time_s: float, recorded: bytes) -> bytes:

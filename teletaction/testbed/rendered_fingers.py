@@ -13,7 +13,8 @@ from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.wire.messages import Touch
 from operator_site.devices.ntc import PlateSensor
-from operator_site.gated_rendering import GatedRendering, RenderingInput
+from operator_site.gated_rendering import GatedRendering
+from operator_site.recorded_rows import RenderingInput
 from operator_site.safety.gated_output import GatedOutput
 from operator_site.vibration.motor_drive import MotorDrive
 from sim_sensors.devices.tacttip import TactTip, ntc_counts
@@ -85,7 +86,7 @@ class RenderedFingers:
                 fault_cleared=False,
                 engaged=True,
                 gap_ns=None if touch is None else 0,
-                touch=touch,
+                touch=None if touch is None else touch.sequence,
                 x_m=x_m,
                 y_m=0.0,
                 z_m=(z_m,) * len(FINGERS),
@@ -94,7 +95,8 @@ class RenderedFingers:
                 plate_c=self._plate_c,
                 plate_age_s=(self.time_s - self._read_s,) * len(FINGERS),
                 device_faults=(),
-            )
+            ),
+            touch,
         )
         if output.fault is not None:
             raise RuntimeError(f"the gate stopped the study: {fault_text(output.fault)}")

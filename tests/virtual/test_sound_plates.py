@@ -12,7 +12,8 @@ from common.scenes.materials import materials
 from common.wire.messages import NO_TOUCH, ExplorationMode, Touch, pack_rows
 from common.wire.packets import LinkState, N
 from operator_site.devices.ntc import PlateSensor
-from operator_site.gated_rendering import GatedRendering, RenderingInput
+from operator_site.gated_rendering import GatedRendering
+from operator_site.recorded_rows import RenderingInput
 from sim_sensors.devices.tacttip import ntc_counts
 from sim_sensors.physics.finger_plate import FingerPlates
 from tests.virtual.session import TICK_S
@@ -61,9 +62,8 @@ def test_no_touch_makes_a_sound_plate_faulty(profile: str, material: str, dwell_
         z_m = (-0.004 if touching else 0.01,) * N
         given = pressed if touching else free
         ages_s = (now_s - read_s,) * N
-        output = rendering.step(
-            RenderingInput(now_s, 7, False, True, 0, given, 0.0, 0.0, z_m, now_s, now_s, plate_c, ages_s, ())
-        )
+        now = RenderingInput(now_s, 7, False, True, 0, given.sequence, 0.0, 0.0, z_m, now_s, now_s, plate_c, ages_s, ())
+        output = rendering.step(now, given)
         assert output.fault is None
         on_its_way.append(np.array(output.peltier_drive))
         coldest_c, hottest_c = min(coldest_c, plates.plate_c.min()), max(hottest_c, plates.plate_c.max())

@@ -1,6 +1,7 @@
 """Rendering and its gate in one step: with a session, a fault, and missing input."""
 
 import math
+from types import EllipsisType
 
 import pytest
 from msgspec.structs import replace
@@ -34,7 +35,8 @@ class Run:
 
     def __init__(self) -> None:
         self.rendering = GatedRendering(RenderingConfig(), TICK_S, GAP_S)
-        self.now = tick_input(touch=touching(), z_m=(-0.005,) * N)
+        self.now = tick_input(z_m=(-0.005,) * N)
+        self.touch: Touch | None = touching()
         self.hand_measured = True
 
     def press(self) -> GatedOutput:
@@ -43,14 +45,17 @@ class Run:
             self(z_m=(0.005 - 0.010 * tick / 199,) * N)
         return self()
 
-    def __call__(self, ticks: int = 1, **changes: object) -> GatedOutput:
+    def __call__(self, ticks: int = 1, *, touch: Touch | EllipsisType | None = ..., **changes: object) -> GatedOutput:
+        if touch is not ...:
+            self.touch = touch
         self.now = replace(self.now, **changes)  # type: ignore[arg-type]
         for _ in range(ticks):
             t_s = self.now.time_s + TICK_S
             self.now = replace(self.now, time_s=t_s, fault_cleared=False)
             if self.hand_measured:
                 self.now = replace(self.now, pose_s=t_s, heights_s=t_s)
-            output = self.rendering.step(replace(self.now, fault_cleared=bool(changes.get("fault_cleared"))))
+            now = replace(self.now, fault_cleared=bool(changes.get("fault_cleared")))
+            output = self.rendering.step(now, self.touch)
         return output
 
 

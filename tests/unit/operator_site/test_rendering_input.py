@@ -5,11 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.wire.messages import Touch
 from common.wire.packets import N
-from operator_site.gated_rendering import RenderingInput
+from operator_site.recorded_rows import RenderingInput
 from tests.unit.common.any_fault import faults
-from tests.unit.operator_site.touches import tick_input, touch
 
 ANY = st.floats()
 FIVE = st.tuples(*[ANY] * N)
@@ -22,7 +20,7 @@ INPUTS = st.builds(
     fault_cleared=st.booleans(),
     engaged=st.booleans(),
     gap_ns=st.none() | st.integers(0, 2**62),
-    touch=st.none() | st.builds(touch, sequence=st.integers(0, 2**62)),
+    touch=st.none() | st.integers(0, 2**62),
     x_m=ANY,
     y_m=ANY,
     z_m=FIVE,
@@ -36,23 +34,13 @@ INPUTS = st.builds(
 
 @given(INPUTS)
 def test_packed_input_is_unpacked_to_the_last_bit(put_in: RenderingInput) -> None:
-    def touch_of(sequence: int) -> Touch | None:
-        assert put_in.touch is not None
-        assert sequence == put_in.touch.sequence
-        return put_in.touch
-
     packed = put_in.pack()
-    again = RenderingInput.unpack(packed, touch_of)
+    again = RenderingInput.unpack(packed)
     assert again.pack() == packed  # NaN equals nothing, its bytes do
-    assert again.touch is put_in.touch
     assert repr(again) == repr(put_in)
-
-
-def test_a_lost_touch_packet_means_no_contact() -> None:
-    assert RenderingInput.unpack(tick_input(touch=touch()).pack(), lambda _: None).touch is None
 
 
 @pytest.mark.parametrize("packed", [msgpack.packb(3), msgpack.packb([1.0] * 13), msgpack.packb({}), b""])
 def test_input_of_another_form_is_refused(packed: bytes) -> None:
     with pytest.raises(ValueError, match=r"rendering input|incomplete"):
-        RenderingInput.unpack(packed, lambda _: None)
+        RenderingInput.unpack(packed)

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from common.fingers import FINGERS
 from common.wire.messages import NO_TOUCH, Event, Touch, TouchRow, pack_rows
 from common.wire.packets import LinkState, N
-from operator_site.gated_rendering import RenderingInput
+from operator_site.recorded_rows import RenderingInput
 
 INDEX = FINGERS.index("index")
 ALL = range(N)

@@ -8,7 +8,7 @@ import pytest
 
 from common.link.session_state import Happening
 from common.recording.recorded_row import Row
-from operator_site.recorded_rows import Clock, Played, RecordedInput, Rendered, Skin
+from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from tests.places import GOLDEN
@@ -28,11 +28,11 @@ ROWS: list[tuple[type[Row], list[Any]]] = [
     (SentEvent, [1, 0, 1, 2 * 10**15, 0.5, "pvc"]),
     (Thermal, [1, 3, "pvc", 0.9, 22.0, 0.3, None, None, None, None, 0.1, None]),
     (SensorFrame, [1.0, 0.0, 0.1, ONES, ONES, [b"\0\1", None, None, None, b""], PLATES, HAND]),
-    (RecordedInput, [1.0, 7, False, True, 0, 5, 0.1, 0.2, ONES, -math.inf, 1.0, ONES, ONES, [FAULT]]),
+    (RenderingInput, [1.0, 7, False, True, 0, 5, 0.1, 0.2, ONES, -math.inf, 1.0, ONES, ONES, [FAULT]]),
 ]
 GOLDEN_ROWS: dict[str, type[Row]] = {
     "remote/sensed": SensorFrame,
-    "operator/input": RecordedInput,
+    "operator/input": RenderingInput,
     "operator/rendered": Rendered,
 }
 each = pytest.mark.parametrize(("kind", "fields"), ROWS, ids=lambda value: getattr(value, "__name__", ""))

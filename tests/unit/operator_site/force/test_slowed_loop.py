@@ -34,7 +34,7 @@ class Finger:
         self.deep_m = deep_m
         self.pushed = deque([0.0] * LATE_TICKS, maxlen=LATE_TICKS)
         self.force_n, self.limited = 0.0, 0
-        self.given = tick_input(touch=HARD, plate_c=(math.nan,) * N, plate_age_s=(math.inf,) * N)
+        self.given = tick_input(plate_c=(math.nan,) * N, plate_age_s=(math.inf,) * N)
 
     def run(self, seconds: float, *, slowed: bool = False, engaged: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Heights and forces of each tick for some time, m and N."""
@@ -51,7 +51,7 @@ class Finger:
         t_s = 1.0 + self.tick * TICK_S
         heights = tuple(round(self.z_m, 5) if finger == INDEX else 0.01 for finger in range(N))
         now = replace(self.given, time_s=t_s, pose_s=t_s, heights_s=t_s, z_m=heights, engaged=engaged)
-        output = self.rendering.step(now)
+        output = self.rendering.step(now, HARD)
         assert output.fault is None, output.fault
         self.force_n, self.limited = output.force_n[INDEX], self.limited | output.limited[INDEX]
 
