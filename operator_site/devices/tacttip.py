@@ -59,7 +59,8 @@ class TactTip:
         self._motor_drive = MotorDrive()
         self._turning = False
         self._witness = DeviceClock(self.line, clock)
-        self._sent = TactTipCommand(0, 0)
+        self._sent = b""
+        """Payload of the last command; empty before the first."""
         self._sent_s = _NEVER
 
     def read(self, t_s: float) -> None:
@@ -128,13 +129,15 @@ class TactTip:
         if not self.may_send(t_s, motor_rpm):
             return
         since_s, switches = t_s - self._sent_s, (motor_rpm > 0.0) is not self._turning
-        command = self._motor_drive.step(t_s, motor_rpm)
-        command.peltier_permille = round(peltier_drive * DRIVE_FULL)
+        motor, peltier_permille = self._motor_drive, round(peltier_drive * DRIVE_FULL)
+        motor.step(t_s, motor_rpm)
+        command = TactTipCommand(motor.hold_mv, peltier_permille, *motor.pulse).encode()
         if command == self._sent and not switches and 0.0 <= since_s < COMMAND_REFRESH_S:
             return
-        self.line.send(MessageId.TACTTIP_COMMAND, command.encode())
+        self.line.send(MessageId.TACTTIP_COMMAND, command)
         self._sent, self._sent_s, self._turning = command, t_s, motor_rpm > 0.0
-        self._motor.commanded(t_s, command.motor_mv)
-        if command.pulse_us:
-            self._motor.commanded(t_s, command.pulse_mv)
-        self._peltier.commanded(t_s, command.peltier_permille)
+        self._motor.commanded(t_s, motor.hold_mv)
+        pulse_mv, pulse_us, _ = motor.pulse
+        if pulse_us:
+            self._motor.commanded(t_s, pulse_mv)
+        self._peltier.commanded(t_s, peltier_permille)

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from common.buses.serial_messages import MOTOR_MAX_MV, MOTOR_PULSE_MAX_US, TactTipCommand
+from common.buses.serial_messages import MOTOR_MAX_MV, MOTOR_PULSE_MAX_US
 from common.limits import MODULE_TIMEOUT_S, MOTOR_MAX_RPM
 
 RPM_TO_RAD_S = math.pi / 30.0
@@ -89,31 +89,34 @@ class MotorDrive:
     """Drives one motor; call `step` for each command, at most MODULE_TIMEOUT_S after the one before.
 
     Attributes:
+        hold_mv: present voltage, after the pulse, mV.
+        pulse: voltage, mV, duration, us, and number of the present pulse; see `TactTipCommand`.
         speed_rad_s: estimated present speed of the motor by its constants, rad/s.
     """
 
     def __init__(self, motor: Motor = MOTOR) -> None:
         self._motor = motor
         self._t_s = -math.inf
-        self._sent = TactTipCommand(0, 0)
+        self.hold_mv = 0
+        self.pulse = (0, 0, 0)
         self._pulse_until_s = -math.inf
         self._pulse_to = 0.0
-        self._pulse_number = 0
+        self._pulses = 0
         self._wanted = 0.0
         self._peak = 0.0
         self._peak_until_s = -math.inf
         self.speed_rad_s = 0.0
 
-    def step(self, t_s: float, rpm: float) -> TactTipCommand:
-        """Return a new command to the module, without a Peltier drive.
+    def step(self, t_s: float, rpm: float) -> None:
+        """Find voltage and pulse for the next command to the module.
 
         Args:
             t_s: time, s.
             rpm: wanted motor speed, rpm; zero and non-finite speeds give 0 V.
         """
-        if rpm == 0.0 == self.speed_rad_s and not self._sent.motor_mv:  # at rest, and stays there
+        if rpm == 0.0 == self.speed_rad_s and not self.hold_mv:  # at rest, and stays there
             self._t_s = self._pulse_until_s = t_s
-            return TactTipCommand(0, 0)
+            return
         self._advance(t_s)
         wanted = _omega(rpm)
         if wanted - self._wanted > max(JUMP_RAD_S, JUMP * self._wanted):
@@ -122,9 +125,8 @@ class MotorDrive:
         if wanted == 0.0 or self.speed_rad_s >= (1.0 - 1.5 * CLOSE) * self._peak or not t_s <= self._peak_until_s:
             self._peak = 0.0
         goal = max(wanted, self._peak)
-        hold_mv = _millivolts(self._motor.voltage_v(goal))
-        self._sent = TactTipCommand(hold_mv, 0, *self._pulse(t_s, goal))
-        return self._sent
+        self.hold_mv = _millivolts(self._motor.voltage_v(goal))
+        self.pulse = self._pulse(t_s, goal)
 
     def _advance(self, t_s: float) -> None:
         since_s, before_s, self._t_s = t_s - self._t_s, self._t_s, t_s
@@ -133,22 +135,22 @@ class MotorDrive:
             self.speed_rad_s, self._pulse_until_s = 0.0, -math.inf
             return
         pulse_s = min(since_s, max(0.0, self._pulse_until_s - before_s))
-        speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self._sent.pulse_mv, pulse_s)
-        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self._sent.motor_mv, since_s - pulse_s)
+        speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self.pulse[0], pulse_s)
+        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self.hold_mv, since_s - pulse_s)
 
     def _pulse(self, t_s: float, goal: float) -> tuple[int, int, int]:
         """Return voltage, mV, duration, us, and number of the pulse that brings the motor to a speed, rad/s."""
         low, high = (1.0 - CLOSE) * goal, (1.0 + CLOSE) * goal
         if t_s < self._pulse_until_s and 0.0 < low <= self._pulse_to <= high:
-            return self._sent.pulse_mv, self._sent.pulse_us, self._sent.pulse_number
+            return self.pulse
         self._pulse_until_s = t_s
         if goal == 0.0 or low <= self.speed_rad_s <= high:
             return 0, 0, 0
         pulse_mv, self._pulse_to = (MOTOR_MAX_MV, low) if self.speed_rad_s < low else (0, high)
         pulse_s = self._motor.takes_s(self.speed_rad_s, self._pulse_to, 1e-3 * pulse_mv)
         pulse_us = min(MOTOR_PULSE_MAX_US, round(1e6 * pulse_s))
-        self._pulse_until_s, self._pulse_number = t_s + 1e-6 * pulse_us, (self._pulse_number + 1) & 0xFF
-        return pulse_mv, pulse_us, self._pulse_number
+        self._pulse_until_s, self._pulses = t_s + 1e-6 * pulse_us, (self._pulses + 1) & 0xFF
+        return pulse_mv, pulse_us, self._pulses
 
 
 def _omega(rpm: float) -> float:

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
-from common.buses.serial_messages import TactTipCommand
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from common.wire.messages import ExplorationMode
 from operator_site.vibration.motor_drive import MotorDrive
@@ -170,17 +169,18 @@ def turned(wanted_rpm: Array) -> Array:
     every = round(TICK_S * RATE_HZ)
     speed_rad_s = []
     for tick, rpm in enumerate(wanted_rpm.tolist()):
-        command = drive.step(TICK_S * tick, rpm)
+        drive.step(TICK_S * tick, rpm)
         for _ in range(every):
-            motor.step(1.0 / RATE_HZ, np.array([_volts(command)]))
+            motor.step(1.0 / RATE_HZ, np.array([_volts(drive)]))
             speed_rad_s.append(float(motor.rpm[0]) / RPM_PER_RAD_S)
     speed = np.array(speed_rad_s)
     return np.asarray(speed**2 * np.sin(np.cumsum(speed) / RATE_HZ))
 
 
-def _volts(command: TactTipCommand) -> float:
-    """Return the voltage of a command within its pulse, V."""
-    return 1e-3 * (command.pulse_mv if command.pulse_us > 0 else command.motor_mv)
+def _volts(drive: MotorDrive) -> float:
+    """Return the voltage of a drive's present command within its pulse, V."""
+    pulse_mv, pulse_us, _ = drive.pulse
+    return 1e-3 * (pulse_mv if pulse_us > 0 else drive.hold_mv)
 
 
 def _off_db(shown: Array, sensed: Array) -> float:

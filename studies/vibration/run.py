@@ -120,6 +120,17 @@ def _held(_: float, rpm: float) -> TactTipCommand:
     return TactTipCommand(motor_mv(rpm), 0)
 
 
+def _compensated() -> Callable[[float, float], TactTipCommand]:
+    """Return the commands of a new drive."""
+    drive = MotorDrive()
+
+    def command(now_s: float, rpm: float) -> TactTipCommand:
+        drive.step(now_s, rpm)
+        return TactTipCommand(drive.hold_mv, 0, *drive.pulse)
+
+    return command
+
+
 def _turning(volts: Floats) -> Floats:
     """Return the speed of the simulated motor after each tick, rpm."""
     motor, speeds = VibrationMotors(1), []
@@ -154,8 +165,8 @@ def _ways(attack_rpm: float) -> dict[str, tuple[Floats, Floats]]:
     asked, early = _tapped(attack_rpm), _tapped(attack_rpm, known=True)
     return {
         ALONE: (asked, _turning(_commanded(asked, _held))),
-        COMPENSATED: (asked, _turning(_commanded(asked, MotorDrive().step))),
-        EARLY: (early, _turning(_commanded(early, MotorDrive().step))),
+        COMPENSATED: (asked, _turning(_commanded(asked, _compensated()))),
+        EARLY: (early, _turning(_commanded(early, _compensated()))),
         LIMIT: (asked, _at_most(attack_rpm)),
     }
 
@@ -195,8 +206,8 @@ def _impulses(rate_hz: float) -> Iterator[dict[str, Any]]:
     shown = {
         "asked": np.array(plain),
         ALONE: _turning(_commanded(np.array(plain), _held)),
-        COMPENSATED: _turning(_commanded(np.array(plain), MotorDrive().step)),
-        "rendered": _turning(_commanded(np.array(folding), MotorDrive().step)),
+        COMPENSATED: _turning(_commanded(np.array(plain), _compensated())),
+        "rendered": _turning(_commanded(np.array(folding), _compensated())),
     }
     for way, speed in shown.items():
         late = speed[ticks // 2 :]
@@ -220,7 +231,7 @@ def _motors() -> Iterator[dict[str, Any]]:
     """Yield the results of motors that deviate from the drive's model, at one attack without decay."""
     asked = np.full(round(0.3 / TICK_S), SHOWN_ATTACK_RPM)
     for name, real in OTHERS.items():
-        volts = _commanded(asked, MotorDrive().step)
+        volts = _commanded(asked, _compensated())
         speed, course = 0.0, []
         for each in volts:
             speed = real.speed_rad_s(speed, float(each), TICK_S)

@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 
 from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import DRIVE_FULL, MessageId
+from common.buses.serial_messages import DRIVE_FULL, MessageId, TactTipCommand
 from common.config.models import RenderingConfig
 from common.faults.texts import fault_text
 from common.fingers import FINGERS
@@ -121,8 +121,8 @@ class RenderedFingers:
         """Command the modules."""
         wanted = zip(self._modules, self._drives, output.motor_rpm, output.peltier_drive, strict=True)
         for module, drive, rpm, heat in wanted:
-            command = drive.step(self.time_s, rpm)
-            command.peltier_permille = round(heat * DRIVE_FULL)
+            drive.step(self.time_s, rpm)
+            command = TactTipCommand(drive.hold_mv, round(heat * DRIVE_FULL), *drive.pulse)
             module.feed(encode_frame(MessageId.TACTTIP_COMMAND, 0, command.encode()), self.time_s)
 
     def _read(self) -> None:

@@ -24,6 +24,11 @@ WITHIN = 0.2
 """Of the felt intensity, which grows with the square of the speed."""
 
 
+def command(drive: MotorDrive, t_s: float, rpm: float) -> TactTipCommand:
+    drive.step(t_s, rpm)
+    return TactTipCommand(drive.hold_mv, 0, *drive.pulse)
+
+
 def frame_of(sent: TactTipCommand) -> bytes:
     return encode_frame(MessageId.TACTTIP_COMMAND, 0, sent.encode())
 
@@ -36,7 +41,7 @@ def driven(wanted_rpm: Callable[[float], float], seconds: float = 0.4, compensat
         t_s, frame = tick * TICK_S, b""
         if tick % 2 == 0:
             rpm = wanted_rpm(t_s)
-            frame = frame_of(drive.step(t_s, rpm) if compensated else TactTipCommand(motor_mv(rpm), 0))
+            frame = frame_of(command(drive, t_s, rpm) if compensated else TactTipCommand(motor_mv(rpm), 0))
         line.append(frame)
         module.feed(line.popleft(), t_s)
         motor.step(TICK_S, np.array([module.motor_v(t_s, t_s + TICK_S)]))
@@ -95,9 +100,9 @@ def test_impulses_are_separate_peaks_of_speed(rate_hz: float) -> None:
 
 def test_an_even_speed_is_held_with_an_even_voltage() -> None:
     drive = MotorDrive()
-    sent = [drive.step(0.004 * n, 5000.0) for n in range(100)]
+    sent = [command(drive, 0.004 * n, 5000.0) for n in range(100)]
     assert sent[0].pulse_mv == MOTOR_MAX_MV
-    assert {command.pulse_number for command in sent[:3]} == {sent[0].pulse_number}
+    assert {each.pulse_number for each in sent[:3]} == {sent[0].pulse_number}
     assert sent[20:] == [TactTipCommand(motor_mv(5000.0), 0)] * 80
 
 
@@ -109,7 +114,7 @@ def test_a_host_that_stands_still_in_a_pulse_neither_prolongs_nor_repeats_it(lat
     for tick in range(round(0.2 / 0.001)):
         t_s = 0.001 * tick
         while command_s and command_s[0] <= t_s:
-            module.feed(frame_of(drive.step(command_s.pop(0), MOTOR_MAX_RPM)), t_s)
+            module.feed(frame_of(command(drive, command_s.pop(0), MOTOR_MAX_RPM)), t_s)
         motor.step(0.001, np.array([module.motor_v(t_s, t_s + 0.001)]))
         fastest = max(fastest, float(motor.rpm[0]))
     assert 0.94 * MOTOR_MAX_RPM <= fastest <= MOTOR_MAX_RPM * 1.001
@@ -140,7 +145,7 @@ def test_a_motor_with_other_constants_is_neither_late_nor_wild(real: Motor) -> N
     for n in range(400):
         t_s = 0.001 * n
         if n % 4 == 0:
-            module.feed(frame_of(drive.step(t_s, 6000.0)), t_s)
+            module.feed(frame_of(command(drive, t_s, 6000.0)), t_s)
         speed = real.speed_rad_s(speed, module.motor_v(t_s, t_s + 0.001), 0.001)
         course.append(speed / RPM_TO_RAD_S)
     alone = (1e-3 * motor_mv(6000.0) - real.start_v) / (real.voltage_v(1.0) - real.start_v) / RPM_TO_RAD_S
@@ -164,9 +169,9 @@ def test_any_speed_gives_a_valid_voltage_and_no_speed_gives_none(
     drive, t_s = MotorDrive(), 0.0
     for since_s, rpm in steps:
         t_s += since_s
-        command = drive.step(t_s, rpm)
-        command.encode()  # raises if a value is out of range
-        assert rpm > 0.0 or (command.motor_mv, command.pulse_us) == (0, 0)
+        sent = command(drive, t_s, rpm)
+        sent.encode()  # raises if a value is out of range
+        assert rpm > 0.0 or (sent.motor_mv, sent.pulse_us) == (0, 0)
         assert drive.speed_rad_s <= 1.05 * MOTOR_MAX_RPM * RPM_TO_RAD_S
 
 
@@ -176,5 +181,5 @@ def test_after_silence_the_motor_is_taken_to_stand_still() -> None:
     for n in range(50):
         drive.step(0.004 * n, 8000.0)
     assert drive.speed_rad_s > 800.0
-    assert drive.step(5.0, 8000.0).pulse_mv == MOTOR_MAX_MV
+    assert command(drive, 5.0, 8000.0).pulse_mv == MOTOR_MAX_MV
     assert drive.speed_rad_s == 0.0
