@@ -49,10 +49,10 @@ def _print_version(wanted: bool) -> None:
     # Imported here, so that help and completion stay fast.
     from msgpack import unpackb  # noqa: PLC0415
 
-    from common.buses import serial_framing  # noqa: PLC0415
+    from common.buses import serial_messages  # noqa: PLC0415
     from common.wire.packets import SCHEMA_VERSION  # noqa: PLC0415
 
-    compiled = {"COBS": serial_framing.COMPILED, "msgpack": not isinstance(unpackb, FunctionType)}
+    compiled = {"COBS": serial_messages.COMPILED, "msgpack": not isinstance(unpackb, FunctionType)}
     facts = [
         f"teletaction {software_version()}",
         f"commit {source_commit()}",

@@ -66,7 +66,7 @@ BREAKS = (
     ),
     Break(
         "CRC ignored",
-        "common/buses/serial_framing.py",
+        "common/buses/serial_messages.py",
         'return checked if binascii.crc_hqx(checked, _CRC_INIT) == body[-1] << 8 | body[-2] else b""',
         "return checked",
         "tests/unit/common/buses/test_serial_framing.py",

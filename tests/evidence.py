@@ -283,7 +283,7 @@ HAZARDS = (
     Hazard(
         "damaged frames are believed",
         (),
-        ("common.buses.can_frames", "common.buses.serial_framing", "common.buses.encoder_glitches"),
+        ("common.buses.can_frames", "common.buses.serial_messages", "common.buses.encoder_glitches"),
         (
             "tests/unit/common/buses/test_can_frames.py",
             "tests/unit/common/buses/test_serial_framing.py",

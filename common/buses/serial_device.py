@@ -5,8 +5,7 @@ import threading
 import time
 from dataclasses import dataclass, field
 
-from common.buses.serial_framing import Frame, FrameReader, encode_frame
-from common.buses.serial_messages import DeviceKind, Identity, MessageId
+from common.buses.serial_messages import DeviceKind, FrameReader, Identity, MessageId, Report, encode_frame
 from common.buses.serial_port import BAUD, CHUNK, DeviceAbsent, Port
 from common.buses.wiring import SYSTEM, Opener, Wiring
 from common.fingers import FINGERS
@@ -116,8 +115,8 @@ class SerialDevice:
             "unsent": self.unsent,
         }
 
-    def poll(self) -> list[Frame]:
-        """Return the frames that arrived since the last call; take over a device that was opened."""
+    def poll(self, kind: type[Report]) -> list[Report]:
+        """Return the reports that arrived since the last call; take over a device that was opened."""
         if self._port is None:
             opened = self._opener.take()
             if opened is None:
@@ -133,7 +132,7 @@ class SerialDevice:
             self._lose(error)
             return []
         self.drained = len(chunk) < CHUNK
-        return self.reader.feed(chunk) if chunk else []
+        return self.reader.reports(chunk, kind) if chunk else []
 
     def unread_bytes(self) -> int:
         """Return how many bytes wait to be read; 0 while no device is connected."""

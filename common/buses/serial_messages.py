@@ -1,15 +1,32 @@
-"""Messages of the serial devices: payloads of the frames of `common.buses.serial_framing`, little endian.
+"""Protocol of the serial devices: messages, little endian, and the frames that carry them.
 
-docs/protocols.md describes them for firmware. Its golden bytes test this file.
+    frame = COBS(id u8, sequence u8, payload, crc u16 little endian), 0x00
+
+A frame contains no zero byte, so a reader resynchronises at the next zero after any damage. The CRC is
+CRC-16/CCITT-FALSE over id, sequence and payload. docs/protocols.md describes the protocol for firmware. Its golden
+bytes test this file.
 """
 
+import binascii
 import math
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, ClassVar
+from types import FunctionType
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from common.fingers import FINGERS
+
+try:  # compiled, where there is a wheel for the machine; both give the same bytes
+    from corncobs import DecodeError, decode, encode
+except ImportError:
+    from cobs.cobs import DecodeError, decode, encode
+
+COMPILED = not isinstance(encode, FunctionType)
+"""Whether COBS is compiled here; a pure Python form is slower."""
+MAX_FRAME = 250
+"""Maximum size of a frame before COBS, bytes: one COBS block. It also bounds the buffer on a line without zeros."""
+_CRC_INIT = 0xFFFF
 
 
 class MessageId(IntEnum):
@@ -101,6 +118,7 @@ class TextureSamples:
     device_time_us: int
     counts: bytes
     """int16 little endian, -2048..2047 for -10..+10 V."""
+    ID: ClassVar[MessageId] = MessageId.TEXTURE_SAMPLES
     HEAD: ClassVar[struct.Struct] = struct.Struct("<IB")
     HIGH_BYTES: ClassVar[bytes] = bytes(range(0x08)) + bytes(range(0xF8, 0x100))
     """Valid second bytes of a count: 12 bits, sign extended to 16."""
@@ -137,6 +155,7 @@ class ThermalReading:
     flags: int
     heater_permille: int
     """Present heater drive after all limits of the device, thousandths of full drive."""
+    ID: ClassVar[MessageId] = MessageId.THERMAL_READING
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBh")
 
     def encode(self) -> bytes:
@@ -244,6 +263,7 @@ class TactTipState:
     motor_mv: int
     peltier_permille: int
     """Present Peltier drive after all limits of the device, thousandths of full drive."""
+    ID: ClassVar[MessageId] = MessageId.TACTTIP_STATE
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IHHBHh")
 
     def encode(self) -> bytes:
@@ -276,3 +296,89 @@ def _check_drive(permille: int, error: type[ValueError] = ValueError) -> None:
 def _check_motor(motor_mv: int, error: type[ValueError] = ValueError) -> None:
     if not 0 <= motor_mv <= MOTOR_MAX_MV:
         raise error(f"motor voltage {motor_mv} mV is outside 0..{MOTOR_MAX_MV}")
+
+
+Report = TypeVar("Report", TextureSamples, ThermalReading, TactTipState)
+"""A message that a device sends at its own rate."""
+
+
+class Frame(NamedTuple):
+    """One checked frame."""
+
+    message_id: int
+    sequence: int
+    payload: bytes
+
+
+def encode_frame(message_id: int, sequence: int, payload: bytes = b"") -> bytes:
+    """Wrap one message for the line.
+
+    Raises:
+        ValueError: the id or the sequence number is not a byte, or the payload is too long.
+    """
+    if len(payload) + 4 > MAX_FRAME:
+        raise ValueError(f"payload of {len(payload)} bytes is longer than {MAX_FRAME - 4}")
+    body = bytes((message_id, sequence)) + payload
+    crc = binascii.crc_hqx(body, _CRC_INIT)
+    return bytes(encode(body + crc.to_bytes(2, "little"))) + b"\0"
+
+
+@dataclass(slots=True)
+class FrameReader:
+    """Turns chunks of bytes into frames or reports; counts damaged and lost frames."""
+
+    damaged: int = 0
+    """Number of byte sequences between two zeros that were no valid frame."""
+    lost: int = 0
+    """Number of frames that were sent, by the sequence numbers, and not read."""
+    malformed: int = 0
+    """Number of undamaged frames with a report of invalid content."""
+    _pending: bytes = b""
+    _sequence: int | None = field(default=None)
+
+    def feed(self, chunk: bytes) -> list[Frame]:
+        """Take a chunk of any length; return the frames that it completes."""
+        return [Frame(body[0], body[1], body[2:]) for body in self._bodies(chunk)]
+
+    def reports(self, chunk: bytes, kind: type[Report]) -> list[Report]:
+        """Take a chunk of any length; return the reports of one kind that it completes, and skip all other frames."""
+        found = []
+        for body in self._bodies(chunk):
+            if body[0] == kind.ID:
+                try:
+                    found.append(kind.decode(body[2:]))
+                except BadPayload:
+                    self.malformed += 1
+        return found
+
+    def _bodies(self, chunk: bytes) -> list[bytes]:
+        """Return id, sequence and payload of each frame that a chunk completes."""
+        *pieces, self._pending = (self._pending + chunk).split(b"\0")
+        if len(self._pending) > 2 * MAX_FRAME:
+            self._pending = self._pending[-MAX_FRAME:]
+            self.damaged += 1
+        bodies = []
+        for piece in pieces:
+            if not piece:
+                continue
+            body = _checked(piece)
+            if not body:
+                self.damaged += 1
+                continue
+            if self._sequence is not None:
+                self.lost += (body[1] - self._sequence - 1) & 0xFF
+            self._sequence = body[1]
+            bodies.append(body)
+        return bodies
+
+
+def _checked(piece: bytes) -> bytes:
+    """Return id, sequence and payload from the bytes between two zeros; empty where they are no frame."""
+    try:
+        body = bytes(decode(piece))
+    except DecodeError:
+        return b""
+    if not 4 <= len(body) <= MAX_FRAME:
+        return b""
+    checked = body[:-2]
+    return checked if binascii.crc_hqx(checked, _CRC_INIT) == body[-1] << 8 | body[-2] else b""

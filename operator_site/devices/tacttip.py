@@ -7,7 +7,6 @@ from common.buses.drive_monitor import DriveMonitor
 from common.buses.serial_device import SerialDevice
 from common.buses.serial_messages import (
     DRIVE_FULL,
-    BadPayload,
     DeviceFlag,
     DeviceKind,
     MessageId,
@@ -27,7 +26,7 @@ _LEAST_INTERVAL_S = 0.004
 _BYTES_PER_S = 100 * 19
 """Bytes per second of a module's reports on its line, 1/s."""
 _NEVER = -math.inf
-_CUT_OUT, _STATE = DeviceFlag.THERMAL_CUT_OUT.value, MessageId.TACTTIP_STATE.value
+_CUT_OUT = DeviceFlag.THERMAL_CUT_OUT.value
 
 
 class TactTip:
@@ -38,7 +37,6 @@ class TactTip:
         self.line = SerialDevice(address, DeviceKind.TACTTIP, finger, wiring)
         self._finger = finger
         self.name = f"{finger} tacttip"
-        self.damaged = 0
         self.plate_c = math.nan
         self.measured_s = _NEVER
         """Arrival time of the last reading, s; -inf before the first."""
@@ -68,7 +66,7 @@ class TactTip:
         self.stood_still_s = 0.0
         if self.line.silent:
             return
-        states = self._states()
+        states = self.line.poll(TactTipState)
         if not states:
             return
         self.stood_still_s = self._witness.step([state.device_time_us for state in states])
@@ -93,17 +91,6 @@ class TactTip:
             self.disobeys,
         ]
         return [fault._replace(where=self._finger) for fault in found if fault is not None]
-
-    def _states(self) -> list[TactTipState]:
-        found: list[TactTipState] = []
-        for frame in self.line.poll():
-            if frame.message_id != _STATE:
-                continue
-            try:
-                found.append(TactTipState.decode(frame.payload))
-            except BadPayload:
-                self.damaged += 1
-        return found
 
     @property
     def unread_s(self) -> float:

@@ -6,13 +6,12 @@ from collections import deque
 
 from common.buses.device_clock import DeviceClock
 from common.buses.serial_device import SerialDevice
-from common.buses.serial_messages import BadPayload, DeviceKind, MessageId, TextureSamples
+from common.buses.serial_messages import DeviceKind, TextureSamples
 from common.buses.wiring import SYSTEM, Wiring
 from common.limits import GAP_S
 from common.timing.standstill import HostClock
 
 VOLTS_PER_COUNT = 10.0 / 2048.0
-_SAMPLES = int(MessageId.TEXTURE_SAMPLES)
 _BYTES_PER_S = 200 * 31
 """Data rate of a sensor's samples on its serial line, bytes/s."""
 _MOST_AT_ONCE = 4
@@ -27,7 +26,6 @@ class TextureSensor:
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the sensor at `address` in the background; `clock` gives the times passed to `read`."""
         self.line = SerialDevice(address, DeviceKind.TEXTURE_SENSOR, finger, wiring)
-        self.damaged = 0
         self.measured_s = -math.inf
         """Time of arrival of the last samples, s; -inf before the first."""
         self.stood_still_s = 0.0
@@ -49,19 +47,11 @@ class TextureSensor:
         if self.line.silent and not self.waiting:
             self.stood_still_s = 0.0
             return None
-        reported_us: list[int] = []
-        for frame in self.line.poll():
-            if frame.message_id != _SAMPLES:
-                continue
-            try:
-                samples = TextureSamples.decode(frame.payload)
-            except BadPayload:
-                self.damaged += 1
-            else:
-                self.waiting.append(samples.counts)
-                reported_us.append(samples.device_time_us)
-                self.measured_s = t_s
-        self.stood_still_s = self._witness.step(reported_us)
+        chunks = self.line.poll(TextureSamples)
+        if chunks:
+            self.waiting.extend([samples.counts for samples in chunks])
+            self.measured_s = t_s
+        self.stood_still_s = self._witness.step([samples.device_time_us for samples in chunks])
         if self.stood_still_s > 0.0:
             self.waiting.clear()
         if t_s - self.measured_s > GAP_S:

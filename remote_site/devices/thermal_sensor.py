@@ -7,7 +7,6 @@ from common.buses.drive_monitor import DriveMonitor
 from common.buses.serial_device import SerialDevice
 from common.buses.serial_messages import (
     DRIVE_FULL,
-    BadPayload,
     DeviceFlag,
     DeviceKind,
     HeaterCommand,
@@ -21,7 +20,6 @@ from common.timing.standstill import HostClock
 from common.wire.messages import ThermalReason
 from remote_site.devices.sensor_frame import PlateReading
 
-_READING = int(MessageId.THERMAL_READING)
 _CUT_OUT = int(DeviceFlag.THERMAL_CUT_OUT)
 _BYTES_PER_S = 100 * 17
 """Data rate of a sensor's readings on its serial line, bytes/s."""
@@ -41,7 +39,6 @@ class ThermalSensor:
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the sensor at `address` in the background; `clock` gives the times passed to `read`."""
         self.line = SerialDevice(address, DeviceKind.THERMAL_SENSOR, finger, wiring)
-        self.damaged = 0
         self.measured_s = -math.inf
         """Time of arrival of the last reading, s; -inf before the first."""
         self.stood_still_s = 0.0
@@ -66,20 +63,11 @@ class ThermalSensor:
         if self.line.silent:
             self.stood_still_s = 0.0
             return None
-        newest: ThermalReading | None = None
-        reported_us: list[int] = []
-        for frame in self.line.poll():
-            if frame.message_id != _READING:
-                continue
-            try:
-                newest = ThermalReading.decode(frame.payload)
-            except BadPayload:
-                self.damaged += 1
-            else:
-                reported_us.append(newest.device_time_us)
-        self.stood_still_s = self._witness.step(reported_us)
-        if newest is None:
+        readings = self.line.poll(ThermalReading)
+        self.stood_still_s = self._witness.step([reading.device_time_us for reading in readings])
+        if not readings:
             return None
+        newest = readings[-1]
         t_s += self.stood_still_s
         self.measured_s, self.applied_permille = t_s, newest.heater_permille
         self.disobeys = self._obeys.reported(t_s, newest.heater_permille)

@@ -7,8 +7,7 @@ for the host. The simulated world connects its measurements and its drives.
 import math
 from abc import ABC, abstractmethod
 
-from common.buses.serial_framing import Frame, FrameReader, encode_frame
-from common.buses.serial_messages import BadPayload, Identity, MessageId
+from common.buses.serial_messages import BadPayload, Frame, FrameReader, Identity, MessageId, encode_frame
 
 
 class SerialModule(ABC):

@@ -2,10 +2,10 @@
 
 import math
 
-from common.buses.serial_framing import Frame
 from common.buses.serial_messages import (
     BadPayload,
     DeviceKind,
+    Frame,
     MessageId,
     TactTipCommand,
     TactTipState,

@@ -5,8 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from common.buses.serial_framing import Frame
-from common.buses.serial_messages import BadPayload, DeviceKind, Identity, MessageId, TextureSamples
+from common.buses.serial_messages import BadPayload, DeviceKind, Frame, Identity, MessageId, TextureSamples
 from sim_sensors.devices.serial_module import SerialModule
 
 RATE_HZ = 2000

@@ -1,9 +1,9 @@
 """Emulate the remote thermal sensor's module, which reads plate and ambient temperature and drives the Peltier."""
 
-from common.buses.serial_framing import Frame
 from common.buses.serial_messages import (
     BadPayload,
     DeviceKind,
+    Frame,
     HeaterCommand,
     MessageId,
     ThermalReading,

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import MessageId, TactTipCommand
+from common.buses.serial_messages import MessageId, TactTipCommand, encode_frame
 from common.limits import MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.vibration.motor_drive import FULL_V, MOTOR, RPM_TO_RAD_S, MotorDrive, motor_mv

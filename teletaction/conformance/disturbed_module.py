@@ -1,7 +1,14 @@
 """Duties of every serial module that receives invalid input, or whose host does not read."""
 
-from common.buses.serial_framing import MAX_FRAME, encode_frame
-from common.buses.serial_messages import DeviceFlag, DeviceKind, HeaterCommand, MessageId, TactTipCommand
+from common.buses.serial_messages import (
+    MAX_FRAME,
+    DeviceFlag,
+    DeviceKind,
+    HeaterCommand,
+    MessageId,
+    TactTipCommand,
+    encode_frame,
+)
 from teletaction.conformance.checklist import Checklist, NotApplicable, Outcome
 from teletaction.conformance.every_module import device_times_s, pace_of
 from teletaction.conformance.module_talk import ANSWER_S, ModuleTalk, Span, damaged

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from common.buses.serial_framing import Frame
 from common.buses.serial_messages import (
     BadPayload,
     DeviceFlag,
     DeviceKind,
+    Frame,
     HeaterCommand,
     MessageId,
     TactTipCommand,

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
-from common.buses.serial_framing import Frame, FrameReader, encode_frame
-from common.buses.serial_messages import BadPayload, DeviceKind, Identity, MessageId
+from common.buses.serial_messages import BadPayload, DeviceKind, Frame, FrameReader, Identity, MessageId, encode_frame
 from common.buses.serial_port import BAUD, DeviceAbsent, open_port
 
 ANSWER_S = 0.1

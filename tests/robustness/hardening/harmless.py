@@ -10,8 +10,7 @@ from msgspec import Struct
 from msgspec.structs import astuple
 
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.serial_framing import Frame, FrameReader, encode_frame
-from common.buses.serial_messages import Identity
+from common.buses.serial_messages import Frame, FrameReader, Identity, encode_frame
 from common.wire.messages import TOUCH_FIELDS, TOUCH_RANGES, Motion, Touch
 from common.wire.packets import MAX_PACKET
 from tests.robustness.hardening.specimens import values_of

@@ -8,8 +8,7 @@ from cantools.database.can import Message
 
 from common.buses import serial_messages
 from common.buses.can_frames import FrameSender, database
-from common.buses.serial_framing import Frame, FrameReader
-from common.buses.serial_messages import BadPayload
+from common.buses.serial_messages import BadPayload, Frame, FrameReader
 from common.wire import messages, session_messages
 from common.wire.packets import BadPacket
 

@@ -4,8 +4,7 @@ from typing import Any
 
 import pytest
 
-from common.buses.serial_framing import MAX_FRAME, Frame, FrameReader, encode_frame
-from common.buses.serial_messages import BadPayload
+from common.buses.serial_messages import MAX_FRAME, BadPayload, Frame, FrameReader, encode_frame
 from tests.robustness.hardening.broken import Breaker
 from tests.robustness.hardening.harmless import harmless_frames, harmless_payload
 from tests.robustness.hardening.specimens import PAYLOADS, good_payloads, serial_frames

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from common.buses.can_frames import FrameReceiver, FrameSender, by_finger
-from common.buses.serial_framing import Frame, FrameReader, encode_frame
 from common.buses.serial_messages import (
     DeviceFlag,
     DeviceKind,
+    Frame,
+    FrameReader,
     HeaterCommand,
     Identity,
     MessageId,
@@ -19,6 +20,7 @@ from common.buses.serial_messages import (
     TactTipState,
     TextureSamples,
     ThermalReading,
+    encode_frame,
 )
 from common.buses.thermometry import ntc_c, ssr_c
 from common.fingers import FINGERS

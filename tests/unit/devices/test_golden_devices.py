@@ -9,8 +9,7 @@ import pytest
 
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameSender
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
+from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand, encode_frame
 from common.buses.thermometry import ntc_c
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S

@@ -14,8 +14,7 @@ import pytest
 from serial.urlhandler import protocol_socket
 
 from common.buses.serial_device import WrongDevice, open_line
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import DeviceKind, MessageId
+from common.buses.serial_messages import DeviceKind, MessageId, encode_frame
 from common.buses.serial_port import DeviceAbsent
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
@@ -75,7 +74,7 @@ class DriverContract:
         assert driver_on.line.problem is None
         for _ in range(3):
             self.until_it_reads(rig, driver_on)
-        assert (driver_on.line.reader.lost, driver_on.damaged) == (0, 0)
+        assert (driver_on.line.reader.lost, driver_on.line.reader.malformed) == (0, 0)
         assert driver_on.line.reader.damaged <= 1  # it may have begun to listen within a frame
 
     def test_another_finger_or_kind_is_refused_by_name(self, rig: ModuleRig) -> None:
@@ -97,7 +96,7 @@ class DriverContract:
         self.until_it_reads(rig, driver_on)
         rig.server.send(encode_frame(self.report, 0, b"\x01\x02\x03"))
         rig.server.send(encode_frame(0x7F, 1, b"unknown"))
-        rig.until(lambda: self.turn(driver_on), lambda: driver_on.damaged == 1)
+        rig.until(lambda: self.turn(driver_on), lambda: driver_on.line.reader.malformed == 1)
         self.until_it_reads(rig, driver_on)
         assert driver_on.line.connected
 

@@ -10,8 +10,7 @@ import pytest
 from mcap.reader import make_reader
 
 from common.buses.can_frames import FrameSender
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand, encode_frame
 from common.config.models import SimOperatorConfig, SimRemoteConfig
 from sim_sensors.devices.exoskeleton import DRIVEN_S
 from sim_sensors.operator_devices import OperatorDevices

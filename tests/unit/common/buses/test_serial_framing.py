@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.serial_framing import MAX_FRAME, Frame, FrameReader, encode_frame
+from common.buses.serial_messages import MAX_FRAME, Frame, FrameReader, encode_frame
 
 bytes_8 = st.integers(0, 255)
 payloads = st.binary(max_size=MAX_FRAME - 4)

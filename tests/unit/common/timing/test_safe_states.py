@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from common.buses.can_frames import FrameSender
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand, encode_frame
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import COMFORT

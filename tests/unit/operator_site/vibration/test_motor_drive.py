@@ -10,8 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand
+from common.buses.serial_messages import MOTOR_MAX_MV, MessageId, TactTipCommand, encode_frame
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S, Motor, MotorDrive, motor_mv
 from sim_sensors.devices.tacttip import TactTip

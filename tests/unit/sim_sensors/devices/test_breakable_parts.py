@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.serial_framing import FrameReader, encode_frame
+from common.buses.serial_messages import FrameReader, encode_frame
 from sim_sensors.devices.breakable_parts import Babble, Piezo, Place, Servos
 
 BAUD = 921_600

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand, encode_frame
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.thermal_sensor import ThermalSensor
 

@@ -9,15 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.buses.can_frames import FrameSender
-from common.buses.serial_framing import Frame, FrameReader, encode_frame
 from common.buses.serial_messages import (
     DeviceFlag,
+    Frame,
+    FrameReader,
     HeaterCommand,
     MessageId,
     TactTipCommand,
     TactTipState,
     TextureSamples,
     ThermalReading,
+    encode_frame,
 )
 from common.buses.thermometry import ntc_c
 from common.fingers import FINGERS

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import MessageId, TactTipCommand
+from common.buses.serial_messages import MessageId, TactTipCommand, encode_frame
 from common.buses.thermometry import COUNT_MAX
 from common.config.models import SimOperatorConfig
 from common.fingers import FINGERS

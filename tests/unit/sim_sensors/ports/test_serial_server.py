@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from common.buses.serial_framing import FrameReader, encode_frame
-from common.buses.serial_messages import MessageId, TactTipCommand, TactTipState
+from common.buses.serial_messages import FrameReader, MessageId, TactTipCommand, TactTipState, encode_frame
 from sim_sensors.devices.breakable_parts import Babble
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.ports.select_loop import SelectLoop

@@ -7,8 +7,7 @@ from typing import Any
 
 from cobs import cobs
 
-from common.buses.serial_framing import Frame, FrameReader
-from common.buses.serial_messages import MessageId
+from common.buses.serial_messages import Frame, FrameReader, MessageId
 from sim_sensors.devices.serial_module import SerialModule
 from tests.unit.teletaction.conformance.virtual_ends import VirtualModule
 

@@ -14,8 +14,7 @@ import pytest
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver
 from common.buses.serial_device import open_line
-from common.buses.serial_framing import encode_frame
-from common.buses.serial_messages import DeviceKind
+from common.buses.serial_messages import DeviceKind, encode_frame
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
 from sim_sensors.devices.exoskeleton import Exoskeleton

@@ -9,8 +9,7 @@ import pytest
 
 from common.buses.can_frames import packing
 from common.buses.can_port import CanAddress
-from common.buses.serial_framing import FrameReader
-from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand
+from common.buses.serial_messages import FrameReader, HeaterCommand, MessageId, TactTipCommand
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
 from sim_sensors.devices.exoskeleton import Exoskeleton

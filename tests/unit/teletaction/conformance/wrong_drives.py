@@ -5,8 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from common.buses.serial_framing import Frame
-from common.buses.serial_messages import DeviceFlag, MessageId, TactTipCommand
+from common.buses.serial_messages import DeviceFlag, Frame, MessageId, TactTipCommand
 from sim_sensors.devices.plate_module import CutOut
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.thermal_sensor import ThermalSensor

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from common.buses.serial_framing import Frame
-from common.buses.serial_messages import DeviceFlag, MessageId, TextureSamples
+from common.buses.serial_messages import DeviceFlag, Frame, MessageId, TextureSamples
 from sim_sensors.devices.plate_module import ReportClock
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
