@@ -22,7 +22,7 @@ from remote_site.texture.surface_table import (
     StrokeLaw,
     SurfaceTable,
 )
-from remote_site.texture.texture_identification import TextureIdentification
+from remote_site.texture.texture_identification import TextureIdentification, groove_rad_s
 from remote_site.texture.texture_law import ln_roughness
 from remote_site.thermal.finger_thermal import FingerThermal
 from remote_site.thermal.thermal_identification import ThermalKnowledge
@@ -71,7 +71,7 @@ class FingerIdentification:
         self.period = GroovePeriod()
         self.roughness_v = 0.0
         self.texture_fault: str | None = None
-        self._surfaces = surfaces
+        self._groove_v = surfaces.groove_v
         self._hand = hand
         self._events = events
         self._exploration = ModeDetector(hand)
@@ -129,7 +129,7 @@ class FingerIdentification:
             self._stroke = self._strokes.at(ln_roughness(self.roughness_v))
         for impulse in impulses:
             self.period.groove(impulse.place_m)
-            amplitude_rad_s = self._surfaces.groove_rad_s(impulse.strength_v)
+            amplitude_rad_s = groove_rad_s(impulse.strength_v, self._groove_v)
             self._events.add(EventKind.GROOVE, self._finger, amplitude_rad_s, time_s=impulse.time_s)
 
     def _touch(self, sensed: SensorFrame, stroke: StrokeConstants) -> TouchRow:

@@ -25,8 +25,6 @@ _GROOVED = surface_kind("closely_grooved_pvc").grooves
 assert _GROOVED is not None
 GROOVE_RAD_S, GROOVE_DECAY_PER_S = _GROOVED.impulse_rad_s, _GROOVED.decay_per_s
 """Amplitude, rad/s, and decay rate, 1/s, of the damped impulse J(t) of a groove as deep as the calibrated ones."""
-FAINTEST, STRONGEST = 0.25, 1.5
-"""Range of an impulse's amplitude over GROOVE_RAD_S; within it, the amplitude follows the groove's strength."""
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
@@ -74,11 +72,6 @@ class SurfaceTable(TableFile):
     surfaces: list[Surface] = Field(min_length=1)
     roughness_scale: RoughnessScale | None = None
     spectra: MotionSpectra | None = None
-
-    def groove_rad_s(self, strength_v: float) -> float:
-        """Return the amplitude of a groove's impulse, rad/s, from its curvature for one newton, V."""
-        part = 1.0 if self.groove_v is None else strength_v / self.groove_v
-        return GROOVE_RAD_S * min(max(part, FAINTEST), STRONGEST)
 
 
 @dataclass(frozen=True, slots=True)

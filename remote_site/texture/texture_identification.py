@@ -18,7 +18,7 @@ from remote_site.texture.groove_detector import GrooveDetector, Impulse
 from remote_site.texture.roughness import PathCell, Roughness
 from remote_site.texture.sensor_fault import RAIL_V, SensorFault
 from remote_site.texture.surface_filter import SurfaceFilter
-from remote_site.texture.surface_table import FAINTEST, Surface, SurfaceTable
+from remote_site.texture.surface_table import GROOVE_RAD_S, Surface, SurfaceTable
 from remote_site.texture.texture_law import ln_roughness
 from remote_site.texture.tip_path import CELL_M, RATE_HZ, Curve, TipPath
 
@@ -29,6 +29,8 @@ BLOCK = 10
 """Number of samples in a block."""
 FAINTEST_GROOVE_V = 0.010
 """Minimum curvature of a groove for one newton if none was calibrated, V; it equals a depth of 1 um."""
+FAINTEST, STRONGEST = 0.25, 1.5
+"""Range of an impulse's amplitude over GROOVE_RAD_S; within it, the amplitude follows the groove's strength."""
 LISTEN_M = 1e-3
 """Length of path between updates of the surface filter, m."""
 BEHIND_M = 0.6e-3
@@ -294,6 +296,17 @@ class TextureIdentification:
                 self._settled = []
                 updated = True
         return updated
+
+
+def groove_rad_s(strength_v: float, groove_v: float | None) -> float:
+    """Return the amplitude of a groove's impulse, rad/s.
+
+    Args:
+        strength_v: curvature of the groove for one newton, V.
+        groove_v: curvature for one newton of the calibrated grooves, V; None if none was calibrated.
+    """
+    share = 1.0 if groove_v is None else strength_v / groove_v
+    return GROOVE_RAD_S * min(max(share, FAINTEST), STRONGEST)
 
 
 def _each(value: _Value | Sequence[_Value], count: int) -> Sequence[_Value]:

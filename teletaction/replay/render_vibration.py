@@ -13,6 +13,7 @@ from remote_site.texture.surface_table import (
     StrokeLaw,
     SurfaceTable,
 )
+from remote_site.texture.texture_identification import groove_rad_s
 from remote_site.texture.texture_law import ln_roughness
 from remote_site.traces.trace_files import StrokeTrace
 
@@ -35,7 +36,9 @@ def _samples(stroke: StrokeTrace, table: SurfaceTable) -> Iterator[StrokeSample]
     for block in felt(even_stroke(stroke), table):
         texture = block.texture
         happened = [(EventKind.TAP, APPROACH_M_S)] if block.began else []
-        happened += [(EventKind.GROOVE, table.groove_rad_s(impulse.strength_v)) for impulse in texture.impulses]
+        happened += [
+            (EventKind.GROOVE, groove_rad_s(impulse.strength_v, table.groove_v)) for impulse in texture.impulses
+        ]
         if texture.valid and block.mode is ExplorationMode.STROKING:
             constants = law.at(ln_roughness(texture.roughness_v))
         time_ns = round(block.end_s * 1e9)
