@@ -256,7 +256,7 @@ class Fingertips:
                 continue
             touched = self._objects[finger]
             if touched is not None:
-                goal_c = contact_c(float(self.skin.surface_c[finger]), touched, self._rows[finger].object_c)
+                goal_c = contact_c(self.skin.surface_c[finger], touched, self._rows[finger].object_c)
                 if contact_s <= self._display.needs_s(finger, goal_c):
                     found[finger] = goal_c
         return found

@@ -85,7 +85,7 @@ def _thermal_rows(
         elif step:
             state = skin.step()
         columns = (state.epidermis_c, state.dermis_c, state.subcutis_c, state.surface_c, state.flux_w_m2)
-        row = (step / round(1.0 / STEP_S), *(float(column[0]) for column in columns))
+        row = (step / round(1.0 / STEP_S), *(column[0] for column in columns))
         if display:
             display.aim(state, [step >= contact])
             row = (*row, display.step(STEP_S if step else 0.0)[0])

@@ -101,7 +101,7 @@ class SiteRecording:
             self._write("operator/played", now_ns, Played(event.ident, event.kind, event.finger).pack())
         if self._ticks % _SLOW_EVERY == 0:
             skin = fingertips.skin
-            slow = Skin(skin.epidermis_c.tolist(), skin.surface_c.tolist(), skin.flux_w_m2.tolist())
+            slow = Skin(skin.epidermis_c, skin.surface_c, skin.flux_w_m2)
             self._write("operator/skin", now_ns, slow.pack())
             clock = Clock(client.clock.offset_ns, client.clock.uncertainty_ns, client.clock.round_trip_ns)
             self._write("operator/clock", now_ns, clock.pack())

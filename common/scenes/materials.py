@@ -74,12 +74,3 @@ def material(name: str) -> Material:
         return known[ALIASES.get(name, name)]
     except KeyError:
         raise KeyError(f"unknown material {name!r}; known: {', '.join(sorted([*known, *ALIASES]))}") from None
-
-
-def contact_resistance_m2k_w(conductivity_w_mk: float) -> float:
-    """Return the thermal contact resistance between a bare finger and an object, m2K/W.
-
-    R_c = (0.37 + k)/(1870 k) after Ho & Jones 2008. This is too low for hard conductors, so the result is at least
-    1e-3, which matches measured skin temperatures of people.
-    """
-    return max(1e-3, (0.37 + conductivity_w_mk) / (1870.0 * conductivity_w_mk))

@@ -14,7 +14,6 @@ from types import MappingProxyType
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S, PlateRange
 from operator_site.safety.limit_flags import RATE_ROUNDING_K, Limit
 from operator_site.thermal.scene_skin import SkinState
-from operator_site.thermal.tissue import Floats
 
 PLATE_CONTACT_M2K_W = 5.4e-4
 """Contact resistance between finger and aluminium plate, m2K/W."""
@@ -44,10 +43,10 @@ class PlateSetpoint:
         limited: `Limit` bits (n,) of each plate that cannot display the model's output.
     """
 
-    def __init__(self, profile: PlateRange, neutral_c: Floats) -> None:
+    def __init__(self, profile: PlateRange, neutral_c: Sequence[float]) -> None:
         """Start at `neutral_c` (n,), the skin's own surface temperatures, C."""
         self._profile = profile
-        self._surface_c: list[float] = neutral_c.tolist()
+        self._surface_c = neutral_c
         self._flux_w_m2 = [0.0] * len(self._surface_c)
         self._wanted_c = [self._inside(surface_c) for surface_c in self._surface_c]
         self._outside = [0] * len(self._wanted_c)
@@ -65,8 +64,7 @@ class PlateSetpoint:
             ahead_c: expected contact temperature of each finger about to touch, C; its plate goes there at once.
         """
         self._settled = False
-        self._surface_c = skin.surface_c.tolist()
-        self._flux_w_m2 = skin.flux_w_m2.tolist()
+        self._surface_c, self._flux_w_m2 = skin.surface_c, list(skin.flux_w_m2)
         for finger, surface_c in enumerate(self._surface_c):
             if not touching[finger]:
                 self._flux_w_m2[finger] = 0.0

@@ -12,10 +12,18 @@ from functools import lru_cache
 import numpy as np
 
 from common.fingers import FINGERS
-from common.scenes.materials import Material, contact_resistance_m2k_w
+from common.scenes.materials import Material
 from operator_site.thermal.model_selection import LONGEST_S, RUNGS, choose, rung_table
-from operator_site.thermal.skin_model import OUTPUTS, SkinModel, SkinStep, Touched, refined, skin_step
-from operator_site.thermal.tissue import Body, Floats, rest
+from operator_site.thermal.skin_model import (
+    OUTPUTS,
+    SkinModel,
+    SkinStep,
+    Touched,
+    contact_resistance_m2k_w,
+    refined,
+    skin_step,
+)
+from operator_site.thermal.tissue import Body, rest
 
 AT_REST_K = 0.03
 """Largest departure of any cell of a free finger that is at rest, K."""
@@ -27,14 +35,14 @@ LOOK_EVERY = 10
 
 @dataclass(frozen=True, slots=True)
 class SkinState:
-    """Skin temperatures of the fingers, C, and `flux_w_m2`, positive into the finger; (n,) each."""
+    """Skin temperatures, C, and `flux_w_m2`, positive into the finger; one value for each finger."""
 
-    epidermis_c: Floats
+    epidermis_c: list[float]
     """Mean of the epidermis: the felt temperature T1."""
-    dermis_c: Floats
-    subcutis_c: Floats
-    surface_c: Floats
-    flux_w_m2: Floats
+    dermis_c: list[float]
+    subcutis_c: list[float]
+    surface_c: list[float]
+    flux_w_m2: list[float]
 
 
 @lru_cache(maxsize=256)
@@ -97,7 +105,7 @@ class SceneSkin:
         """Present model of each finger; None at rest."""
         self._steps = 0
         self._x = np.zeros((fingers, 0))
-        self._at_rest = SkinState(*np.tile(self._rest_row, (fingers, 1)).T)
+        self._at_rest = SkinState(*np.tile(self._rest_row, (fingers, 1)).T.tolist())
         self._size(model.states if model else 0)
 
     def touch(self, finger: int, touched: Touched | None, object_c: float) -> None:
@@ -137,11 +145,11 @@ class SceneSkin:
         self._x = both[:, :states]
         if self._fixed is None and self._steps % LOOK_EVERY == 0:
             self._come_to_rest()
-        return SkinState(*both[:, states:].T)
+        return SkinState(*both[:, states:].T.tolist())
 
     def state(self) -> SkinState:
         """Return the present state with the flux of the present contact."""
-        return SkinState(*(np.matmul(self._read, self._x[:, :, None])[:, :, 0] + self._offset).T)
+        return SkinState(*(np.matmul(self._read, self._x[:, :, None])[:, :, 0] + self._offset).T.tolist())
 
     def _fit(self, finger: int, touched: Touched, object_c: float) -> None:
         """Give a finger the model that a touch needs, unless it has one as large or larger."""

@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 import numpy as np
 from scipy.linalg import expm
 
-from common.scenes.materials import contact_resistance_m2k_w, material
+from common.scenes.materials import material
 from operator_site.thermal.tissue import Cells, Floats, cells
 
 STEP_S = 0.01
@@ -26,6 +26,15 @@ OUTPUTS = 5
 """Number of outputs: departures of epidermis, dermis, subcutis and surface, K, and the flux into the skin, W/m2."""
 MOST_CELLS = 400
 """Maximum number of cells of one part in a parsed model."""
+
+
+def contact_resistance_m2k_w(conductivity_w_mk: float) -> float:
+    """Return the thermal contact resistance between a bare finger and an object, m2K/W.
+
+    R_c = (0.37 + k)/(1870 k) after Ho & Jones 2008. This is too low for hard conductors, so the result is at least
+    1e-3, which matches measured skin temperatures of people.
+    """
+    return max(1e-3, (0.37 + conductivity_w_mk) / (1870.0 * conductivity_w_mk))
 
 
 @dataclass(frozen=True, slots=True)

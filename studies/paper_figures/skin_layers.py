@@ -51,8 +51,8 @@ def _rows(body: Body, name: str) -> Iterator[dict[str, Any]]:
         if step % every == 0:
             yield {
                 "time_s": STEP_S * (step - contact),
-                "epidermis_c": float(state.epidermis_c[0]),
-                "dermis_c": float(state.dermis_c[0]),
-                "subcutis_c": float(state.subcutis_c[0]),
+                "epidermis_c": state.epidermis_c[0],
+                "dermis_c": state.dermis_c[0],
+                "subcutis_c": state.subcutis_c[0],
             }
         state = skin.step()

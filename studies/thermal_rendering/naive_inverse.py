@@ -13,7 +13,7 @@ import numpy as np
 from operator_site.thermal.plates import PLATE_CONTACT_M2K_W
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, SkinStep, Touched, skin_step
-from operator_site.thermal.tissue import Body, Floats
+from operator_site.thermal.tissue import Body
 
 MODELS = (SkinModel(1, 1, 1), SkinModel(2, 1, 1), SkinModel(4, 1, 1), SkinModel(10, 10, 10))
 STEPS_S = (0.01, 0.05, 0.2, 1.0)
@@ -77,5 +77,4 @@ def _matched_noise_k(seed: int) -> float:
 
 def _set_point(skin: SceneSkin) -> float:
     state = skin.step()
-    column: Floats = state.surface_c + state.flux_w_m2 * PLATE_CONTACT_M2K_W
-    return float(column[0])
+    return state.surface_c[0] + state.flux_w_m2[0] * PLATE_CONTACT_M2K_W

@@ -51,7 +51,7 @@ def ideal_plate_touch(
     to_plate = np.eye(len(finger.heat_j_m2k))[:, :1] * link
     advance, drive = exact_step(balance, finger.heat_j_m2k, np.hstack((to_plate, finger.known_w_m2[:, None])))
     scene = SceneSkin(body=Body(deep_c=deep_c, arterial_c=deep_c + 1.0), fingers=1)
-    neutral_c = plate_c = float(scene.state().surface_c[0])
+    neutral_c = plate_c = scene.state().surface_c[0]
     skin_c = finger.at_rest_c(PLATE_FINGER_M2K_W, plate_c)
     touched = Touched.of(name)
     touched = touched if contact_m2k_w is None else replace(touched, contact_m2k_w=contact_m2k_w)
@@ -63,7 +63,7 @@ def ideal_plate_touch(
         else:
             scene.touch(0, touched, object_c)
             state = scene.step()
-            wanted_c = float(state.surface_c[0] + state.flux_w_m2[0] * PLATE_CONTACT_M2K_W)
+            wanted_c = state.surface_c[0] + state.flux_w_m2[0] * PLATE_CONTACT_M2K_W
         wanted_c = neutral_c + share * (wanted_c - neutral_c)
         change_k = min(max(wanted_c, COMFORT.low_c), COMFORT.high_c) - plate_c
         plate_c += min(max(change_k, -faster * PLATE_COOLING_K_S * STEP_S), faster * PLATE_HEATING_K_S * STEP_S)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from common.scenes.materials import contact_resistance_m2k_w, material
+from common.scenes.materials import material
+from operator_site.thermal.skin_model import contact_resistance_m2k_w
 from sim_sensors.physics.finger_plate import DEEP_C
 from sim_sensors.physics.object_column import object_column
 from studies.touches.simulated_finger import STEP_S, Array, SimulatedFinger, chain, exact_step

@@ -77,7 +77,7 @@ def test_cold_metal_is_felt_by_the_finger_that_touches_it():
     touch = rows(
         [INDEX], stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("aluminium", 23.0)
     )
-    start = rig.tips.skin.epidermis_c.copy()
+    start = np.array(rig.tips.skin.epidermis_c)
     out = rig.run(4.0, touch, DOWN)[-1]
     change = rig.tips.skin.epidermis_c - start
     assert change[1] < -4.0

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from common.scenes.materials import ALIASES, contact_resistance_m2k_w, material, materials, read_materials
+from common.scenes.materials import ALIASES, material, materials, read_materials
 
 
 def test_there_are_at_least_24_plausible_materials_known_by_name_and_alias() -> None:
@@ -27,13 +27,6 @@ def test_there_are_at_least_24_plausible_materials_known_by_name_and_alias() -> 
 def test_effusivities_are_ordered_as_fingers_feel_them() -> None:
     felt = [material(name).effusivity for name in ("aluminium", "ceramic", "pvc", "wood", "foam")]
     assert felt == sorted(felt, reverse=True)
-
-
-def test_contact_resistance_falls_with_conductivity_to_a_floor() -> None:
-    values = [contact_resistance_m2k_w(k) for k in (0.03, 0.2, 1.0, 50.0, 400.0)]
-    assert values == sorted(values, reverse=True)
-    assert values[-1] == 1e-3
-    assert values[1] == pytest.approx(0.57 / 374.0)
 
 
 @pytest.mark.parametrize(

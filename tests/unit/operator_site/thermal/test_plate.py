@@ -17,8 +17,7 @@ from operator_site.thermal.tissue import LAYERS
 
 
 def state(surface_c: float, flux: float) -> SkinState:
-    five = np.ones(5)
-    return SkinState(five * 33.0, five * 33.0, five * 34.0, five * surface_c, five * flux)
+    return SkinState(*([value] * 5 for value in (33.0, 33.0, 34.0, surface_c, flux)))
 
 
 def counts(temperature_c: float) -> int:
@@ -27,7 +26,7 @@ def counts(temperature_c: float) -> int:
 
 def test_flux_is_matched_through_the_plates_own_contact():
     """On the commanded plate an equal skin takes the scene's flux, so it feels the scene's temperature."""
-    display = PlateSetpoint(COMFORT, np.full(5, 33.0))
+    display = PlateSetpoint(COMFORT, [33.0] * 5)
     display.aim(state(30.0, -3000.0), [True] * 5)
     for _ in range(400):
         set_c = display.step(0.01)
@@ -38,7 +37,7 @@ def test_flux_is_matched_through_the_plates_own_contact():
 
 
 def test_free_finger_is_shown_its_own_temperature():
-    display = PlateSetpoint(COMFORT, np.full(5, 31.0))
+    display = PlateSetpoint(COMFORT, [31.0] * 5)
     display.aim(state(33.0, -80.0), [False, True, False, False, False])
     for _ in range(400):
         set_c = display.step(0.01)
@@ -49,7 +48,7 @@ def test_free_finger_is_shown_its_own_temperature():
 
 @pytest.mark.parametrize("profile", [COMFORT, WIDE])
 def test_set_point_keeps_range_and_rate_and_reports_limits(profile):
-    display = PlateSetpoint(profile, np.full(5, 33.0))
+    display = PlateSetpoint(profile, [33.0] * 5)
     for goal, rate, bound in ((-20.0, -2.5, profile.low_c), (80.0, 4.0, profile.high_c)):
         display.aim(state(goal, 0.0), [True] * 5)
         before = display.set_c[0]
@@ -63,7 +62,7 @@ def test_set_point_keeps_range_and_rate_and_reports_limits(profile):
 
 
 def test_display_restarts_from_the_plate():
-    display = PlateSetpoint(COMFORT, np.full(5, 33.0))
+    display = PlateSetpoint(COMFORT, [33.0] * 5)
     display.restart(0, 25.0)
     display.restart(1, math.nan)
     display.restart(2, 5.0)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.special import erfcx
 
-from common.scenes.materials import contact_resistance_m2k_w, material
+from common.scenes.materials import material
 from operator_site.thermal.scene_skin import SceneSkin, touched_object
-from operator_site.thermal.skin_model import SkinModel, Touched, ladder_m, skin_step
+from operator_site.thermal.skin_model import SkinModel, Touched, contact_resistance_m2k_w, ladder_m, skin_step
 from operator_site.thermal.tissue import Body
 
 FINE = SkinModel(60, 60, 70, 100)
@@ -122,3 +122,10 @@ def test_objects_are_known_by_their_constants_or_not_at_all():
     for constants in ((0.0, 0.0, 0.0), (0.0, 2700.0, 900.0), (230.0, 0.0, 900.0), (230.0, 2700.0, 5.0)):
         assert touched_object(*constants) is None
     assert touched_object(math.nan, 2700.0, 900.0) is None
+
+
+def test_contact_resistance_falls_with_conductivity_to_a_floor() -> None:
+    values = [contact_resistance_m2k_w(k) for k in (0.03, 0.2, 1.0, 50.0, 400.0)]
+    assert values == sorted(values, reverse=True)
+    assert values[-1] == 1e-3
+    assert values[1] == pytest.approx(0.57 / 374.0)

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.scenes.materials import contact_resistance_m2k_w, material
+from common.scenes.materials import material
 from common.scenes.surfaces import surface_kind
+from operator_site.thermal.skin_model import contact_resistance_m2k_w
 from sim_sensors.physics.finger_plate import ROOM_C, FingerPlates
 from sim_sensors.physics.surface import make_profile, relief_of
 from studies.observer.paper_tables import MATCHED, MATCHING_OF, beside
