@@ -4,7 +4,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.serial_messages import MAX_FRAME, Frame, FrameReader, encode_frame
+from common.buses.serial_messages import (
+    MAX_FRAME,
+    Frame,
+    FrameReader,
+    MessageId,
+    TextureSamples,
+    ThermalReading,
+    encode_frame,
+)
 
 bytes_8 = st.integers(0, 255)
 payloads = st.binary(max_size=MAX_FRAME - 4)
@@ -99,3 +107,23 @@ def test_a_babbling_line_fills_no_memory_and_lost_frames_are_counted_across_the_
 def test_an_invalid_frame_is_not_encoded(message_id: int, sequence: int, payload: bytes) -> None:
     with pytest.raises(ValueError, match=r"range|longer"):
         encode_frame(message_id, sequence, payload)
+
+
+def test_reports_of_one_kind_are_decoded_and_bad_ones_are_counted() -> None:
+    good = ThermalReading(7, 2000, 1500, 0, -250)
+    line = b"".join(
+        encode_frame(message_id, sequence, payload)
+        for sequence, (message_id, payload) in enumerate(
+            [
+                (MessageId.THERMAL_READING, good.encode()),
+                (MessageId.TEXTURE_SAMPLES, TextureSamples(7, bytes(20)).encode()),
+                (MessageId.THERMAL_READING, b"short"),
+                (0x7F, b"unknown"),
+                (MessageId.THERMAL_READING, good.encode()),
+            ]
+        )
+    )
+    reader = FrameReader()
+    found = [report for at in range(0, len(line), 5) for report in reader.reports(line[at : at + 5], ThermalReading)]
+    assert found == [good, good]
+    assert (reader.malformed, reader.damaged, reader.lost) == (1, 0, 0)
