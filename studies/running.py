@@ -15,11 +15,16 @@ class Unavailable(ValueError):
     """A requirement of a study is missing; the message names it and how to supply it."""
 
 
-def data_folder(needed: str) -> Path:
-    """Return the folder that TELETACTION_DATA names; raise Unavailable, with the needed folders, if it is not set."""
+def data_folder(name: str) -> Path:
+    """Return a folder of recordings in the one that TELETACTION_DATA names; raise Unavailable if that is not set."""
     if not (named := os.environ.get("TELETACTION_DATA")):
-        raise Unavailable(f"TELETACTION_DATA has to name the folder that holds {needed}")
-    return Path(named)
+        raise Unavailable(f"TELETACTION_DATA has to name the folder that holds {name}")
+    return Path(named) / name
+
+
+def data_files(name: str) -> list[Path]:
+    """Return the CSV files of a folder in TELETACTION_DATA, sorted; none where it is not there."""
+    return sorted(data_folder(name).glob("*.csv")) if os.environ.get("TELETACTION_DATA") else []
 
 
 def tables_of(*names: str) -> Callable[[Mapping[str, Any]], Tables]:

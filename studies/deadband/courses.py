@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from common.scenes.scene import load_scene
 from sim_sensors.operator_hand.hand import ScriptedHand
-from studies.teleoperation_stability.recorded import LEVER_M, folder
+from studies.running import data_files
+from studies.teleoperation_stability.recorded import LEVER_M
 from studies.touches.teleoperation import SCENE
 
 Places = NDArray[np.float32]
 
-RECORDED_HZ = 1000.0
+RECORDINGS, RECORDED_HZ = "bilateral_1dof", 1000.0
 _ALONG_X = np.array([1.0, 0.0, 0.0], np.float32)
 
 
@@ -33,13 +34,13 @@ def recorded() -> list[Course]:
     """Place of every recorded leader at the end of its lever; empty where there are no recordings."""
     return [
         Course(path.stem, RECORDED_HZ, (LEVER_M * _columns(path)[1]).astype(np.float32)[:, None, None] * _ALONG_X)
-        for path in _files()
+        for path in data_files(RECORDINGS)
     ]
 
 
 def recorded_forces_n() -> list[NDArray[np.float64]]:
     """Magnitude of the environment's force on each recorded follower, at the end of its lever, N."""
-    return [np.abs(_columns(path)[4]) / LEVER_M for path in _files()]
+    return [np.abs(_columns(path)[4]) / LEVER_M for path in data_files(RECORDINGS)]
 
 
 def scripted(rate_hz: float, seconds: float, seed: int) -> Course:
@@ -52,10 +53,6 @@ def scripted(rate_hz: float, seconds: float, seed: int) -> Course:
         x_m, y_m = (2e-5 * round(place / 2e-5) for place in (hand.x_m, hand.y_m))
         places.append([(x_m, y_m, 5e-6 * round(z_m / 5e-6)) for z_m in hand.z_m.tolist()])
     return Course(SCENE, rate_hz, np.array(places, dtype=np.float32))
-
-
-def _files() -> list[Path]:
-    return sorted((folder() / "bilateral_1dof").glob("*.csv"))
 
 
 def _columns(path: Path) -> NDArray[np.float64]:

@@ -16,7 +16,6 @@ Constants of the law were chosen with these recordings. Other recordings are kep
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -53,14 +52,7 @@ MAP_BARS = (
 tables = tables_of("bars", "answers", "prediction", "repeats", "shown", "stream", "maps", "map_means")
 
 
-def run(
-    *,
-    quick: bool = False,
-    seed: int = 0,
-    progress: Progress = lambda _: None,
-    work: Work = HERE,
-    folder: Path | None = None,
-) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Judge all sets of presses and both streams; everything is deterministic.
 
     Args:
@@ -68,14 +60,12 @@ def run(
         seed: unused.
         progress: called with the share done, 0..1.
         work: runs the pieces.
-        folder: of the sets; None: `palpation` in the folder that TELETACTION_DATA names.
 
     Raises:
         Unavailable: there are no such recordings.
         ValueError: a recording cannot be read.
     """
-    if folder is None:
-        folder = data_folder("palpation") / "palpation"
+    folder = data_folder("palpation")
     material_of = {name: material for material, names in MATERIALS.items() for name in names[-1 if quick else 0 :]}
     presses = {name: read_set(folder, name) for name in dict.fromkeys([*material_of, *SAME_PLACES, *SHOWN_SETS])}
     maps = list(SETS)[: 1 if quick else None]

@@ -64,14 +64,7 @@ class Stroke:
     surface: str
 
 
-def run(
-    *,
-    quick: bool = False,
-    seed: int = 0,
-    progress: Progress = lambda _: None,
-    work: Work = HERE,
-    folder: Path | None = None,
-) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Periods of all boards, and fabrics by the shipped method and the classic ones on the same splits.
 
     Args:
@@ -79,16 +72,13 @@ def run(
         seed: seed of the random forests and random splits.
         progress: called with the share done, 0..1.
         work: runs the pieces.
-        folder: holds groove_boards and fabric_strokes; None: the folder that TELETACTION_DATA names.
 
     Raises:
         Unavailable: there are no such recordings.
         ValueError: a recording cannot be read.
     """
-    if folder is None:
-        folder = data_folder("groove_boards and fabric_strokes")
-    board_strokes = read_strokes(folder / "groove_boards", BOARD)
-    fabrics = read_strokes(folder / "fabric_strokes", FABRIC)
+    board_strokes = read_strokes(data_folder("groove_boards"), BOARD)
+    fabrics = read_strokes(data_folder("fabric_strokes"), FABRIC)
     methods: list[Piece] = [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)]
     of_boards: list[Piece] = [(boards, (board_strokes,)), (taxels, (board_strokes,)), (changed, (board_strokes, seed))]
     made: list[Piece] = [(made_periods, (speed, _MADE_QUICK if quick else _MADE, seed)) for speed in SPEEDS_MM_S]

@@ -71,18 +71,10 @@ class Touch:
     room_c: float
 
 
-def run(
-    *,
-    quick: bool = False,
-    seed: int = 0,
-    progress: Progress = lambda _: None,
-    work: Work = HERE,
-    folder: Path | None = None,
-) -> dict[str, Any]:
-    """Leave each set out in turn and judge its touches.
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
+    """Leave each set out in turn and judge its touches, of the recordings `thermal_contact/setNN_CLASS_K.csv`.
 
     Args:
-        folder: of recordings `setNN_CLASS_K.csv`; None: `thermal_contact` in the folder that TELETACTION_DATA names.
         quick: judge the first set only; all others are still learned from.
         seed: seed of the noise.
         progress: called with the share done, 0..1.
@@ -92,9 +84,7 @@ def run(
         Unavailable: there are no such recordings.
         ValueError: a recording cannot be read.
     """
-    if folder is None:
-        folder = data_folder("thermal_contact") / "thermal_contact"
-    touches = read_touches(folder, seed)
+    touches = read_touches(data_folder("thermal_contact"), seed)
     groups = sorted({touch.group for touch in touches})[: 1 if quick else None]
     judges: tuple[Judge, ...] = (
         _judge_linear,

@@ -5,7 +5,6 @@ measurement. A real session would enter its safe state during the longest of the
 gives the intended path of the hand, at the end of a lever of 30 mm. Its wall begins at the median of its path.
 """
 
-import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path as File
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from studies.pieces import Piece
+from studies.running import data_files
 from studies.teleoperation_stability.cases import HANDS, Floats, cases
 from studies.teleoperation_stability.matrix import ARCHITECTURES
 from studies.teleoperation_stability.measures import SECONDS, START_M, PressTwice, produced_j
@@ -27,18 +27,12 @@ ROUND_TRIPS_S = (0.020, 0.100, 0.400)
 _WINDOW_S = 2.0
 
 
-def folder() -> File:
-    """Return the folder of the recordings: TELETACTION_DATA, or the shared folder beside the checkout."""
-    return File(os.environ.get("TELETACTION_DATA", File(__file__).parents[3] / "shared" / "data"))
-
-
 def recorded_pieces(quick: bool, seed: int) -> list[Piece]:
     """Return pieces that make a row for each architecture, recording, hand, and wall or delay.
 
     The list is empty without recordings. `quick` uses one recorded link only.
     """
-    links = sorted((folder() / "network_rtt").glob("*.csv"))
-    motions = sorted((folder() / "bilateral_1dof").glob("*.csv"))
+    links, motions = data_files("network_rtt"), data_files("bilateral_1dof")
     if quick:
         links, motions = links[3:4], []
     trips_s = {file.stem: round_trip_s(file, round(SECONDS / PERIOD_S)) for file in links}

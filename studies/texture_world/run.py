@@ -8,7 +8,6 @@ for the signal of the texture sensor.
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,6 @@ from studies.texture_world.roughness import EACH, ranking, roughnesses, sensor_l
 __all__ = ["plot", "run", "tables"]
 
 Row = dict[str, Any]
-FOLDER = "textures"
 JUDGED, REPEATS = 6, 2
 """Judged strokes of each texture, and independent repeats of the whole."""
 KNOWN = ("many", "few")
@@ -44,20 +42,14 @@ COMPARED = (
 )
 
 
-def run(
-    quick: bool = False,
-    seed: int = 0,
-    progress: Progress = lambda _: None,
-    work: Work = HERE,
-    folder: Path | None = None,
-) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Measure all parts.
 
     Raises:
         Unavailable: there are no texture models.
         ValueError: a file is no texture model.
     """
-    models = read_models(data_folder(FOLDER) / FOLDER if folder is None else folder)
+    models = read_models(data_folder("textures"))
     models = models[:: max(1, len(models) // QUICK_TEXTURES)] if quick else models
     repeats = 1 if quick else REPEATS
     (law,) = work([(sensor_law, (models, seed))], part_of(progress, 0.0, 0.15))

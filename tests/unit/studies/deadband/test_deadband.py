@@ -10,18 +10,17 @@ import pytest
 
 from common.link.deadband import REPEATS
 from common.timing.timeouts import REFRESH_S
-from studies.deadband import courses
 from studies.deadband import run as deadband
 from studies.deadband.channel import error_m, kept, sent
 from studies.deadband.courses import Course, recorded, scripted
 from studies.deadband.loss import LIMIT_M, after_loss_rows, lossy_rows
 from studies.deadband.run import plot, run, tables
 from studies.deadband.touch import force_rows
-from studies.teleoperation_stability.recorded import folder
+from tests.places import DATA
 from tests.unit.studies.written import draw_figure, write_tables
 
 HZ = 1000.0
-RECORDINGS = pytest.mark.skipif(not (folder() / "bilateral_1dof").is_dir(), reason="no recorded motions")
+RECORDINGS = pytest.mark.skipif(not (DATA / "bilateral_1dof").is_dir(), reason="no recorded motions")
 
 
 def course(place_m: list[float]) -> Course:
@@ -127,7 +126,7 @@ def test_recorded_motions_are_sent_with_a_seventh_of_the_packets_and_never_furth
 
 @RECORDINGS
 def test_every_recording_is_read_whole() -> None:
-    assert {hand.name for hand in recorded()} == {path.stem for path in (folder() / "bilateral_1dof").glob("*.csv")}
+    assert {hand.name for hand in recorded()} == {path.stem for path in (DATA / "bilateral_1dof").glob("*.csv")}
     for hand in recorded():
         assert len(hand.place_m) > 4000
 
@@ -162,7 +161,7 @@ def touch_rows(seconds: float, seed: int) -> list[dict[str, Any]]:
 
 @pytest.mark.long
 def test_without_recordings_it_says_so_and_shows_the_rest(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(courses, "folder", lambda: tmp_path)
+    monkeypatch.delenv("TELETACTION_DATA")
     monkeypatch.setattr(deadband, "touch_rows", touch_rows)
     found = run(quick=True, seed=3, progress=lambda _: None)
     assert len(found["skipped"]) == 1

@@ -9,7 +9,7 @@ import pytest
 from remote_site.traces.press_files import Contact, Press
 from studies.palpation import run as study
 from studies.palpation.presses import LAW, LINE, SLOPE, answered, intraclass_correlation, predicted, repeated
-from studies.palpation.recordings import Stream, read_set, read_stream
+from studies.palpation.recordings import Stream, read_stream
 from studies.palpation.shown import DRAWN, LIVE, RECORDED, REGRESSION, STEPPED, neighbour_cv, shown, streamed
 from studies.palpation.shown import LAW as TANGENT
 from studies.running import Unavailable
@@ -81,9 +81,7 @@ def test_a_trend_is_no_variation():
     assert neighbour_cv(500.0 * np.exp(0.04 * random.standard_normal(20_000))) == pytest.approx(0.04, rel=0.05)
 
 
-def test_without_recordings_the_error_names_their_folder(tmp_path: Path):
-    with pytest.raises(Unavailable, match=r"meat_a/presses\.csv; TELETACTION_DATA"):
-        read_set(tmp_path, "meat_a")
+def test_without_a_stream_the_error_names_it(tmp_path: Path):
     with pytest.raises(Unavailable, match="ContPalpTrial5"):
         read_stream(tmp_path, "ContPalpTrial5")
 
@@ -93,7 +91,7 @@ def test_the_bars_of_the_recordings(tmp_path: Path):
     folder = DATA / "palpation"
     if not folder.is_dir():
         pytest.skip(f"no recordings in {folder}; TELETACTION_DATA names their folder")
-    data = study.run(folder=folder)
+    data = study.run(quick=False, seed=0, progress=lambda _: None)
     missed = {row["bar"] for row in data["bars"] if row["reached"] is None and LIVE not in row["bar"]}
     assert missed <= {f"windows, CV: {RECORDED}"}
     write_tables(study.tables(data), tmp_path)

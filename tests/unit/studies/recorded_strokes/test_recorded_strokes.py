@@ -9,15 +9,15 @@ from studies.recorded_strokes.figure import draw_boards, draw_coverage, draw_fab
 from studies.recorded_strokes.periods import counted, made_periods, pooled
 from studies.recorded_strokes.run import FABRIC, Stroke, classic, judged, read_strokes, run, shipped, splits, varied
 from studies.running import Unavailable
-from studies.teleoperation_stability.recorded import folder
 from studies.texture.baselines import band_powers, classifiers
+from tests.places import DATA
 from tests.slow_strokes import folder_of
 
 
 @pytest.mark.long
 def test_fabrics_at_another_pressure_are_named_better_than_by_the_classic_methods():
     try:
-        strokes = read_strokes(folder() / "fabric_strokes", FABRIC)
+        strokes = read_strokes(DATA / "fabric_strokes", FABRIC)
     except Unavailable as absent:
         pytest.skip(f"{absent}; TELETACTION_DATA names their folder")
     settings = splits(strokes, 0)["setting left out"]
@@ -27,14 +27,6 @@ def test_fabrics_at_another_pressure_are_named_better_than_by_the_classic_method
         theirs = [row["right"] for row in judged(strokes, settings, method)[0]]
         assert all(own >= other for own, other in zip(ours, theirs, strict=True)), (classifier, ours, theirs)
         assert sum(ours) > sum(theirs) + 0.05 * len(strokes), (classifier, ours, theirs)
-
-
-def test_without_recordings_it_says_so(tmp_path, monkeypatch):
-    monkeypatch.delenv("TELETACTION_DATA", raising=False)
-    with pytest.raises(Unavailable, match="TELETACTION_DATA"):
-        run()
-    with pytest.raises(Unavailable, match="no recordings"):
-        run(folder=tmp_path)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +48,9 @@ def made(tmp_path_factory):
             rows = np.column_stack([one.trace.time_s, one.trace.signals])
             path = out / "fabric_strokes" / name
             np.savetxt(path, rows, fmt="%.3f", delimiter=",", header=header, comments="")
-    return run(quick=True, folder=out)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TELETACTION_DATA", str(out))
+        return run(quick=True, seed=0, progress=lambda _: None)
 
 
 @pytest.mark.long

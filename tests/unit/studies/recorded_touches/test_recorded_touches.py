@@ -24,8 +24,7 @@ from studies.recorded_touches.run import (
     plot,
     run,
 )
-from studies.running import Unavailable
-from studies.teleoperation_stability.recorded import folder
+from tests.places import DATA
 from tests.unit.studies.written import draw_figure
 
 Array = NDArray[np.float64]
@@ -63,16 +62,6 @@ def test_right_and_wrong_are_counted_by_class() -> None:
     assert (row["metal_wrong"], row["wood_wrong"], row["cooled_wood_wrong"]) == (0, 1, 1)
 
 
-def test_a_folder_without_recordings_is_named_or_how_to_name_one(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    with pytest.raises(Unavailable, match=str(tmp_path)):
-        run(folder=tmp_path)
-    monkeypatch.delenv("TELETACTION_DATA", raising=False)
-    with pytest.raises(Unavailable, match="TELETACTION_DATA"):
-        run()
-
-
 def test_the_figure_shows_every_way_to_sense(tmp_path: Path) -> None:
     cells = [
         {"method": method, "sensors": sensors, "prior": "even", "t_s": t_s, "touches": 9, "share": 0.5}
@@ -84,18 +73,22 @@ def test_the_figure_shows_every_way_to_sense(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(tmp_path: Path) -> None:
+def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A touch of each class from three sets: every answer is given and counted; too few to say how good they are."""
     found = []
     for group in ("01", "02", "03"):
         for name in ("metal", "wood", "cooled_wood"):
-            found += sorted((folder() / "thermal_contact").glob(f"set{group}_{name}_*.csv"))[:1]
+            found += sorted((DATA / "thermal_contact").glob(f"set{group}_{name}_*.csv"))[:1]
     if len(found) < 9:
-        pytest.skip(f"no recordings in {folder()}; TELETACTION_DATA names the folder that holds thermal_contact")
+        pytest.skip(f"no recordings in {DATA}; TELETACTION_DATA names the folder that holds thermal_contact")
+    (tmp_path / "thermal_contact").mkdir()
     for path in found:
-        (tmp_path / path.name).write_bytes(path.read_bytes())
+        (tmp_path / "thermal_contact" / path.name).write_bytes(path.read_bytes())
+    monkeypatch.setenv("TELETACTION_DATA", str(tmp_path))
     shares: list[float] = []
-    data = run(folder=tmp_path, quick=True, progress=shares.append)
+    data = run(quick=True, seed=0, progress=shares.append)
     assert data["sets"] == [1]
     assert shares == [0.0, 1 / 3, 2 / 3, 1.0]
     judged = {path.name for path in found if path.name.startswith("set01")}

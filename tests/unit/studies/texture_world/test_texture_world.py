@@ -5,7 +5,6 @@ import pytest
 from matplotlib.figure import Figure
 
 from studies.running import Unavailable
-from studies.teleoperation_stability.recorded import folder
 from studies.texture_world import rendering_quality
 from studies.texture_world.figure import draw_motion, draw_names, draw_roughness, draw_similarity, draw_spectra
 from studies.texture_world.models import read_models
@@ -13,6 +12,7 @@ from studies.texture_world.recognition import LONGEST_S, METHODS, SHIPPED, named
 from studies.texture_world.rendering_quality import BITS, MISSING, installed, quantised, resounded, similarities, turned
 from studies.texture_world.roughness import ranking, roughnesses, sensor_law
 from studies.texture_world.run import accuracy, by_motion, by_texture, pooled, run
+from tests.places import DATA
 from tests.unit.studies.texture_world.made_models import models_in
 
 RATE_HZ = 1000.0
@@ -21,7 +21,7 @@ RATE_HZ = 1000.0
 def public():
     """Public models; skips the test without them."""
     try:
-        return read_models(folder() / "textures")
+        return read_models(DATA / "textures")
     except Unavailable as absent:
         pytest.skip(f"{absent}; TELETACTION_DATA names the folder that holds textures")
 
@@ -32,15 +32,8 @@ def made(tmp_path_factory):
     models = models_in(tmp_path_factory.mktemp("world") / "textures", 10)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rendering_quality, "PACKAGE", "no_such_package")
-        return run(quick=True, folder=models)
-
-
-def test_without_models_it_says_so(tmp_path, monkeypatch):
-    monkeypatch.delenv("TELETACTION_DATA", raising=False)
-    with pytest.raises(Unavailable, match="TELETACTION_DATA"):
-        run()
-    with pytest.raises(Unavailable, match="no texture models"):
-        run(folder=tmp_path)
+        patch.setenv("TELETACTION_DATA", str(models.parent))
+        return run(quick=True, seed=0, progress=lambda _: None)
 
 
 @pytest.mark.long
