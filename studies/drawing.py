@@ -1,7 +1,8 @@
-"""Draws the figures of the studies: a PNG file, and curves over two columns of rows."""
+"""Draws the figures of the studies: a PNG file, its panels, and curves over two columns of rows."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,20 @@ def figure_file(
         FigureCanvasAgg(figure)
         yield figure
         figure.savefig(path, dpi=dpi)
+
+
+def draw_panels(
+    data: Data,
+    path: Path,
+    size_in: tuple[float, float],
+    panels: Sequence[Sequence[Callable[[Axes, Data], None]]],
+    **how: Any,
+) -> None:
+    """Draw lines of panels, each by a function of its axes and the data, and write a PNG of this size, inches."""
+    with figure_file(path, *size_in) as figure:
+        grid = figure.subplots(len(panels), len(panels[0]), squeeze=False, **how)
+        for axes, draw in zip(grid.flat, chain(*panels), strict=True):
+            draw(axes, data)
 
 
 def where(rows: Rows, **values: Any) -> list[Mapping[str, Any]]:

@@ -1,12 +1,11 @@
 """Figure of the study of deadbands: packets against error, errors after a loss, false gaps, and touch."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from matplotlib.axes import Axes
 
 from common.link.deadband import FORCE_WEBER, HEIGHT_M
-from studies.drawing import Data, curve, figure_file, where
+from studies.drawing import Data, curve, draw_panels, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, absent, plain_ticks
 
 _RECKONINGS = {"hold": (RED, "o"), "linear": (BLUE, "s")}
@@ -18,17 +17,8 @@ _NO_RECORDINGS = "no recordings (TELETACTION_DATA)"
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    draws: tuple[Callable[[Axes, Data], None], ...] = (
-        _draw_recorded,
-        _draw_scripted,
-        _draw_touch,
-        _draw_after_loss,
-        _draw_above,
-        _draw_gaps,
-    )
-    with figure_file(path, 14.0, 8.5) as figure:
-        for axes, draw in zip(figure.subplots(2, 3).flat, draws, strict=True):
-            draw(axes, data)
+    above = (_draw_recorded, _draw_scripted, _draw_touch)
+    draw_panels(data, path, (14.0, 8.5), (above, (_draw_after_loss, _draw_above, _draw_gaps)))
 
 
 def _draw_recorded(axes: Axes, data: Data) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, figure_file, where
+from studies.drawing import Data, draw_panels, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE
 
 _METHODS = {"learned prior": BLUE, "Hertz": ORANGE, "line": GREY}
@@ -15,10 +15,8 @@ _REACHED = {"ambitious": GREEN, "honest": BLUE, None: ORANGE}
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with figure_file(path, 13.0, 5.0) as figure:
-        panels = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.3))
-        for axes, draw in zip(panels, (draw_prediction, draw_shown, draw_bars), strict=True):
-            draw(axes, data)
+    panels = ((draw_prediction, draw_shown, draw_bars),)
+    draw_panels(data, path, (13.0, 5.0), panels, width_ratios=(1.0, 1.0, 1.3))
 
 
 def draw_prediction(axes: Axes, data: Data) -> None:

@@ -1,15 +1,12 @@
 """Figure of the hundred textures: roughness, names and strangers by time, failures by motion, and quality by bits."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.ticker import FixedLocator, NullLocator
 
-from studies.drawing import Data, curve, figure_file, where
-from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, RED
+from studies.drawing import Data, curve, draw_panels, where
+from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, RED, plain_ticks
 
 _SECONDS = (0.15, 0.25, 0.5, 1.0, 2.0, 4.0)
 _METHODS = (BLUE, ORANGE, GREEN)
@@ -19,11 +16,8 @@ _HALF = 0.5
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with figure_file(path, 13.0, 8.4) as figure:
-        panels = figure.subplots(2, 3).flat
-        drawn = (draw_roughness, draw_names, draw_strangers, draw_motion, draw_similarity, draw_spectra)
-        for axes, draw in zip(panels, drawn, strict=True):
-            draw(axes, data)
+    above = (draw_roughness, draw_names, draw_strangers)
+    draw_panels(data, path, (13.0, 8.4), (above, (draw_motion, draw_similarity, draw_spectra)))
 
 
 def draw_roughness(axes: Axes, data: Data) -> None:
@@ -31,8 +25,8 @@ def draw_roughness(axes: Axes, data: Data) -> None:
     own = np.exp([row["own_ln_rms"] for row in data["strokes"]])
     found = 1e3 * np.exp([row["ln_roughness"] for row in data["strokes"]])
     axes.loglog(own, found, ".", color=BLUE, markersize=3)
-    _plain_ticks(axes.xaxis, (0.5, 1.0, 2.0, 5.0, 10.0))
-    _plain_ticks(axes.yaxis, (3.0, 10.0, 30.0, 100.0))
+    plain_ticks(axes.xaxis, (0.5, 1.0, 2.0, 5.0, 10.0))
+    plain_ticks(axes.yaxis, (3.0, 10.0, 30.0, 100.0))
     axes.set(xlabel="the model's own rms (m/s²)", ylabel="roughness (mV)")
     row = data["roughness"]
     title = f"Spearman {row['spearman_five_strokes']:.2f} (5 strokes), {row['spearman_one_stroke']:.2f} (1)"
@@ -52,7 +46,7 @@ def draw_names(axes: Axes, data: Data) -> None:
         curve(axes, mine, "seconds", "top_1", (1.0, 100.0), color=colour, marker="o", ms=4, label=method)
         curve(axes, mine, "seconds", "top_3", (1.0, 100.0), color=colour, linestyle="--")
     axes.set(xscale="log", ylim=(0.0, 118.0), xlabel="stroke (s)", ylabel="right (%)")
-    _plain_ticks(axes.xaxis, _SECONDS)
+    plain_ticks(axes.xaxis, _SECONDS)
     axes.set_title("Five labelled strokes each; dashed: among three", loc="left")
     axes.legend(loc="upper left", fontsize="small")
 
@@ -71,7 +65,7 @@ def draw_strangers(axes: Axes, data: Data) -> None:
             )
     axes.axhline(80.0, color=GREY, linestyle=":")
     axes.set(xscale="log", ylim=(0.0, 100.0), xlabel="stroke (s)", ylabel="strokes (%)")
-    _plain_ticks(axes.xaxis, _SECONDS)
+    plain_ticks(axes.xaxis, _SECONDS)
     axes.set_title("Strangers; dotted: goal", loc="left")
     axes.legend(loc="lower left", fontsize="small")
 
@@ -104,13 +98,6 @@ def draw_spectra(axes: Axes, data: Data) -> None:
     axes.set_title("Difference in bands; lines: no link", loc="left")
 
 
-def _plain_ticks(axis: Axis, values: Sequence[float]) -> None:
-    """Label a logarithmic axis at these values only."""
-    axis.set_major_locator(FixedLocator(values))
-    axis.set_major_formatter(lambda value, _: f"{value:g}")
-    axis.set_minor_locator(NullLocator())
-
-
 def _draw_quality(axes: Axes, data: Data, columns: tuple[tuple[str, str], ...], label: str) -> None:
     for note in data["without"]:
         axes.text(0.5, 0.5, note, ha="center", transform=axes.transAxes, fontsize="small")
@@ -136,6 +123,6 @@ def _draw_quality(axes: Axes, data: Data, columns: tuple[tuple[str, str], ...], 
             colour = GREY if filled == "full" else PALE
             axes.axhline(row[column], color=colour, linestyle=dashes, label=row["way"] if filled == "full" else None)
     axes.set(xscale="log", xlabel="bit rate (kbit/s)", ylabel=label)
-    _plain_ticks(axes.xaxis, (0.1, 1.0, 10.0))
+    plain_ticks(axes.xaxis, (0.1, 1.0, 10.0))
     if rows:
         axes.legend(fontsize="x-small")
