@@ -1,15 +1,15 @@
 """Simulated strokes, played to the identification of one finger."""
 
-from dataclasses import dataclass
+import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.stroke_playback import EvenStroke, StrokeBlock, felt
 from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
+from studies.texture.strokes import Drawn, Grooves, grooves_counted, stroking
 from tests.unit.remote_site.shipped_tables import SURFACES
 
 SIX = tuple(surface.name for surface in SURFACES.surfaces)
@@ -27,11 +27,6 @@ def played(trace: StrokeTrace) -> list[StrokeBlock]:
     return list(felt(even(trace), SURFACES))
 
 
-def stroking(blocks: list[StrokeBlock]) -> list[StrokeBlock]:
-    """Those while the finger strokes."""
-    return [block for block in blocks if block.mode is ExplorationMode.STROKING]
-
-
 def drawn(surface: str, seed: int) -> StrokeTrace:
     """A stroke of random speed and force over a surface, with a duration of which each second is a stroke."""
     chance = np.random.default_rng([seed, 11])
@@ -40,28 +35,11 @@ def drawn(surface: str, seed: int) -> StrokeTrace:
     return simulate_stroke(surface, seed, float(speed_mm_s), float(force_n), length_m=length_m)
 
 
-@dataclass(frozen=True)
-class Counted:
-    """Grooves crossed while stroking, and of them missed; impulses that no groove gave."""
-
-    crossed: int
-    missed: int
-    invented: int
-
-
-def counted(trace: StrokeTrace, blocks: list[StrokeBlock]) -> Counted:
-    """Compare impulses with what was crossed: from 2 mm within the stroke to its end, to half a millimetre."""
+def counted(trace: StrokeTrace, blocks: list[StrokeBlock]) -> Grooves:
+    """Compare impulses with the grooves that were crossed."""
     speed_mm_s = float(np.median(trace.speed_mm_s[trace.speed_mm_s > 5.0]))
-    begin_s = 0.08 + 2.0 / speed_mm_s + next(b.begin_s for b in blocks if b.mode is ExplorationMode.STROKING)
-    near_s = 0.5 / speed_mm_s
-    found = np.array([i.time_s for block in blocks for i in block.texture.impulses])
-    true = np.array(trace.groove_s)
-    meant = [times[(times > begin_s) & (times < trace.stroke_s[1] - 0.01)] for times in (true, found)]
-    return Counted(len(meant[0]), _without(meant[0], found, near_s), _without(meant[1], true, near_s))
-
-
-def _without(some: NDArray[np.float64], others: NDArray[np.float64], near_s: float) -> int:
-    return sum(1 for time_s in some if not len(others) or np.abs(others - time_s).min() > near_s)
+    found_s = [impulse.time_s for block in blocks for impulse in block.texture.impulses]
+    return grooves_counted(Drawn("", None, speed_mm_s, math.nan, trace), stroking(blocks)[0].begin_s, found_s)
 
 
 def modes_of(trace: StrokeTrace) -> list[ExplorationMode]:

@@ -11,7 +11,8 @@ from remote_site.texture.recorded.stroke_playback import Array
 from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
 from remote_site.texture.tip_path import RATE_HZ
 from sim_sensors.traces.simulated_stroke import simulate_stroke
-from tests.unit.remote_site.simulated_strokes import SIX, drawn, played, stroking
+from studies.texture.strokes import stroking
+from tests.unit.remote_site.simulated_strokes import SIX, drawn, played
 
 
 def noise(noise_v: float) -> Callable[[Array], Array]:

@@ -10,8 +10,9 @@ from remote_site.texture.recorded.stroke_playback import Array, felt
 from remote_site.texture.texture_identification import TextureIdentification, TextureReading
 from remote_site.texture.tip_path import RATE_HZ
 from sim_sensors.traces.simulated_stroke import simulate_stroke
+from studies.texture.strokes import stroking
 from tests.unit.remote_site.shipped_tables import SURFACES
-from tests.unit.remote_site.simulated_strokes import SIX, counted, drawn, even, held_values, modes_of, played, stroking
+from tests.unit.remote_site.simulated_strokes import SIX, counted, drawn, even, held_values, modes_of, played
 
 
 @pytest.mark.parametrize("surface", SIX)
