@@ -39,9 +39,9 @@ def answers(difference: float, lapse: float = LAPSE) -> Answers:
     return Answers(*((1.0 - lapse) * share + lapse / 3.0 for share in (colder, 1.0 - colder - warmer, warmer)))
 
 
-def answers_about(first_k: Sequence[float], second_k: Sequence[float], lapse: float = LAPSE) -> Answers:
+def answers_about(first_k: Sequence[float], second_k: Sequence[float]) -> Answers:
     """Return the mean shares over all pairs of touches of two objects, given by their felt temperature changes, K."""
-    cases = [answers(cue(first) - cue(second), lapse) for first, second in product(first_k, second_k)]
+    cases = [answers(cue(first) - cue(second)) for first, second in product(first_k, second_k)]
     return Answers(*(sum(shares) / len(cases) for shares in zip(*cases, strict=True)))
 
 

@@ -16,8 +16,7 @@ N/m."""
 class BlendedContact:
     """Contact of one finger; `step` returns the force to display, N, 0..10."""
 
-    def __init__(self, stiffest_n_m: float = STIFFEST_N_M):
-        self._stiffest_n_m = stiffest_n_m
+    def __init__(self) -> None:
         self._t_s = math.nan
         self._surface_m = self._stiffness_n_m = self._damping_n_s_m = 0.0
         self._blend_n = 0.0
@@ -38,7 +37,7 @@ class BlendedContact:
             dt_s = 0.0
         before = self._force(z_m, approach_m_s)
         self._surface_m, self._damping_n_s_m = surface_m, damping_n_s_m
-        self._stiffness_n_m = min(max(0.0, stiffness_n_m), self._stiffest_n_m)
+        self._stiffness_n_m = min(max(0.0, stiffness_n_m), STIFFEST_N_M)
         self._blend_n += before - self._force(z_m, approach_m_s)
         if self._blend_n > 0.0:  # the old model pushed harder: ramp down fast
             self._blend_n = max(0.0, self._blend_n - FORCE_RAMP_DOWN_N_S * dt_s)

@@ -129,14 +129,13 @@ def _rest(loops: list[Loop], walls_n_m: Floats, seed: int) -> NDArray[np.bool_]:
     return np.asarray(amplitude_m == 0.0).reshape(walls_n_m.shape)
 
 
-def simulated_wall_n_m(period_s: float, hand: Hand = FREE) -> float | None:
+def simulated_wall_n_m(period_s: float) -> float | None:
     """Return the largest virtual wall on the device itself that comes to rest in simulation, as `largest` does."""
-    return largest(lambda wall_n_m: _wall_rests(wall_n_m, period_s, hand))
+    return largest(lambda wall_n_m: _wall_rests(wall_n_m, period_s))
 
 
-def _wall_rests(wall_n_m: float, period_s: float, hand: Hand) -> bool:
+def _wall_rests(wall_n_m: float, period_s: float) -> bool:
     """Return whether a device released inside a wall comes to rest, always in contact, with force held per period."""
-    kg, ns_m = hand.kg + DEVICE_KG, hand.ns_m + DEVICE_NS_M
     x, v, step_s = 1e-3, 0.0, 1e-5 * max(1.0, period_s / 1e-3)
     seconds, seen = 3.0, [0.0, 0.0]
     steps = round(period_s / step_s)
@@ -144,7 +143,7 @@ def _wall_rests(wall_n_m: float, period_s: float, hand: Hand) -> bool:
     for tick in range(ticks):
         force_n = wall_n_m * x
         for _ in range(steps):
-            v = (v - step_s / kg * (force_n + hand.n_m * x)) / (1.0 + step_s * ns_m / kg)
+            v = (v - step_s / DEVICE_KG * force_n) / (1.0 + step_s * DEVICE_NS_M / DEVICE_KG)
             x += step_s * v
         if tick >= ticks // 3:
             part = tick >= 2 * ticks // 3

@@ -9,7 +9,6 @@ from operator_site.force.passive_contact import PassiveContact
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.contact_prediction import ContactPrediction
 from remote_site.stiffness.surface_estimate import SurfaceEstimate
-from studies.teleoperation_stability.blended_contact import BlendedContact
 from studies.teleoperation_stability.cases import DEVICE_NS_M, Floats
 
 WALL_Z_M = 0.003
@@ -29,11 +28,6 @@ class Contact(Protocol):
         approach_m_s: float = 0.0,
     ) -> float:
         """Return the force, N."""
-
-
-def blended() -> Contact:
-    """Return a contact that blends its models."""
-    return BlendedContact()
 
 
 def passive(period_s: float) -> Callable[[], Contact]:

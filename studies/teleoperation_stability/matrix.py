@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from studies.pieces import Piece
+from studies.teleoperation_stability.blended_contact import BlendedContact
 from studies.teleoperation_stability.cases import HANDS, Floats, cases
 from studies.teleoperation_stability.direct import DirectForce
-from studies.teleoperation_stability.local_model import LocalModel, blended, passive
+from studies.teleoperation_stability.local_model import LocalModel, passive
 from studies.teleoperation_stability.measures import SECONDS, START_M, PressTwice, measure
 from studies.teleoperation_stability.network import way
 from studies.teleoperation_stability.passivity import PassivityControl
@@ -23,7 +24,7 @@ ARCHITECTURES: dict[str, Callable[[Floats, float], Architecture]] = {
     DIRECT: lambda start_m, _: DirectForce(start_m),
     WAVES: WaveVariables,
     PASSIVITY: PassivityControl,
-    BLENDED: lambda start_m, period_s: LocalModel(start_m, period_s, blended),
+    BLENDED: lambda start_m, period_s: LocalModel(start_m, period_s, BlendedContact),
     LOCAL: lambda start_m, period_s: LocalModel(start_m, period_s, passive(period_s)),
 }
 

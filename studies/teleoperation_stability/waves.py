@@ -24,9 +24,9 @@ class WaveVariables:
 
     packet_rows = 2
 
-    def __init__(self, start_m: Floats, period_s: float, wave_ns_m: float = WAVE_NS_M) -> None:
-        self._period_s, self._b = period_s, wave_ns_m
-        self._root = math.sqrt(2.0 * wave_ns_m)
+    def __init__(self, start_m: Floats, period_s: float) -> None:
+        self._period_s = period_s
+        self._root = math.sqrt(2.0 * WAVE_NS_M)
         self._operator_m = self._remote_m = start_m
         self._sent, self._received, self._pace = np.zeros((3, len(start_m)))
 
@@ -36,7 +36,7 @@ class WaveVariables:
         self._operator_m = depth_m
         u = self._root * speed - packet[0]
         self._sent = self._sent + self._period_s * u
-        return self._b * speed - self._root * packet[0], np.stack((u, self._sent))
+        return WAVE_NS_M * speed - self._root * packet[0], np.stack((u, self._sent))
 
     def remote(
         self, depth_m: Floats, force_n: Floats, servo_n: Floats, packet: Floats
@@ -47,8 +47,8 @@ class WaveVariables:
         self._received = self._received + self._period_s * u
         # The servo's damper acts on the new speed at once. Solving for this speed matches the wave and avoids ringing.
         spring_n = servo_n - SERVO_NS_M * self._pace
-        self._pace = (self._root * u - spring_n) / (self._b + SERVO_NS_M)
+        self._pace = (self._root * u - spring_n) / (WAVE_NS_M + SERVO_NS_M)
         setpoint = self._remote_m
         self._remote_m = setpoint + self._period_s * self._pace
-        w = (self._b * self._pace - (spring_n + SERVO_NS_M * self._pace)) / self._root
+        w = (WAVE_NS_M * self._pace - (spring_n + SERVO_NS_M * self._pace)) / self._root
         return setpoint, self._pace, np.stack((w, self._received))

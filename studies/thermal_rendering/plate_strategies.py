@@ -9,6 +9,8 @@ from functools import cache
 from typing import Any
 
 from operator_site.thermal.contact_prediction import LEAD_S
+from studies.observer.thermal_comparison import OBJECTS as COMPARED_OBJECTS
+from studies.observer.thermal_comparison import PAIRS, USUAL_S
 from studies.observer.thermal_observer import answers, cue
 from studies.thermal_rendering.felt_error import felt_error
 from studies.touches.ideal_plate import ideal_plate_touch
@@ -26,14 +28,6 @@ RATES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 OBJECTS = ("copper", "iron", "ceramic_tile", "skin_dermis", "pvc", "pine", "pu_foam")
 TEMPERATURES_C = (25.0, 37.0)
 SECONDS = 10.0
-PAIRS = {
-    "a-w": ("aluminium", "pine"),
-    "a-p": ("aluminium", "pvc"),
-    "c-w": ("ceramic_tile", "pine"),
-    "p-w": ("pvc", "pine"),
-    "a-c": ("aluminium", "ceramic_tile"),
-}
-DWELL_S = 3.0
 
 
 @cache
@@ -73,11 +67,12 @@ def rate_rows() -> Iterator[dict[str, Any]]:
 
 def colder_rows() -> Iterator[dict[str, Any]]:
     """Share of answers that the first of two objects is colder, on the objects themselves and by each strategy."""
-    at, object_c = round(DWELL_S / STEP_S), TEMPERATURES_C[0]
-    for pair, names in PAIRS.items():
+    at, object_c = round(USUAL_S / STEP_S), TEMPERATURES_C[0]
+    for pair in PAIRS:
+        names = [COMPARED_OBJECTS[letter] for letter in pair.split("-")]
         sides = {"real": [on_object(name, object_c)[at] for name in names]}
         for strategy, how in STRATEGIES.items():
-            sides[strategy] = [ideal_plate_touch(name, object_c, DWELL_S, **how)[at] for name in names]
+            sides[strategy] = [ideal_plate_touch(name, object_c, USUAL_S, **how)[at] for name in names]
         for side, (first, second) in sides.items():
             shares = answers(cue(float(first)) - cue(float(second)))
             yield {"pair": pair, "shown": side, "colder_percent": 100.0 * shares.colder}

@@ -20,34 +20,26 @@ OBJECT_CELLS = 120
 BLOOD = 1060.0 * 3770.0
 STEPS_S = ((0.0005, 400), (0.002, 900), (0.01, 800))
 """Lengths of steps, s, and the number of steps of each; 10 s in all."""
+DEEP_C = 34.0
+LOW_C, HIGH_C = 10.0, 50.0
+"""Temperatures of the two simulated objects, C; others are interpolated."""
 
 
 @dataclass(frozen=True)
 class FeltCourse:
-    """Felt temperature over time, C, for an object at `low_c` and at `high_c`; others are interpolated."""
+    """Felt temperature over time, C, for an object at LOW_C and at HIGH_C."""
 
     time_s: np.ndarray
-    low_c: float
-    high_c: float
     low: np.ndarray
     high: np.ndarray
 
     def at(self, object_c: float) -> np.ndarray:
         """Felt temperature for an object at `object_c`, C."""
-        share = (object_c - self.low_c) / (self.high_c - self.low_c)
+        share = (object_c - LOW_C) / (HIGH_C - LOW_C)
         return np.asarray(self.low + share * (self.high - self.low))
 
 
-def felt_course(
-    conductivity: float,
-    heat_j_m3k: float,
-    contact: float,
-    *,
-    deep_c: float = 34.0,
-    air_c: float = 25.0,
-    low_c: float = 10.0,
-    high_c: float = 50.0,
-) -> FeltCourse:
+def felt_course(conductivity: float, heat_j_m3k: float, contact: float, air_c: float = 25.0) -> FeltCourse:
     """Course of a finger at rest in air, then in contact for 10 s."""
     size, k, heat, perfused = _tissue()
     half = size / (2.0 * k)
@@ -59,9 +51,9 @@ def felt_course(
     matrix = _tridiagonal(links, blood)
     matrix[1, 0] += to_air
     matrix[1, -1] += to_deep
-    known = blood * (deep_c + 1.0)
+    known = blood * (DEEP_C + 1.0)
     known[0] += to_air * air_c
-    known[-1] += to_deep * deep_c
+    known[-1] += to_deep * DEEP_C
     rest = solve_banded((1, 1), matrix, known)
     # in contact: object from far to near, then tissue
     depth = 12.0 * np.sqrt(conductivity / heat_j_m3k * 10.0)
@@ -75,10 +67,10 @@ def felt_course(
     loss = np.concatenate((np.zeros(OBJECT_CELLS), blood))
     balance = _tridiagonal(all_links, loss)
     balance[1, -1] += to_deep
-    source = loss * (deep_c + 1.0)
-    source[-1] += to_deep * deep_c
+    source = loss * (DEEP_C + 1.0)
+    source[-1] += to_deep * DEEP_C
     felt_cells = slice(OBJECT_CELLS, OBJECT_CELLS + COUNTS[0])
-    state = np.stack([np.concatenate((np.full(OBJECT_CELLS, object_c), rest)) for object_c in (low_c, high_c)], axis=1)
+    state = np.stack([np.concatenate((np.full(OBJECT_CELLS, object_c), rest)) for object_c in (LOW_C, HIGH_C)], axis=1)
     time_s, felt, t_s = [0.0], [state[felt_cells].mean(axis=0)], 0.0
     for step_s, count in STEPS_S:
         explicit = -0.5 * step_s * balance
@@ -97,7 +89,7 @@ def felt_course(
             time_s.append(t_s)
             felt.append(state[felt_cells].mean(axis=0))
     courses = np.array(felt)
-    return FeltCourse(np.array(time_s), low_c, high_c, courses[:, 0], courses[:, 1])
+    return FeltCourse(np.array(time_s), courses[:, 0], courses[:, 1])
 
 
 def _tissue() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

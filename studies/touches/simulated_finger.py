@@ -58,9 +58,9 @@ class SimulatedFinger:
         """Return the mean temperature of the epidermis, C, where warmth and cold are sensed."""
         return float(self.share_of_epidermis @ skin_c)
 
-    def in_air_c(self, room_c: float = ROOM_C) -> Array:
-        """Return the steady temperatures of the cells in air, C."""
-        return self.at_rest_c(1.0 / AIR_W_M2K, room_c)
+    def in_air_c(self) -> Array:
+        """Return the steady temperatures of the cells in the air of the room, C."""
+        return self.at_rest_c(1.0 / AIR_W_M2K, ROOM_C)
 
     def at_rest_c(self, resistance_m2k_w: float, outside_c: float) -> Array:
         """Return the steady temperatures of the cells, C, with an outside temperature behind a thermal resistance."""

@@ -11,26 +11,18 @@ from studies.teleoperation_stability.blended_contact import STIFFEST_N_M, Blende
 DT = 0.002
 
 
-def settled(z_m: float, surface_m: float = 0.0, stiffness: float = 300.0, stiffest: float = STIFFEST_N_M) -> float:
-    contact = BlendedContact(stiffest)
+def settled(z_m: float, surface_m: float = 0.0, stiffness: float = 300.0) -> float:
+    contact = BlendedContact()
     return [contact.step(i * DT, z_m, surface_m, stiffness) for i in range(600)][-1]
 
 
 def test_law_is_unilateral_capped_and_local():
     assert settled(0.001) == 0.0
     assert settled(-0.002) == pytest.approx(0.6)
-    assert settled(-0.002, stiffness=5000.0) == pytest.approx(0.8)
-    assert settled(-0.002, stiffness=5000.0, stiffest=1000.0) == pytest.approx(2.0)
+    assert settled(-0.002, stiffness=5000.0) == pytest.approx(0.002 * STIFFEST_N_M)
     assert settled(-0.002, stiffness=0.0) == 0.0
     assert settled(-0.001, surface_m=0.001) == pytest.approx(0.6)
     assert settled(-0.2) == FINGER_FORCE_N
-
-
-def test_no_rate_limit_inside_the_law():
-    contact = BlendedContact()
-    for i in range(300):
-        contact.step(i * DT, 0.001, 0.0, 400.0)
-    assert contact.step(300 * DT, -0.002, 0.0, 400.0) >= 0.8
 
 
 def test_damping_resists_approach_and_never_pulls():
@@ -54,12 +46,6 @@ def test_model_updates_do_not_jump(models, z_m):
             assert force - before <= FORCE_RAMP_UP_N_S * DT + 1e-9
             assert before - force <= FORCE_RAMP_DOWN_N_S * DT + 1e-9
             before = force
-
-
-def test_clock_that_stands_or_jumps_is_harmless():
-    contact = BlendedContact()
-    for t_s in (0.0, 0.0, 5.0, 4.0, 4.002):
-        assert 0.0 <= contact.step(t_s, -0.001, 0.0, 400.0) <= FINGER_FORCE_N
 
 
 def test_stable_on_a_finger_with_the_loops_own_delay():
