@@ -100,7 +100,6 @@ def punch_compliance(
     *,
     fineness: float = 1.0,
     harmonics: int = HARMONICS,
-    poisson: float = POISSON,
 ) -> Floats:
     """Return the compliances of punches, displacement per force with E = 1, for each stiffness ratio.
 
@@ -112,7 +111,6 @@ def punch_compliance(
         punches: radius and distance from the axis of each punch, diameters.
         fineness: factor on the density of the mesh.
         harmonics: terms of the Fourier series.
-        poisson: Poisson's ratio.
 
     Returns:
         (ratios, punches)
@@ -128,7 +126,7 @@ def punch_compliance(
         loads = np.stack([_load(places[surface, 0], a, x, n) for a, x in punches], axis=1)
         right = np.zeros((3 * len(places), len(punches)))
         right[3 * surface + 2] = loads
-        soft, hard = _stiffness(elements, places, body, n, poisson)
+        soft, hard = _stiffness(elements, places, body, n)
         fixed = np.repeat(fixed_base, 3)
         fixed[0::3] |= axis & (n != 1)
         fixed[1::3] |= (axis & (n != 1)) | (n == 0)
@@ -141,11 +139,9 @@ def punch_compliance(
     return found
 
 
-def _stiffness(
-    elements: NDArray[np.int64], places: Floats, body: Body, n: int, poisson: float
-) -> tuple[csr_array, csr_array]:
+def _stiffness(elements: NDArray[np.int64], places: Floats, body: Body, n: int) -> tuple[csr_array, csr_array]:
     """Return the stiffness of all parts outside the sphere, and of those inside it, both with E = 1."""
-    elastic = _elastic(poisson)
+    elastic = _elastic()
     corner = places[elements]
     around = 2.0 * math.pi if n == 0 else math.pi
     parts = np.zeros((2, len(elements), 24, 24))
@@ -192,10 +188,10 @@ def _strain(shape: Floats, by_r: Floats, by_z: Floats, r: Floats, n: int) -> Flo
     return strain.reshape(len(r), 6, 24)
 
 
-def _elastic(poisson: float) -> Floats:
+def _elastic() -> Floats:
     """Return the elastic matrix of an isotropic body with E = 1, (6, 6)."""
-    lame = poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-    shear = 0.5 / (1.0 + poisson)
+    lame = POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
+    shear = 0.5 / (1.0 + POISSON)
     elastic = np.diag([2.0 * shear] * 3 + [shear] * 3)
     elastic[:3, :3] += lame
     return elastic

@@ -40,12 +40,12 @@ def find_modules(ports: Path = PORTS) -> Iterator[Found]:
         yield Found(str(port), True, in_words(opened.identity), opened.identity)
 
 
-def find_nodes(network: Path = NETWORK) -> Iterator[Found]:
+def find_nodes() -> Iterator[Found]:
     """Listen on each CAN interface of the host, and yield the node that sends there."""
-    for name in can_interfaces(network):
+    for name in can_interfaces():
         address = CanAddress(interface="socketcan", channel=name)
         try:
-            require_interface(address, network)
+            require_interface(address)
             end = BusEnd(address)
             try:
                 yield Found(str(address), True, name_of(end))

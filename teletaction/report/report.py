@@ -138,17 +138,10 @@ def write_report(
         out.write_text(_page(session, summary, examination), "utf-8")
 
 
-def write_figure(data: SessionData, out_png: Path, finger: str = "index") -> None:
-    """Write the figure of one finger over the session, 1600 x 1000 pixels.
-
-    Raises:
-        ValueError: the finger does not exist.
-        OSError: `out_png` cannot be written.
-    """
-    if finger not in FINGERS:
-        raise ValueError(f"finger {finger!r}: choose one of {', '.join(FINGERS)}")
+def write_figure(data: SessionData, out_png: Path) -> None:
+    """Write the figure of the index finger over the session, 1600 x 1000 pixels; raises OSError."""
     with mpl.rc_context(STYLE):
-        out_png.write_bytes(png(session_figure(SessionCurves.of(data), FINGERS.index(finger)), 100))
+        out_png.write_bytes(png(session_figure(SessionCurves.of(data), FINGERS.index("index")), 100))
 
 
 def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Examination | None) -> str:

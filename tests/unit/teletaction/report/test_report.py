@@ -210,8 +210,6 @@ def test_picture_is_1600_by_1000_and_leaves_no_settings_behind(tmp_path: Path) -
     header = (tmp_path / "session.png").read_bytes()[16:24]
     assert (int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")) == (1600, 1000)
     assert dict(mpl.rcParams) == before
-    with pytest.raises(ValueError, match="toe"):
-        write_figure(session(), tmp_path / "session.png", finger="toe")
 
 
 def test_the_clock_starts_when_the_sites_engage_and_a_touch_that_never_ends_lasts_until_the_end() -> None:
