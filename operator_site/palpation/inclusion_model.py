@@ -1,18 +1,20 @@
-"""Computes how much a stiff inclusion in a soft layer lifts the stiffness under a probe, by its share of the energy.
+"""Computes how much a stiff inclusion lifts the stiffness under a probe, by its share of the elastic energy.
 
-A probe on an incompressible half space stores elastic energy below it with the density
+A flat punch of radius a on an incompressible half space deforms it by the strain -z grad grad phi, with the potential
 
-    w(x) = 8 b / pi^2 * z^2 / (|x|^2 + b^2)^3,
+    phi(rho, z) = 2 / pi * Im asinh((z + i a) / rho)
 
-at the depth z and the distance |x| from the middle of the contact. This is the field of a point force (Boussinesq:
-radial stress alone, energy as z^2 / |x|^6), rounded at the length b. The integral of w over the half space is 1. A
-sphere that presses with a contact of radius a has b = 5 a / 8, because Hertz's energy then gives the same far field.
+at the distance rho from its axis and the depth z (Sneddon 1946). The density of the elastic energy is
 
-An inclusion that holds the share s of this energy, and is r times as stiff, gives the stiffness ratio
+    w(rho, z) = z^2 |grad grad phi|^2 / (4 a),
+
+with an integral of 1 over the half space. An inclusion that holds the share s of this energy, and is r times as stiff,
+gives the stiffness ratio
 
     k / k0 = 1 / (1 - s (r - 1) / (1 + (2/5 + 3/5 s) (r - 1))).
 
-For a small share it is Eshelby's sphere in an incompressible matrix; for a share of 1 it is r.
+For a small share it is a Born approximation with Eshelby's sphere in an incompressible matrix; for all of it, it is r.
+A sphere of radius R touches at the depth d with the radius sqrt(R d), and its further way is that of a flat punch.
 """
 
 import math
@@ -23,11 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 ESHELBY = 0.4
 """Shear constant of Eshelby's tensor for a sphere in an incompressible matrix."""
-HERTZ = 0.625
-"""Length of the rounding as a share of the contact's radius."""
 LEAST_CONTACT_M = 0.5e-3
 """Smallest radius of a contact, m."""
-_SLICES, _RINGS, _ANGLES = 6, 3, 8
+_SLICES, _RINGS, _ANGLES = 6, 3, 12
 
 
 def contact_radius_m(probe_radius_m: float, indentation_m: float) -> float:
@@ -35,13 +35,26 @@ def contact_radius_m(probe_radius_m: float, indentation_m: float) -> float:
     return min(max(math.sqrt(probe_radius_m * max(indentation_m, 0.0)), LEAST_CONTACT_M), probe_radius_m)
 
 
-def energy_above(layer_m: float, contact_m: float) -> float:
-    """Return the share of a half space's energy that lies above a depth, 0..1."""
-    b = HERTZ * contact_m
-    return 2.0 / math.pi * (math.atan(layer_m / b) - b * layer_m / (b * b + layer_m * layer_m))
+def energy_density(away_m: ArrayLike, depth_m: ArrayLike, contact_m: float) -> Floats:
+    """Return the share of a flat punch's energy per volume, 1/m3; the arrays are broadcast.
+
+    Args:
+        away_m: distances from the axis of the punch, m.
+        depth_m: depths below the surface, m, above 0.
+        contact_m: radius of the punch, m.
+    """
+    rho = np.maximum(np.asarray(away_m, dtype=np.float64), 1e-4 * contact_m)
+    z = np.asarray(depth_m, dtype=np.float64)
+    zeta = z + 1j * contact_m
+    root = np.sqrt(rho**2 + zeta**2)
+    along = np.imag(-zeta / root**3)
+    across = np.imag(-rho / root**3)
+    around = np.imag(-zeta / root) / rho**2
+    square = (along + around) ** 2 + around**2 + along**2 + 2.0 * across**2
+    return np.asarray((2.0 / math.pi * z) ** 2 * square / (4.0 * contact_m))
 
 
-def energy_share(offset_m: ArrayLike, top_m: float, radius_m: float, contact_m: float, layer_m: float) -> Floats:
+def energy_share(offset_m: ArrayLike, top_m: float, radius_m: float, contact_m: float) -> Floats:
     """Return the share of the elastic energy inside a sphere, 0..1.
 
     Args:
@@ -49,17 +62,12 @@ def energy_share(offset_m: ArrayLike, top_m: float, radius_m: float, contact_m: 
         top_m: depth of the sphere's upper pole, m.
         radius_m: radius of the sphere, m.
         contact_m: radius of the contact, m.
-        layer_m: thickness of the soft layer on a rigid ground, m; the part of a sphere below it does not count.
     """
     points, weights = _ball()
     x, y, z = (radius_m * points).T
-    z = z + top_m + radius_m
+    away_m = np.hypot(x + np.asarray(offset_m, dtype=np.float64)[:, None], y)
     volume = 4.0 / 3.0 * math.pi * radius_m**3
-    b = HERTZ * contact_m
-    off = np.asarray(offset_m, dtype=np.float64)[:, None]
-    far = (x + off) ** 2 + y**2 + z**2 + b**2
-    density = 8.0 * b / math.pi**2 * z**2 / far**3 * (z < layer_m)
-    share = volume * (density @ weights) / energy_above(layer_m, contact_m)
+    share = volume * (energy_density(away_m, z + top_m + radius_m, contact_m) @ weights)
     return np.asarray(np.minimum(share, 1.0))
 
 
@@ -77,5 +85,5 @@ def _ball() -> tuple[Floats, Floats]:
     height, square, turn = np.meshgrid(z, 0.5 * (u + 1.0), angle, indexing="ij")
     ring = np.sqrt((1.0 - height**2) * square)
     points = np.column_stack([(ring * np.cos(turn)).ravel(), (ring * np.sin(turn)).ravel(), height.ravel()])
-    weights = (dz[:, None, None] * du[None, :, None] * (1.0 - height**2)).ravel()
+    weights = np.broadcast_to(dz[:, None, None] * du[None, :, None] * (1.0 - height**2), height.shape).ravel()
     return points, np.asarray(weights / weights.sum())

@@ -4,6 +4,9 @@ A place belongs to a lump where its excess over the ground is at least half of t
 disc around the place, and a cord that lies across the disc does not lower its own excess: the ground is the wide
 component of the field. The largest excess itself is a lump with the probability of Bayes' rule. Without a lump, the
 excess has the natural spread of this ground, with the heavy tails of a Student distribution.
+
+That excess shows lumps near the surface. A deeper one lifts the stiffness less than the ground varies, over a wider
+area. So where the largest excess is hardly a lump, the probability is that of a search for nodules, if there is one.
 """
 
 import math
@@ -13,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr
 
+from operator_site.palpation.nodule_search import REACH_M, NoduleSearch, PressNumbers, one_stiffness
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 
 Floats = NDArray[np.float64]
@@ -20,6 +24,8 @@ LUMP_SHARE = 0.08
 """Prior probability that the largest excess nearby is a lump."""
 LUMP_LN = 0.5
 """Mean excess of a lump's middle in the prior, an exponential distribution of the natural logarithm of the ratio."""
+RESOLVED = 0.5
+"""Smallest probability of the largest excess from which on it outweighs a search for nodules."""
 UNKNOWN = 0.05
 """Probability of a place of which nothing is known."""
 TAIL = 10.0
@@ -47,35 +53,46 @@ class LumpMap:
 
     Attributes:
         spread: natural spread of the ground's excess, natural logarithm of the ratio.
+        nodules: nodules of the search, in any order; empty without one.
     """
 
-    def __init__(self, field: StiffnessField) -> None:
+    def __init__(self, field: StiffnessField, search: NoduleSearch | None = None) -> None:
         """Search the field for its largest excesses.
+
+        Args:
+            field: the field.
+            search: a search for nodules in the same presses; None: only lumps near the surface are found.
 
         Raises:
             ValueError: the field has fewer than FEWEST_PLACES places.
         """
         if len(field.places_m) < FEWEST_PLACES:
             raise ValueError(f"lump probabilities need {FEWEST_PLACES} places; there are {len(field.places_m)}")
-        self._field = field
-        self._searched_m = _searched(field)
-        mean, self._sd = field.excess(self._searched_m)
+        self._field, self._search = field, search
+        self.nodules = () if search is None else tuple(search.nodules)
+        searched_m = _searched(field)
+        mean, sd = field.excess(searched_m)
         low, self._middle = (float(value) for value in np.quantile(mean, (0.16, 0.5)))
         self.spread = max(self._middle - low, LEAST_SPREAD)
-        self._excess = mean - self._middle
-        self._lump = self._existence(self._excess, self._sd)
+        order = np.argsort(-mean)
+        self._searched_m, self._excess = searched_m[order], mean[order] - self._middle
+        self._lump = self._existence(self._excess, sd[order])
 
     def probability(self, places_m: ArrayLike) -> Floats:
         """Return the probability that each place, (n, 2), m, belongs to a lump, (n,), 0..1."""
         places = np.asarray(places_m, dtype=np.float64)
         mean, sd = self._field.excess(places)
         near = cdist(places, self._searched_m) <= NEARBY_M
-        highest = np.where(near, self._excess, -np.inf).argmax(axis=1)
+        highest = near.argmax(axis=1)  # the first place nearby has the largest excess
         peak = self._excess[highest]
         inside = ndtr((mean - self._middle - PEAK_SHARE * peak) / sd)
-        found = np.where(near.any(axis=1) & (peak > 0.0), self._lump[highest] * inside, 0.0)
-        unknown = (sd / self._field.field_sd) ** 4
-        return np.asarray(np.maximum(found, unknown * UNKNOWN))
+        lump = np.where(near.any(axis=1) & (peak > 0.0), self._lump[highest], 0.0)
+        unknown = (sd / self._field.field_sd) ** 4 * UNKNOWN
+        if self._search is None:
+            return np.asarray(np.maximum(lump * inside, unknown))
+        lump = np.where(lump >= RESOLVED, lump, 0.0)
+        found = lump * inside + (1.0 - lump) * self._search.probability(places)
+        return np.asarray(np.where(self._field.nearest_m(places) <= REACH_M, found, np.maximum(found, unknown)))
 
     def _existence(self, excess: Floats, sd: Floats) -> Floats:
         """Return the probability that an excess is a lump's; its prior in the field is divided out."""
@@ -92,6 +109,29 @@ class LumpMap:
         ground = norm / scale * (1.0 + np.maximum(seen, 0.0) ** 2 / (TAIL * scale**2)) ** (-0.5 * (TAIL + 1.0))
         found: Floats = lump / (lump + (1.0 - LUMP_SHARE) * ground)
         return found
+
+
+def lumps_of_presses(presses: PressNumbers) -> LumpMap:
+    """Return the lump probabilities of presses, with a search for nodules.
+
+    The field is that of the number with the least noise, without disturbances.
+
+    Raises:
+        ValueError: there are fewer than FEWEST_PLACES places.
+    """
+    search = NoduleSearch(presses)
+    best = int(np.median(presses.variance, axis=1).argmin())
+    return LumpMap(StiffnessField(presses.places_m, search.steady[best], presses.variance[best]), search)
+
+
+def lumps_of_field(field: StiffnessField) -> LumpMap:
+    """Return the lump probabilities of a field, with a search for nodules.
+
+    Raises:
+        ValueError: the field has fewer than FEWEST_PLACES places.
+    """
+    variance = field.variance + field.press_sd**2
+    return LumpMap(field, NoduleSearch(one_stiffness(field.places_m, field.value, variance)))
 
 
 def _searched(field: StiffnessField) -> Floats:

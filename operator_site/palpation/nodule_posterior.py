@@ -107,9 +107,7 @@ class Presses:
     indentation_m: Floats
 
 
-def nodule(
-    presses: Presses, middle_m: ArrayLike, spread: float, probe_radius_m: float, layer_m: float = 0.03
-) -> Nodule | None:
+def nodule(presses: Presses, middle_m: ArrayLike, spread: float, probe_radius_m: float) -> Nodule | None:
     """Return the posterior of a nodule around a place; None with fewer than four presses near.
 
     Args:
@@ -117,7 +115,6 @@ def nodule(
         middle_m: middle of the square in which a nodule is searched, (2,), m.
         spread: natural spread of the ground, natural logarithm, such as `LumpMap.spread`.
         probe_radius_m: radius of the probe or fingertip, m.
-        layer_m: thickness of the soft layer, m.
     """
     middle = np.asarray(middle_m, dtype=np.float64)
     away = np.hypot(*(presses.places_m - middle).T)
@@ -127,7 +124,7 @@ def nodule(
         return None
     axis = np.arange(-AROUND_M, AROUND_M + 0.5 * STEP_M, STEP_M)
     positions = middle + np.array(list(product(axis, axis)))
-    lifts = _lifts(presses.indentation_m[near], cdist(positions, presses.places_m[near]), probe_radius_m, layer_m)
+    lifts = _lifts(presses.indentation_m[near], cdist(positions, presses.places_m[near]), probe_radius_m)
     ln_odds = _ln_likelihood_ratio(presses, near, spread, lifts.reshape(-1, len(near))).reshape(lifts.shape[:-1])
     evidence = float(logsumexp(ln_odds) - math.log(ln_odds.size))
     odds = NODULE / (1.0 - NODULE) * math.exp(min(evidence, 500.0))
@@ -148,12 +145,12 @@ def nodule(
     )
 
 
-def _lifts(indentation_m: Floats, away_m: Floats, probe_radius_m: float, layer_m: float) -> Floats:
+def _lifts(indentation_m: Floats, away_m: Floats, probe_radius_m: float) -> Floats:
     """Return the lift of each hypothesis at each place, (positions, tops, diameters, ratios, places)."""
     lifts = np.zeros((len(away_m), len(TOPS_M), len(DIAMETERS_M), len(RATIOS), away_m.shape[1]))
     contact_um = np.round([1e6 * contact_radius_m(probe_radius_m, one) for one in indentation_m], -2).astype(int)
     for contact in np.unique(contact_um):
-        table = _table(1e-6 * float(contact), layer_m)
+        table = _table(1e-6 * float(contact))
         mine = np.flatnonzero(contact_um == contact)
         at = np.clip(away_m[:, mine] / (_OFFSETS_M[1] - _OFFSETS_M[0]), 0.0, len(_OFFSETS_M) - 1.001)
         low = at.astype(int)
@@ -164,9 +161,9 @@ def _lifts(indentation_m: Floats, away_m: Floats, probe_radius_m: float, layer_m
 
 
 @lru_cache(maxsize=64)
-def _table(contact_m: float, layer_m: float) -> Floats:
+def _table(contact_m: float) -> Floats:
     """Return the lift of each hypothesis at each of the offsets, (tops, diameters, ratios, offsets)."""
-    shares = [[energy_share(_OFFSETS_M, top, 0.5 * size, contact_m, layer_m) for size in DIAMETERS_M] for top in TOPS_M]
+    shares = [[energy_share(_OFFSETS_M, top, 0.5 * size, contact_m) for size in DIAMETERS_M] for top in TOPS_M]
     return ln_lift(np.array(shares)[:, :, None, :], np.array(RATIOS)[:, None])
 
 

@@ -50,6 +50,7 @@ class StiffnessField:
 
     Attributes:
         places_m: merged places, (n, 2), m.
+        value, variance: ln stiffness at these places, N/m, and its variance, (n,).
         field_sd: standard deviation of each component, natural logarithm.
         press_sd: scatter of a press beyond its stated variance, natural logarithm.
     """
@@ -69,16 +70,16 @@ class StiffnessField:
         if not len(every) or not np.isfinite(every).all() or (every[:, 3] <= 0.0).any():
             raise ValueError("a field of stiffness needs places with finite values and variances above 0")
         merged = _merged(every)
-        self.places_m, self._value, self._variance = merged[:, :2], merged[:, 2], merged[:, 3]
-        self._centre = float(np.median(self._value))
+        self.places_m, self.value, self.variance = merged[:, :2], merged[:, 2], merged[:, 3]
+        self._centre = float(np.median(self.value))
         some = np.unique(np.linspace(0, len(merged) - 1, min(len(merged), MOST_FITTED)).round().astype(int))
         self.field_sd, self.press_sd = _fitted(merged[some])
         covariance = self.field_sd**2 * _correlation(cdist(self.places_m, self.places_m)) + CONSTANT_SD**2
-        covariance[np.diag_indices(len(merged))] += self._variance + self.press_sd**2
+        covariance[np.diag_indices(len(merged))] += self.variance + self.press_sd**2
         lower = np.linalg.cholesky(covariance)
         self._inverse: Floats = solve_triangular(lower, np.eye(len(merged)), lower=True)
         """Inverse of the Cholesky factor: many places are estimated by products with it."""
-        self._weights: Floats = self._inverse.T @ (self._inverse @ (self._value - self._centre))
+        self._weights: Floats = self._inverse.T @ (self._inverse @ (self.value - self._centre))
 
     def at(self, places_m: ArrayLike) -> Estimate:
         """Return ln stiffness at some places, (n, 2), m; the deviation is that of the tissue and not of a new press."""

@@ -24,7 +24,7 @@ from scipy.spatial.distance import cdist
 from scipy.stats import rankdata
 
 from operator_site.console.examination.findings import LUMP
-from operator_site.palpation.lump_probability import LumpMap
+from operator_site.palpation.lump_probability import lumps_of_field
 from operator_site.palpation.next_press import best
 from operator_site.palpation.stiffness_field import StiffnessField
 from remote_site.traces.press_files import Press, read_presses
@@ -135,7 +135,7 @@ def _scores(name: str, presses: list[Press], truth: Truth, draws: int) -> Iterat
 def scored(presses: Mapped, truth: Truth) -> Row:
     """Return the scores of a map of some presses."""
     field = presses.field()
-    value, lump = field.at(truth.places_m).mean, LumpMap(field).probability(truth.places_m)
+    value, lump = field.at(truth.places_m).mean, lumps_of_field(field).probability(truth.places_m)
     return {
         "way": "random",
         "presses": len(presses.value),

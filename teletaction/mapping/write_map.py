@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from operator_site.console.map.lump_areas import LUMP, Cells, cells, lumps_in
+from operator_site.console.map.lump_areas import LUMP, Cells, cells, lumps_in, searched
 from operator_site.console.map.map_tiles import MapPicture, confidence_of, picture
 from operator_site.console.map.tactile_map import TactileMap
 from teletaction.mapping.map_recorded import MappedPresses
@@ -38,7 +38,7 @@ def write_map(mapped: MappedPresses, out: Path, probe_radius_m: float) -> dict[s
     """
     out.mkdir(parents=True, exist_ok=True)
     stiffness = mapped.surface.stiffness
-    shown = None if stiffness.field is None else cells(stiffness.field, stiffness.lumps)
+    shown = None if stiffness.field is None else cells(stiffness.field, searched(stiffness.field))
     with (out / "map.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, Delaunay, QhullError
 
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.stiffness_layer import SHOWN_M
-from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap
+from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap, lumps_of_field
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 
 Floats = NDArray[np.float64]
@@ -48,13 +48,17 @@ def lumps_of(rows: Floats) -> list[dict[str, Any]]:
     if not len(rows):
         return []
     field = StiffnessField(rows[:, :2], rows[:, 2], rows[:, 3])
-    if len(field.places_m) < FEWEST_PLACES:
-        return []
-    return lumps_in(cells(field, LumpMap(field)), field)
+    lumps = searched(field)
+    return [] if lumps is None else lumps_in(cells(field, lumps, stiffness=False), field)
 
 
-def cells(field: StiffnessField, lumps: LumpMap | None) -> Cells:
-    """Return the cells of a field, and of its lump probabilities if there are any."""
+def searched(field: StiffnessField) -> LumpMap | None:
+    """Return the lump probabilities of a field with a search for nodules; None with too few places."""
+    return lumps_of_field(field) if len(field.places_m) >= FEWEST_PLACES else None
+
+
+def cells(field: StiffnessField, lumps: LumpMap | None, stiffness: bool = True) -> Cells:
+    """Return the cells of a field, and of its lump probabilities if there are any; `stiffness` False leaves it NaN."""
     low, high = field.places_m.min(axis=0) - SHOWN_M, field.places_m.max(axis=0) + SHOWN_M
     places_m = lattice(low.tolist(), high.tolist(), CELL_M)
     columns = len(np.unique(np.round(places_m[:, 0] / CELL_M)))
@@ -64,8 +68,9 @@ def cells(field: StiffnessField, lumps: LumpMap | None) -> Cells:
         mine = part[near if hull is None else near | (hull.find_simplex(places_m[part]) >= 0)]
         if not len(mine):
             continue
-        mean, sd = field.at(places_m[mine])
-        found[0, mine], found[1, mine] = np.exp(mean), np.exp(mean) * sd
+        if stiffness:
+            mean, sd = field.at(places_m[mine])
+            found[0, mine], found[1, mine] = np.exp(mean), np.exp(mean) * sd
         if lumps is not None:
             found[2, mine] = lumps.probability(places_m[mine])
     value, sd, lump = (row.reshape(-1, columns) for row in found)

@@ -10,7 +10,7 @@ from operator_site.palpation.inclusion_model import contact_radius_m, energy_sha
 from operator_site.palpation.nodule_posterior import DIAMETERS_M, NODULE, RATIOS, TOPS_M, Nodule, Presses, nodule
 from operator_site.palpation.stiffness_field import NARROW_M, matern
 
-PROBE_M, LAYER_M, SPREAD, PRESS = 4e-3, 0.03, 0.04, 0.03
+PROBE_M, SPREAD, PRESS = 4e-3, 0.04, 0.03
 
 
 def presses(
@@ -28,13 +28,13 @@ def presses(
         top_m, diameter_m, ratio = hidden
         away = np.hypot(*(places - (0.002, 0.001)).T)
         for one in indentations_m:
-            share = energy_share(away, top_m, 0.5 * diameter_m, contact_radius_m(PROBE_M, one), LAYER_M)
+            share = energy_share(away, top_m, 0.5 * diameter_m, contact_radius_m(PROBE_M, one))
             value += np.where(indentation == one, ln_lift(share, ratio), 0.0)
     return Presses(places, value + 6.5, np.full(len(places), PRESS**2), indentation)
 
 
 def found(data: Presses) -> Nodule:
-    answer = nodule(data, (0.0, 0.0), SPREAD, PROBE_M, LAYER_M)
+    answer = nodule(data, (0.0, 0.0), SPREAD, PROBE_M)
     assert answer is not None
     return answer
 
