@@ -1,4 +1,4 @@
-"""Figure of simulated nodules: AUC in each cell, effect of a nodule on the force, and calibration."""
+"""Figure of simulated nodules: AUC of reference and detector in each cell, nodules that are missed, and calibration."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 
 from sim_sensors.tissue.contrast import Sphere
 from sim_sensors.tissue.ground import Ground, force_at
-from studies.drawing import Data, figure_file, where
+from studies.drawing import Data, Rows, figure_file, where
 from studies.nodules.ranges import DEPTH_EDGES_MM, RANGES, RATIO_EDGES, SIZE_EDGES_MM
 from teletaction.plotting.figure_style import BLACK, BLUE, GREY
 
 CHANCE_AUC = 0.6
 """AUC below which a cell counts as impossible."""
+GOAL_AUC = 0.02
+"""Difference between the AUC of the detector and of the reference that counts as equal."""
 EFFECTS = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Contours of the growth of force over a nodule's middle."""
 PRESSED_MM = 3.0
@@ -26,20 +28,22 @@ _POINTS = 24
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data of the study, and write the figure as PNG."""
-    with figure_file(path, 15.0, 8.2, dpi=110) as figure:
-        panels = figure.subplots(2, 4)
-        for axes, size in zip(panels[0], pairwise(SIZE_EDGES_MM), strict=False):
-            draw_cells(axes, data, size)
+    with figure_file(path, 15.0, 12.2, dpi=110) as figure:
+        panels = figure.subplots(3, 4)
+        for column, size in enumerate(pairwise(SIZE_EDGES_MM)):
+            draw_cells(panels[0][column], data["cells"], size, "reference")
+            draw_cells(panels[1][column], data["detector_cells"], size, "detector")
         draw_reliability(panels[0][3], data)
-        for axes, limits, ratio in zip(panels[1], pairwise(RATIO_EDGES), _RATIO_OF_CONTOURS, strict=False):
-            draw_effect(axes, data, limits, ratio)
         draw_sizes(panels[1][3], data)
+        for axes, limits, ratio in zip(panels[2], pairwise(RATIO_EDGES), _RATIO_OF_CONTOURS, strict=False):
+            draw_effect(axes, data, limits, ratio)
+        draw_differences(panels[2][3], data)
 
 
-def draw_cells(axes: Axes, data: Data, size: tuple[float, float]) -> None:
+def draw_cells(axes: Axes, cells: Rows, size: tuple[float, float], who: str) -> None:
     """Draw AUC over depth and ratio for one class of size; a hatched cell is impossible."""
-    rows = where(data["cells"], size_mm_from=size[0])
-    axes.set_title(f"AUC, nodules of {size[0]:g} to {size[1]:g} mm", loc="left")
+    rows = where(cells, size_mm_from=size[0])
+    axes.set_title(f"AUC of the {who}, {size[0]:g} to {size[1]:g} mm", loc="left")
     for column, ratio in enumerate(RATIO_EDGES[:-1]):
         for line, depth in enumerate(DEPTH_EDGES_MM[:-1]):
             (row,) = where(rows, ratio_from=ratio, depth_mm_from=depth)
@@ -59,14 +63,14 @@ def draw_cells(axes: Axes, data: Data, size: tuple[float, float]) -> None:
 
 
 def draw_effect(axes: Axes, data: Data, limits: tuple[float, float], ratio: float) -> None:
-    """Draw the judged nodules of one class of ratio over size and depth, and contours of their effect on the force."""
+    """Draw the nodules that the detector finds and misses, over size and depth, and contours of their added force."""
     sizes = np.geomspace(*RANGES.size_mm, _POINTS)
     depths = np.geomspace(*RANGES.depth_mm, _POINTS)
     _, plain = force_at(_GROUND, [], np.zeros(1), np.zeros(1), PRESSED_MM)
     effect = [[_force(size, depth, ratio) / plain[0, -1] - 1.0 for size in sizes] for depth in depths]
     lines = axes.contour(sizes, depths, effect, levels=EFFECTS, colors=GREY, linewidths=0.9)
     axes.clabel(lines, fmt=lambda value: f"+{100.0 * value:.0f} %", fontsize=7)
-    rows = [row for row in data["nodules"] if limits[0] <= row["ratio"] < limits[1]]
+    rows = [row for row in data["detector_nodules"] if limits[0] <= row["ratio"] < limits[1]]
     for found, colour, marker in ((True, BLUE, "o"), (False, BLACK, "x")):
         mine = [row for row in rows if (row["score"] >= 0.5) == found]
         label = "probability of 0.5 or more" if found else "less"
@@ -83,22 +87,41 @@ def draw_effect(axes: Axes, data: Data, limits: tuple[float, float], ratio: floa
 
 def draw_reliability(axes: Axes, data: Data) -> None:
     """Draw the share of places above a nodule over the stated probability."""
-    rows = [row for row in data["reliability"] if row["places"]]
     axes.plot([0.0, 1.0], [0.0, 1.0], color=GREY, linewidth=0.8)
-    axes.plot([row["stated"] for row in rows], [row["true"] for row in rows], "o-", color=BLUE)
+    for name, colour, label in (("reliability", GREY, "reference"), ("detector_reliability", BLUE, "detector")):
+        rows = [row for row in data[name] if row["places"]]
+        axes.plot([row["stated"] for row in rows], [row["true"] for row in rows], "o-", color=colour, label=label)
     axes.set_xlabel("stated probability of a place")
     axes.set_ylabel("share of these places above a nodule")
     axes.set_title("Calibration, all phantoms", loc="left")
+    axes.legend(loc="upper left", fontsize=7)
 
 
 def draw_sizes(axes: Axes, data: Data) -> None:
-    """Draw the found diameters over the true ones, of nodules found with a probability of at least 0.5."""
-    rows = [row for row in data["nodules"] if row["probability"] is not None and row["probability"] >= 0.5]
+    """Draw the found diameters over the true ones, of nodules that the detector finds with a probability of 0.5."""
+    found = [row for row in data["detector_nodules"] if row["probability"] is not None]
+    rows = [row for row in found if row["probability"] >= 0.5]
     axes.plot(RANGES.size_mm, RANGES.size_mm, color=GREY, linewidth=0.8)
     axes.plot([row["size_mm"] for row in rows], [row["found_size_mm"] for row in rows], "o", color=BLUE, markersize=4)
     axes.set_xlabel("diameter (mm)")
-    axes.set_ylabel("found diameter (mm)")
+    axes.set_ylabel("diameter found by the detector (mm)")
     axes.set_title("Size of found nodules", loc="left")
+
+
+def draw_differences(axes: Axes, data: Data) -> None:
+    """Draw the AUC of the detector over that of the reference, a point for each cell, and the goal."""
+    pairs = [
+        (known["auc"], found["auc"], found["auc_se"])
+        for known, found in zip(data["cells"], data["detector_cells"], strict=True)
+        if found["auc"] is not None
+    ]
+    ends = np.array([0.4, 1.0])
+    axes.fill_between(ends, ends - GOAL_AUC, ends + GOAL_AUC, color=GREY, alpha=0.3, linewidth=0.0)
+    reference, detector, deviation = zip(*pairs, strict=True)
+    axes.errorbar(reference, detector, deviation, fmt="o", color=BLUE, markersize=4, linewidth=0.6)
+    axes.set_xlabel("AUC of the reference")
+    axes.set_ylabel("AUC of the detector")
+    axes.set_title(f"Each cell; grey: within {GOAL_AUC:g}", loc="left")
 
 
 def _force(size_mm: float, depth_mm: float, ratio: float) -> float:

@@ -1,4 +1,4 @@
-"""Simulated nodules: detection in random phantoms by a reference that knows the generator, and where it ends.
+"""Simulated nodules: detection in random phantoms by the detector, and by a reference that knows the generator.
 
 `judge_detector` gives the same figures for any other detector, on the same phantoms and presses.
 """
@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from studies.compared import Compared
+from studies.nodules.detector import detect
 from studies.nodules.figure import plot
 from studies.nodules.judge import (
     GOOD_AUC,
@@ -36,17 +37,23 @@ CHUNK = 10
 _LEARNING_SEED = 1_000_000
 """Seeds from here on are of phantoms that are not judged."""
 _SEEDS_APART = 1000
-tables = tables_of("cells", "nodules", "reliability")
+DETECTOR = "detector_"
+"""Beginning of the names of the detector's figures; those of the reference have no such beginning."""
+tables = tables_of(
+    "cells", "nodules", "reliability", *(DETECTOR + name for name in ("cells", "nodules", "reliability"))
+)
 _CELL = ("depth_mm_from", "size_mm_from", "ratio_from")
 COMPARED = (
     Compared("cells", "auc", "more", _CELL, absolute=0.05),
     Compared("overall", "auc", "more", absolute=0.02),
     Compared("overall", "within_3_mm", "more", counted="good_nodules"),
+    Compared("detector_cells", "auc", "more", _CELL, absolute=0.05),
+    Compared("detector_overall", "auc", "more", absolute=0.02),
 )
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
-    """Judge the reference.
+    """Judge the reference and the detector.
 
     Args:
         quick: few phantoms.
@@ -56,8 +63,12 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     """
     phantoms, learned = (QUICK_PHANTOMS, QUICK_LEARNED) if quick else (PHANTOMS, LEARNED)
     reference = learn(learned, work, part_of(progress, 0.0, 0.3))
-    judged = judge_detector(reference, judged_seeds(seed, phantoms), work, part_of(progress, 0.3, 1.0))
-    return figures(judged, by_cell(judged)) | {
+    seeds = judged_seeds(seed, phantoms)
+    judged = judge_detector(reference, seeds, work, part_of(progress, 0.3, 0.8))
+    detected = judge_detector(detect, seeds, work, part_of(progress, 0.8, 1.0))
+    good = by_cell(judged)
+    return figures(judged, good) | {
+        **{DETECTOR + name: value for name, value in figures(detected, good).items() if name != "good_auc"},
         "ranges": asdict(RANGES),
         "correction": {"slope": reference.slope, "offset": reference.offset, "phantoms": learned},
     }

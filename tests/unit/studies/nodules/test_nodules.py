@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sim_sensors.tissue.contrast import Sphere
+from studies.nodules.detector import detect
 from studies.nodules.judge import (
     Answer,
     FoundNodule,
@@ -178,6 +179,16 @@ def test_the_reference_finds_a_plain_nodule_in_its_place() -> None:
         assert math.dist((best.x_mm, best.y_mm), (sphere.x_mm, sphere.y_mm)) < 3.0
 
 
+def test_the_detector_finds_a_plain_nodule_in_its_place() -> None:
+    for seed in range(3):
+        phantom = draw_phantom(seed, CALM)
+        answer = detect(press(phantom, ranges=CALM))
+        best = max(answer.found, key=lambda found: found.probability)
+        (sphere,) = phantom.spheres
+        assert best.probability > 0.9
+        assert math.dist((best.x_mm, best.y_mm), (sphere.x_mm, sphere.y_mm)) < 3.0
+
+
 def test_the_correction_learns_from_overconfidence() -> None:
     places = places_mm()
     phantom = replace(phantoms()[0], spheres=(Sphere(35.0, 35.0, 20.0, 3.0, 10.0),))
@@ -196,5 +207,6 @@ def test_the_study_reports_every_nodule_and_draws_its_figure(tmp_path: Path) -> 
     assert data["overall"]["phantoms"] == 24
     assert len(data["nodules"]) == data["overall"]["nodules"]
     assert data["overall"]["auc"] > 0.6
+    assert data["detector_overall"]["auc"] > 0.6
     write_tables(tables(data), tmp_path)
     draw_figure(plot, data, tmp_path)
