@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.spatial.distance import cdist
 
@@ -31,7 +32,9 @@ EXPECTED_FIELD_SD, EXPECTED_PRESS_SD = 0.2, 0.03
 PRIOR_LN_SD = 1.5
 """Standard deviation of the natural logarithm of both in the prior."""
 MOST_PLACES = 256
-"""Maximum number of places of a field; closer ones are merged until this number holds."""
+"""Maximum number of places of a field; near and equally stiff ones are merged until this number holds."""
+MOST_CLUSTERED = 1024
+"""Maximum number of places that are searched for equally stiff ones; of more, near ones are merged first."""
 MOST_FITTED = 96
 """Maximum number of places that choose the standard deviations."""
 _MERGED_M = 1e-3
@@ -148,13 +151,19 @@ def _ln_density(correlation: Floats, off: Floats, variance: Floats, field_sd: fl
 
 
 def _merged(rows: Floats) -> Floats:
-    """Return rows x, y, value, variance with one row for each square that has places; at most MOST_PLACES."""
+    """Return rows x, y, value, variance, at most MOST_PLACES: one for each square with places, then for alike ones."""
     side_m = _MERGED_M
     while True:
         _, square = np.unique(np.floor(rows[:, :2] / side_m).astype(np.int64), axis=0, return_inverse=True)
-        if square.max() < MOST_PLACES:
-            return _mean_rows(rows, square.ravel())
+        if square.max() < MOST_CLUSTERED:
+            break
         side_m *= 1.25
+    places = _mean_rows(rows, square.ravel())
+    if len(places) <= MOST_PLACES:
+        return places
+    # Ward's clusters join places that are near and equally stiff, so that the edges of lumps remain.
+    scaled = np.column_stack([places[:, :2] / NARROW_M, places[:, 2] / FIELD_SD[0]])
+    return _mean_rows(places, fcluster(linkage(scaled, "ward"), MOST_PLACES, "maxclust") - 1)
 
 
 def _mean_rows(rows: Floats, group: NDArray[np.int64]) -> Floats:

@@ -60,6 +60,18 @@ def test_many_presses_stay_within_the_bound_and_keep_the_shape() -> None:
     assert high - low > 0.2
 
 
+def test_merging_keeps_the_height_of_a_lump(monkeypatch: pytest.MonkeyPatch) -> None:
+    places_m = grid_m(0.06, 0.003)
+    values, middle_m = ln_stiffness(places_m, np.random.default_rng(4)), np.array([[0.03, 0.03]])
+    merged = field(places_m, values, 4e-4)
+    assert len(merged.places_m) <= MOST_PLACES < len(places_m)
+    monkeypatch.setattr(stiffness_field, "MOST_PLACES", len(places_m))
+    every = field(places_m, values, 4e-4)
+    assert len(every.places_m) == len(places_m)
+    assert merged.excess(middle_m).mean[0] > 0.9 * every.excess(middle_m).mean[0]
+    assert merged.excess(middle_m).sd[0] < 1.2 * every.excess(middle_m).sd[0]
+
+
 def test_the_covariances_have_the_deviations_on_their_diagonal() -> None:
     places_m = grid_m(0.02)
     made = field(places_m, ln_stiffness(places_m, np.random.default_rng(3)))
