@@ -24,6 +24,11 @@ LEAST_VARIANCE = 1e-4
 """Smallest variance of a sample: 0.01 K or 1 %, squared. A virtual environment reports its exact values."""
 DWELL_S = 1.5
 """Shortest rest on a place before its temperature is sampled, s; the packets hold a temperature from first contact."""
+PRESSES_SHARE = 0.8
+"""Smallest force of a press as a share of the touch's largest force.
+
+A finger that leaves is below it. Its estimate may doubt the stiffness, and is no sample.
+"""
 DWELL_EVERY_S = 0.1
 """Interval at which a resting finger's samples are replaced, s."""
 STROKE_STEP_M = 1.5e-3
@@ -89,6 +94,7 @@ class FingerSamples:
         self._still = False
         self._from_m = (0.0, 0.0)
         self._touched_s = self._sampled_s = -math.inf
+        self._largest_n = 0.0
         self._reported_v: float | None = None
         self._reported_m = 0.0
         self._roughness: tuple[float, float] | None = None
@@ -120,8 +126,10 @@ class FingerSamples:
             self._contact, self._still = True, True
             self._touch += 1
             self._from_m = x_m, y_m
+            self._largest_n = 0.0
             self._touched_s = self._sampled_s = t_s  # the summary still belongs to the contact before
             self._begin_stroke(summary)
+        self._largest_n = max(self._largest_n, row.contact_force_n)
         if row.mode == ExplorationMode.STROKING:
             self._still = False
             return self._stroke(t_s, x_m, y_m, summary)
@@ -141,7 +149,8 @@ class FingerSamples:
         dwelt = t_s - self._touched_s >= DWELL_S
         if dwelt and row.thermal_status in _TEMPERATURE_KNOWN and row.object_c_sd <= USEFUL_SD_K:
             samples.append(self._sample("temperature", t_s, *self._from_m, row.object_c, row.object_c_sd**2))
-        if row.stiffness_n_m > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD:
+        presses = row.contact_force_n >= PRESSES_SHARE * self._largest_n
+        if presses and row.stiffness_n_m > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD:
             stiffness = math.log(row.stiffness_n_m)
             samples.append(self._sample("stiffness", t_s, *self._from_m, stiffness, row.stiffness_ln_sd**2))
         if row.thermal_status == ThermalStatus.IDENTIFIED and summary.candidates:

@@ -55,6 +55,16 @@ def test_a_rest_gives_one_temperature_that_is_replaced_while_it_lasts() -> None:
     assert {one.variance for one in certain} == {LEAST_VARIANCE}, "none is believed without bounds"
 
 
+def test_a_leaving_finger_gives_no_stiffness() -> None:
+    samples, found = FingerSamples(INDEX), []
+    for tick in range(100):
+        force_n = min(1.0, 0.05 * tick, 0.05 * (100 - tick))
+        stiffness_n_m = 600.0 if tick > 50 and force_n < 0.7 else 400.0
+        pressed = {"contact_force_n": force_n, "stiffness_n_m": stiffness_n_m, "stiffness_ln_sd": 0.03}
+        found += samples.step(0.01 * tick, row(INDEX, 0.010, 0.020, **pressed), NOTHING)
+    assert {round(math.exp(sample.value)) for sample in found} == {400}
+
+
 def test_another_contact_is_another_touch() -> None:
     samples = FingerSamples(INDEX)
     first = rest(samples, 1.8, object_c=36.4, object_c_sd=0.2)
