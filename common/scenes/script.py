@@ -60,13 +60,15 @@ class Tap(_Step):
 class Presses(_Step):
     """Touch, rest for `hold_s`, s, and lift at each position of the hand: all of `x_m`, in order, for each of `y_m`.
 
-    Before each touch it hovers for `wait_s`, s. Only `fingers` touch; the others stay up.
+    The operator moves the fingers to `depth_m`, m, below the bench; an object stops them earlier. Before each touch the
+    hand hovers for `wait_s`, s. Only `fingers` touch; the others stay up.
     """
 
     act: Literal["presses"]
     x_m: Places
     y_m: Places
     hold_s: float = Field(gt=0.0, le=120.0)
+    depth_m: float = Field(default=0.004, gt=0.0, le=0.010)
     wait_s: float = Field(default=0.0, ge=0.0, le=120.0)
     fingers: tuple[Finger, ...] = Field(default=("thumb", "index", "middle", "ring", "little"), min_length=1)
 

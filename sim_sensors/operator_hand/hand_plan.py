@@ -217,7 +217,8 @@ class HandPlan:
                 self._travel("move", *self._bench_place(x_m, y_m), TRAVEL_M_S)
                 if step.wait_s:
                     self._add("wait", step.wait_s)
-                self._lower("touch", DEPTH_M, TOUCH_S, step.fingers)
+                as_fast_s = TOUCH_S * ((HOVER_M + step.depth_m) / (HOVER_M + DEPTH_M))
+                self._lower("touch", step.depth_m, as_fast_s, step.fingers)
                 self._add("hold", step.hold_s)
                 self._lift(LIFT_S)
 

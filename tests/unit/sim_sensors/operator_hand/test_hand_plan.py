@@ -35,6 +35,13 @@ def test_presses_rest_at_every_place_in_order_and_name_what_lies_there() -> None
     assert all((wait.from_z_m == HOVER_M).all() for wait in waits)
 
 
+def test_deeper_presses_are_as_fast_as_others() -> None:
+    usual, deep = plan(PRESSES), plan({**PRESSES, "depth_m": 0.009})
+    assert all((hold.from_z_m < -0.008).all() for hold in acts(deep, "hold"))
+    lowered = [[s.duration_s for s in acts(made, "touch")] for made in (usual, deep)]
+    assert lowered[1] == pytest.approx([1.5 * seconds for seconds in lowered[0]], rel=1e-9)
+
+
 def test_only_the_named_fingers_press() -> None:
     (first, *_) = acts(plan({**PRESSES, "fingers": ["index", "ring"]}), "hold")
     assert [finger for finger, z_m in zip(FINGERS, first.from_z_m, strict=True) if z_m < 0.0] == ["index", "ring"]
@@ -54,7 +61,9 @@ def test_the_hand_begins_where_the_script_begins() -> None:
         assert (made.at(0.0).x_m, made.at(0.0).y_m) == (x_m, 0.0)
 
 
-@pytest.mark.parametrize("wrong", [{"x_m": []}, {"y_m": [0.7]}, {"fingers": ["toe"]}, {"fingers": []}, {"hold_s": 0.0}])
+@pytest.mark.parametrize(
+    "wrong", [{"x_m": []}, {"y_m": [0.7]}, {"fingers": ["toe"]}, {"fingers": []}, {"hold_s": 0.0}, {"depth_m": 0.02}]
+)
 def test_what_the_hand_cannot_do_is_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         plan({**PRESSES, **wrong})
