@@ -93,7 +93,7 @@ class LiveConsole:
             self._keep_samples(now_s)
             with self.pages.contain.step("lumps", latches=False):
                 self._lumps.step(here_s, self.console.tactile_map, self.console.map_number)
-                self.console.lumps = self._lumps.lumps
+                self.console.searched = self._lumps.found
         if self._keep(here_s):
             self._journal.step(now_s)
             for alarm in self.console.alarms.take_changes():

@@ -17,6 +17,7 @@ from common.wire.packets import LinkState
 from operator_site.console.alarms.alarm_rules import Surroundings, causes
 from operator_site.console.alarms.alarms import Alarms
 from operator_site.console.examination.examination import Examination
+from operator_site.console.map.lump_search import NOTHING, Searched
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Flags, Frame, Kind
@@ -47,7 +48,7 @@ class Console:
     Attributes:
         live: whether the messages come from a running site; False for a recording.
         around: state of the disk, the recording and the page, from the console's process.
-        lumps: lumps on the map of a running site, from a search every few seconds; see `map.lump_areas.lumps_in`.
+        searched: lumps on the map and the next place to press, from a search every few seconds.
         damaged: number of unreadable messages, which are dropped.
     """
 
@@ -57,7 +58,7 @@ class Console:
     fingers: FingersNow = field(default_factory=FingersNow)
     signals: Signals = field(default_factory=Signals)
     tactile_map: TactileMap = field(default_factory=TactileMap)
-    lumps: list[dict[str, Any]] = field(default_factory=list)
+    searched: Searched = NOTHING
     alarms: Alarms = field(default_factory=Alarms)
     examination: Examination = field(default_factory=Examination)
     damaged: int = 0
@@ -123,7 +124,7 @@ class Console:
     def begin_map(self) -> None:
         """Begin the map of another examination."""
         self.tactile_map = TactileMap()
-        self.lumps = []
+        self.searched = NOTHING
         self.map_number += 1
 
     def step(self, now_s: float) -> None:

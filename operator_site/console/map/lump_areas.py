@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull, Delaunay, QhullError
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.stiffness_layer import SHOWN_M
 from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap, lumps_of_field
+from operator_site.palpation.next_press import next_presses
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 
 Floats = NDArray[np.float64]
@@ -45,11 +46,29 @@ def lumps_of(rows: Floats) -> list[dict[str, Any]]:
     Args:
         rows: place, m, ln stiffness in N/m, and its variance of each sample, (n, 4).
     """
+    field = _field(rows)
+    return [] if field is None else lumps_in(cells(field, lumps_of_field(field), stiffness=False), field)
+
+
+def next_press_mm(rows: Floats) -> tuple[float, float] | None:
+    """Return the place between the samples where a press says most about lumps, mm; None with too few places.
+
+    Args:
+        rows: as for `lumps_of`.
+    """
+    field = _field(rows)
+    if field is None:
+        return None
+    ((x_m, y_m),) = next_presses(field, field.places_m.min(axis=0), field.places_m.max(axis=0)).tolist()
+    return round(1e3 * x_m, 1), round(1e3 * y_m, 1)
+
+
+def _field(rows: Floats) -> StiffnessField | None:
+    """Return the field of the samples; None with too few places for lump probabilities."""
     if not len(rows):
-        return []
+        return None
     field = StiffnessField(rows[:, :2], rows[:, 2], rows[:, 3])
-    lumps = searched(field)
-    return [] if lumps is None else lumps_in(cells(field, lumps, stiffness=False), field)
+    return field if len(field.places_m) >= FEWEST_PLACES else None
 
 
 def searched(field: StiffnessField) -> LumpMap | None:

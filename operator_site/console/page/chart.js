@@ -83,11 +83,11 @@ function label(pen, order, names, last, x, high) {
     write(name, INKS[at], foot - tall, foot);
     foot -= tall;
   }
+  const wide = pen.measureText(WORDS.none).width + 12;
   if (!last.unknown) write(WORDS.rest, "#FFFFFF", 0, foot);
-  else if (foot > 24 && x(last.s) - LEFT > pen.measureText(WORDS.none).width + 12) {
-    const wide = pen.measureText(WORDS.none).width;
+  else if (foot > 24 && x(last.s) - LEFT > wide) {
     pen.fillStyle = REST;
-    pen.fillRect(Math.max(LEFT, x(last.s) - wide - 12), foot / 2 - 12, wide + 12, 24);
+    pen.fillRect(x(last.s) - wide, foot / 2 - 12, wide, 24);
     write(WORDS.none, "#FFFFFF", 0, foot);
   }
 }
@@ -112,9 +112,10 @@ function warmth(pen, history, x, top, bottom) {
   known.forEach((sample, at) => {
     const from = Math.floor(x(at === 0 ? Math.max(0, sample.s - 0.1) : known[at - 1].s)), wide = Math.max(1, Math.floor(x(sample.s)) - from);
     if (typeof sample.sd === "number") {
+      const high = y(sample.object_c + sample.sd);
       pen.fillStyle = colour.line;
       pen.globalAlpha = 0.5;
-      pen.fillRect(from, y(sample.object_c + sample.sd), wide, y(sample.object_c - sample.sd) - y(sample.object_c + sample.sd));
+      pen.fillRect(from, high, wide, y(sample.object_c - sample.sd) - high);
       pen.globalAlpha = 1;
       pen.fillStyle = colour.muted;
       if (at % 2 === 0) for (const side of [-2, 2]) pen.fillRect(from, y(sample.object_c + side * sample.sd), wide, 1.5);

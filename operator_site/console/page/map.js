@@ -94,7 +94,7 @@ export function followMap(state) {
   if (frameKey && key !== frameKey) { forgetTiles(); far = false; repaint(); }
   frameKey = key;
   if (JSON.stringify(legend()) !== legendKey) repaint();
-  const still = JSON.stringify([state.findings, state.map?.sides, state.map?.lumps]);
+  const still = JSON.stringify([state.findings, state.map?.sides, state.map?.lumps, state.map?.next_mm]);
   if (still !== stillKey) dirty = true;
   stillKey = still;
 }
@@ -162,7 +162,7 @@ function paint(canvas, at) {
     slanted(brush, "#6D757D");
   });
   pen.fillRect(0, 0, canvas.width, canvas.height);
-  const place = [at.toX(at.left_mm) * scale, at.toY(at.near_mm + at.side_mm) * scale, at.side_mm * at.scale * scale, at.side_mm * at.scale * scale];
+  const side = at.side_mm * at.scale * scale, place = [at.toX(at.left_mm) * scale, at.toY(at.near_mm + at.side_mm) * scale, side, side];
   pen.drawImage(painting.colours, ...place);
   through(pen, canvas, painting.stippled, place, "stipple", dots(4, 1));
   through(pen, canvas, painting.dotted, place, "dot", dots(8, 2));

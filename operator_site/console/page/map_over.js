@@ -1,5 +1,5 @@
-// Region D, over the map: a cross for each finger, the marked finding, the cursor; on the map itself: findings as numbered
-// flags, lumps, a scale bar of 10 mm, and the sides of the body.
+// Region D, over the map: a cross for each finger, names of lumps, the marked finding, the cursor; on the map itself:
+// findings as flags, lumps, the next place to press, a scale bar of 10 mm, the sides of the body.
 import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
@@ -19,14 +19,18 @@ export function drawStill(canvas, at) {
   const pen = begin(canvas);
   sides(pen, at);
   bar(pen, at);
-  for (const lump of now.state?.map?.lumps ?? []) outline(pen, at, lump);
+  for (const lump of lumps()) outline(pen, at, lump);
+  const next = now.state?.map?.next_mm;
+  if (next) { const x = at.toX(next[0]), y = at.toY(next[1]); lines(pen, x, y, 8, 2, 4); word(pen, "next", x, y + 22, 0.8); }
   for (const found of now.state?.findings ?? []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
 }
 
 export function drawOver(canvas, at, finding, cursor) {
   const pen = begin(canvas);
   pen.clearRect(0, 0, at.width, at.height);
-  if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) cross(pen, at, finger);
+  const fingers = [];
+  if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) fingers.push(cross(pen, at, finger));
+  for (const lump of lumps()) name(pen, at, lump, fingers);
   if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
 }
@@ -63,27 +67,20 @@ export function word(pen, text, x, y, scale = 1) {
 
 function cross(pen, at, finger) {
   const x = at.toX(now.picture.of(finger, "x_m") * 1000), y = at.toY(now.picture.of(finger, "y_m") * 1000);
-  if (Number.isNaN(x) || Number.isNaN(y)) return;
-  if (x < 0 || y < 0 || x > at.width || y > at.height) { outside(pen, at, x, y, finger); return; }
+  if (x < 0 || y < 0 || x > at.width || y > at.height) { outside(pen, at, x, y, finger); return [x, y]; }
   const active = finger === now.active;
   lines(pen, x, y, active ? 13 : 7, active ? 4 : 2);
   // To the left; findings are to the right.
   word(pen, FINGER_NAMES[finger][0], x - (active ? 15 : 12), y - 8);
   if (now.picture.contact(finger)) ring(pen, x, y, active ? 9 : 6, 2);
+  return [x, y];
 }
 
 // A finger beyond the edge: its letter and an arrow towards it.
 function outside(pen, at, x, y, finger) {
-  const edgeX = Math.min(at.width - 14, Math.max(14, x)), edgeY = Math.min(at.height - 14, Math.max(20, y)), way = Math.atan2(y - edgeY, x - edgeX);
-  pen.save();
-  pen.translate(edgeX, edgeY);
-  pen.rotate(way);
-  pen.beginPath();
-  pen.moveTo(12, 0); pen.lineTo(2, -7); pen.lineTo(2, 7); pen.closePath();
-  pen.fillStyle = PAPER; pen.strokeStyle = INK; pen.lineWidth = 2;
-  pen.fill(); pen.stroke();
-  pen.restore();
-  word(pen, FINGER_NAMES[finger][0], edgeX - 12 * Math.cos(way), edgeY - 12 * Math.sin(way) + 6);
+  const edgeX = Math.min(at.width - 18, Math.max(18, x)), edgeY = Math.min(at.height - 8, Math.max(20, y));
+  const eighth = Math.round(4 * Math.atan2(edgeY - y, x - edgeX) / Math.PI) & 7;
+  word(pen, FINGER_NAMES[finger][0] + "→↗↑↖←↙↓↘"[eighth], edgeX, edgeY);
 }
 
 function flag(pen, x, y, number) {
@@ -98,13 +95,20 @@ function flag(pen, x, y, number) {
   pen.fillText(text, x + 1 + wide / 2, y - 17);
 }
 
+const lumps = () => now.state?.map?.lumps ?? [];
+
 // A lump: solid where it is sure.
-function outline(pen, at, { outline_mm, probability, x_mm }) {
-  const corners = outline_mm.map(([x, y]) => [at.toX(x), at.toY(y)]);
-  pen.setLineDash(probability < SURE ? [6, 5] : []);
-  edged(pen, 2.5, () => { for (const corner of corners) pen.lineTo(...corner); pen.closePath(); });
+function outline(pen, at, { outline_mm, probability, at_edge }) {
+  pen.setLineDash(probability < SURE || at_edge ? [6, 5] : []);
+  edged(pen, 2.5, () => { for (const [x, y] of outline_mm) pen.lineTo(at.toX(x), at.toY(y)); pen.closePath(); });
   pen.setLineDash([]);
-  word(pen, `lump ${Math.min(99, Math.round(100 * probability))} %`, at.toX(x_mm), Math.min(...corners.map(corner => corner[1])) - 8, 0.8);
+}
+
+// Its name, below it if a finger is above.
+function name(pen, at, { outline_mm, probability, at_edge, x_mm }, fingers) {
+  const x = at.toX(x_mm), all = outline_mm.map(corner => at.toY(corner[1])), above = Math.min(...all) - 8;
+  const taken = fingers.some(([left, top]) => Math.abs(left - x) < 60 && Math.abs(top - above) < 24);
+  word(pen, `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, x, taken ? Math.max(...all) + 18 : above, 0.8);
 }
 
 function aim(pen, x, y) {

@@ -109,8 +109,7 @@ export function regions(quantity, range) {
   return found;
 }
 
-// Returns the code of one cell, for the letters on the map of materials.
+// Returns the code of one cell.
 export function codeAt(quantity, column, row) {
-  const cell = row * SIDE + column;
-  return column < 0 || row < 0 || column >= SIDE || row >= SIDE ? UNEXPLORED : kept[QUANTITIES.indexOf(quantity)].values[cell];
+  return kept[QUANTITIES.indexOf(quantity)].values[row * SIDE + column];
 }

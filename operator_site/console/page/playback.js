@@ -12,7 +12,7 @@ export function startPlayback() {
   byId("speed").append(...SPEEDS.map(speed => make("option", { value: speed, text: `${speed} ×` })));
   byId("play-button").addEventListener("click", play);
   byId("speed").addEventListener("change", () => { if (now.state.session.playback?.playing) ask("play", { speed: Number(byId("speed").value) }); });
-  byId("slider").addEventListener("input", () => { movedAt_ms = performance.now(); ask("seek", { at_s: Number(byId("slider").value) }); });
+  byId("slider").addEventListener("input", () => seek(byId("slider").valueAsNumber));
 }
 
 export function play() {
@@ -51,13 +51,12 @@ export function showPlayback() {
 export function playbackKey(event) {
   const played = now.state.session.playback, at_s = byId("slider").valueAsNumber, step_s = event.shiftKey ? 10 : 1;
   const marks = played.marks.map(mark => mark.at_s).sort((a, b) => a - b);
+  const jumps = {
+    ArrowLeft: at_s - step_s, ArrowRight: at_s + step_s, Home: 0, End: played.length_s,
+    "[": marks.filter(mark => mark < at_s - 0.5).at(-1) ?? 0, "]": marks.find(mark => mark > at_s + 0.1) ?? played.length_s,
+  };
   if (event.key === " " && !event.repeat) play();
-  else if (event.key === "ArrowLeft") seek(at_s - step_s);
-  else if (event.key === "ArrowRight") seek(at_s + step_s);
-  else if (event.key === "[") seek(marks.filter(mark => mark < at_s - 0.5).at(-1) ?? 0);
-  else if (event.key === "]") seek(marks.find(mark => mark > at_s + 0.1) ?? played.length_s);
-  else if (event.key === "Home") seek(0);
-  else if (event.key === "End") seek(played.length_s);
+  else if (Object.hasOwn(jumps, event.key)) seek(jumps[event.key]);
   else return false;
   event.preventDefault();
   return true;

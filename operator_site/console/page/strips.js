@@ -66,7 +66,7 @@ export function drawStrips(picture) {
   active = now.active;
   if (whole) {
     ground(pen, canvas, 0, canvas.width);
-    for (let bin = newest - LONGEST_BINS + 1; bin <= newest; bin += 1) column(pen, canvas, bin, edge(canvas, bin) - edge(canvas, newest) + canvas.width);
+    columns(pen, canvas, newest - LONGEST_BINS + 1);
     whole = false;
     return;
   }
@@ -74,9 +74,10 @@ export function drawStrips(picture) {
   if (shift === 0) return;
   pen.drawImage(canvas, -shift, 0);
   ground(pen, canvas, canvas.width - shift, shift);
-  for (let bin = before + 1; bin <= newest; bin += 1) column(pen, canvas, bin, edge(canvas, bin) - edge(canvas, newest) + canvas.width);
+  columns(pen, canvas, before + 1);
 }
 
+const placeOf = (bin, finger, signal) => slot(bin) * BIN_FLOATS + 2 * (finger * SIGNAL_COUNT + SIGNALS[signal]);
 const edge = (canvas, bin) => Math.floor((bin * canvas.width) / LONGEST_BINS);
 
 function strip(canvas, at) {
@@ -91,8 +92,12 @@ function ground(pen, canvas, left, wide) {
   for (let at = 0; at < STRIPS.length; at += 1) { const { top, high } = strip(canvas, at); pen.fillRect(left, top, wide, high); }
 }
 
-function column(pen, canvas, bin, right) {
-  const wide = edge(canvas, bin) - edge(canvas, bin - 1), left = right - wide;
+function columns(pen, canvas, from) {
+  for (let bin = from; bin <= newest; bin += 1) column(pen, canvas, bin);
+}
+
+function column(pen, canvas, bin) {
+  const wide = edge(canvas, bin) - edge(canvas, bin - 1), left = canvas.width - edge(canvas, newest) + edge(canvas, bin - 1);
   for (let at = 0; at < STRIPS.length; at += 1) {
     const { top, high, scale } = strip(canvas, at), { range, signals } = STRIPS[at];
     const y = value => top + high - 1 - (Math.min(range[1], Math.max(range[0], value)) - range[0]) / (range[1] - range[0]) * (high - 1);
@@ -105,8 +110,7 @@ function column(pen, canvas, bin, right) {
 }
 
 function bar(pen, bin, finger, signal, y, left, wide, thick, fill) {
-  const place = slot(bin) * BIN_FLOATS + 2 * (finger * SIGNAL_COUNT + SIGNALS[signal]);
-  const low = history[place], high = history[place + 1];
+  const place = placeOf(bin, finger, signal), low = history[place], high = history[place + 1];
   if (Number.isNaN(low) || Number.isNaN(high)) return;
   const top = y(high), bottom = y(low), tall = Math.max(thick, bottom - top + thick);
   pen.fillStyle = fill;
@@ -134,7 +138,7 @@ export function showStripTable() {
 function range(finger, signal) {
   let low = Infinity, high = -Infinity;
   for (let bin = 0; bin < LONGEST_BINS; bin += 1) {
-    const place = bin * BIN_FLOATS + 2 * (finger * SIGNAL_COUNT + SIGNALS[signal]);
+    const place = placeOf(bin, finger, signal);
     if (history[place] < low) low = history[place];
     if (history[place + 1] > high) high = history[place + 1];
   }

@@ -10,6 +10,7 @@ from typing import Any
 from operator_site.console.examination.journal import Journal
 from operator_site.console.interval import Interval
 from operator_site.console.live import STATE_S
+from operator_site.console.map.lump_search import LumpSearch
 from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import Playback, Recording
@@ -109,6 +110,7 @@ class PlayedConsole:
         self._commands = Commands(self._player.console, Journal(None, {}), player=self._player)
         self.pages = Pages(self._commands, lambda: self._player.now_s)
         self._picture, self._state = Interval(BATCH_S), Interval(STATE_S)
+        self._lumps, self._jumped = LumpSearch(), 0
 
     def step(self, now_s: float) -> None:
         """Advance the playback and show what is due."""
@@ -118,6 +120,11 @@ class PlayedConsole:
         if player.step(now_s):
             self._commands.console = player.console
             self.pages.send_everything()
+            self._jumped += 1
+        console = player.console
+        with self.pages.contain.step("lumps", latches=False):
+            self._lumps.step(now_s, console.tactile_map, (self._jumped, console.map_number))
+            console.searched = self._lumps.found
         self.pages.show(player.state() if self._state(now_s) else None)
 
     def figures(self) -> dict[str, object]:

@@ -199,9 +199,10 @@ def _map(console: Console) -> dict[str, Any]:
         "materials": [texts.named(name) for name in tactile_map.materials],
         "sides": console.examination.sides,
         "lumps": [
-            {name: lump[name] for name in ("x_mm", "y_mm", "probability", "stiffness_ratio", "outline_mm")}
-            for lump in console.lumps
+            {name: lump[name] for name in ("x_mm", "y_mm", "probability", "stiffness_ratio", "at_edge", "outline_mm")}
+            for lump in console.searched.lumps
         ],
+        "next_mm": console.searched.next_mm,
     }
 
 

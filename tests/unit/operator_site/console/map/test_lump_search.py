@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from operator_site.console.map.finger_samples import Sample
-from operator_site.console.map.lump_search import SEARCH_S, LumpSearch
+from operator_site.console.map.lump_search import NOTHING, SEARCH_S, LumpSearch
 from operator_site.console.map.tactile_map import TactileMap
 
 
@@ -23,6 +23,8 @@ class Later(Executor):
 
     def run(self) -> None:
         for future, work, arguments in self.waiting:
+            if not future.set_running_or_notify_cancel():
+                continue
             try:
                 future.set_result(work(*arguments))
             except ValueError as error:
@@ -48,11 +50,13 @@ def test_a_changed_map_is_searched_at_intervals_and_the_result_shown_when_it_is_
     search = LumpSearch(later)
     search.step(0.0, surface, 0)
     search.step(1.0, surface, 0)
-    assert (len(later.waiting), search.lumps) == (1, [])
+    assert (len(later.waiting), search.found) == (1, NOTHING)
     later.run()
     search.step(2.0, surface, 0)
-    (lump,) = search.lumps
+    (lump,) = search.found.lumps
     assert (lump["x_mm"], lump["y_mm"]) == pytest.approx((20.0, 28.0), abs=1.5)
+    assert search.found.next_mm is not None
+    assert all(0.0 <= along_mm <= 56.0 for along_mm in search.found.next_mm)
     search.step(SEARCH_S + 3.0, surface, 0)
     assert later.waiting == [], "nothing has changed"
     press(surface, 1000, 70.0, 70.0)
@@ -66,9 +70,9 @@ def test_another_map_has_no_lumps_of_the_one_before() -> None:
     search.step(0.0, surface, 0)
     later.run()
     search.step(1.0, surface, 0)
-    assert search.lumps
+    assert search.found.lumps
     search.step(2.0, TactileMap(), 1)
-    assert search.lumps == []
+    assert search.found == NOTHING
 
 
 def test_a_result_of_the_map_before_is_not_taken() -> None:
@@ -78,7 +82,17 @@ def test_a_result_of_the_map_before_is_not_taken() -> None:
     search.step(1.0, TactileMap(), 1)
     later.run()
     search.step(2.0, TactileMap(), 1)
-    assert search.lumps == []
+    assert search.found == NOTHING
+
+
+def test_a_map_after_another_one_is_searched_at_once() -> None:
+    later = Later()
+    search = LumpSearch(later)
+    search.step(0.0, TactileMap(), 0)
+    search.step(1.0, pressed(), 1)
+    later.run()
+    search.step(1.1, pressed(), 1)
+    assert search.found.lumps
 
 
 def test_a_map_with_few_places_has_no_lumps() -> None:
@@ -88,4 +102,4 @@ def test_a_map_with_few_places_has_no_lumps() -> None:
     for now_s in (0.0, SEARCH_S, 2.0 * SEARCH_S):
         search.step(now_s, surface, 0)
         later.run()
-    assert search.lumps == []
+    assert search.found == NOTHING

@@ -1,5 +1,7 @@
 """A recording under a page's hands: a jump to what is not read yet waits for that, and nothing else does."""
 
+import math
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -9,9 +11,10 @@ import msgpack
 import pytest
 
 from common.recording.recorder import Recorder
+from operator_site.console.playback import player as player_module
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import CHECKPOINT_S, Recording
-from operator_site.console.playback.player import Player
+from operator_site.console.playback.player import PlayedConsole, Player
 from operator_site.site_recording import SCHEMAS
 from tests.unit.operator_site.console.fed import S, rendered, touch
 
@@ -85,6 +88,30 @@ def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Pat
         pictures = [player.console.picture(player.now_s, 1, None) for player in (jumped, played)]
         assert pictures[0] == pictures[1]
         assert jumped.console.tactile_map.revision == played.console.tactile_map.revision > 0
+
+
+def test_the_map_of_a_played_recording_has_its_lumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(player_module, "Checkpoints", lambda path, opened: Reader())
+    pressed = tmp_path / "session.mcap"
+    with Recorder(pressed, SCHEMAS, {}) as recorder:
+        places_m = [(0.004 * x, 0.004 * y) for x in range(10) for y in range(10)]
+        for number, (x_m, y_m) in enumerate(places_m):
+            lift = math.exp(-((math.dist((x_m, y_m), (0.02, 0.016)) / 0.006) ** 2))
+            for part, contact in enumerate((1.0, 1.0, 0.0)):
+                time_ns = 100 * S + (3 * number + part) * S // 5
+                fields = {"contact": contact, "x_m": x_m, "y_m": y_m, "stiffness_n_m": 400.0 * 2.0**lift}
+                recorder.write("operator/touch", time_ns, touch(3 * number + part + 1, time_ns, **fields))
+    with ExitStack() as opened:
+        played = PlayedConsole(pressed, opened)
+        played._player.play(8.0)
+        now_s = time.monotonic()
+        while not (lumps := played._player.console.searched.lumps):
+            now_s += 1000.0
+            played.step(now_s)
+            time.sleep(0.01)  # the search has a thread of its own
+        (lump,) = lumps
+        assert lump["probability"] > 0.9
+        assert played._player.state()["map"]["lumps"]
 
 
 def _read(path: Path) -> list[bytes]:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 from common.wire.packets import LinkState
+from operator_site.console.map.lump_search import Searched
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.web.page_state import page_state
@@ -37,15 +38,23 @@ def words(console: Console, now_s: float) -> tuple[str, LinkState]:
     return state["session"]["state"], read_frame(console.picture(now_s, 1, None)).flags.state
 
 
-def test_lumps_of_the_search_are_on_the_map_until_another_map_begins() -> None:
+def test_lumps_and_next_place_of_the_search_are_on_the_map_until_another_map_begins() -> None:
     console = engaged()
     corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-    shown = {"x_mm": 0.3, "y_mm": 0.3, "probability": 0.95, "stiffness_ratio": 1.4, "outline_mm": corners}
-    console.lumps = [{**shown, "area_mm2": 4, "at_edge": False}]
+    shown = {
+        "x_mm": 0.3,
+        "y_mm": 0.3,
+        "probability": 0.95,
+        "stiffness_ratio": 1.4,
+        "at_edge": True,
+        "outline_mm": corners,
+    }
+    console.searched = Searched([{**shown, "area_mm2": 4}], (12.0, 3.5))
     state = page_state(console, AT_S, lambda _: True, "operator.toml")
-    assert state["map"]["lumps"] == [shown]
+    assert (state["map"]["lumps"], state["map"]["next_mm"]) == ([shown], (12.0, 3.5))
     console.begin_map()
-    assert page_state(console, AT_S, lambda _: True, "operator.toml")["map"]["lumps"] == []
+    begun = page_state(console, AT_S, lambda _: True, "operator.toml")["map"]
+    assert (begun["lumps"], begun["next_mm"]) == ([], None)
 
 
 @given(
