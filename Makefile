@@ -8,11 +8,15 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 
 BIN := .venv/bin
 READY := .venv/ready
+# Where it is set, each of the thousand processes that tests start would compile everything anew.
+unexport PYTHONDONTWRITEBYTECODE
 OUT := demo-out
 SOAK_OUT := soak-out
 RESULTS := docs/results
 SITE := site
 SBOM := teletaction/sbom.json
+# Files with tests of this mark: pytest need not import the others.
+marked = $(sort $(shell grep -rlE --include='test_*.py' 'mark\.$(1)\b' tests))
 
 .PHONY: help
 help:
@@ -52,7 +56,8 @@ help:
 	@echo "make clean       remove what all of these made"
 
 # Every file is checked against its hash. A lock is complete: with --no-deps nothing else is looked for.
-INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary
+# Python compiles a module at its first import. Most modules of these packages are never imported.
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary --no-compile
 LOCKED := $(INSTALL) --no-deps --require-hashes -r
 
 $(READY): pyproject.toml locks/dev.txt
@@ -74,13 +79,13 @@ test: $(READY)
 
 .PHONY: long
 long: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening'
+	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening' $(call marked,long)
 
 # Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
 MEASURED := tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m session -n 2 --dist loadfile $(addprefix --ignore=,$(MEASURED))
+	$(BIN)/pytest -m session -n 2 --dist loadfile $(filter-out $(MEASURED),$(call marked,session))
 	$(BIN)/pytest -m session $(MEASURED)
 
 .PHONY: study-tests
