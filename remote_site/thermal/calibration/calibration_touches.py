@@ -92,6 +92,23 @@ class CalibrationReadings:
         """Times after contact at the middles of the averaged readings, s."""
         return np.asarray((np.cumsum(self.count) - 0.5 * (self.count - 1.0)) * READING_S)
 
+    @property
+    def steps(self) -> tuple[list[float], NDArray[np.intp], NDArray[np.intp]]:
+        """Steps of a model that end at each of `times_s`, of few lengths: equal steps are computed in one block.
+
+        Returns:
+            Length of each step, s; index of the reading whose force acts in it; index of the step that ends at the
+            middle of each reading.
+        """
+        single = int((self.count == 1.0).sum())
+        late = len(self.count) - single
+        readings = np.arange(len(self.count))
+        # The first of two steps ends at the middle of a mean. The second ends half a reading into the next mean.
+        steps_s = [READING_S] * single + [0.5 * READING_S] * min(late, 1) + [0.5 * BLOCK * READING_S] * (2 * late)
+        of_step = np.concatenate((readings[:single], readings[single : single + 1], np.repeat(readings[single:], 2)))
+        ends = np.concatenate((readings[:single], single + 1 + 2 * np.arange(late)))
+        return steps_s, of_step, ends
+
 
 def _edges(length: int) -> NDArray[np.intp]:
     """Return the first index of each block of readings, and the end of the last block."""

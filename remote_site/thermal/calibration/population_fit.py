@@ -38,7 +38,6 @@ from remote_site.thermal.population_prior import (
     usual_sensor,
 )
 from remote_site.thermal.touch_model import COURSES, Contacts, SensorConstants, TouchModel
-from remote_site.thermal.touch_start import READING_S
 
 Array = NDArray[np.float64]
 
@@ -389,17 +388,8 @@ def _courses(seen: CalibrationReadings, own: Array, difference_k: Array, way: tu
     sensor, slab_s = way
     contacts = Contacts(own[:, 0], own[:, 1], slab_s[seen.material])
     model = TouchModel(_constants(sensor), contacts, np.arange(len(own)), own[:, 2])
-    courses = np.empty((*seen.reading_k.shape, COURSES))
-    for k, count in enumerate(seen.count):
-        if count == 1.0:
-            model.step(READING_S, seen.force_n[:, k])
-            courses[:, k] = model.courses
-            continue
-        # a mean over readings equals the reading at their middle
-        middle = 0.5 * (count + 1.0) * READING_S
-        model.step(middle, seen.force_n[:, k])
-        courses[:, k] = model.courses
-        model.step(count * READING_S - middle, seen.force_n[:, k])
+    steps_s, of_step, ends = seen.steps
+    courses = np.ascontiguousarray(model.advance(steps_s, seen.force_n.T[of_step])[ends].transpose(2, 0, 1))
     least = np.where(np.abs(difference_k) < 0.5, 0.5, difference_k)
     courses[:, :, 3:] *= least[:, None, None]
     return courses
