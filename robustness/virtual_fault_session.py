@@ -12,9 +12,11 @@ from remote_site.site_recording import open_recorder
 from robustness.fault_session import prepare_session
 from robustness.faulted_session import FaultedSession, NotWorking
 from teletaction.testbed.network_faults import NetworkFaults
-from teletaction.testbed.testbed import SITES, Extras, SessionConfigs, Testbed
+from teletaction.testbed.testbed import COARSE_STEP_S, SITES, Extras, SessionConfigs, Testbed
 
 _PATIENCE_S = 20.0
+_FINE_S = 0.5
+"""Part of a wait that passes in fine steps, s: all hold times end within it."""
 
 
 class VirtualFaultSession(FaultedSession):
@@ -52,11 +54,15 @@ class VirtualFaultSession(FaultedSession):
         return self.bed.time_s
 
     def wait(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`."""
+        """Advance virtual time by `seconds`; what is longer than 0.5 s passes coarsely."""
         end_s = self.bed.time_s + seconds
+        coarse_s = self.bed.time_s + _FINE_S
         while self.bed.time_s < end_s:
             self._network.step()
-            self.bed.tick()
+            if self.bed.time_s < coarse_s:
+                self.bed.tick()
+            else:
+                self.bed.run_coarsely(COARSE_STEP_S)
 
     def command(self, process: str, line: str) -> float:
         """Inject or end a fault of a simulation; return the virtual time, s.
