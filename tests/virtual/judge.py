@@ -55,13 +55,17 @@ def check_limits(_: VirtualSession, now: Truth) -> None:
     assert now.contact_n <= CONTACT_FORCE_N, now
 
 
+def moment(now: Truth, since_s: float, what: str) -> str:
+    """Name a moment that is `since_s` after the last valid `what`."""
+    return f"{since_s:.3f} s after the last valid {what}: {now}"
+
+
 def check_operator_safe(now: Truth, since_s: float) -> None:
     """The operator's actuators are neutral as far as they must be `since_s` after the last valid input."""
-    moment = f"{since_s:.3f} s after the last valid touch: {now}"
-    assert since_s <= FORCE_SAFE_S + LATE_S or now.force_n == 0.0, moment
-    assert since_s <= MOTOR_SAFE_S + LATE_S or now.motor_mv == 0, moment
-    assert since_s <= MOTOR_STILL_S + LATE_S or now.motor_rpm < MOTOR_FLOOR_RPM, moment
-    assert since_s <= THERMAL_SAFE_S + LATE_S or now.peltier == 0.0, moment
+    assert since_s <= FORCE_SAFE_S + LATE_S or now.force_n == 0.0, moment(now, since_s, "touch")
+    assert since_s <= MOTOR_SAFE_S + LATE_S or now.motor_mv == 0, moment(now, since_s, "touch")
+    assert since_s <= MOTOR_STILL_S + LATE_S or now.motor_rpm < MOTOR_FLOOR_RPM, moment(now, since_s, "touch")
+    assert since_s <= THERMAL_SAFE_S + LATE_S or now.peltier == 0.0, moment(now, since_s, "touch")
 
 
 def check_ramp(truth: Iterable[Truth], engaged_s: float) -> None:
@@ -80,8 +84,7 @@ class RemoteStandstill:
 
     def check(self, now: Truth, since_s: float, disobeyed: bool) -> None:
         """Judge a moment that is `since_s` after the last valid input; of broken servos no standstill is asked."""
-        moment = f"{since_s:.3f} s after the last valid motion: {now}"
-        assert since_s <= THERMAL_SAFE_S + REMOTE_LATE_S or now.heater == 0.0, moment
+        assert since_s <= THERMAL_SAFE_S + REMOTE_LATE_S or now.heater == 0.0, moment(now, since_s, "motion")
         if disobeyed:
             self._broken_s = now.time_s
         if since_s <= GAP_S + SERVO_S + REMOTE_LATE_S or now.time_s - self._broken_s <= REPAIRED_S:
@@ -89,8 +92,8 @@ class RemoteStandstill:
         elif self._x_m is None:
             self._x_m, self._highest_m = now.x_m, now.z_m
         else:
-            assert abs(now.x_m - self._x_m) <= STILL_M, f"{moment}, x was {self._x_m}"
-            assert now.z_m >= self._highest_m - STILL_M, f"{moment}, z was {self._highest_m}"
+            assert abs(now.x_m - self._x_m) <= STILL_M, f"{moment(now, since_s, 'motion')}, x was {self._x_m}"
+            assert now.z_m >= self._highest_m - STILL_M, f"{moment(now, since_s, 'motion')}, z was {self._highest_m}"
             self._highest_m = max(self._highest_m, now.z_m)
 
 
