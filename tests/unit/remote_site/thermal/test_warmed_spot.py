@@ -1,7 +1,6 @@
 """A plate that lands where it has just been."""
 
 import math
-from functools import cache
 from itertools import pairwise
 
 import pytest
@@ -11,7 +10,7 @@ from hypothesis import strategies as st
 from common.fingers import FINGERS
 from common.wire.messages import ThermalReason, ThermalStatus
 from remote_site.thermal.warmed_spot import LONGEST_S, SPOT_M, TRACES, WARM, WarmedSpot
-from tests.unit.remote_site.landings import Landing, Moment, land, named
+from tests.unit.remote_site.landings import Landing, land, named
 
 TRUE = {"aluminium": "aluminium", "ceramic": "ceramic_tile", "wood": "pine", "pvc_plain": "pvc"}
 THUMB = FINGERS[:1]
@@ -73,28 +72,18 @@ def test_a_stumbling_finger_is_not_misled_by_its_own_warmth(name: str) -> None:
     assert (last.status, last.reason) == (ThermalStatus.UNIDENTIFIABLE, ThermalReason.STILL_WARM)
 
 
-@cache
-def retouched(name: str) -> list[Moment]:
-    """Five fingers rest, leave for half a second, come back; leave for ten seconds, come back."""
-    return land(name, (Landing(3.0, 0.5), Landing(1.0, 13.0), Landing(4.0, 0.1)))
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("name", TRUE)
-def test_a_result_holds_for_a_hand_that_returns_at_once(name: str) -> None:
-    again = [moment for moment in retouched(name) if moment.landing == 1 and moment.touches[0].contact]
-    assert named(retouched(name), 0) == {TRUE[name]}
+def test_a_hand_that_returns_keeps_its_result_and_is_not_misled_by_its_traces(name: str) -> None:
+    """Before spots were remembered, five fingers named every PVC pine that they touched again."""
+    moments = land(name, (Landing(3.0, 0.5), Landing(1.0, 13.0), Landing(4.0, 0.1)))
+    again = [moment for moment in moments if moment.landing == 1 and moment.touches[0].contact]
+    assert named(moments, 0) == {TRUE[name]}
     for moment in again[10:-10]:
         for touch in moment.touches.values():
             assert (touch.thermal.material, touch.thermal.reason) == (TRUE[name], ThermalReason.TOUCHED_BEFORE)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", TRUE)
-def test_no_hand_is_misled_by_traces_of_its_last_touch(name: str) -> None:
-    """Before spots were remembered, five fingers named every PVC pine that they touched again."""
-    assert named(retouched(name), 2) <= {TRUE[name]}
-    assert {touch.thermal.status for touch in retouched(name)[-150].touches.values()} <= {
+    assert named(moments, 2) <= {TRUE[name]}
+    assert {touch.thermal.status for touch in moments[-150].touches.values()} <= {
         ThermalStatus.DECIDING,
         ThermalStatus.IDENTIFIED,
         ThermalStatus.AMBIGUOUS,
