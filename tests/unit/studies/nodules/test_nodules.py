@@ -200,7 +200,7 @@ def test_the_correction_learns_from_overconfidence() -> None:
     assert 0.0 < learned.slope < 1.0
 
 
-@pytest.mark.long
+@pytest.mark.study
 @pytest.mark.timeout(600)
 def test_the_study_reports_every_nodule_and_draws_its_figure(tmp_path: Path) -> None:
     data = run(quick=True, seed=0, progress=lambda _: None)

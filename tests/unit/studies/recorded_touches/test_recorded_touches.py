@@ -72,7 +72,8 @@ def test_the_figure_shows_every_way_to_sense(tmp_path: Path) -> None:
     draw_figure(plot, {"accuracy": cells}, tmp_path)
 
 
-@pytest.mark.long
+@pytest.mark.study
+@pytest.mark.timeout(600)
 def test_both_methods_answer_every_touch_of_a_set_that_was_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -67,10 +67,10 @@ def test_a_touch_without_a_trace_is_refused_by_its_number() -> None:
 @pytest.mark.long
 def test_a_table_from_arrays_names_new_touches() -> None:
     materials = ("aluminium", "pvc", "pu_foam")
-    touches = [(name, tt.simulate_thermal(name, seed)) for name in materials for seed in range(6)]
+    touches = [(name, tt.simulate_thermal(name, seed)) for name in materials for seed in range(4)]
     fit = tt.calibrate_thermal([*touches, ("air", tt.simulate_thermal("air"))])
     assert fit.table.names() == list(materials)
-    assert fit.residual_k.shape == (18, len(fit.times_s))
+    assert fit.residual_k.shape == (12, len(fit.times_s))
     best = [tt.identify_thermal(tt.simulate_thermal(name, 50), fit.table)[-1]["best"] for name in materials]
     assert best == list(materials)
 
