@@ -12,7 +12,7 @@ from tests.virtual.judge import CLOCKS_AGREE_S, judges
 from tests.virtual.session import VirtualSession, virtual_session
 
 MakeSession = Callable[..., VirtualSession]
-ON_THE_WAY_S = 1.2
+ON_THE_WAY_S = 1.7
 """The hand reaches the object later than this, s."""
 
 

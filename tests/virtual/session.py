@@ -94,6 +94,10 @@ class VirtualSession(Testbed):
         """Let time pass until a stroke with three seconds left is felt; returns how long it took, s."""
         return self.until(lambda session: session.at_work and session.sim_operator.hand.x_m < _EARLY_M, patience_s)
 
+    def resume(self, patience_s: float = 20.0) -> float:
+        """Let time pass until a stroke is felt, however little of it is left; returns how long it took, s."""
+        return self.until(lambda session: session.at_work, patience_s)
+
     def hover(self, patience_s: float = 20.0) -> float:
         """Let time pass until the fingers are up and the thermal sensor is heated; returns how long it took, s."""
         return self.until(lambda session: session.both_engaged and session.now.heater > 0.05, patience_s)

@@ -54,7 +54,7 @@ def test_a_clock_stepped_while_the_sensor_is_heated_is_safe_and_the_work_resumes
     session.run(0.1)
     step_clock(session, side, seconds)
     session.until(lambda s: s.both_engaged, RESUMED_S)
-    session.work()
+    session.resume()
     assert session.remote.server.session.fault is session.operator.client.session.fault is None
 
 
@@ -66,7 +66,7 @@ def test_a_clock_stepped_during_a_partition_lets_the_work_resume(
     working.network.impair(cut=True)
     working.run(0.5)
     step_clock(working, side, seconds)
-    working.run(2.0)
+    working.run_coarsely(2.0)
     working.network.heal()
     working.until(lambda s: s.both_engaged, RESUMED_S + GAP_S)
-    working.work()
+    working.resume()

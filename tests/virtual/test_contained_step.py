@@ -91,17 +91,17 @@ def test_a_step_that_raises_is_neutral_and_named_at_both_sites_and_work_resumes_
     if place == "remote identify":
         assert working.operator.client.remote_fault == failed.fault, "the operator's site knows the same"
 
-    working.run(1.0)
+    working.run_coarsely(1.0)
     assert other.state is not LinkState.ENGAGED
     monkeypatch.undo()
-    working.run(0.5)
+    working.run_coarsely(0.5)
     working.clear_faults()
-    working.run(0.5)
+    working.run_coarsely(0.5)
     if working.remote.server.session.state is LinkState.FAULT:
         working.clear_faults()
-        working.run(0.5)
+        working.run_coarsely(0.5)
     working.engage()
-    working.work()
+    working.resume()
 
 
 @pytest.mark.parametrize("stream", ["operator/input", "operator/session", "operator/rendered"])

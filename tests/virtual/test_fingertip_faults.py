@@ -40,7 +40,7 @@ FAULTS = {
 def at(start: str, tip: Fingertip) -> float:
     """Bring the plate to where the fault will find it; returns what is wanted then, C."""
     first_c, seconds, goal_c = STARTS[start]
-    tip.run(first_c, seconds)
+    tip.run(first_c, seconds, COARSE_TICK_S)
     assert tip.fault is None
     assert tip.plate_c == pytest.approx(first_c, abs=1.0)
     assert tip.plate_c <= HOTTEST_START_C

@@ -130,7 +130,7 @@ def test_random_faults_break_no_limit_or_hold_time_and_the_work_resumes(make_ses
         for _ in range(STEPS):
             walk.go()
         walk.end()
-        session.work(MENDED_S)
+        session.resume(MENDED_S)
     except AssertionError as error:
         error.add_note("\n".join(walk.story))
         raise

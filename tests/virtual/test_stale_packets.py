@@ -29,7 +29,7 @@ def test_a_stall_that_ends_in_a_burst_is_safe_and_the_work_resumes(working: Virt
     working.run(0.02)
     assert (server.acceptance.received, client.acceptance.received) == before, "the burst begins with what is oldest"
     assert {*server.acceptance.refused, *client.acceptance.refused} & {"age", "session"}
-    working.work()
+    working.resume()
 
 
 @pytest.mark.parametrize("stream", STREAMS)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.virtual.conftest import ON_THE_WAY_S
 from tests.virtual.judge import check_ramp
 from tests.virtual.session import VirtualSession, virtual_session
 
@@ -30,7 +31,7 @@ def test_force_ramps_up_from_zero_on_engaging(session: VirtualSession) -> None:
     session.until(lambda s: s.both_engaged, 1.0)
     engaged_s = session.time_s
     check_ramp(session.run(0.5), engaged_s)
-    session.work()
+    session.resume()
 
 
 @pytest.mark.long
@@ -39,7 +40,7 @@ def test_clocks_that_drift_apart_by_100_ppm_disturb_nothing(session: VirtualSess
     session.remote_clock.drift, session.operator_clock.drift = drift, -drift
     session.work()
     ident = session.remote.server.session.ident
-    session.run(12.0)
+    session.run_coarsely(12.0)
     assert session.both_engaged
     assert session.remote.server.session.ident == ident
     assert not session.operator.client.acceptance.refused.keys() - {"clock"}
@@ -50,11 +51,12 @@ def test_the_same_seed_gives_the_same_truth_and_another_one_does_not() -> None:
     def truth(seed: int) -> list[tuple[float, ...]]:
         with virtual_session(seed) as session:
             session.network.impair(delay_s=0.010, jitter_s=0.010, drop=0.05, duplicate=0.05, reorder=0.05, replay=0.05)
-            session.run(2.5)
+            session.run_coarsely(ON_THE_WAY_S)
+            session.run(0.7)
             session.network.impair(stalled=True)
-            session.run(0.5)
+            session.run(0.3)
             session.network.heal()
-            session.run(2.0)
+            session.run(0.8)
             assert max(now.force_n for now in session.truth) > 0.2
             return list(session.truth)
 

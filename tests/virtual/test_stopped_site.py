@@ -23,7 +23,7 @@ def test_a_site_that_was_stopped_begins_from_neutral(
     assert asleep[-1].peltier == 0.0
     assert site._devices.tick.held_back == in_tick
     check_ramp(working.run(0.5), woken_s)
-    working.work()
+    working.resume()
 
 
 def test_a_stop_within_the_time_out_of_the_devices_is_not_felt(working: VirtualSession) -> None:

@@ -38,7 +38,7 @@ def test_the_network_takes_the_commands_of_the_simulated_one(working: VirtualSes
     working.run(0.5)
     assert not working.at_work
     network.obey("clear")
-    working.work()
+    working.resume()
     for word in ("cut", "half_open 5"):
         with pytest.raises(ValueError, match="no connections"):
             network.obey(word)

@@ -44,7 +44,7 @@ def test_work_can_resume_once_a_second_sender_is_gone(working: VirtualSession) -
     working.run(1.5)
     working.clear_faults()
     working.engage()
-    working.work()
+    working.resume()
 
 
 def test_a_telemanipulator_that_ignores_its_release_latches_a_fault(working: VirtualSession) -> None:

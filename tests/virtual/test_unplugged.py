@@ -25,7 +25,7 @@ def test_an_unplugged_device_is_named_and_found(working: VirtualSession, site: s
     working.run(1.0)
     working.break_device(f"{site}: plug {device}")
     working.until(lambda _: its_site.figures()["missing"] == "", 10.0)
-    working.work()
+    working.resume()
     figures = its_site.figures()
     assert (figures["state"], figures["fault"]) == ("engaged", None)
     assert figures["devices"][name]["times_lost"] == 1
