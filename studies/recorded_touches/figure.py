@@ -1,21 +1,25 @@
-"""Figure of the recorded touches: share of right answers over time, for both methods and each choice of sensors."""
+"""Figure of the recorded touches: share of right answers over time, and the operating curve of naming, by sensors."""
 
 from itertools import product
 from pathlib import Path
 
 from studies.drawing import Data, curve, figure_file, where
-from teletaction.plotting.figure_style import BLUE, ORANGE
+from studies.thermal_identification.operating_curve import draw_operating_curve
+from teletaction.plotting.figure_style import BLUE, GREEN, ORANGE, SKY
 
 _COLOURS = {"linear": ORANGE, "estimator": BLUE}
 _DASHES = {"counted": "-", "even": ":"}
+_NAMING = ((SKY, "o"), (GREEN, "s"), (BLUE, "D"))
+"""Colour and marker of each choice of sensors in the operating curve."""
 
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
     rows = data["accuracy"]
     sensors = list(dict.fromkeys(row["sensors"] for row in rows))
-    with figure_file(path, 8.0, 3.6, dpi="figure") as figure:
-        panels = figure.subplots(1, len(sensors), sharey=True)
+    with figure_file(path, 13.0, 3.8, dpi="figure") as figure:
+        right, naming = figure.subfigures(1, 2, width_ratios=(8.0, 5.0), squeeze=False)[0]
+        panels = right.subplots(1, len(sensors), sharey=True)
         for axes, sensor in zip(panels, sensors, strict=True):
             for method, prior in product(_COLOURS, _DASHES):
                 if mine := where(rows, sensors=sensor, method=method, prior=prior):
@@ -25,4 +29,10 @@ def plot(data: Data, path: Path) -> None:
             axes.set_xlabel("s after first contact")
         panels[0].set_ylabel(f"right of {rows[0]['touches']}, %")
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        right.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        axes = naming.subplots()
+        names = data["names"]
+        methods = list(dict.fromkeys(row["method"] for row in names))
+        draw_operating_curve(axes, names, dict(zip(methods, _NAMING, strict=False)))
+        axes.set_title("estimator")
+        naming.legend(loc="outside lower center", ncols=len(methods))

@@ -1,7 +1,8 @@
 """Recorded touches of a soft fabric sensor: metal or wood, this estimator beside a linear classifier.
 
 One set (a day, a placement) is left out in turn. Both methods learn from the others and judge the same noisy readings
-of its touches. Cooled wood counts as wood. Flaws of the data:
+of its touches. Cooled wood counts as wood. The operating curve shows how soon the estimator names a touch, and how many
+wrongly, by rules of different caution. Flaws of the data:
 
 - The recordings were smoothed by a centred filter over 0.5 s before they were published. Each time after contact thus
   sees up to 0.25 s ahead, for both methods. Noise (NOISE_K) and the steps of 12 bits over 0-100 C are added here.
@@ -15,10 +16,10 @@ of its touches. Cooled wood counts as wood. Flaws of the data:
   (`even`). An even prior aims at `balanced`, the mean of metal's share and wood's.
 """
 
+import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -30,21 +31,25 @@ from numpy.typing import NDArray
 from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.recorded.identify_thermal import identify_thermal
+from remote_site.thermal.touch_start import RecordedTouch, find_touch
 from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, Work
+from studies.pieces import HERE, Piece, Work, part_of, results_of
 from studies.recorded_touches.figure import plot
 from studies.running import Progress, Unavailable, data_folder, tables_of
+from studies.thermal_identification.answers import Answered, by_fingers, knowledge_of
+from studies.thermal_identification.operating_curve import RULES, operating_curve
+from studies.thermal_identification.situations import Hand
 
 __all__ = ["plot", "run", "tables"]
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
-Judge = Callable[[Sequence["Touch"], Sequence["Touch"], float], Iterator[Row]]
-"""Judges touches by what was learned from others, given the ln odds of metal among these."""
 
 TIMES_S = (0.5, 1.5, 4.0)
 """Judged times after first contact (force > 0.3 N), s."""
+NAMED_UNTIL_S = 6.0
+"""Time after first contact up to which a name counts, s."""
 NOISE_K = 0.05
 STEP_K = 100.0 / 4095.0
 METAL, WOOD = "metal", "wood"
@@ -55,7 +60,7 @@ _SHRINKAGE = 0.003
 """Share of each feature's variance that is added to it, so that the pooled covariance of few touches can be
 inverted."""
 _NAME = re.compile(r"set(\d+)_(\w+)_\d+")
-tables = tables_of("accuracy", "errors")
+tables = tables_of("accuracy", "errors", "names")
 COMPARED = (Compared("accuracy", "share", "more", ("method", "sensors", "prior", "t_s"), counted="touches"),)
 
 
@@ -86,13 +91,22 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     """
     touches = read_touches(data_folder("thermal_contact"), seed)
     groups = sorted({touch.group for touch in touches})[: 1 if quick else None]
-    judges: tuple[Judge, ...] = (
-        _judge_linear,
-        partial(_judge_estimator, all_sensors=(HEATED,)),
-        partial(_judge_estimator, all_sensors=(HELPED, BOTH)),
-    )
-    pieces: list[Piece] = [(_judge_set, (judge, touches, group)) for group in groups for judge in judges]
-    answers = [row for rows in work(pieces, progress) for row in rows]
+    split = [([t for t in touches if t.group != group], [t for t in touches if t.group == group]) for group in groups]
+    learning: dict[str, list[Piece]] = {
+        "alone": [(learn_table, (learned, False)) for learned, _ in split],
+        "beside": [(learn_table, (learned, True)) for learned, _ in split],
+        "linear": [(judge_linear, each) for each in split],
+    }
+    found = results_of(learning, work, part_of(progress, 0.0, 0.8))
+    tables_by_set = list(zip(split, found["alone"], found["beside"], strict=True))
+    judging: list[Piece] = [
+        (judge_estimator, (table, learned, judged, sensors))
+        for (learned, judged), alone, beside in tables_by_set
+        for sensors, table in ((HEATED, alone), (HELPED, beside), (BOTH, beside))
+    ]
+    judged = work(judging, part_of(progress, 0.8, 1.0))
+    answers = [row for rows in found["linear"] for row in rows] + [row for rows, _ in judged for row in rows]
+    named = [one for _, each in judged for one in each]
     return {
         "noise_k": NOISE_K,
         "sets": groups,
@@ -100,6 +114,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         / sum(t.group in groups for t in touches),
         "accuracy": accuracy(answers),
         "errors": [answer for answer in answers if answer["said"] != answer["material"]],
+        "names": operating_curve(named),
         "answers": answers,
     }
 
@@ -197,45 +212,68 @@ def linear_score(features: Array, metal: NDArray[np.bool_], judged: Array) -> Ar
     return np.asarray((judged - 0.5 * (means[0] + means[1])) @ direction)
 
 
-def _judge_set(judge: Judge, touches: Sequence[Touch], group: int) -> Iterator[Row]:
-    learned = [touch for touch in touches if touch.group != group]
-    judged = [touch for touch in touches if touch.group == group]
-    ln_odds = float(
-        np.log(np.mean([t.material == METAL for t in learned]) / np.mean([t.material == WOOD for t in learned]))
-    )
-    yield from judge(learned, judged, ln_odds)
+def _ln_odds(touches: Sequence[Touch]) -> float:
+    """Return ln odds of metal among touches."""
+    metal = sum(touch.material == METAL for touch in touches)
+    return math.log(metal / (len(touches) - metal))
 
 
-def _judge_linear(learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float) -> Iterator[Row]:
-    metal = np.array([touch.material == METAL for touch in learned])
+def judge_linear(learned: Sequence[Touch], judged: Sequence[Touch]) -> list[Row]:
+    """Return the answers of the linear classifier."""
+    metal, ln_odds = np.array([touch.material == METAL for touch in learned]), _ln_odds(learned)
+    found: list[Row] = []
     for sensors in (HEATED, BOTH):
         for t_s in TIMES_S:
             features = np.stack([linear_features(touch.trace, t_s, sensors) for touch in learned])
             asked = np.stack([linear_features(touch.trace, t_s, sensors) for touch in judged])
             for touch, score in zip(judged, linear_score(features, metal, asked), strict=True):
-                yield from _answers("linear", sensors, touch, t_s, float(score) + ln_odds, ln_odds)
+                found += _answers("linear", sensors, touch, t_s, float(score) + ln_odds, ln_odds)
+    return found
 
 
-def _judge_estimator(
-    learned: Sequence[Touch], judged: Sequence[Touch], ln_odds: float, all_sensors: Sequence[str]
-) -> Iterator[Row]:
-    """Judge by one table for all of these sensors, calibrated beside the unheated sensor where BOTH is among them."""
+def learn_table(learned: Sequence[Touch], beside: bool) -> str:
+    """Return the table that the product's calibration makes, as JSON; `beside` adds the unheated sensor."""
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "learned"
         folder.mkdir()
         for touch in learned:
-            _write(folder / touch.file, touch, beside=BOTH in all_sensors)
+            _write(folder / touch.file, touch, beside=beside)
         lines = [f"{touch.file},{touch.material}\n" for touch in learned]
         (folder / "labels.csv").write_text("file,material\n" + "".join(lines), "utf-8")
-        calibrate_thermal(folder, Path(scratch) / "table.json")
-        table = MaterialTable.load(Path(scratch) / "table.json")
-        for sensors in all_sensors:
-            for touch in judged:
-                path = Path(scratch) / touch.file
-                _write(path, touch, beside=sensors == BOTH, until_s=TIMES_S[-1])
-                for line in identify_thermal(table, [path], TIMES_S):
-                    if not line["final"]:
-                        yield from _answers("estimator", sensors, touch, line["t_s"], _ln_odds(line), ln_odds)
+        return calibrate_thermal(folder, Path(scratch) / "table.json").table.model_dump_json()
+
+
+def judge_estimator(
+    table: str, learned: Sequence[Touch], judged: Sequence[Touch], sensors: str
+) -> tuple[list[Row], list[Answered]]:
+    """Return the answers of the product's command at TIMES_S, and the last ones by each rule of naming."""
+    ln_odds = _ln_odds(learned)
+    found: list[Row] = []
+    named: list[Answered] = []
+    with TemporaryDirectory() as scratch:
+        for touch in judged:
+            path = Path(scratch) / touch.file
+            _write(path, touch, beside=sensors == BOTH, until_s=TIMES_S[-1])
+            for line in identify_thermal(MaterialTable.model_validate_json(table), [path], TIMES_S):
+                if not line["final"]:
+                    found += _answers("estimator", sensors, touch, line["t_s"], _ln_odds_of(line), ln_odds)
+            hand = Hand(touch.material, math.nan, (_contact(touch, beside=sensors == BOTH),))
+            named += by_fingers(knowledge_of(table), hand, {sensors: 1}, (NAMED_UNTIL_S,), RULES)
+    return found, named
+
+
+def _contact(touch: Touch, *, beside: bool) -> RecordedTouch:
+    """Return the touch from its contact on, at the set's room temperature, without the unheated sensor or `beside` it.
+
+    Raises:
+        ValueError: the trace has no contact.
+    """
+    trace = touch.trace
+    room_c = np.full(len(trace.time_s), touch.room_c)
+    found = find_touch(replace(trace, ambient_c=room_c, reference_c=trace.reference_c if beside else None))
+    if found is None:
+        raise ValueError(f"{touch.file}: column force_n: no contact")
+    return found
 
 
 def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, ln_odds: float) -> Iterator[Row]:
@@ -253,7 +291,7 @@ def _answers(method: str, sensors: str, touch: Touch, t_s: float, score: float, 
         }
 
 
-def _ln_odds(line: Row) -> float:
+def _ln_odds_of(line: Row) -> float:
     """Ln odds of metal from a line of `identify thermal`; a material that is no candidate has the remaining share."""
     probability = dict(line["candidates"])
     left = max(1e-4, 1.0 - sum(probability.values()))

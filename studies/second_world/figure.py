@@ -6,9 +6,9 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from remote_site.thermal.thermal_result import NamingRule
 from studies.drawing import Data, Rows, curve, figure_file, where
 from studies.thermal_identification.figure import METHODS, time_axis
+from studies.thermal_identification.operating_curve import draw_operating_curve
 
 _SHOWN = ("1 finger", "2 staggered", "5 staggered")
 _COLUMNS = (
@@ -45,7 +45,8 @@ def plot(data: Data, path: Path) -> None:
                 fontsize=9,
             )
             row[3].axhline(95.0, color="black", linewidth=0.8, linestyle=":")
-            _draw_names(row[4], where(data["names"], world=each["world"], materials=count))
+            names = where(data["names"], world=each["world"], materials=count)
+            draw_operating_curve(row[4], names, {method: METHODS[method][::2] for method in _SHOWN})
         handles, labels = panels[0][0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=len(_SHOWN))
 
@@ -61,19 +62,3 @@ def _draw(axes: Axes, rows: Rows, column: str, factor: float) -> None:
             if mine:
                 curve(axes, mine, "t_s", column, (1.0, factor), color=colour, label=name, **how)
     time_axis(axes, sorted({row["t_s"] for row in rows}))
-
-
-def _draw_names(axes: Axes, rows: Rows) -> None:
-    """Draw the operating curve: named within 6 s over wrongly named; each point is a rule."""
-    for method in _SHOWN:
-        mine = sorted(where(rows, method=method), key=lambda row: -float(row["caution"]))
-        wrong = [100.0 * (row["wrong"] if row["strangers_named"] is None else row["strangers_named"]) for row in mine]
-        named = [100.0 * row["named_6_s"] for row in mine]
-        colour, _, marker = METHODS[method]
-        axes.plot(wrong, named, color=colour, marker=marker, markersize=4)
-        for row, x, y in zip(mine, wrong, named, strict=True):
-            if row["caution"] == NamingRule().caution:
-                axes.plot(x, y, marker="o", markersize=10, fillstyle="none", color=colour)
-    strange = any(row["strangers_named"] is not None for row in rows)
-    axes.set_xlabel("uncalibrated materials named (%)" if strange else "named, and wrong (%)")
-    axes.set_ylabel("named within 6 s (%); circle: shipped")

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
-from remote_site.thermal.thermal_result import NamingRule
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, part_of, results_of
 from studies.running import Progress, tables_of
 from studies.second_world.figure import plot, reference_of
 from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
 from studies.thermal_identification.answers import SHIPPED_RULE, Answered, by_fingers, knowledge_of
+from studies.thermal_identification.operating_curve import RULES, operating_curve
 from studies.thermal_identification.pieces import Examples, by_reference, learn
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, TWELVE, calibrated
@@ -29,8 +27,6 @@ STRANGERS = ("copper", "glass", "rubber", "skin_dermis")
 """Materials that are touched too where they were not calibrated."""
 STRANGE_TOUCHES = 5
 """Number of touches of each of them by each kind of sensor."""
-RULES = (*(NamingRule(caution=caution) for caution in (1.0, 25.0, 100.0)), SHIPPED_RULE)
-"""Rules of naming for the operating curve."""
 tables = tables_of("accuracy", "by_material", "by_kind", "errors", "reliability", "names")
 _ROW = ("world", "materials", "method", "t_s")
 COMPARED = (
@@ -96,13 +92,17 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
     cases = [_Case(each, 1000 * seed + kind) for each in sizes.sets for kind in range(each.kinds)]
-    found, names = [], []
+    found = []
     answers: dict[tuple[str, int], list[Answered]] = {}
+    last: dict[tuple[str, int], tuple[list[Answered], list[Answered]]] = {}
     for case, mine in zip(cases, _judge(cases, sizes.times_s, progress, work), strict=True):
         known = [one for one in mine if one.truth in case.set.names]
         found.append([one for one in known if one.rule in (None, SHIPPED_RULE)])
-        names += [(case.set, one) for one in mine if one.t_s == sizes.times_s[-1]]
-        answers.setdefault((case.set.world, len(case.set.names)), []).extend(found[-1])
+        key = case.set.world, len(case.set.names)
+        answers.setdefault(key, []).extend(found[-1])
+        for one in mine:
+            if one.t_s == sizes.times_s[-1]:
+                last.setdefault(key, ([], []))[one.truth not in case.set.names].append(one)
     sets: list[tuple[dict[str, Any], list[Answered]]] = [
         ({"world": world, "materials": count}, each) for (world, count), each in answers.items()
     ]
@@ -122,43 +122,10 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         ],
         "errors": [row for where, each in sets for row in errors(each, **where)],
         "reliability": [row for where, each in sets for row in reliability(each, **where)],
-        "names": _names(names),
+        "names": [
+            row for (world, count), each in last.items() for row in operating_curve(*each, world=world, materials=count)
+        ],
     }
-
-
-def _names(answers: Sequence[tuple[Set, Answered]]) -> list[dict[str, Any]]:
-    """Return the operating curve: for each rule, what is named at the end, and how soon.
-
-    Shares are 0..1 of the touches of calibrated materials, and of strangers for `strangers_named`.
-    """
-    groups: dict[tuple[str, int, str, float], list[tuple[bool, Answered]]] = {}
-    for which, one in answers:
-        if one.rule is not None:
-            key = which.world, len(which.names), one.method, one.rule.caution
-            groups.setdefault(key, []).append((one.truth in which.names, one))
-    rows = []
-    for (world, materials, method, caution), each in groups.items():
-        known = [one for calibrated, one in each if calibrated]
-        strange = [one for calibrated, one in each if not calibrated]
-        times_s = [one.named_s for one in known if one.named_s is not None]
-        wrong = sum(one.status == "identified" and one.best != one.truth for one in known)
-        rows.append(
-            {
-                "world": world,
-                "materials": materials,
-                "method": method,
-                "caution": caution,
-                "touches": len(known),
-                **{f"named_{t_s}_s": round(sum(s <= t_s for s in times_s) / len(known), 4) for t_s in (1, 3, 6)},
-                "named_s": round(float(np.median(times_s)), 3) if times_s else None,
-                "wrong": round(wrong / len(known), 4),
-                "strangers": len(strange),
-                "strangers_named": round(sum(one.status == "identified" for one in strange) / len(strange), 4)
-                if strange
-                else None,
-            }
-        )
-    return rows
 
 
 @dataclass(frozen=True, slots=True)

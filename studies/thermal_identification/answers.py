@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import chain
 from typing import NamedTuple
 
 from common.wire.messages import ThermalStatus
@@ -10,8 +11,8 @@ from remote_site.thermal.shared_object import ONE_OBJECT, SharedObject
 from remote_site.thermal.solving_turns import Solver, SolvingTurns
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal.thermal_result import NamingRule, ThermalConclusion, ThermalResult
-from remote_site.thermal.touch_estimate import TouchEstimate
-from remote_site.thermal.touch_start import RecordedTouch
+from remote_site.thermal.touch_estimate import TouchEstimate, TouchEvidence
+from remote_site.thermal.touch_start import RecordedTouch, reference_touch
 from studies.thermal_identification.exponential import RateTable, fits
 from studies.thermal_identification.situations import Hand
 
@@ -78,6 +79,8 @@ def by_fingers(
 ) -> list[Answered]:
     """Return the answers of the estimator from the first fingers of a hand.
 
+    An unheated sensor beside a finger's own is judged with it, if the touch and the table have one.
+
     Args:
         knowledge: knowledge from the table.
         hand: the touch.
@@ -86,8 +89,8 @@ def by_fingers(
         rules: rules by which a material is named; each gives answers of its own.
     """
     fingers = hand.fingers[: max(groups.values())]
-    estimates = [_estimate(knowledge, finger) for finger in fingers]
-    readings = [list(finger.readings()) for finger in fingers]
+    sensors = [_sensors(knowledge, finger) for finger in fingers]
+    length = min(sensor.length for each in sensors for sensor in each)
     conclusions = {
         (name, rule): ThermalConclusion(knowledge.table.names(), knowledge.table.plate_j_m2k, rule)
         for name in groups
@@ -95,22 +98,21 @@ def by_fingers(
     }
     named: dict[tuple[str, NamingRule], float] = {}
     found = []
-    for k in range(1, min(round(times_s[-1] / READING_S) + 1, *(len(each) for each in readings))):
+    for k in range(1, min(round(times_s[-1] / READING_S) + 1, length)):
         since_s = k * READING_S
         used_s = min(since_s, knowledge.table.lasts_s)
         if used_s == since_s:
-            for estimate, each in zip(estimates, readings, strict=True):
-                estimate.take(each[k][0] - each[k - 1][0], each[k][1], each[k][2])
-                for _ in range(TICKS):
-                    estimate.work()
+            for each in sensors:
+                for sensor in each:
+                    sensor.take(k)
         if k % JUDGED_EVERY:
             continue
-        evidence = [knowledge.corrected(estimate.evidence(), used_s) for estimate in estimates]
+        evidence = [[sensor.evidence(used_s) for sensor in each] for each in sensors]
         wanted = [t_s for t_s in times_s if abs(t_s - since_s) < READING_S / 2]
         for name, count in groups.items():
-            posterior = knowledge.posterior.judge(evidence[:count])
+            posterior = knowledge.posterior.judge(list(chain(*evidence[:count])), compare=count > 1)
             if posterior.same_object < ONE_OBJECT:  # then the first finger answers alone, as in a session
-                posterior = knowledge.posterior.judge(evidence[:1])
+                posterior = knowledge.posterior.judge(evidence[0])
             for rule in rules:
                 answer = conclusions[name, rule].step(posterior, since_s)
                 if answer.status is ThermalStatus.IDENTIFIED:
@@ -168,11 +170,49 @@ def by_product(
     return found
 
 
-def _estimate(knowledge: ThermalKnowledge, touch: RecordedTouch) -> TouchEstimate:
-    ambient_c = knowledge.table.ambient_c if touch.ambient_c is None else touch.ambient_c
-    return TouchEstimate(
-        knowledge.table, knowledge.substances, knowledge.guesses, touch.start_c, touch.slope_k_s, ambient_c
-    )
+class _Sensor:
+    """The running estimate of one sensor's touch."""
+
+    def __init__(
+        self, knowledge: ThermalKnowledge, touch: RecordedTouch, beside: ThermalKnowledge | None = None
+    ) -> None:
+        """Begin at contact.
+
+        Args:
+            knowledge: knowledge of this sensor.
+            touch: the touch.
+            beside: knowledge of the heated sensor, if this is the unheated one beside it.
+        """
+        self._knowledge, self._beside = knowledge, beside
+        ambient_c = knowledge.table.ambient_c if touch.ambient_c is None else touch.ambient_c
+        self._estimate = TouchEstimate(
+            knowledge.table, knowledge.substances, knowledge.guesses, touch.start_c, touch.slope_k_s, ambient_c
+        )
+        self._readings = list(touch.readings())
+
+    @property
+    def length(self) -> int:
+        """Number of readings from contact on."""
+        return len(self._readings)
+
+    def take(self, k: int) -> None:
+        """Take reading k, and do the work of a session until the next one."""
+        (before_s, _, _), (since_s, sensor_c, force_n) = self._readings[k - 1 : k + 1]
+        self._estimate.take(since_s - before_s, sensor_c, force_n)
+        for _ in range(TICKS):
+            self._estimate.work()
+
+    def evidence(self, since_s: float) -> TouchEvidence:
+        """Return the evidence at `since_s` seconds after contact, as the heated sensor can use it."""
+        found = self._knowledge.corrected(self._estimate.evidence(), since_s)
+        return found if self._beside is None else self._beside.posterior.beside(found)
+
+
+def _sensors(knowledge: ThermalKnowledge, touch: RecordedTouch) -> list[_Sensor]:
+    found = [_Sensor(knowledge, touch)]
+    if knowledge.reference is not None and touch.trace.reference_c is not None:
+        found.append(_Sensor(knowledge.reference, reference_touch(touch), knowledge))
+    return found
 
 
 def _answered(method: str, hand: Hand, t_s: float, answer: ThermalResult, named_s: float | None) -> Answered:
