@@ -35,4 +35,4 @@ def plot(data: Data, path: Path) -> None:
         methods = list(dict.fromkeys(row["method"] for row in names))
         draw_operating_curve(axes, names, dict(zip(methods, _NAMING, strict=False)))
         axes.set_title("estimator")
-        naming.legend(loc="outside lower center", ncols=len(methods))
+        axes.legend(loc="center right", fontsize="small")

@@ -14,6 +14,8 @@ RULES = (*(NamingRule(caution=caution) for caution in (1.0, 25.0, 100.0)), SHIPP
 """Rules of naming."""
 WITHIN_S = (1, 3, 6)
 """Times after contact at which named touches are counted, s."""
+LEAST_RANGE = 1.0
+"""Least end of the axis of wrong names, %."""
 
 
 def operating_curve(
@@ -79,4 +81,5 @@ def draw_operating_curve(axes: Axes, rows: Rows, looks: Mapping[str, tuple[str, 
             around = {"marker": "o", "markersize": 10, "fillstyle": "none"}
             curve(axes, shipped, x, y, (100.0, 100.0), color=colour, **around)
     axes.set_xlabel("uncalibrated materials named (%)" if strange else "named, and wrong (%)")
-    axes.set_ylabel("named within 6 s, dashed: 3 s (%); circle: shipped")
+    axes.set_ylabel("named within 6 s, dashed: 3 s (%)\ncircle: shipped")
+    axes.set_xlim(right=max(axes.get_xlim()[1], LEAST_RANGE))
