@@ -120,9 +120,11 @@ class Journal:
         recorder = self._recorder
         if recorder is not None and recorder.failed is None:
             left = []
+            # Read once: the recorder counts on while this loop runs.
+            written = {stream: recorder.written[stream] for stream in SCHEMAS}
             for kept in self._unsaved:
                 stream = kept[0]
-                if recorder.written[stream] > self._confirmed[stream]:
+                if written[stream] > self._confirmed[stream]:
                     self._confirmed[stream] += 1
                 else:
                     left.append(kept)

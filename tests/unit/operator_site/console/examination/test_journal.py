@@ -7,7 +7,7 @@ import subprocess
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import pytest
 
@@ -73,6 +73,23 @@ def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
     again = written(tmp_path / "console-1.mcap", "console/finding")
     assert [record["id"] for _, record in again] == [2, 3]
     assert [time_s for time_s, _ in again] == [1.0, 2.0], "they keep their own times"
+
+
+def test_only_the_first_record_is_confirmed_when_it_is_written_during_a_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts = iter([0])
+    written = MagicMock()
+    written.__getitem__.side_effect = lambda stream: next(counts, 1) if stream == "console/finding" else 0
+    recorder = Mock(failed=None, written=written)
+    monkeypatch.setattr("operator_site.console.examination.journal.Recorder", Mock(return_value=recorder))
+    keeping = Journal(tmp_path / "console.mcap", {})
+    for ident in (1, 2):
+        keeping.write("console/finding", 1.0, finding(ident))
+    keeping.step(1.1)
+    assert not keeping.is_saved(2)
+    keeping.step(1.2)
+    assert [keeping.is_saved(ident) for ident in (1, 2)] == [True, False]
 
 
 def test_a_console_starts_on_a_full_disk_which_is_tried_every_few_seconds(
