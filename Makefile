@@ -81,8 +81,8 @@ test: $(READY)
 long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening' $(call marked,long)
 
-# Those that load the machine themselves, or measure cost, need it for themselves; the others run two at a time.
-MEASURED := tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
+# Those that load the machine themselves, run five fingers or measure cost need it for themselves; others run by twos.
+MEASURED := tests/system/test_demo.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
 	$(BIN)/pytest -m session -n 2 --dist loadfile $(filter-out $(MEASURED),$(call marked,session))
