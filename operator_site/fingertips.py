@@ -89,8 +89,8 @@ class Fingertips:
         self._rows: Sequence[TouchRow] = (NO_TOUCH,) * n
         self._objects: list[Touched | None] = [None] * n
         self._events: Sequence[Event] = ()
-        self._taps: list[tuple[float, Event]] = []
-        """Taps that arrived while the outputs were at rest, each with the time of its arrival, s."""
+        self._taps: dict[int, tuple[float, Event]] = {}
+        """Last tap of each finger that arrived while the outputs were at rest, with the time of its arrival, s."""
         self.impulses_played: list[Event] = []
         """Taps and grooves that began in the last step; their packet may be an earlier one."""
 
@@ -98,7 +98,7 @@ class Fingertips:
         """Forget the played events, because a new session numbers its own."""
         self._played = PlayedEvents()
         self._events = ()
-        self._taps = []
+        self._taps.clear()
 
     def show(self, wall: SampledWall) -> None:
         """Set the bound of the walls; no stiffer surface is displayed from now on."""
@@ -150,11 +150,11 @@ class Fingertips:
             self._events, fresh = events, self._played.new(events)
         if not engaged:
             self._groove_timing.clear()
-            self._taps += [(t_s, event) for event in fresh if event.kind is EventKind.TAP]
+            self._taps |= {event.finger: (t_s, event) for event in fresh if event.kind is EventKind.TAP}
             fresh = ()
         elif self._taps:
-            fresh = [event for came_s, event in self._taps if t_s - came_s <= LATEST_TAP_S] + list(fresh)
-            self._taps = []
+            fresh = [event for came_s, event in self._taps.values() if t_s - came_s <= LATEST_TAP_S] + list(fresh)
+            self._taps.clear()
         if fresh or self._groove_timing.waits:
             fresh = self._groove_timing.step(t_s, fresh)
         self.impulses_played = []

@@ -116,6 +116,15 @@ def test_a_tap_that_comes_while_outputs_rest_is_felt_afterwards(silent_s: float,
     assert run.rendering.fingertips.impulses_played == []
 
 
+def test_of_many_taps_that_come_while_outputs_rest_the_last_one_is_felt() -> None:
+    run = Run()
+    run(10)
+    for number in range(1, 40):
+        run(1, engaged=False, touch=touching(Event(number, EventKind.TAP, INDEX, 0, 0, 0.2), sequence=number + 1))
+    run(1, engaged=True)
+    assert [event.ident for event in run.rendering.fingertips.impulses_played] == [39]
+
+
 def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:
     run = Run()
     output = run(100, device_faults=(CUT_OUT,))
