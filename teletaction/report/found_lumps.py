@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from common.scenes.tissue import Nodule
-from operator_site.console.map.lump_areas import lumps_of
+from operator_site.console.map.lump_areas import field_of, lumps_of
 from operator_site.console.map.tactile_map import TactileMap
 
 BESIDE_M = 5e-3
@@ -20,7 +20,8 @@ def found_lumps(surface: TactileMap, nodules: Sequence[Nodule] = ()) -> list[dic
     and `place_error_mm` are None for a lump that shows none; `probability` is None for a nodule without a lump.
     """
     left, rows = list(nodules), []
-    for lump in lumps_of(surface.stiffness.rows()):
+    field = field_of(surface.stiffness.rows())
+    for lump in lumps_of(field) if field is not None else ():
         row = {name: lump[name] for name in _SHOWN} | dict.fromkeys(("nodule", "true_size_mm", "place_error_mm"))
         near = [(_apart_m(lump, nodule), nodule) for nodule in left]
         near = [(far_m, nodule) for far_m, nodule in near if far_m <= 0.5 * nodule.size_m + BESIDE_M]

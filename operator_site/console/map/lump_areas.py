@@ -40,35 +40,27 @@ class Cells(NamedTuple):
     lump: Floats
 
 
-def lumps_of(rows: Floats) -> list[dict[str, Any]]:
-    """List the lumps of samples of stiffness, see `lumps_in`.
+def field_of(rows: Floats) -> StiffnessField | None:
+    """Return the field of samples of stiffness; None with too few places for lump probabilities.
 
     Args:
         rows: place, m, ln stiffness in N/m, and its variance of each sample, (n, 4).
     """
-    field = _field(rows)
-    return [] if field is None else lumps_in(cells(field, lumps_of_field(field), stiffness=False), field)
-
-
-def next_press_mm(rows: Floats) -> tuple[float, float] | None:
-    """Return the place between the samples where a press says most about lumps, mm; None with too few places.
-
-    Args:
-        rows: as for `lumps_of`.
-    """
-    field = _field(rows)
-    if field is None:
-        return None
-    ((x_m, y_m),) = next_presses(field, field.places_m.min(axis=0), field.places_m.max(axis=0)).tolist()
-    return round(1e3 * x_m, 1), round(1e3 * y_m, 1)
-
-
-def _field(rows: Floats) -> StiffnessField | None:
-    """Return the field of the samples; None with too few places for lump probabilities."""
     if not len(rows):
         return None
     field = StiffnessField(rows[:, :2], rows[:, 2], rows[:, 3])
     return field if len(field.places_m) >= FEWEST_PLACES else None
+
+
+def lumps_of(field: StiffnessField) -> list[dict[str, Any]]:
+    """List the lumps of a field of `field_of`, see `lumps_in`."""
+    return lumps_in(cells(field, lumps_of_field(field), stiffness=False), field)
+
+
+def next_press_mm(field: StiffnessField) -> tuple[float, float]:
+    """Return the place between the samples of a field of `field_of` where a press says most about lumps, mm."""
+    ((x_m, y_m),) = next_presses(field, field.places_m.min(axis=0), field.places_m.max(axis=0)).tolist()
+    return round(1e3 * x_m, 1), round(1e3 * y_m, 1)
 
 
 def searched(field: StiffnessField) -> LumpMap | None:

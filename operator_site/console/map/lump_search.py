@@ -5,7 +5,7 @@ from collections.abc import Hashable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import Any, NamedTuple
 
-from operator_site.console.map.lump_areas import Floats, lumps_of, next_press_mm
+from operator_site.console.map.lump_areas import Floats, field_of, lumps_of, next_press_mm
 from operator_site.console.map.tactile_map import TactileMap
 
 SEARCH_S = 5.0
@@ -65,4 +65,5 @@ class LumpSearch:
 
 
 def _search(rows: Floats) -> Searched:
-    return Searched(lumps_of(rows), next_press_mm(rows))
+    field = field_of(rows)
+    return NOTHING if field is None else Searched(lumps_of(field), next_press_mm(field))
