@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -72,11 +72,16 @@ def conclude(
     (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
     stage("drawing the report")
     write_report(data, summary, out / "report.html", examination)
-    complete = all(fault["what"] != "recording" for fault in summary["faults"])
-    if launcher is not None and folder == out and complete:
+    if launcher is not None and folder == out:
+        remove_merged(recordings, summary)
+    return summary
+
+
+def remove_merged(recordings: Sequence[Path], summary: Mapping[str, Any]) -> None:
+    """Remove the recordings of a session that were merged, unless its summary calls one of them incomplete."""
+    if all(fault["what"] != "recording" for fault in summary["faults"]):
         for path in recordings:
             path.unlink()
-    return summary
 
 
 def recordings_of(folder: Path, process: str) -> list[Path]:

@@ -66,18 +66,19 @@ def run_demo(options: DemoOptions) -> str:
     if not stop():
         signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
-            return _conclude(options, out) or _killed(killed)
+            return _conclude(options, out) or killed_words(killed)
         except KeyboardInterrupt:
             say("stopped")
     _conclude_in_background(options, out)
-    return _killed(killed)
+    return killed_words(killed)
 
 
 class _Failure(Exception):
     """The session failed; the text says why."""
 
 
-def _killed(names: list[str]) -> str:
+def killed_words(names: list[str]) -> str:
+    """Return the failure of a session whose processes had to be killed; empty without one."""
     return f"killed, since they did not end within {KILLED_S:g} s: {', '.join(names)}" if names else ""
 
 

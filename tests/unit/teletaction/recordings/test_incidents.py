@@ -9,6 +9,7 @@ from teletaction.recordings.incidents import incomplete_recordings
 from teletaction.recordings.session_data import SessionData
 from teletaction.report.report import write_report
 from teletaction.session import demo
+from teletaction.session.conclude import remove_merged
 from teletaction.session.demo_files import DemoOptions
 from tests.unit.teletaction.report.test_report import nothing, summary
 
@@ -37,9 +38,18 @@ def test_a_recording_that_stopped_or_lost_something_is_a_fault_with_its_time_and
 
 
 @pytest.mark.parametrize(("stopped", "failure"), [(True, f"remote: {STOPPED}; operator: {SLOW}"), (False, "")])
-def test_the_demo_fails_where_a_recording_stopped(
+def test_the_demo_fails_where_a_recording_stopped_and_keeps_what_is_needed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stopped: bool, failure: str
 ) -> None:
     found = incomplete_recordings(session(), STATUSES) if stopped else []
     monkeypatch.setattr("teletaction.session.conclude.conclude", lambda *_: summary(faults=found, loop={}))
     assert demo._conclude(DemoOptions(), tmp_path) == failure
+    recording = tmp_path / "remote.mcap"
+    recording.touch()
+    remove_merged([recording], summary(faults=found))
+    assert recording.exists() is stopped
+
+
+def test_the_demo_fails_where_a_process_was_killed() -> None:
+    assert demo.killed_words([]) == ""
+    assert demo.killed_words(["operator", "remote"]) == "killed, since they did not end within 10 s: operator, remote"
