@@ -81,7 +81,7 @@ test: $(READY)
 long: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening' $(call marked,long)
 
-# Those that load the machine themselves, run five fingers or measure cost need it for themselves; others run by twos.
+# Those that load the machine, measure cost or run all five fingers run alone. The others run two at a time.
 MEASURED := tests/system/test_demo.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
