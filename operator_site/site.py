@@ -180,6 +180,7 @@ class OperatorSite:
             "remote_recording": client.remote_recording,
             "refusal": client.refusal,
             "calibrated": client.calibrated,
+            "roughness_um": client.roughness_um,
             "wanted": client.want_engaged,
             "session": client.session.ident,
             "clock": {

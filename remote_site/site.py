@@ -85,6 +85,7 @@ class RemoteSite:
             calibration=materials.content_hash,
             calibrated=materials.described(),
             surfaces=surfaces.content_hash,
+            **({} if surfaces.roughness_scale is None else {"roughness_um": surfaces.roughness_scale.model_dump()}),
             contact_force_n=config.patient.contact_force_n,
             max_age_s=config.link.max_age_s,
         )

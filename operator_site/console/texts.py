@@ -331,9 +331,9 @@ def ended(
     return f"{text} Report has {count(placeless, 'finding')} without a place." if placeless else text
 
 
-def place(value: str, touches: int, ago_s: float) -> str:
-    """Return a value at a place with its number of touches and the time since the last one, s."""
-    return f"{value}, {count(touches, 'touch')}, {ago_s:.0f} s ago"
+def place(value: str, touches: int, ago_s: float, contrast: str) -> str:
+    """Return a value at a place, its contrast if known, its number of touches and the time since the last one, s."""
+    return f"{value}{contrast and f', {contrast}'}, {count(touches, 'touch')}, {ago_s:.0f} s ago"
 
 
 def with_lump(stiffness: str, probability: float) -> str:

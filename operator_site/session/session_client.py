@@ -19,6 +19,7 @@ from common.link.session_state import Session
 from common.timing.timeouts import SESSION_SILENCE_S
 from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
 from common.wire.packets import BadPacket, LinkState, WrongVersion
+from common.wire.roughness_um import RoughnessUm
 from common.wire.session_messages import Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
@@ -114,6 +115,12 @@ class SessionClient:
     def calibrated(self) -> str:
         """The remote site's description of its calibration; empty if unknown."""
         return str(self.remote.get("calibrated", ""))[:LONGEST_DESCRIPTION]
+
+    @property
+    def roughness_um(self) -> dict[str, float] | None:
+        """The remote site's scale of roughness in um; None if it sent none."""
+        scale = RoughnessUm.of(self.remote.get("roughness_um"))
+        return None if scale is None else scale._asdict()
 
     @property
     def spared(self) -> int:

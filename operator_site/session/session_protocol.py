@@ -45,6 +45,10 @@ class SessionProtocol(SessionEnd, Protocol):
         """Calibration of the other end, for people; empty if unknown."""
 
     @property
+    def roughness_um(self) -> dict[str, float] | None:
+        """Scale of roughness in um of the other end; None if it was not calibrated."""
+
+    @property
     def spared(self) -> int:
         """Number of motions omitted because no change was perceptible."""
 

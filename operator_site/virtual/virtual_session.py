@@ -42,6 +42,7 @@ class VirtualSession:
     remote_recording: str = ""
     refusal: str = ""
     calibrated: str = "Virtual: everything is as its scene says."
+    roughness_um: dict[str, float] | None = None
     spared: int = 0
     """Number of motion packets that were not sent because of no perceptible change; always 0."""
     _sequence: int = 0

@@ -48,7 +48,7 @@
     const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left), high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
     if (wide > 1 && high > 1) wrong.push(`${name(a.e)} over ${name(b.e)}`);
   }));
-  const panels = [...document.querySelectorAll('#bar, #alarm, #answers, #hand, #map, #identification, #signals, #buttons, #stop-place')].filter(visible);
+  const panels = [...document.querySelectorAll('#bar, #alarm, #answers, #hand, #map, #identification, #signals, #buttons, #stop-place')].filter(e => visible(e) && !e.closest('#details'));
   for (const a of panels) for (const b of panels) {
     if (a === b || scrolled(a.parentElement) || scrolled(b.parentElement)) continue;
     const p = a.getBoundingClientRect(), q = b.getBoundingClientRect();
@@ -57,7 +57,7 @@
   const stop = document.getElementById('stop');
   if (visible(stop)) {
     const box = stop.getBoundingClientRect();
-    if (Math.min(box.width, box.height) < 188) wrong.push('STOP is small');
+    if (Math.max(box.width, box.height) < 188 || Math.min(box.width, box.height) < 112) wrong.push('STOP is small');
     if (box.right > innerWidth || box.bottom > innerHeight) wrong.push('STOP is cut');
     for (const [dx, dy] of [[0.5, 0.5], [0.1, 0.5], [0.9, 0.5], [0.5, 0.1], [0.5, 0.9]])
       if (!stop.contains(document.elementFromPoint(box.left + dx * box.width, box.top + dy * box.height))) wrong.push('STOP is covered');

@@ -42,10 +42,10 @@ class Client:
         self.skipped = 0
         self.stops: set[int] = set()
 
-    def ask_for_tiles(self, quantity: str) -> None:
-        """Whole map of a quantity, tile by tile."""
-        number = synthetic.QUANTITIES.index(quantity)
-        self.tiles = [(number, column, row) for row in range(8) for column in range(8)]
+    def ask_for_tiles(self, quantities: list[str]) -> None:
+        """Whole maps of quantities, tile by tile."""
+        numbers = [synthetic.QUANTITIES.index(quantity) for quantity in quantities]
+        self.tiles = [(number, column, row) for number in numbers for row in range(8) for column in range(8)]
 
 
 class Stage:
@@ -56,6 +56,8 @@ class Stage:
         self.clients: list[Client] = []
         self.connections = 0
         self.asks: list[dict[str, Any]] = []
+        self.shown: list[dict[str, Any]] = []
+        """Requests for quantities of the map."""
         self.answers: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {}
         self.accepts = True
         self.refuses = False
@@ -128,7 +130,7 @@ class Stage:
         """Serve one page, as `Pages.serve` does."""
         self._loop = asyncio.get_running_loop()
         client = Client(socket)
-        client.ask_for_tiles("temperature")
+        client.ask_for_tiles(["temperature"])
         self.clients.append(client)
         self.connections += 1
         sender = asyncio.create_task(self._send(client))
@@ -180,7 +182,8 @@ class Stage:
         elif kind == "alive":
             client.alive.append(message)
         elif kind == "show":
-            client.ask_for_tiles(message["quantity"])
+            self.shown.append(message)
+            client.ask_for_tiles([message["quantity"], *([message["second"]] if "second" in message else [])])
         elif kind == "ask":
             self.asks.append(message)
             again = message["verb"] == "estop" and message["id"] in client.stops

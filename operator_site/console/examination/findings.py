@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+from common.wire.roughness_um import RoughnessUm
+from operator_site.console.map.roughness_shown import roughness_shown
 from operator_site.console.map.tactile_map import ExploredPlace, Measured
 from operator_site.console.texts import count
 
@@ -15,7 +17,8 @@ QUANTITY = {
     "soft": "stiffness",
 }
 """Measured quantity of each kind of finding."""
-UNIT = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
+UNIT = {"temperature": "°C", "stiffness": "N/m"}
+MEASURED = ("temperature", "roughness", "stiffness")
 CLEAR = 2.5
 """Smallest clear difference from the surroundings, in standard deviations of the difference."""
 LEAST = {"temperature": 0.5, "roughness": 0.4, "stiffness": 0.2}
@@ -71,7 +74,7 @@ def likely_kind(here: ExploredPlace, around: ExploredPlace) -> str | None:
     return best
 
 
-def describe(kind: str | None, here: ExploredPlace) -> str:
+def describe(kind: str | None, here: ExploredPlace, scale: RoughnessUm | None = None) -> str:
     """Describe a finding in words: its kind and its value, or all values if its kind has no quantity.
 
     Raises:
@@ -82,27 +85,39 @@ def describe(kind: str | None, here: ExploredPlace) -> str:
     quantity = QUANTITY.get(kind or "")
     if quantity is not None:
         measured = getattr(here, quantity)
-        return f"{kind}, {value_text(quantity, measured) if measured else f'{quantity} not felt here'}"
-    values = [value_text(name, value) for name in UNIT if (value := getattr(here, name)) is not None]
+        return f"{kind}, {value_text(quantity, measured, scale) if measured else f'{quantity} not felt here'}"
+    values = [value_text(name, value, scale) for name in MEASURED if (value := getattr(here, name)) is not None]
     return ", ".join([*([kind] if kind else []), *(values or ["nothing felt here"])])
 
 
-def compare(kind: str | None, here: ExploredPlace, around: ExploredPlace) -> str:
+def compare(kind: str | None, here: ExploredPlace, around: ExploredPlace, scale: RoughnessUm | None = None) -> str:
     """Describe the difference of a finding from its surroundings in words; empty if unknown."""
-    quantity = QUANTITY.get(kind or "")
+    return contrast(QUANTITY.get(kind or ""), here, around, scale)
+
+
+def contrast(quantity: str | None, here: ExploredPlace, around: ExploredPlace, scale: RoughnessUm | None = None) -> str:
+    """Describe the difference of a place from its surroundings in one quantity in words; empty if unknown."""
     mine, theirs = (getattr(place, quantity) if quantity else None for place in (here, around))
     if quantity is None or mine is None or theirs is None:
         return ""
     differs = difference(quantity, mine, theirs)
     touches = count(theirs.touches, "touch")
     if quantity == "temperature":
-        return f"{signed(differs.value, differs.sd)} K against {value_text(quantity, theirs)} around it ({touches})"
+        return (
+            f"{signed(differs.value, differs.sd)} K against {value_text(quantity, theirs, scale)} around it ({touches})"
+        )
     ratio = math.exp(differs.value)
-    return f"{with_sd(ratio, ratio * differs.sd)} times the {value_text(quantity, theirs)} around it ({touches})"
+    return f"{with_sd(ratio, ratio * differs.sd)} times the {value_text(quantity, theirs, scale)} around it ({touches})"
 
 
-def value_text(quantity: str, measured: Measured) -> str:
-    """Format a value with its standard deviation and unit: `36.4 ± 0.2 °C`, or `31 ± 2 °C, uncertain`."""
+def value_text(quantity: str, measured: Measured, scale: RoughnessUm | None = None) -> str:
+    """Format a value with its standard deviation and unit: `36.4 ± 0.2 °C`, or `31 ± 2 °C, uncertain`.
+
+    A roughness is in um with its `scale`, else a level of 10.
+    """
+    if quantity == "roughness":
+        shown = roughness_shown(measured.value, measured.sd, scale)
+        return f"{with_sd(shown.value, shown.sd)} {shown.unit}"
     uncertain = quantity == "temperature" and measured.sd > UNCERTAIN_SD_K
     return f"{with_sd(measured.value, measured.sd)} {UNIT[quantity]}{', uncertain' if uncertain else ''}"
 

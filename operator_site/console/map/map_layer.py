@@ -35,13 +35,15 @@ class Tile:
     Attributes:
         revision: revision of the map at the newest change of this tile.
         samples: samples whose place lies in this tile.
+        felt_cells: number of cells with a sample in reach.
     """
 
-    __slots__ = ("_count", "_sums", "revision", "samples")
+    __slots__ = ("_count", "_sums", "felt_cells", "revision", "samples")
 
     def __init__(self) -> None:
         self.revision = 0
         self.samples: dict[tuple[int, int, int], Sample] = {}
+        self.felt_cells = 0
         self._count = np.zeros((TILE, TILE), dtype=np.int32)
         self._sums = np.zeros((4, TILE, TILE))
         """Sums of k, k w, k w v and k w v^2, with the kernel k, precisions w and values v."""
@@ -52,6 +54,7 @@ class Tile:
         self._sums[:, at[0], at[1]] += sign * np.stack((kernel, weight, value * weight, value * value * weight))
         self._count[at] += sign * (kernel > 0.0)
         self._sums[:, self._count == 0] = 0.0  # clear the rounding residue
+        self.felt_cells = int(np.count_nonzero(self._count))
 
     @property
     def explored(self) -> NDArray[np.bool_]:
@@ -90,9 +93,14 @@ class Layer:
         """Return value and standard deviation of a tile's cells, (TILE, TILE) each; NaN where none is shown."""
         return self.tiles[place].mean()
 
+    @property
+    def felt_cells(self) -> int:
+        """Number of cells with a sample in reach."""
+        return sum(tile.felt_cells for tile in self.tiles.values())
+
     def shows(self, place: tuple[int, int]) -> bool:
         """Return whether a tile has a cell with a value."""
-        return bool(self.tiles[place].explored.any())
+        return self.tiles[place].felt_cells > 0
 
     def put(self, sample: Sample, revision: int) -> None:
         """Add a sample; it replaces the newest sample of its finger if that has the same key."""

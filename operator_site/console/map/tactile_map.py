@@ -74,6 +74,7 @@ class TactileMap:
         stiffness: the layer of stiffness, with its field and lump probabilities.
         named: a layer of probabilities for each identified material, in the order of `materials`.
         framed: revision of the newest move of the frame.
+        felt_m: smallest x and y and largest x and y of all samples, m; None before the first one.
     """
 
     def __init__(self) -> None:
@@ -94,6 +95,7 @@ class TactileMap:
         self._corner: tuple[int, int] | None = None
         """Column and row of the tile at the frame's left and near edge."""
         self.framed = 0
+        self.felt_m: tuple[float, float, float, float] | None = None
         self._centre_c: float | None = None
         self._centred_by: list[tuple[tuple[int, int, int], float]] = []
 
@@ -157,6 +159,13 @@ class TactileMap:
             return
         self.revision += 1
         self._follow(sample.x_m, sample.y_m)
+        left_m, near_m, right_m, far_m = self.felt_m or (math.inf, math.inf, -math.inf, -math.inf)
+        self.felt_m = (
+            min(left_m, sample.x_m),
+            min(near_m, sample.y_m),
+            max(right_m, sample.x_m),
+            max(far_m, sample.y_m),
+        )
         if sample.quantity == "material":
             for name, layer in self.named.items():
                 if name != sample.name:

@@ -1,12 +1,13 @@
-// Key D in a small window shows drawing, chart and two table rows over the map.
+// Key D shows drawing, chart and signals over the map, in a small window also two rows of the table.
+// A window that scrolls shows all of them already.
 import { byId } from "./dom.js";
 
-const SMALL = window.matchMedia("(min-width: 64em) and (min-height: 44em) and (not ((min-width: 90em) and (min-height: 52em)))");
+const FOLDED = window.matchMedia("(min-width: 64em) and (min-height: 44em), (min-width: 48em) and (min-height: 60em)");
 let shown = false;
 
 export function startDetails(redraw) {
-  SMALL.addEventListener("change", () => { shown = false; place(); redraw(); });
-  return () => { shown = SMALL.matches && !shown; place(); redraw(); };
+  FOLDED.addEventListener("change", () => { shown = false; place(); redraw(); });
+  return () => { shown = FOLDED.matches && !shown; place(); redraw(); };
 }
 
 function place() {
@@ -14,8 +15,10 @@ function place() {
   if (shown) {
     byId("details-hand").prepend(byId("drawing-place"));
     byId("details-chart").append(byId("chart"));
+    byId("details-signals").append(byId("signals"));
   } else {
     byId("finger-table").before(byId("drawing-place"));
     byId("properties").before(byId("chart"));
+    byId("identification").after(byId("signals"));
   }
 }

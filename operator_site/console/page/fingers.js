@@ -2,7 +2,7 @@
 import { byId, make, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
-import { FINGER_NAMES, MODES, WORDS } from "./words.js";
+import { FINGER_IDS, FINGER_NAMES, MODES, WORDS } from "./words.js";
 
 export const STALE_S = 0.25, GONE_S = 1.0;
 const LIMIT_HELD_S = 3, ROWS = ["force_n", "plate_c", "motor_hz", "mode"], FOLDS = ["motor_hz", "mode"];
@@ -11,24 +11,24 @@ const cells = [], limitedAt_s = new Array(FINGER_COUNT).fill(-Infinity), stronge
 
 export function startFingers(choose) {
   const heads = FINGER_NAMES.map((name, finger) => {
-    const button = make("button", { "aria-pressed": "false" }, name[0], make("span", { class: "unseen", text: name.slice(1) }));
+    const button = make("button", { "aria-pressed": "false" }, FINGER_IDS[finger], make("span", { class: "unseen", text: ` ${name}` }));
     button.addEventListener("click", () => choose(now.chosen === finger ? null : finger));
     return make("th", { scope: "col" }, button);
   });
-  byId("finger-table").append(make("thead", {}, make("tr", {}, ...heads)), ...[...ROWS, "remarks"].map(row => body(row)));
+  byId("finger-table").append(make("thead", {}, make("tr", {}, make("td"), ...heads)), ...[...ROWS, "remarks"].map(row => body(row)));
   byId("details-table").append(...FOLDS.map(row => body(row)));
 }
 
 function body(row) {
-  const name = make("th", { scope: "rowgroup", colspan: FINGER_COUNT, class: "row-name", text: WORDS.rows[row] });
-  const values = make("tr", { class: row === "remarks" ? "remarks" : null });
+  const name = make("th", { scope: "row", class: "row-name", text: WORDS.rows[row] });
+  const values = make("tr", { class: row === "remarks" ? "remarks" : null, "aria-label": WORDS.rows[row] }, name);
   for (let finger = 0; finger < FINGER_COUNT; finger += 1) {
     const cell = make("td", { class: row });
     cells.push({ cell, row, finger });
     values.append(cell);
   }
   if (row === "remarks") name.firstChild.replaceWith(make("span", { class: "unseen", text: WORDS.rows[row] }));
-  return make("tbody", { class: FOLDS.includes(row) ? "folds" : null }, make("tr", { class: row === "remarks" ? "unseen" : null }, name), values);
+  return make("tbody", { class: FOLDS.includes(row) ? "folds" : null }, values);
 }
 
 // Keeps the largest force since the last update, and the time of each acting limit.

@@ -2,7 +2,7 @@
 import { hold, pause, release } from "./actions.js";
 import { quiet } from "./alarms.js";
 import { byId, make, remember, remembered, typing, write } from "./dom.js";
-import { show, showSure, widen, zoomBy } from "./map.js";
+import { fitMap, nextComparison, show, showBoth, showSure, widen, zoomBy } from "./map.js";
 import { begin, marked, markingKey } from "./marking.js";
 import { openNote } from "./notes.js";
 import { playback, underWay } from "./now.js";
@@ -26,7 +26,7 @@ export function startKeys({ choose, details, listed }) {
   });
   byId("theme-button").addEventListener("click", otherTheme);
   const letters = {
-    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, q: quiet, l: otherTheme, d: details,
+    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, l: otherTheme, d: details,
     t: () => show("temperature"), r: () => show("roughness"), s: () => show("stiffness"), m: () => show("material"), a: () => toggle("sheet-alarms", listed),
   };
   const signs = { "?": () => toggle("sheet-help"), "+": () => zoomBy(1.5), "=": () => zoomBy(1.5), "-": () => zoomBy(1 / 1.5), ",": () => widen(-1), ".": () => widen(1) };

@@ -10,7 +10,7 @@ import { followFingers, showFingers, startFingers } from "./fingers.js";
 import { drawHand } from "./hand.js";
 import { showIdentification } from "./identification.js";
 import { startKeys } from "./keys.js";
-import { drawMap, followMap, readOut, showAgain, showMapTable, startMap, takeTile } from "./map.js";
+import { drawMap, followMap, readOut, subscribe, showMapTable, startMap, takeTile } from "./map.js";
 import { marked, moveTo, showMarking, startMarking } from "./marking.js";
 import { showNotes, startNotes } from "./notes.js";
 import { followContact, live, now, shownState } from "./now.js";
@@ -33,7 +33,7 @@ const connection = new Connection({
     now.refused = false;
     pending.length = 0;
     sendKept();
-    showAgain();
+    subscribe();
   },
   closed(refused) {
     now.connected = false;

@@ -1,18 +1,25 @@
-// Region D: the tactile map along the plane's normal. Only the user moves and zooms it.
+// Region D: the tactile map along the plane's normal, as one pane or two. Only the user chooses, moves and zooms what it shows;
+// until then it opens on the quantity that was felt in most cells, and fits what was felt.
 import { byId, equal, fit, make, write } from "./dom.js";
-import { codeAt, forgetTiles, keepTile, Painting, QUANTITIES, regions, SIDE, UNEXPLORED, valueOf } from "./map_tiles.js";
 import { drawLegend } from "./legend.js";
-import { drawOver, drawStill, word } from "./map_over.js";
+import { comparable, COMPARISONS, differences, forgetBefore, hasBefore, keepBefore, SPAN } from "./map_compare.js";
+import { drawOver } from "./map_over.js";
+import { paintPane } from "./map_paint.js";
+import { dragPhoto, endAdjusting, startPhoto } from "./map_photo.js";
+import { startPointer } from "./map_pointer.js";
+import { forgetTiles, keepTile, Painting, QUANTITIES, regions } from "./map_tiles.js";
+import { numberOf, unitOf } from "./map_units.js";
+import { fitAgain, followFelt, forgetFelt, frame, isFitted, viewOf, zoomAt } from "./map_view.js";
 import { now } from "./now.js";
 import { onTheme } from "./theme.js";
-import { capital, marks, WORDS } from "./words.js";
+import { capital, WORDS } from "./words.js";
 
-const ZOOM = 1.5, MOST_ZOOM = 12, LOOK_MS = 250, PAINT_MS = 100, FRAME = { x_m: -0.128, y_m: -0.128, cell_m: 0.001 };
-const ENDS = [1, 2], WIDER = 2, SIGN_K = 1;
-const NEAR_TIMES = 2, NEAR_TILES = [2, 3, 4, 5]; // the middle 128 mm
-const painting = new Painting();
-let connection = null, quantity = "temperature", sure = false, zoom = null, middle = null, frameKey = "", legendKey = "", stillKey = "", dirty = true, paintedAt_ms = 0, wider = 0;
-let far = false, cursor = null, looked = "", lookedAt_ms = 0, looking = false;
+export { moved } from "./map_pointer.js";
+
+const ZOOM = 1.5, LOOK_MS = 250, PAINT_MS = 100, COMPARE_MS = 500, ENDS = [1, 2], WIDER = 2, FULLER = 1.5;
+const panes = [{ id: "map-surface", over: "map-over" }, { id: "map-surface-2", over: "map-over-2" }].map(pane => ({ ...pane, painting: new Painting(), quantity: null, legendKey: "", comparedAt_ms: -Infinity, stale: false }));
+let connection = null, both = false, sure = false, comparison = "none", axis_mm = null, chosen = false;
+let frameKey = "", stillKey = "", dirty = true, paintedAt_ms = 0, wider = 0, cursor = null, looked = "", lookedAt_ms = 0, looking = false;
 
 export function startMap(link, pick) {
   connection = link;
@@ -21,34 +28,54 @@ export function startMap(link, pick) {
     button.addEventListener("click", () => show(name));
     byId("quantities").append(button);
   }
-  const button = make("button", { id: "sure-button", "aria-pressed": "false" }, `${WORDS.confidence} `, make("kbd", { text: WORDS.confidenceKey }));
-  button.addEventListener("click", showSure);
-  byId("quantities").append(button);
+  byId("compare").append(...COMPARISONS.map(name => make("option", { value: name, text: WORDS.comparisons[name] })));
+  byId("compare").addEventListener("change", () => compareWith(byId("compare").value));
+  byId("compare-set").addEventListener("click", setReference);
+  byId("sure-button").addEventListener("click", showSure);
+  byId("both-button").addEventListener("click", showBoth);
+  byId("fit-button").addEventListener("click", fitMap);
+  byId("photo-button").addEventListener("click", togglePhoto);
   byId("zoom-in").addEventListener("click", () => zoomBy(ZOOM));
   byId("zoom-out").addEventListener("click", () => zoomBy(1 / ZOOM));
   onTheme(() => { dirty = true; });
-  point(byId("map-surface"), pick);
-  show(quantity);
+  for (const pane of panes) {
+    startPointer(byId(pane.id), {
+      cursor(place) { cursor = place; }, pick, start: () => cursor ?? fingerPlace(),
+      changed() { dirty = true; showTools(); }, dragged: dragPhoto,
+    });
+  }
+  startPhoto(() => { dirty = true; }, () => viewOf(byId(panes[0].id)).centre);
+  panes[0].quantity = "temperature";
+  panes[1].quantity = "stiffness";
+  subscribe();
 }
 
-export function show(name) {
-  quantity = name;
+// ---- what is shown
+
+const shownPanes = () => (both ? panes : panes.slice(0, 1));
+
+// Shows a quantity; with two panes, the one before moves to the second.
+export function show(name, byUser = true) {
+  chosen ||= byUser;
+  if (name !== panes[0].quantity) [panes[0].quantity, panes[1].quantity] = [name, panes[0].quantity];
   sure = false;
   wider = 0;
-  for (const button of byId("quantities").querySelectorAll("[data-quantity]")) button.setAttribute("aria-pressed", String(button.dataset.quantity === name));
-  byId("sure-button").setAttribute("aria-pressed", "false");
-  byId("map-surface").setAttribute("aria-label", WORDS.mapName(name));
-  connection.send({ kind: "show", quantity });
-  repaint();
+  subscribe();
 }
 
-export function showAgain() {
-  connection.send({ kind: "show", quantity });
+export function showBoth() {
+  both = !both;
+  subscribe();
 }
 
 export function showSure() {
   sure = !sure;
-  byId("sure-button").setAttribute("aria-pressed", String(sure));
+  repaint();
+}
+
+// Also after a new connection.
+export function subscribe() {
+  connection.send({ kind: "show", quantity: panes[0].quantity, ...(both && { second: panes[1].quantity }) });
   repaint();
 }
 
@@ -57,11 +84,28 @@ export function widen(steps) {
   repaint();
 }
 
-function range() {
-  return now.state?.map?.ranges?.[quantity] ?? ENDS;
+export function nextComparison() {
+  compareWith(COMPARISONS[(COMPARISONS.indexOf(comparison) + 1) % COMPARISONS.length]);
 }
 
-function legend() {
+function compareWith(name) {
+  comparison = name;
+  sure = false;
+  repaint();
+}
+
+// Sets the mirror's axis at the cursor, or keeps the present map as the earlier one.
+function setReference() {
+  if (comparison === "mirror") axis_mm = Math.round((cursor ?? fingerPlace() ?? viewOf(byId("map-surface")).centre).x);
+  else keepBefore(range);
+  repaint();
+}
+
+const axis = () => axis_mm ?? (now.state?.map?.felt_mm ? (now.state.map.felt_mm[0] + now.state.map.felt_mm[2]) / 2 : 0);
+const differs = quantity => comparison !== "none" && !sure && comparable(quantity);
+const range = quantity => now.state?.map?.ranges?.[quantity] ?? ENDS;
+
+function legend(quantity) {
   const reported = now.state?.map?.legend?.[quantity] ?? ENDS;
   if (wider === 0 || quantity === "material") return reported;
   const share = WIDER ** wider, [low, high] = reported;
@@ -70,55 +114,90 @@ function legend() {
   return [centre / half, centre * half];
 }
 
-export function frame() {
-  return now.state?.map?.frame ?? FRAME;
+function howOf({ quantity }) {
+  const here = frame(), axisCell = (axis() / 1000 - here.x_m) / here.cell_m;
+  const compared = differs(quantity) ? { differences: differences(quantity, comparison, range(quantity), axisCell), span: SPAN[quantity] * WIDER ** wider } : {};
+  return { range: range(quantity), legend: legend(quantity), sure, ...compared };
 }
 
 function repaint() {
-  painting.all(quantity, range(), legend(), sure);
-  legendKey = JSON.stringify(legend());
+  for (const pane of panes) paintAll(pane);
+  showTools();
+}
+
+function paintAll(pane) {
+  pane.painting.all(pane.quantity, howOf(pane));
+  pane.legendKey = JSON.stringify(legend(pane.quantity));
+  pane.comparedAt_ms = performance.now();
+  pane.stale = false;
   dirty = true;
 }
 
+function showTools() {
+  for (const button of byId("quantities").querySelectorAll("[data-quantity]")) {
+    button.setAttribute("aria-pressed", String(shownPanes().some(pane => pane.quantity === button.dataset.quantity)));
+  }
+  byId("sure-button").setAttribute("aria-pressed", String(sure));
+  byId("both-button").setAttribute("aria-pressed", String(both));
+  byId("fit-button").disabled = isFitted();
+  byId("compare").value = comparison;
+  byId("compare-set").hidden = !["mirror", "before"].includes(comparison);
+  write(byId("compare-set"), comparison === "mirror" ? WORDS.axisHere : WORDS.keepNow);
+  byId("map").classList.toggle("both", both);
+  for (const pane of panes) byId(pane.id).setAttribute("aria-label", WORDS.mapName(pane.quantity, comparison));
+}
+
+function togglePhoto() {
+  const tray = byId("photo");
+  tray.hidden = !tray.hidden;
+  if (tray.hidden) endAdjusting();
+  byId("photo-button").setAttribute("aria-expanded", String(!tray.hidden));
+}
+
+// ---- what the console sends
+
 export function takeTile(tile) {
   keepTile(tile);
-  if (!far && !(NEAR_TILES.includes(tile.column) && NEAR_TILES.includes(tile.row)) && tile.values.some(code => code !== UNEXPLORED)) far = dirty = true;
-  if (QUANTITIES[tile.quantity] !== quantity) return;
-  painting.tile(quantity, tile.column, tile.row, range(), legend(), sure);
-  dirty = true;
+  for (const pane of shownPanes()) {
+    if (QUANTITIES[tile.quantity] !== pane.quantity) continue;
+    if (differs(pane.quantity)) pane.stale = true; // a difference depends on other tiles, too
+    else pane.painting.tile(pane.quantity, tile.column, tile.row, howOf(pane));
+    dirty = true;
+  }
 }
 
 export function followMap(state) {
   // Another frame or another map: all old tiles are invalid.
   const key = JSON.stringify(state.map ? [state.map.frame, state.map.number] : null);
-  if (frameKey && key !== frameKey) { forgetTiles(); far = false; repaint(); }
+  if (frameKey && key !== frameKey) { forgetTiles(); forgetBefore(); forgetFelt(); axis_mm = null; repaint(); }
   frameKey = key;
-  if (JSON.stringify(legend()) !== legendKey) repaint();
+  if (panes.some(pane => JSON.stringify(legend(pane.quantity)) !== pane.legendKey)) repaint();
+  if (followFelt(state.map?.felt_mm)) dirty = true;
+  openOnFullest(state.map?.felt_cells);
   const still = JSON.stringify([state.findings, state.map?.sides, state.map?.lumps, state.map?.next_mm]);
   if (still !== stillKey) dirty = true;
   stillKey = still;
 }
 
-// ---- view: pixels for millimetres
-
-function view(canvas) {
-  const here = frame(), side_mm = SIDE * here.cell_m * 1000, centre = middle ?? { x: here.x_m * 1000 + side_mm / 2, y: here.y_m * 1000 + side_mm / 2 };
-  const [short, long] = [canvas.clientWidth, canvas.clientHeight].sort((a, b) => a - b);
-  // Until the user zooms: the middle, or the whole frame once a finger has touched beyond.
-  const times = zoom ?? (far ? Math.min(1.7, long / short) : NEAR_TIMES), scale = times * short / side_mm;
-  return {
-    times, scale, width: canvas.clientWidth, height: canvas.clientHeight, side_mm, left_mm: here.x_m * 1000, near_mm: here.y_m * 1000,
-    toX: x_mm => canvas.clientWidth / 2 + (x_mm - centre.x) * scale, toY: y_mm => canvas.clientHeight / 2 - (y_mm - centre.y) * scale,
-    x_mm: x => centre.x + (x - canvas.clientWidth / 2) / scale, y_mm: y => centre.y - (y - canvas.clientHeight / 2) / scale, centre,
-  };
+function openOnFullest(cells) {
+  if (chosen || !cells) return;
+  const fullest = QUANTITIES.reduce((best, name) => (cells[name] > cells[best] ? name : best));
+  if (cells[fullest] > FULLER * cells[panes[0].quantity]) show(fullest, false);
 }
 
+// ---- view
+
 export function zoomBy(factor) {
-  const canvas = byId("map-surface"), at = view(canvas), fixed = cursor ?? fingerPlace() ?? at.centre;
-  const next = Math.max(1, Math.min(MOST_ZOOM, at.times * factor)), share = at.times / next;
-  middle = next === 1 ? null : { x: fixed.x + (at.centre.x - fixed.x) * share, y: fixed.y + (at.centre.y - fixed.y) * share };
-  zoom = next;
+  const canvas = byId("map-surface");
+  zoomAt(canvas, factor, cursor ?? fingerPlace() ?? viewOf(canvas).centre);
   dirty = true;
+  showTools();
+}
+
+export function fitMap() {
+  fitAgain();
+  dirty = true;
+  showTools();
 }
 
 export function fingerPlace() {
@@ -129,159 +208,46 @@ export function fingerPlace() {
 
 // At most ten times a second, and only when something changed.
 export function drawMap(finding, at_ms = performance.now()) {
-  const canvas = byId("map-surface");
-  if (canvas.clientHeight === 0) return;
-  const at = view(canvas);
-  if ((fit(canvas) || dirty) && at_ms - paintedAt_ms >= PAINT_MS) {
-    paint(canvas, at);
-    drawLegend(quantity, legend(), now.state?.map?.materials ?? [], sure, painting.beyond);
-    paintedAt_ms = at_ms;
-    dirty = false;
-  }
-  drawOver(byId("map-over"), at, finding, cursor);
-}
-
-const patterns = new Map();
-
-function pattern(pen, name, draw) {
-  if (!patterns.has(name)) {
-    const small = Object.assign(document.createElement("canvas"), { width: 8, height: 8 });
-    draw(small.getContext("2d"));
-    patterns.set(name, pen.createPattern(small, "repeat"));
-  }
-  return patterns.get(name);
-}
-
-function paint(canvas, at) {
-  const pen = canvas.getContext("2d", { alpha: false }), scale = canvas.width / canvas.clientWidth;
-  pen.setTransform(1, 0, 0, 1, 0, 0);
-  pen.imageSmoothingEnabled = false;
-  pen.fillStyle = pattern(pen, "unexplored", brush => {
-    brush.fillStyle = "#808890";
-    brush.fillRect(0, 0, 8, 8);
-    slanted(brush, "#6D757D");
-  });
-  pen.fillRect(0, 0, canvas.width, canvas.height);
-  const side = at.side_mm * at.scale * scale, place = [at.toX(at.left_mm) * scale, at.toY(at.near_mm + at.side_mm) * scale, side, side];
-  pen.drawImage(painting.colours, ...place);
-  through(pen, canvas, painting.stippled, place, "stipple", dots(4, 1));
-  through(pen, canvas, painting.dotted, place, "dot", dots(8, 2));
-  through(pen, canvas, painting.steep, place, "steep", brush => slanted(brush, "#10151B"));
-  if (!sure) letters(pen, at, scale);
-  drawStill(canvas, at);
-}
-
-function slanted(brush, ink) {
-  brush.strokeStyle = ink;
-  brush.lineWidth = 1.2;
-  for (const start of [-8, 0, 8]) { brush.moveTo(start, 8); brush.lineTo(start + 8, 0); }
-  brush.stroke();
-}
-
-function dots(step, size) {
-  return brush => {
-    brush.fillStyle = "#10151B";
-    for (let y = 0; y < 8; y += step) for (let x = (y / step % 2) * step / 2; x < 8; x += step) brush.fillRect(x, y, size, size);
-  };
-}
-
-// Draws a pattern through a mask's cells only.
-const sieve = document.createElement("canvas");
-function through(pen, canvas, mask, place, name, draw) {
-  sieve.width = canvas.width;
-  sieve.height = canvas.height;
-  const brush = sieve.getContext("2d");
-  brush.imageSmoothingEnabled = false;
-  brush.fillStyle = pattern(pen, name, draw);
-  brush.fillRect(0, 0, sieve.width, sieve.height);
-  brush.globalCompositeOperation = "destination-in";
-  brush.drawImage(mask, ...place);
-  pen.drawImage(sieve, 0, 0);
-}
-
-// Returns the sign that repeats a colour: a material's letter, or + and − for a temperature off the scale's middle.
-function markOf(code, short, middle) {
-  if (code === UNEXPLORED || quantity !== "temperature") return quantity === "material" ? short[code] : "";
-  const off = valueOf(quantity, code, range()) - middle;
-  return Math.abs(off) < SIGN_K ? "" : off > 0 ? "+" : "−";
-}
-
-function letters(pen, at, scale) {
-  const short = marks(now.state?.map?.materials ?? []), [low, high] = legend(), step = Math.max(8, Math.round(28 / at.scale));
-  pen.font = `600 ${16 * scale}px system-ui, sans-serif`;
-  pen.textAlign = "center";
-  for (let row = step >> 1; row < SIDE; row += step) {
-    for (let column = step >> 1; column < SIDE; column += step) {
-      const mark = markOf(codeAt(quantity, column, row), short, (low + high) / 2);
-      if (!mark) continue;
-      const x = at.toX(at.left_mm + column * at.side_mm / SIDE) * scale, y = at.toY(at.near_mm + row * at.side_mm / SIDE) * scale;
-      word(pen, mark, x, y + 6 * scale, scale);
+  if (byId("map-surface").clientHeight === 0) return;
+  for (const pane of shownPanes()) if (pane.stale && at_ms - pane.comparedAt_ms >= COMPARE_MS) paintAll(pane);
+  const resized = shownPanes().map(pane => fit(byId(pane.id))).some(Boolean);
+  const paints = (resized || dirty) && at_ms - paintedAt_ms >= PAINT_MS, mirror = comparison === "mirror" ? axis() : null;
+  shownPanes().forEach((pane, number) => {
+    const canvas = byId(pane.id), at = viewOf(canvas), { quantity, painting } = pane, materials = now.state?.map?.materials ?? [], compared = differs(quantity);
+    if (paints) {
+      paintPane(canvas, at, { painting, quantity, range: range(quantity), legend: legend(quantity), materials, plain: !sure && !compared });
+      drawLegend(number, { quantity, legend: legend(quantity), materials, sure, span: compared ? SPAN[quantity] * WIDER ** wider : null, beyond: painting.beyond });
     }
-  }
-}
-
-// ---- pointing: a pointer moves, drags and turns the wheel; arrow keys move the cursor by 1 or 5 mm
-
-function point(canvas, pick) {
-  let dragged = null;
-  const place = event => {
-    const box = canvas.getBoundingClientRect(), at = view(canvas);
-    return { x: at.x_mm(event.clientX - box.left), y: at.y_mm(event.clientY - box.top) };
-  };
-  canvas.addEventListener("pointerdown", event => {
-    dragged = { x: event.clientX, y: event.clientY, centre: view(canvas).centre, far: false };
-    canvas.setPointerCapture(event.pointerId);
+    drawOver(byId(pane.over), at, finding, cursor, compared ? mirror : null);
   });
-  canvas.addEventListener("pointermove", event => {
-    if (!dragged) { cursor = place(event); return; }
-    const dx = event.clientX - dragged.x, dy = event.clientY - dragged.y;
-    if (Math.hypot(dx, dy) > 6) dragged.far = true;
-    const { scale, times } = view(canvas);
-    if (!dragged.far || times === 1) return;
-    middle = { x: dragged.centre.x - dx / scale, y: dragged.centre.y + dy / scale };
-    dirty = true;
-  });
-  canvas.addEventListener("pointerup", event => {
-    if (dragged && !dragged.far) { cursor = place(event); pick(cursor); }
-    dragged = null;
-  });
-  canvas.addEventListener("pointerleave", () => { if (!dragged) cursor = null; });
-  canvas.addEventListener("wheel", event => { event.preventDefault(); zoomBy(event.deltaY < 0 ? 1.15 : 1 / 1.15); }, { passive: false });
-  canvas.addEventListener("keydown", event => {
-    const step = moved(event);
-    if (!step || event.defaultPrevented) return;
-    event.preventDefault();
-    const from = cursor ?? fingerPlace() ?? view(canvas).centre;
-    cursor = { x: Math.round(from.x + step.x), y: Math.round(from.y + step.y) };
-  });
-  canvas.addEventListener("blur", () => { cursor = null; });
-}
-
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-
-export function moved(event) {
-  const arrow = ARROWS[event.key], far = event.shiftKey ? 5 : 1;
-  return arrow ? { x: far * arrow[0], y: far * arrow[1] } : null;
+  if (!paints) return;
+  paintedAt_ms = at_ms;
+  dirty = false;
 }
 
 // Shows the values at the cursor; requests them at most four times a second.
 export async function readOut(said, place = cursor) {
   if (said) { write(byId("read-out"), said); return; }
+  if (comparison === "before" && !hasBefore(panes[0].quantity)) { write(byId("read-out"), WORDS.nothingBefore); return; }
   if (!place) { looked = ""; write(byId("read-out"), WORDS.pointAtMap); return; }
-  const key = `${Math.round(place.x)} ${Math.round(place.y)} ${quantity}`;
-  if (looking || (key === looked && performance.now() - lookedAt_ms < 4 * LOOK_MS) || performance.now() - lookedAt_ms < LOOK_MS) return;
-  [looked, lookedAt_ms, looking] = [key, performance.now(), true];
-  const answer = await connection.ask("place", { x_mm: place.x, y_mm: place.y });
+  const key = `${Math.round(place.x)} ${Math.round(place.y)} ${panes[0].quantity} ${comparison}`, at_ms = performance.now();
+  if (looking || (key === looked && at_ms - lookedAt_ms < 4 * LOOK_MS) || at_ms - lookedAt_ms < LOOK_MS) return;
+  [looked, lookedAt_ms, looking] = [key, at_ms, true];
+  const text = comparison === "mirror" ? WORDS.mirrored(await valueAt(place), await valueAt({ x: 2 * axis() - place.x, y: place.y })) : await valueAt(place);
   looking = false;
-  const text = answer.ok ? answer.details.text || WORDS.nothingHere : answer.text;
   write(byId("read-out"), `${WORDS.placeOf(place.x, place.y)}: ${text}`);
 }
 
+async function valueAt(place) {
+  const answer = await connection.ask("place", { x_mm: place.x, y_mm: place.y });
+  return answer.ok ? answer.details.text || WORDS.nothingHere : answer.text;
+}
+
 export function showMapTable() {
-  const here = frame(), names = now.state?.map?.materials ?? [];
-  const value = number => (quantity === "material" ? names[number] ?? "--" : number.toPrecision(3));
-  const rows = () => regions(quantity, range()).map(found => [
+  const here = frame(), names = now.state?.map?.materials ?? [], [{ quantity }] = panes;
+  const value = number => (quantity === "material" ? names[number] ?? "--" : numberOf(quantity, number).toPrecision(3));
+  const rows = () => regions(quantity, range(quantity)).map(found => [
     (here.x_m * 1000 + found.column * here.cell_m * 1000).toFixed(0), (here.y_m * 1000 + found.row * here.cell_m * 1000).toFixed(0),
     `${Math.round(100 * found.share)} %`, value(found.low), value(found.high)]);
-  equal("map-table", `${capital(quantity)}, ${WORDS.legendUnit[quantity]}`, WORDS.mapTable, rows);
+  equal("map-table", `${capital(quantity)}, ${unitOf(quantity)}`, WORDS.mapTable, rows);
 }

@@ -4,7 +4,7 @@ import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
-import { FINGER_NAMES } from "./words.js";
+import { FINGER_IDS } from "./words.js";
 
 const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, SURE = 0.9, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
 
@@ -25,12 +25,14 @@ export function drawStill(canvas, at) {
   for (const found of now.state?.findings ?? []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
 }
 
-export function drawOver(canvas, at, finding, cursor) {
+// mirror: x of the mirror line, mm, or null.
+export function drawOver(canvas, at, finding, cursor, mirror) {
   const pen = begin(canvas);
   pen.clearRect(0, 0, at.width, at.height);
   const fingers = [];
   if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) fingers.push(cross(pen, at, finger));
   for (const lump of lumps()) name(pen, at, lump, fingers);
+  if (mirror !== null) { const x = at.toX(mirror); pen.setLineDash([10, 6]); edged(pen, 2, () => { pen.moveTo(x, 0); pen.lineTo(x, at.height); }); pen.setLineDash([]); }
   if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
 }
@@ -71,7 +73,7 @@ function cross(pen, at, finger) {
   const active = finger === now.active;
   lines(pen, x, y, active ? 13 : 7, active ? 4 : 2);
   // To the left; findings are to the right.
-  word(pen, FINGER_NAMES[finger][0], x - (active ? 15 : 12), y - 8);
+  word(pen, FINGER_IDS[finger], x - (active ? 15 : 12), y - 8);
   if (now.picture.contact(finger)) ring(pen, x, y, active ? 9 : 6, 2);
   return [x, y];
 }
@@ -80,7 +82,7 @@ function cross(pen, at, finger) {
 function outside(pen, at, x, y, finger) {
   const edgeX = Math.min(at.width - 18, Math.max(18, x)), edgeY = Math.min(at.height - 8, Math.max(20, y));
   const eighth = Math.round(4 * Math.atan2(edgeY - y, x - edgeX) / Math.PI) & 7;
-  word(pen, FINGER_NAMES[finger][0] + "→↗↑↖←↙↓↘"[eighth], edgeX, edgeY);
+  word(pen, FINGER_IDS[finger] + "→↗↑↖←↙↓↘"[eighth], edgeX, edgeY);
 }
 
 function flag(pen, x, y, number) {

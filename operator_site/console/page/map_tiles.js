@@ -2,18 +2,20 @@
 import { BACKGROUND, MATERIALS, OPACITY, TABLES } from "./colours.js";
 
 export const QUANTITIES = ["temperature", "roughness", "stiffness", "material"], SIDE = 256, TILE = 32, UNEXPLORED = 65535;
-const LOGARITHMIC = ["roughness", "stiffness"], CODES = 65534;
+export const LOGARITHMIC = ["roughness", "stiffness"];
+const CODES = 65534;
 // Flag of a spread; largest spread of each confidence; ends of the scale that key U shows, K and %.
 const STEEP = 128, CONFIDENT = [72, 64, 56], CONFIDENT_MATERIAL = [50, 10, 2];
 export const SPREADS = { temperature: [0.125, 2], roughness: [3.75, 60], stiffness: [5, 80], material: [0, 50] };
-const kept = QUANTITIES.map(() => ({ values: new Uint16Array(SIDE * SIDE).fill(UNEXPLORED), spreads: new Uint8Array(SIDE * SIDE) }));
+// Of each quantity: codes and spreads of all cells, row by row from the near edge.
+export const kept = Object.fromEntries(QUANTITIES.map(name => [name, { values: new Uint16Array(SIDE * SIDE).fill(UNEXPLORED), spreads: new Uint8Array(SIDE * SIDE) }]));
 
 export function forgetTiles() {
-  for (const { values } of kept) values.fill(UNEXPLORED);
+  for (const { values } of Object.values(kept)) values.fill(UNEXPLORED);
 }
 
 export function keepTile(tile) {
-  const { values, spreads } = kept[tile.quantity];
+  const { values, spreads } = kept[QUANTITIES[tile.quantity]];
   for (let row = 0; row < TILE; row += 1) {
     const to = (tile.row * TILE + row) * SIDE + tile.column * TILE, from = row * TILE;
     values.set(tile.values.subarray(from, from + TILE), to);
@@ -54,6 +56,7 @@ export function unsureInk(quantity, spread) {
 }
 
 // Paints tiles into 256 x 256 pixels, far edge on top: colours, and masks of stippled, dotted and steep.
+// how: range and legend of the quantity; sure, to show the spread; or differences of all cells, with the span of the colours.
 export class Painting {
   constructor() {
     this.layers = ["colours", "stippled", "dotted", "steep"].map(name => {
@@ -63,8 +66,8 @@ export class Painting {
     this.beyond = [false, false];
   }
 
-  tile(quantity, column, row, range, legend, sure) {
-    const { values, spreads } = kept[QUANTITIES.indexOf(quantity)], [image, stippled, dotted, steep] = this.layers.map(([, part]) => part.data.fill(0));
+  tile(quantity, column, row, { range, legend, sure, differences, span }) {
+    const { values, spreads } = kept[quantity], [image, stippled, dotted, steep] = this.layers.map(([, part]) => part.data.fill(0));
     for (let y = 0; y < TILE; y += 1) {
       for (let x = 0; x < TILE; x += 1) {
         const cell = (row * TILE + y) * SIDE + column * TILE + x, code = values[cell];
@@ -73,24 +76,25 @@ export class Painting {
         if (spreads[cell] & STEEP) steep[pixel + 3] = 255;
         if (sure) { image.set([...unsureInk(quantity, spreads[cell]), 255], pixel); continue; }
         if (step === 0) { dotted[pixel + 3] = 255; continue; }
-        const place = quantity === "material" ? code : placeOf(quantity, valueOf(quantity, code, range), legend);
+        if (differences && Number.isNaN(differences[cell])) continue;
+        const place = differences ? 0.5 + differences[cell] / span / 2 : quantity === "material" ? code : placeOf(quantity, valueOf(quantity, code, range), legend);
         if (quantity !== "material") { if (place < 0) this.beyond[0] = true; if (place > 1) this.beyond[1] = true; }
-        image.set([...over(inkOf(quantity, place), step), 255], pixel);
+        image.set([...over(inkOf(differences ? "temperature" : quantity, place), step), 255], pixel);
         if (step === 1) stippled[pixel + 3] = 255;
       }
     }
     for (const [pen, part] of this.layers) pen.putImageData(part, column * TILE, SIDE - (row + 1) * TILE);
   }
 
-  all(quantity, range, legend, sure) {
+  all(quantity, how) {
     this.beyond = [false, false];
-    for (let row = 0; row < SIDE / TILE; row += 1) for (let column = 0; column < SIDE / TILE; column += 1) this.tile(quantity, column, row, range, legend, sure);
+    for (let row = 0; row < SIDE / TILE; row += 1) for (let column = 0; column < SIDE / TILE; column += 1) this.tile(quantity, column, row, how);
   }
 }
 
 // Returns for each tile with data its middle in cells, its explored share, lowest and highest value.
 export function regions(quantity, range) {
-  const { values, spreads } = kept[QUANTITIES.indexOf(quantity)], found = [];
+  const { values, spreads } = kept[quantity], found = [];
   for (let row = 0; row < SIDE / TILE; row += 1) {
     for (let column = 0; column < SIDE / TILE; column += 1) {
       let cells = 0, low = Infinity, high = -Infinity;
@@ -111,5 +115,5 @@ export function regions(quantity, range) {
 
 // Returns the code of one cell.
 export function codeAt(quantity, column, row) {
-  return kept[QUANTITIES.indexOf(quantity)].values[row * SIDE + column];
+  return kept[quantity].values[row * SIDE + column];
 }

@@ -2,7 +2,8 @@
 export const FINGERS = ["thumb", "index", "middle", "ring", "little"];
 export const capital = name => name[0].toUpperCase() + name.slice(1);
 export const FINGER_NAMES = FINGERS.map(capital);
-export const DEVICE_LABELS = [["thumb", "T"], ["index", "I"], ["middle", "M"], ["ring", "R"], ["little", "L"], ["exoskeleton", "exo"], ["remote hand", "arm"]];
+export const FINGER_IDS = FINGERS.map((_, finger) => `D${finger + 1}`); // as anatomy counts them
+export const DEVICE_LABELS = [...FINGERS.map((name, finger) => [name, FINGER_IDS[finger]]), ["exoskeleton", "exo"], ["remote hand", "arm"]];
 export const MODES = ["free", "tap", "rest", "rub"];
 export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other"];
 export const SIDES = ["", "head", "feet", "left", "right"];
@@ -16,7 +17,8 @@ export const STATES = {
 export const FIXED = {
   console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", stopAnswers: "What the devices answered to STOP", actions: "Actions",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
-  zoomIn: "Zoom in", zoomOut: "Zoom out", fingers: "Fingers", drawing: "Hand; the table below says the same",
+  zoomIn: "Zoom in", zoomOut: "Zoom out", fit: "Fit", compare: "Compare", both: "Two", sure: "± sd",
+  photo: "Picture", photoChoose: "Choose a file", photoAdjust: "Move and size", photoSmaller: "Picture smaller", photoLarger: "Picture larger", photoRemove: "Remove", fingers: "Fingers", drawing: "Hand; the table below says the same",
   chart: "Probability of each material since contact; a table follows", chartTable: "Probabilities as a table",
   lastSeconds: "Last 10 seconds", now: "now", strips: "Signals of the last 10 s; a table follows", stripTable: "Signals as a table",
   markFinding: "Mark a finding", kinds: "Kind of finding", save: "Save", discard: "Discard",
@@ -52,11 +54,14 @@ export const WORDS = {
   active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
   notCalibrated: "Accuracy of these answers: not known.", object: "object", uncertain: ", uncertain",
   stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
-  legendUnit: { temperature: "°C", roughness: "V", stiffness: "N/m", material: "material" },
+  legendUnit: { temperature: "°C", stiffness: "N/m", material: "" }, roughnessUnit: { um: "µm", level: "0 to 10" }, differenceUnit: "K", ratioUnit: "times",
+  comparisons: { none: "Values", around: "Against surroundings", mirror: "Left against right", before: "Against before" },
+  axisHere: "Mirror line here", keepNow: "Keep as before", nothingBefore: "Press: Keep as before. Then touch again.",
+  mirrored: (here, there) => `${here} · mirrored: ${there}`, notAPicture: "This file is no picture.",
   spreadUnit: { temperature: "± K", roughness: "± %", stiffness: "± %", material: "others %" },
-  confidence: "± sd", confidenceKey: "U", confidenceFoot: "sure →",
-  nothingHere: "Nothing felt here.", pointAtMap: "Point at the map, or Tab to it: arrows.",
-  placeOf: (x, y) => `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`, mapName: quantity => `Map of ${quantity}; a table follows`,
+  confidenceFoot: "sure →",
+  nothingHere: "Nothing felt here.", pointAtMap: "Point at the map or tap it. Tab to it: arrows.",
+  placeOf: (x, y) => `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`, mapName: (quantity, comparison) => `Map of ${quantity}${comparison === "none" ? "" : `, ${WORDS.comparisons[comparison].toLowerCase()}`}; a table follows`,
   findingAt: (finger, x, y) => (x === null ? `Finding at ${finger}, no place` : `Finding at ${finger}, x ${x.toFixed(0)} y ${y.toFixed(0)} mm`),
   noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
   rows: { force_n: "force N", plate_c: "plate °C", motor_hz: "vibration Hz", mode: "mode", remarks: "limit, age" },
@@ -70,10 +75,17 @@ export const WORDS = {
   ready: "ready",
 };
 
+// Values of things that people know: °C, N/m, µm. docs/how-it-works/tactile-map.md has their sources.
+export const ANCHORS = {
+  temperature: [[20, "room"], [33, "skin"], [36, "lukewarm"], [41, "hot bath"]],
+  stiffness: [[350, "fat"], [830, "muscle"], [13000, "rubber"]],
+  roughness_um: [[3.6, "fine sandpaper"], [42, "sandpaper"]],
+};
+
 export const KEYS = [
   ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"],
-  ["C", "hold 1 s: clear a fault"], ["F, N", "finding, note"], ["1–5, 0", "finger, or the one that touched last"], ["T R S M", "quantity on the map"],
-  ["U", "how sure the map is"], ["+ −", "zoom"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"],
+  ["C", "hold 1 s: clear a fault"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
+  ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"],
   ["L", "light or dark"], ["?", "keys"], ["Playback", "Space plays, arrows 1 s, Shift 10 s, [ ] events, Home, End"],
 ];
 

@@ -23,6 +23,7 @@ from common.link.session_state import Happening
 from common.timing.timeouts import REFRESH_S
 from common.wire.messages import Touch
 from common.wire.packets import LinkState
+from common.wire.roughness_um import RoughnessUm
 from operator_site.console import texts
 from operator_site.console.state.bus_now import BusNow
 from operator_site.session.emergency_stop import REMOTE
@@ -121,6 +122,7 @@ class SiteNow:
         refusal: the site's text why it refuses to connect; empty otherwise.
         figures: contents of its status file.
         calibrated: readable description of the calibration; empty if unknown.
+        roughness_um: scale of the roughness in um; None if it was not calibrated.
         stop_asked_s: time of the request for the latched emergency stop; None without one.
         stop_after_s: time from that request to each device's confirmation; None before it.
         lost_engaged: whether the session ended while engaged and no other has begun.
@@ -138,6 +140,7 @@ class SiteNow:
         self.remote_fault: Fault | None = None
         self.paused: str | None = None
         self.refusal = self.calibrated = ""
+        self.roughness_um: RoughnessUm | None = None
         self.session = 0
         self.gap_s: float | None = None
         self.figures: dict[str, Any] = {}
@@ -228,6 +231,7 @@ class SiteNow:
             raise TypeError("figures are no map")
         self.figures = figures
         self.calibrated = str(figures.get("calibrated", ""))
+        self.roughness_um = RoughnessUm.of(figures.get("roughness_um"))
         self.take_brief(t_s, figures)
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))

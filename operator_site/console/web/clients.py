@@ -37,7 +37,7 @@ class Client:
         visitor: user of the page.
         name: name of this page, unique among all pages.
         heard_s: time of its newest message.
-        quantity: quantity of the map that it shows.
+        quantities: quantities of the map that it shows, one or two; the first is the main one.
         visible: whether the page reports that it is visible.
         skipped: number of pictures that were not sent for lack of credit.
     """
@@ -45,7 +45,7 @@ class Client:
     visitor: Visitor
     name: str
     heard_s: float
-    quantity: str = "temperature"
+    quantities: tuple[str, ...] = ("temperature",)
     visible: bool = True
     skipped: int = 0
     answers: deque[dict[str, Any]] = field(default_factory=deque)
@@ -92,10 +92,10 @@ class Client:
         self.tiles.clear()
         self._state_s, self._urgent = 0.0, None
 
-    def show(self, quantity: str) -> None:
-        """Set the quantity of the shown map."""
-        if quantity != self.quantity:
-            self.quantity, self.tile_revision = quantity, 0
+    def show(self, quantities: tuple[str, ...]) -> None:
+        """Set the quantities of the shown map."""
+        if quantities != self.quantities:
+            self.quantities, self.tile_revision = quantities, 0
             self.tiles.clear()
 
     def shows(self, map_number: int) -> None:

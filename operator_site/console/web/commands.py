@@ -18,7 +18,7 @@ from common.runtime.containment import Containment
 from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.examination.examination import Finding
-from operator_site.console.examination.findings import UNIT, value_text
+from operator_site.console.examination.findings import MEASURED, contrast, value_text
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
@@ -344,18 +344,20 @@ class Commands:
         x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
         if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
             raise Refused(texts.PLACE_NEEDED)
-        here = self.console.tactile_map.at(x_mm / 1000.0, y_mm / 1000.0)
-        measured = {name: value for name in UNIT if (value := getattr(here, name)) is not None}
-        shown: dict[str, Any] = {name: value_text(name, value) for name, value in measured.items()}
+        surface, scale = self.console.tactile_map, self.console.site.roughness_um
+        here = surface.at(x_mm / 1000.0, y_mm / 1000.0)
+        measured = {name: value for name in MEASURED if (value := getattr(here, name)) is not None}
+        shown: dict[str, Any] = {name: value_text(name, value, scale) for name, value in measured.items()}
         if here.lump is not None and "stiffness" in shown:
             shown["stiffness"] = texts.with_lump(shown["stiffness"], here.lump)
         if here.material is not None:
             shown["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
-        name = client.quantity if client.quantity in measured else next(iter(measured), None)
+        name = client.quantities[0] if client.quantities[0] in measured else next(iter(measured), None)
         text = texts.NOTHING_HERE
         if name is not None:
             value = measured[name]
-            text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s))
+            differs = contrast(name, here, surface.around(x_mm / 1000.0, y_mm / 1000.0), scale)
+            text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s), differs)
         return Answer(True, text, {"text": text, **shown})
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:

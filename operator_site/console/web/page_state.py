@@ -14,7 +14,7 @@ from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import UNCERTAIN_SD_K
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import RANGES
-from operator_site.console.map.tactile_map import COLUMNS, ROWS
+from operator_site.console.map.tactile_map import COLUMNS, QUANTITIES, ROWS
 from operator_site.console.model import Console
 from operator_site.console.state.fingers_now import GONE_S
 from operator_site.console.state.site_now import DEVICES, SILENT_S
@@ -197,7 +197,12 @@ def _map(console: Console) -> dict[str, Any]:
         "ranges": ranges,
         "number": console.map_number,
         "materials": [texts.named(name) for name in tactile_map.materials],
+        "roughness_um": None if console.site.roughness_um is None else console.site.roughness_um._asdict(),
         "sides": console.examination.sides,
+        "felt_mm": None if tactile_map.felt_m is None else [round(1e3 * edge_m, 1) for edge_m in tactile_map.felt_m],
+        "felt_cells": {
+            quantity: sum(layer.felt_cells for layer in tactile_map.layers_of(quantity)) for quantity in QUANTITIES
+        },
         "lumps": [
             {name: lump[name] for name in ("x_mm", "y_mm", "probability", "stiffness_ratio", "at_edge", "outline_mm")}
             for lump in console.searched.lumps

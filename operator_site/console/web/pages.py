@@ -186,8 +186,9 @@ class Pages:
                 case "alive":
                     client.visible = message.get("visible") is True
                 case "show":
-                    if message.get("quantity") in QUANTITIES:
-                        client.show(message["quantity"])
+                    wanted = (message.get("quantity"), message.get("second"))
+                    if shown := tuple(dict.fromkeys(name for name in wanted if name in QUANTITIES)):
+                        client.show(shown)
                 case "ask":
                     ident = _integer(message.get("id"))
                     if not (stops or self._commands.plays or self._requests.allows(client.visitor, now_s)):
@@ -262,7 +263,8 @@ class Pages:
         if not client.wants_tiles(now_s, surface.revision):
             return []
         if not client.tiles:
-            client.tiles.extend(changed(surface, client.quantity, client.tile_revision))
+            for quantity in client.quantities:
+                client.tiles.extend(changed(surface, quantity, client.tile_revision))
             client.tile_revision = surface.revision
         return [tile.encode() for tile in client.next_tiles(now_s)]
 

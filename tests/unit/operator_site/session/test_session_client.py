@@ -215,3 +215,12 @@ def test_a_remote_site_that_sends_far_too_many_answers_is_read_no_faster(pair: P
         pair.run()
     assert pair.client.damaged["control"] <= 210
     assert pair.client.damaged["control: too many"] >= 390
+
+
+def test_the_scale_of_roughness_is_that_of_the_remote_site_or_none(pair: Pair) -> None:
+    assert pair.client.roughness_um is None
+    scale = {"ln_um": 4.0, "exponent": 0.8, "ln_sd": 0.1}
+    pair.client.remote["roughness_um"] = scale | {"least_v": 0.01, "most_v": 0.3}
+    assert pair.client.roughness_um == scale
+    pair.client.remote["roughness_um"] = "rough"
+    assert pair.client.roughness_um is None

@@ -42,7 +42,7 @@ def test_kind_and_value() -> None:
     assert describe("warm", TISSUE._replace(temperature=Measured(36.41, 0.21, 3, 9.0))) == "warm, 36.4 ± 0.2 °C"
     assert describe("warm", TISSUE._replace(temperature=Measured(31.2, 2.1, 3, 9.0))) == "warm, 31 ± 2 °C, uncertain"
     assert describe("stiff", NOWHERE) == "stiff, stiffness not felt here"
-    assert describe(None, TISSUE) == "33.0 ± 0.3 °C, 0.0045 ± 0.0005 V, 600 ± 20 N/m"
+    assert describe(None, TISSUE) == "33.0 ± 0.3 °C, 1.8 ± 0.2 of 10, 600 ± 20 N/m"
     assert describe("other", NOWHERE) == "other, nothing felt here"
     with pytest.raises(ValueError, match="no kind of finding 'tumbling'"):
         describe("tumbling", TISSUE)

@@ -251,3 +251,15 @@ def test_a_damaged_sample_of_a_journal_does_not_stop_the_map() -> None:
     shown = map_tiles.picture(surface, "stiffness")
     assert shown is not None
     assert np.nanmax(shown.value) == pytest.approx(math.exp(6.4), rel=1e-3)
+
+
+@settings(deadline=None, max_examples=40)
+@given(SAMPLES)
+def test_the_felt_area_and_its_cells_are_known(rows: list[tuple[float, float, float, float]]) -> None:
+    assert TactileMap().felt_m is None
+    surface = made(temperatures(rows))
+    xs, ys = [one[0] for one in rows], [one[1] for one in rows]
+    assert surface.felt_m == (min(xs), min(ys), max(xs), max(ys))
+    layer = surface.layers["temperature"]
+    assert layer.felt_cells == sum(int(tile.explored.sum()) for tile in layer.tiles.values()) > 0
+    assert surface.layers["stiffness"].felt_cells == 0

@@ -94,3 +94,12 @@ def test_a_page_that_asks_without_reading_is_cut_off() -> None:
     page = client()
     assert all(page.answer({}) for _ in range(100))
     assert not page.answer({})
+
+
+def test_another_choice_of_quantities_is_sent_from_the_beginning() -> None:
+    page = client()
+    page.tile_revision = 7
+    page.show(("temperature",))
+    assert page.tile_revision == 7
+    page.show(("temperature", "stiffness"))
+    assert (page.quantities, page.tile_revision) == (("temperature", "stiffness"), 0)

@@ -153,7 +153,7 @@ def test_a_note_is_kept_as_it_was_written(workplace: Workplace) -> None:
 
 
 def test_the_values_at_a_place_are_answered_with_their_uncertainty(workplace: Workplace) -> None:
-    workplace.observer.quantity = "temperature"
+    workplace.observer.quantities = ("temperature",)
     answer = workplace.ask("place", workplace.observer, x_mm=10.0, y_mm=0.0)
     assert answer.text == "24.1 ± 0.3 °C, 1 touch, 0 s ago"
     assert workplace.ask("place", workplace.observer, x_mm=90.0, y_mm=0.0).text == "Nothing was felt here."
@@ -165,10 +165,10 @@ def test_a_pressed_place_has_the_probability_of_a_lump(workplace: Workplace) -> 
         x_m, y_m = 0.3 + 0.005 * column, 0.005 * line
         ln_k = math.log(1200.0 if math.hypot(x_m - 0.3, y_m) < 0.006 else 600.0 + number % 7)
         workplace.console.tactile_map.take(sample("stiffness", number, x_m, y_m, ln_k, 0.02**2))
-    workplace.observer.quantity = "stiffness"
+    workplace.observer.quantities = ("stiffness",)
     answers = [workplace.ask("place", workplace.observer, x_mm=x_mm, y_mm=0.0).text for x_mm in (300.0, 320.0)]
     assert ["lump > 99 %" in text for text in answers] == [True, False]
-    assert re.search(r"N/m, lump \d %, 1 touch", answers[1])
+    assert re.search(r"N/m, lump \d %, .* times the .* N/m around it \(\d+ touches\), 1 touch", answers[1])
 
 
 def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(workplace: Workplace) -> None:
