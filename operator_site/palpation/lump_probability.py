@@ -7,6 +7,7 @@ excess has the natural spread of this ground, with the heavy tails of a Student 
 
 That excess shows lumps near the surface. A deeper one lifts the stiffness less than the ground varies, over a wider
 area. So where the largest excess is hardly a lump, the probability is that of a search for nodules, if there is one.
+Where it is one, both are evidence, and their doubts multiply.
 """
 
 import math
@@ -90,8 +91,10 @@ class LumpMap:
         unknown = (sd / self._field.field_sd) ** 4 * UNKNOWN
         if self._search is None:
             return np.asarray(np.maximum(lump * inside, unknown))
-        lump = np.where(lump >= RESOLVED, lump, 0.0)
-        found = lump * inside + (1.0 - lump) * self._search.probability(places)
+        searched = self._search.probability(places)
+        doubt = (1.0 - lump) * (1.0 - self._search.probability(self._searched_m)[highest])
+        lump = np.where(lump >= RESOLVED, 1.0 - doubt, 0.0)
+        found = lump * inside + (1.0 - lump) * searched
         return np.asarray(np.where(self._field.nearest_m(places) <= REACH_M, found, np.maximum(found, unknown)))
 
     def _existence(self, excess: Floats, sd: Floats) -> Floats:

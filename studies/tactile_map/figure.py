@@ -1,4 +1,4 @@
-"""Figure of the tactile map: the maps of one sweep, and the errors of place and value in all sweeps."""
+"""Figure of the tactile map: the maps of one sweep, errors of place and value in all sweeps, and found nodules."""
 
 from pathlib import Path
 
@@ -18,15 +18,16 @@ _GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share",
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data of the study, and write the figure as PNG."""
-    with figure_file(path, 14.5, 7.6, dpi=110, layout=None) as figure:
+    with figure_file(path, 16.5, 7.6, dpi=110, layout=None) as figure:
         grid = figure.add_gridspec(
-            2, 3, height_ratios=(2.0, 1.0), left=0.08, right=0.94, top=0.93, bottom=0.08, wspace=0.45, hspace=0.28
+            2, 4, height_ratios=(2.0, 1.0), left=0.07, right=0.96, top=0.93, bottom=0.08, wspace=0.45, hspace=0.28
         )
         for column, row in enumerate(where(data["targets"], seed=data["targets"][0]["seed"])):
             _draw_map(figure.add_subplot(grid[0, column]), data, row)
         _draw_places(figure.add_subplot(grid[1, 0]), data)
         for column, quantity in enumerate(("temperature", "stiffness"), 1):
             _draw_values(figure.add_subplot(grid[1, column]), data, quantity)
+        _draw_nodules(figure.add_subplot(grid[:, 3]), data)
 
 
 def _draw_map(axes: Axes, data: Data, row: Data) -> None:
@@ -76,3 +77,23 @@ def _draw_values(axes: Axes, data: Data, quantity: str) -> None:
     axes.axvline(0.0, color=BLACK, linewidth=0.8)
     axes.set_yticks(range(len(rows)), [f"seed {row['seed']}" for row in rows])
     axes.set(ylim=(len(rows) - 0.5, -0.5), xlabel=f"error of {quantity}, {unit} (bars: ± claimed sd; dashed: goal)")
+
+
+def _draw_nodules(axes: Axes, data: Data) -> None:
+    names = list(dict.fromkeys(row["nodule"] for row in sorted(data["nodules"], key=lambda row: -row["true_size_mm"])))
+    for row in data["nodules"]:
+        if row["place_error_mm"] is not None:
+            axes.plot(names.index(row["nodule"]), row["place_error_mm"], "o", color=BLUE, alpha=0.8)
+    for at, name in enumerate(names):
+        found = [row["probability"] or 0.0 for row in data["nodules"] if row["nodule"] == name]
+        axes.text(at, 0.2, f"least {min(found):.2f}", ha="center")
+    axes.set_xticks(
+        range(len(names)),
+        [f"{name}\n{next(r['true_size_mm'] for r in data['nodules'] if r['nodule'] == name):.0f} mm" for name in names],
+    )
+    axes.set(xlim=(-0.5, len(names) - 0.5), ylim=(0.0, 5.0), ylabel="error of place, mm")
+    axes.set_title(
+        f"nodules: least probability in {len({row['seed'] for row in data['nodules']})} sessions\n"
+        f"of {data['palpated_s']:.0f} s, {data['false_outlines']} false outlines",
+        loc="left",
+    )

@@ -4,6 +4,8 @@ Five simulated fingers explore the scene `phantom_sweep` by its script. Sensors,
 a session, on virtual time. The map is built from the packets as on the console. A target is found where the map stands
 out most, and its value is the one identified nearest to that place. One plate cannot distinguish a warmer object from
 one that takes less heat, so two fingers rest once more on the warm place.
+
+In the scene `phantom_nodules`, five fingers press in rows, and the map outlines the hidden nodules.
 """
 
 import math
@@ -19,9 +21,10 @@ from operator_site.console.map.tactile_map import TactileMap
 from sim_sensors.operator_hand.hand import ScriptedHand
 from sim_sensors.operator_hand.hand_plan import Segment
 from studies.compared import Compared
-from studies.pieces import HERE, Work
+from studies.pieces import HERE, Piece, Work
 from studies.running import Progress, tables_of
 from studies.tactile_map.figure import plot
+from teletaction.report.found_lumps import found_lumps
 from teletaction.report.found_targets import Found, find_highest, judged
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S
@@ -31,6 +34,9 @@ __all__ = ["plot", "run", "tables"]
 SCENE = "phantom_sweep"
 TARGETS = {thing.name: thing for thing in load_scene(SCENE).objects if thing.target is not None}
 SEEDS = 4
+NODULES_SCENE, NODULES_SEEDS = "phantom_nodules", 5
+SURE = 0.9
+"""Probability from which on a nodule counts as found."""
 WARM_UP_S = 3.0
 """Time before the first touch in which the sensors reach their pre-heat, s."""
 PACKET_EVERY = 2
@@ -38,24 +44,37 @@ PACKET_EVERY = 2
 MEASURING: tuple[Finger, ...] = ("thumb", "index")
 MEASURED_S = 6.0
 GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
-tables = tables_of("targets")
+tables = tables_of("targets", "nodules")
 COMPARED = (
     Compared("targets", "place_error_mm", "less", ("seed", "target"), absolute=1.0),
     Compared("targets", "within_goal", "more", ("seed", "target")),
+    Compared("nodules", "probability", "more", ("seed", "nodule"), absolute=0.05),
 )
 
 
 def run(*, quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
-    """Sweep once if `quick`, else SEEDS times; each session draws its own sensors, tissue and contacts."""
-    sessions = work([(_session, (quick, one)) for one in range(seed, seed + (1 if quick else SEEDS))], progress)
+    """Explore both scenes once if `quick`, else often; each session draws its own sensors, tissue and contacts."""
+    sweeps, palpations = (range(seed, seed + (1 if quick else many)) for many in (SEEDS, NODULES_SEEDS))
+    pieces: list[Piece] = [(_session, (quick, one)) for one in sweeps] + [(_palpated, (one,)) for one in palpations]
+    every = work(pieces, progress)
+    sessions, palpated = every[: len(sweeps)], every[len(sweeps) :]
     rows = [row for session in sessions for row in session["targets"]]
     return {
         "targets": rows,
+        "nodules": [row for session in palpated for row in session["nodules"]],
+        "false_outlines": sum(session["false_outlines"] for session in palpated),
+        "palpated_s": palpated[0]["seconds"],
         "seconds": sessions[-1]["seconds"],
         "maps": sessions[0]["maps"],
         "objects": {name: thing.model_dump() for name, thing in TARGETS.items()},
         "goals": {"place_m": GOAL_M, "temperature_k": GOAL_K, "stiffness_share": GOAL_SHARE},
-        "problems": [_problem(row) for row in rows if not row["within_goal"]],
+        "problems": [_problem(row) for row in rows if not row["within_goal"]]
+        + [
+            f"seed {row['seed']}: the {row['nodule']} nodule has a probability of {row['probability']}"
+            for session in palpated
+            for row in session["nodules"]
+            if (row["probability"] or 0.0) < SURE
+        ],
     }
 
 
@@ -71,6 +90,16 @@ def _session(quick: bool, seed: int) -> dict[str, Any]:
         sweep.measure(warm)
     rows = [{"seed": seed} | _judge(thing, tactile, found[name]) for name, thing in TARGETS.items()]
     return {"targets": rows, "seconds": seconds, "maps": maps}
+
+
+def _palpated(seed: int) -> dict[str, Any]:
+    """Palpate the scene with nodules; return a row for each nodule, the number of false outlines and the duration."""
+    scene = load_scene(NODULES_SCENE)
+    sweep = Sweep(scene, seed, FINGERS)
+    seconds = _durations(sweep.explore(scene.script))["whole"]
+    lumps = found_lumps(sweep.map, scene.nodules)
+    nodules = [{"seed": seed} | lump for lump in lumps if lump["nodule"] is not None]
+    return {"nodules": nodules, "false_outlines": len(lumps) - len(nodules), "seconds": seconds}
 
 
 def quick_scene() -> Scene:

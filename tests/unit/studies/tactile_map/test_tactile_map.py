@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from studies.tactile_map.run import GOAL_K, GOAL_M, GOAL_SHARE, TARGETS, plot, run, tables
+from studies.tactile_map.run import GOAL_K, GOAL_M, GOAL_SHARE, SURE, TARGETS, plot, run, tables
 from tests.unit.studies.written import draw_figure
 
 
@@ -26,6 +26,17 @@ def test_a_sweep_finds_all_three_targets() -> None:
     assert abs(rows["warm_spot"]["error"]) <= GOAL_K
     assert abs(rows["nodule"]["error"]) <= GOAL_SHARE * rows["nodule"]["true_value"]
     assert rows["lesion"]["value"] > 5.0 * rows["lesion"]["around"]
+
+
+@pytest.mark.study
+@pytest.mark.timeout(240)
+def test_every_nodule_is_outlined_within_two_minutes_and_nothing_else() -> None:
+    assert data()["palpated_s"] <= 120.0
+    assert len(data()["nodules"]) == 3
+    for row in data()["nodules"]:
+        assert row["probability"] >= SURE, row["nodule"]
+        assert row["place_error_mm"] <= 3.0
+    assert data()["false_outlines"] == 0
 
 
 @pytest.mark.study
