@@ -22,7 +22,7 @@ marked = $(sort $(shell grep -rlE --include='test_*.py' 'mark\.$(1)\b' tests))
 help:
 	@echo "make demo        60 s session on simulated devices; leaves summary, report and recording in $(OUT)/"
 	@echo "make test        the fast tests"
-	@echo "make long        tests that compute longer: sessions on a virtual clock, calibrations, small studies"
+	@echo "make long        tests that compute longer: sessions on a virtual clock, calibrations, small studies; WITHIN=tests/virtual"
 	@echo "make session     tests that run whole sessions in real time"
 	@echo "make study-tests  what long studies find (a minute)"
 	@echo "make costs       processor time of the link, on a machine that does nothing else"
@@ -77,9 +77,11 @@ demo: $(READY)
 test: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports or examples or costs or study)' $(addprefix --ignore=,$(WITHOUT))
 
+# WITHIN=folders runs only theirs.
+WITHIN := tests
 .PHONY: long
 long: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening' $(call marked,long)
+	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening' $(filter $(addsuffix /%,$(WITHIN)),$(call marked,long))
 
 # Those that load the machine, measure cost or run all five fingers run alone. The others run two at a time.
 MEASURED := tests/system/test_demo.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py

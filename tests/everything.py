@@ -21,6 +21,8 @@ from common.runtime.parallel_map import processors
 
 PIECES: dict[str, tuple[str, ...]] = {
     "breaks": ("breaks",),
+    "long": ("long",),
+    "examples": ("examples",),
     "hardening": ("hardening",),
     "properties": ("properties",),
     "costs": ("costs",),
