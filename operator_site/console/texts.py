@@ -143,7 +143,7 @@ PLACE_NEEDED = "A place has x_mm and y_mm."
 SPEED_NEEDED = "play has a speed."
 TIME_NEEDED = "seek has a time in s."
 PLAYBACK_PAUSED = "Paused."
-READING_AHEAD = "Reading ahead."
+READING_AHEAD = "A preview. Map and last 10 s follow."
 
 SESSION = "Session {pseudonym}."
 SESSION_OPEN = "Session {pseudonym} is under way. End it first."
@@ -155,6 +155,18 @@ FINDING_NEEDS = "A finding has a finger and a kind: {kinds}."
 FINDING_NUMBERS = "A finding's time and place are numbers."
 FINDING = "Finding {number} {kept}"
 NOTE = "Note to finding {number} {kept}"
+EDITED = "Change of finding {number} {kept}"
+WITHDRAWN = "Withdrawal of finding {number} {kept}"
+UNDONE = "Undo for finding {number} {kept}"
+WAS_WITHDRAWN = "Finding {number} was withdrawn. Undo that first."
+REASON_NEEDED = "A withdrawal needs a reason of 1 to {longest} characters."
+NOTHING_TO_UNDO = "There is nothing to undo."
+NO_DIFFERENCE = "no different from its surroundings"
+NOT_COMPARED = "{quantity} not compared: too few touches here or around"
+NOTHING_COMPARED = "not compared with its surroundings: too few touches here or around"
+BODY_NEEDS = "A place on the body has a region of the picture, and a side: left, right or both."
+LANDMARK_LENGTH = "A landmark has {longest} printable characters at most."
+LANDMARK_DISTANCE = "A landmark's distance is 0 to {farthest:.0f} mm."
 NOT_ON_DISK = "kept here, not yet on disk."
 NO_FINDING = "There is no such finding."
 NOTE_LENGTH = "A note has {longest} characters at most."
@@ -321,10 +333,17 @@ def cut_off(pseudonym: str, findings: int, files: Sequence[str]) -> str:
 
 
 def ended(
-    seconds: float, findings: int, gaps: int, *, recorded: bool = True, unsaved: int = 0, placeless: int = 0
+    seconds: float,
+    findings: int,
+    gaps: int,
+    *,
+    recorded: bool = True,
+    unsaved: int = 0,
+    placeless: int = 0,
+    withdrawn: int = 0,
 ) -> str:
     """Return the summary of an examination that ended: its duration, its findings, and gaps in its recording."""
-    text = f"{duration(seconds)}, {count(findings, 'finding')}"
+    text = f"{duration(seconds)}, {count(findings, 'finding')}{f' ({withdrawn} withdrawn)' if withdrawn else ''}"
     text = f"Saved: {text}, {count(gaps, 'gap')}." if recorded else f"Not recorded: {text}."
     if unsaved:
         text = f"{count(unsaved, 'finding')} not yet on disk."

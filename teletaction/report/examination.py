@@ -27,6 +27,10 @@ _MAPS: dict[str, Map] = {
         text=str,
         compare=str | None,
         note=str | None,
+        contrast=dict[str, Any] | None,
+        confidence=str | None,
+        body=dict[str, Any] | None,
+        withdrawn=str | None,
     ),
     "console/alarm": map_of(
         id=str,

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
+from operator_site.console.examination.contrast import CONFIDENCES, contrast_of
 from operator_site.console.examination.findings import QUANTITY, value_text
-from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
-from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, ExploredPlace, Measured
+from operator_site.console.map.map_tiles import picture
+from operator_site.console.map.tactile_map import QUANTITIES, ExploredPlace
 from teletaction.report.examination import Examination
 from teletaction.report.finding_figure import AFTER_S, BEFORE_S, signals_figure
 from teletaction.report.map_coverage import Coverage, coverage
@@ -28,11 +29,11 @@ _TO_FILL_IN = (
     '<div class="signatures"><div class="line">Examiner</div><div class="line">Date</div>'
     '<div class="line">Signature</div></div>'
 )
-_CONFIDENCE = ("none", "low", "fair", "high")
 _READING = (
     "Opacity shows confidence: full colour for high confidence, stippled for low confidence, a single dot for none. "
     "Areas that were not felt are hatched. In the map of temperature, + and − mark places at least 1 K above and "
-    "below the middle of its scale. The value of a finding comes from the touches within 3 mm of it."
+    "below the middle of its scale. The value of a finding comes from the touches within 3 mm of it. "
+    "Its confidence says how surely it differs from its surroundings."
 )
 
 
@@ -79,20 +80,25 @@ def findings_table(examination: Examination) -> str:
                 shown(finding.get("kind")),
                 ", ".join(place) if "–" not in place else "a moment, no place",
                 f'<span class="value">{shown(finding.get("text"))}</span>',
-                "–" if (step := confidence(examination, finding)) is None else _CONFIDENCE[step],
+                shown(confidence(examination, finding)),
                 f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
             ]
         )
     return table(("", "kind", "x, y (mm)", "felt", "confidence", "note"), rows)
 
 
-def confidence(examination: Examination, finding: Mapping[str, Any]) -> int | None:
-    """Return the final confidence in the value of a finding, 0..3; None for a finding without a value."""
-    here, quantity = place_of(examination, finding), QUANTITY.get(str(finding.get("kind")))
-    if here is None or quantity is None:
+def confidence(examination: Examination, finding: Mapping[str, Any]) -> str | None:
+    """Return the confidence that a finding differs from its surroundings, one of CONFIDENCES.
+
+    Recordings without it get it from the map at the end; None for a finding without a quantity or a place.
+    """
+    here, kind = place_of(examination, finding), finding.get("kind")
+    if here is None or kind not in QUANTITY:
         return None
-    value: Measured | None = getattr(here, quantity)
-    return 0 if value is None else _step(quantity, value)
+    if finding.get("confidence"):
+        return str(finding["confidence"])
+    differs = contrast_of(kind, here, examination.felt.around(here.x_m, here.y_m))
+    return CONFIDENCES[0] if differs is None else differs.confidence
 
 
 def place_of(examination: Examination, finding: Mapping[str, Any]) -> ExploredPlace | None:
@@ -214,12 +220,6 @@ def _first_quantity(examination: Examination) -> str | None:
 
 def _known_here(here: ExploredPlace | None) -> str | None:
     return next((quantity for quantity in UNITS if getattr(here, quantity, None) is not None), None)
-
-
-def _step(quantity: str, value: Measured) -> int:
-    """Return the confidence in a value, 0..3, by the rule of the maps."""
-    sd = value.sd / value.value if quantity in LOGARITHMIC else value.sd
-    return sum(sd <= share * CONFIDENT_SD[quantity] for share in (2.0, 1.0, 0.5))
 
 
 def _duration(examination: Examination, seconds: float | None) -> str:

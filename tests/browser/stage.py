@@ -231,6 +231,20 @@ class Stage:
                 | details
             )
             return {"text": f"Finding {number} saved: {kind}, 36.4 ± 0.2 °C.", "details": {"id": number, "saved": True}}
+        elif verb in ("edit", "withdraw"):
+            state = self.scenario.state
+            found = next(found for found in state["findings"] if found["id"] == details["finding"])
+            state["before"], state["undo"] = dict(found), found["id"]
+            changed = {"withdrawn": details["reason"]} if verb == "withdraw" else details
+            found.update({name: value for name, value in changed.items() if name != "finding"})
+        elif verb == "undo":
+            state = self.scenario.state
+            found = next(found for found in state["findings"] if found["id"] == state["undo"])
+            found.clear()
+            found.update(state["before"])
+            state["undo"] = None
+        elif verb == "propose":
+            return {"details": synthetic.PROPOSED}
         elif verb == "note":
             found = next(found for found in self.scenario.state["findings"] if found["id"] == details["finding"])
             found["note"] = details["text"]

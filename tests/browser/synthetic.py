@@ -144,16 +144,25 @@ BASE: dict[str, Any] = {
             "lumps": [], "next_mm": None, "roughness_um": None,
             "felt_mm": [-70.0, -48.0, 95.0, 48.0],
             "felt_cells": {"temperature": 12_000, "roughness": 12_000, "stiffness": 12_000, "material": 12_000}},
-    "findings": [], "meaning": "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %",
+    "findings": [], "undo": None, "meaning": "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %",
     "decide_at": 0.9,
     "console": {"pictures_skipped": 0, "clients": 1},
 }  # fmt: skip
 
+PROPOSED = {
+    "kind": "warm",
+    "kinds": {
+        kind: {"text": "no different from its surroundings (1.02 ± 0.04 times)", "confidence": "low"}
+        for kind in ("rough", "cold", "stiff", "soft")
+    }
+    | {"warm": {"text": "+3.4 ± 0.3 K against 33.0 ± 0.2 °C around it (31 touches)", "confidence": "high"}},
+    "text": "no different from its surroundings (temperature +0.1 ± 0.4 K)",
+}
 FINDINGS = [
     {"id": 1, "at_s": 311.0, "kind": "warm", "x_mm": 40.0, "y_mm": -20.0, "finger": "index",
-     "text": "warm, 36.4 ± 0.2 °C", "note": "", "saved": True},
+     "text": "warm, 36.4 ± 0.2 °C", "contrast": "+3.4 ± 0.3 K", "note": "", "saved": True},
     {"id": 2, "at_s": 402.0, "kind": "stiff", "x_mm": -30.0, "y_mm": 20.0, "finger": "ring",
-     "text": "stiff, 4000 ± 400 N/m", "note": "moves a little", "saved": True},
+     "text": "stiff, 4000 ± 400 N/m", "contrast": "10 ± 1 times", "note": "moves a little", "saved": True},
 ]  # fmt: skip
 
 
@@ -405,9 +414,14 @@ def playback() -> Scenario:
     scenario = engaged().session(
         recording=False, title="3 Nov 2026 14:07",
         playback={"at_s": 312.4, "length_s": 761.2, "speed": 1.0, "playing": True,
-                  "marks": [{"at_s": 120.0, "kind": "alarm", "text": "Link slow"},
-                            {"at_s": 311.0, "kind": "finding", "text": "warm"},
-                            {"at_s": 402.0, "kind": "finding", "text": "stiff"}]},
+                  "partial": False,
+                  "marks": [{"at_s": 2.0, "kind": "mode", "text": "connected"},
+                            {"at_s": 60.0, "kind": "mode", "text": "engaged"},
+                            {"at_s": 120.0, "kind": "alarm", "text": "Link slow"},
+                            {"at_s": 311.0, "kind": "finding", "text": "1 warm, 36.4 ± 0.2 °C"},
+                            {"at_s": 402.0, "kind": "finding", "text": "2 stiff, 4000 ± 400 N/m"},
+                            {"at_s": 500.0, "kind": "fault", "text": "index plate 45.2 °C, over 45.0"},
+                            {"at_s": 500.0, "kind": "mode", "text": "fault"}]},
     )  # fmt: skip
     scenario.state["you"] = {"role": "observe", "in_control": False, "control": "recording"}
     return scenario

@@ -1,18 +1,28 @@
-"""Holds one examination at the console: its pseudonym, its begin and end, and its findings."""
+"""Holds one examination at the console: its pseudonym, its begin and end, and its findings.
 
-from dataclasses import dataclass, field, replace
+A finding is an object: it is marked, edited, noted, withdrawn, and each such change can be undone. Each change is a
+record of the whole finding, so that the records alone give the present state and the history.
+"""
+
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from common.fingers import FINGERS
 from common.link.session_state import Refused
 from operator_site.console import texts
-from operator_site.console.examination.findings import KINDS, compare, describe, likely_kind
+from operator_site.console.examination.body import BodyMark, body_mark, read_mark
+from operator_site.console.examination.contrast import compared, contrast_of
+from operator_site.console.examination.findings import KINDS, describe, likely_kind
 from operator_site.console.map.tactile_map import TactileMap
 
 LONGEST_NOTE = 10_000
 """Maximum length of a note, characters."""
 LONGEST_PSEUDONYM = 40
 """Maximum length of a pseudonym, characters."""
+LONGEST_REASON = 200
+"""Maximum length of the reason of a withdrawal, characters."""
+CHANGES = ("note", "edit", "withdraw")
+"""Changes of a finding that can be undone."""
 SIDES = ("head", "feet", "left", "right")
 """Parts of the body at which an edge of the map may lie."""
 
@@ -30,16 +40,32 @@ class Finding:
     text: str
     compare: str = ""
     note: str = ""
+    contrast: dict[str, Any] | None = None
+    """Quantity, value, sd and clear of the contrast with the surroundings, K or a ratio; None if it is unknown."""
+    confidence: str = "none"
+    """Confidence that the place differs as its kind says, one of CONFIDENCES."""
+    body: BodyMark | None = None
+    withdrawn: str = ""
+    """Reason of the withdrawal; empty for a finding that stands."""
+    change: str = "mark"
+    """What made this record: mark, one of CHANGES, or undo."""
 
     def record(self) -> dict[str, Any]:
         """Return the record to store; a later record of the same id replaces an earlier one."""
         found = {name: getattr(self, name) for name in self.__slots__}
+        found["body"] = None if self.body is None else self.body.record()
         return {"id": found.pop("ident"), **found}
 
     @classmethod
     def of(cls, record: dict[str, Any]) -> "Finding":
-        """Read a record that `record` made; raise KeyError or TypeError on anything else."""
-        return cls(**{"ident": record["id"], **{name: value for name, value in record.items() if name != "id"}})
+        """Read a record that `record` made, also an older one with fewer fields; unknown fields are ignored.
+
+        Raises:
+            KeyError, TypeError: anything else.
+        """
+        known = {each.name for each in fields(cls)} - {"ident", "body"}
+        given = {name: value for name, value in record.items() if name in known}
+        return cls(ident=record["id"], body=body_mark(record), **given)
 
 
 @dataclass(slots=True)
@@ -50,20 +76,24 @@ class Examination:
         pseudonym: None while no examination is under way.
         began_s, ended_s: begin and end of the newest examination; None before they happen.
         sides: parts of the body at the map's top and right edges; None if not given.
+        body: place of the examination on the body; None if not given.
         findings: by number, in the order in which they were made.
+        undoable: earlier states of the findings that undo returns to, oldest first.
     """
 
     pseudonym: str | None = None
     began_s: float | None = None
     ended_s: float | None = None
     sides: dict[str, str] | None = None
+    body: BodyMark | None = None
     findings: dict[int, Finding] = field(default_factory=dict)
+    undoable: list[Finding] = field(default_factory=list)
 
-    def begin(self, now_s: float, pseudonym: object, sides: object = None) -> None:
+    def begin(self, now_s: float, pseudonym: object, sides: object = None, body: object = None) -> None:
         """Begin an examination.
 
         Raises:
-            Refused: an examination is under way, or the pseudonym is invalid.
+            Refused: an examination is under way, or the pseudonym or the place on the body is invalid.
         """
         if self.pseudonym is not None:
             raise Refused(texts.SESSION_OPEN.format(pseudonym=self.pseudonym))
@@ -73,12 +103,13 @@ class Examination:
             raise Refused(texts.STUDY_NUMBER_PRINTABLE)
         if texts.looks_like_a_name(pseudonym):
             raise Refused(texts.STUDY_NUMBER)
+        mark = read_mark(body)
         known = (
             isinstance(sides, dict) and {*sides} == {"top", "right"} and all(side in SIDES for side in sides.values())
         )
         self.sides = dict(sides) if known and isinstance(sides, dict) else None
         self.pseudonym, self.began_s, self.ended_s = pseudonym.strip(), now_s, None
-        self.findings = {}
+        self.body, self.findings, self.undoable = mark, {}, []
 
     def end(self, now_s: float) -> str:
         """End the examination; return its pseudonym.
@@ -103,45 +134,134 @@ class Examination:
         if (kind is not None and kind not in KINDS) or finger not in FINGERS:
             raise Refused(texts.FINDING_NEEDS.format(kinds=", ".join(KINDS)))
         at_s = details.get("at_s", now_s)
-        place_mm = details.get("x_mm"), details.get("y_mm")
-        if not _number(at_s) or not (place_mm == (None, None) or all(_number(value) for value in place_mm)):
+        if not _number(at_s):
             raise Refused(texts.FINDING_NUMBERS)
+        x_m, y_m = _place(details)
         ident = max(self.findings, default=0) + 1
-        if place_mm == (None, None):
-            finding = Finding(ident, at_s, kind, finger, None, None, " ".join(filter(None, (kind, "a moment"))))
-        else:
-            x_m, y_m = (float(value or 0.0) / 1000.0 for value in place_mm)
-            here, around = tactile_map.at(x_m, y_m), tactile_map.around(x_m, y_m)
-            kind = kind or likely_kind(here, around)
-            finding = Finding(ident, at_s, kind, finger, x_m, y_m, describe(kind, here), compare(kind, here, around))
-        self.findings[ident] = finding
+        made = Finding(ident, at_s, kind, finger, x_m, y_m, "", body=read_mark(details.get("body")))
+        self.findings[ident] = finding = _measured(tactile_map, made)
         return finding
+
+    def edit(self, tactile_map: TactileMap, details: dict[str, Any]) -> Finding:
+        """Change kind, place or body of a finding, as far as given, and describe it again by the present map.
+
+        Raises:
+            Refused: no such finding stands, or the details are not valid for a finding.
+        """
+        before = self._under_way(details.get("finding"))
+        kind = details.get("kind", before.kind)
+        if kind is not None and kind not in KINDS:
+            raise Refused(texts.FINDING_NEEDS.format(kinds=", ".join(KINDS)))
+        edited = replace(before, kind=kind, change="edit")
+        if "x_mm" in details or "y_mm" in details:
+            x_m, y_m = _place(details)
+            edited = replace(edited, x_m=x_m, y_m=y_m)
+        if "body" in details:
+            edited = replace(edited, body=read_mark(details["body"]))
+        if (edited.kind, edited.x_m, edited.y_m) != (before.kind, before.x_m, before.y_m):
+            edited = _measured(tactile_map, edited)
+        return self._change(before, edited)
 
     def note(self, ident: object, text: object) -> Finding:
         """Write a note to a finding; it replaces an earlier note.
 
         Raises:
-            Refused: there is no such finding, or the text is too long.
+            Refused: no such finding stands, or the text is too long.
         """
+        before = self._standing(ident)
+        if not isinstance(text, str) or len(text) > LONGEST_NOTE:
+            raise Refused(texts.NOTE_LENGTH.format(longest=LONGEST_NOTE))
+        return self._change(before, replace(before, note=text, change="note"))
+
+    def withdraw(self, ident: object, reason: object) -> Finding:
+        """Withdraw a finding; it stays in record and report with the reason.
+
+        Raises:
+            Refused: no such finding stands, or there is no reason.
+        """
+        before = self._under_way(ident)
+        if not isinstance(reason, str) or not 0 < len(reason.strip()) <= LONGEST_REASON:
+            raise Refused(texts.REASON_NEEDED.format(longest=LONGEST_REASON))
+        return self._change(before, replace(before, withdrawn=reason.strip(), change="withdraw"))
+
+    def undo(self) -> Finding:
+        """Undo the last change of a finding that is not undone yet; return the finding as it is again.
+
+        Raises:
+            Refused: there is no such change.
+        """
+        if self.pseudonym is None or not self.undoable:
+            raise Refused(texts.NOTHING_TO_UNDO)
+        finding = replace(self.undoable.pop(), change="undo")
+        self.findings[finding.ident] = finding
+        return finding
+
+    def _under_way(self, ident: object) -> Finding:
+        if self.pseudonym is None:
+            raise Refused(texts.NO_SESSION)
+        return self._standing(ident)
+
+    def _standing(self, ident: object) -> Finding:
         finding = self.findings.get(ident) if isinstance(ident, int) else None
         if finding is None:
             raise Refused(texts.NO_FINDING)
-        if not isinstance(text, str) or len(text) > LONGEST_NOTE:
-            raise Refused(texts.NOTE_LENGTH.format(longest=LONGEST_NOTE))
-        self.findings[finding.ident] = noted = replace(finding, note=text)
-        return noted
+        if finding.withdrawn:
+            raise Refused(texts.WAS_WITHDRAWN.format(number=finding.ident))
+        return finding
+
+    def _change(self, before: Finding, after: Finding) -> Finding:
+        self.undoable.append(before)
+        self.findings[after.ident] = after
+        return after
 
     def take(self, stream: str, record: dict[str, Any]) -> None:
         """Apply a record of the examination from a recording."""
         if stream == "console/finding":
             finding = Finding.of(record)
+            before = self.findings.get(finding.ident)
+            if finding.change in CHANGES and before is not None:
+                self.undoable.append(before)
+            elif finding.change == "undo" and self.undoable:
+                self.undoable.pop()
             self.findings[finding.ident] = finding
         elif stream == "console/session" and record.get("what") == "begin":
             self.pseudonym, self.began_s, self.ended_s = str(record["pseudonym"]), float(record["at_s"]), None
-            self.sides = record.get("sides")
-            self.findings = {}
+            self.sides, self.body = record.get("sides"), body_mark(record)
+            self.findings, self.undoable = {}, []
         elif stream == "console/session":
             self.pseudonym, self.ended_s = None, float(record["at_s"])
+
+
+def _place(details: dict[str, Any]) -> tuple[float | None, float | None]:
+    """Return the place of a finding, m; None for a moment without a place.
+
+    Raises:
+        Refused: only one coordinate is given, or one is no number.
+    """
+    x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
+    if x_mm is None and y_mm is None:
+        return None, None
+    if not (_number(x_mm) and _number(y_mm)):
+        raise Refused(texts.FINDING_NUMBERS)
+    return float(x_mm or 0.0) / 1000.0, float(y_mm or 0.0) / 1000.0
+
+
+def _measured(tactile_map: TactileMap, finding: Finding) -> Finding:
+    """Return a finding with kind, text and contrast by the map at its place."""
+    if finding.x_m is None or finding.y_m is None:
+        text = " ".join(filter(None, (finding.kind, "a moment")))
+        return replace(finding, text=text, compare="", contrast=None, confidence="none")
+    here, around = (look(finding.x_m, finding.y_m) for look in (tactile_map.at, tactile_map.around))
+    kind = finding.kind or likely_kind(here, around)
+    differs = contrast_of(kind, here, around)
+    return replace(
+        finding,
+        kind=kind,
+        text=describe(kind, here),
+        compare=compared(kind, here, around),
+        contrast=None if differs is None else differs.record(),
+        confidence="none" if differs is None else differs.confidence,
+    )
 
 
 def _number(value: object) -> bool:

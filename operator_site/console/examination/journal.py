@@ -23,8 +23,10 @@ log = logging.getLogger(__name__)
 SCHEMAS: dict[str, dict[str, object]] = {
     "console/finding": {
         "type": "object",
-        "description": "id, at_s, kind, finger, x_m, y_m (m of the remote bench), text, compare, note; a later "
-        "record of the same id replaces an earlier one",
+        "description": "id, at_s, kind, finger, x_m, y_m (m of the remote bench), text, compare, note, contrast "
+        "(quantity, value, sd, clear: K or a ratio), confidence, body (region, side, landmark, landmark_mm), withdrawn "
+        "(the reason), change (mark, note, edit, withdraw, undo); a later record of the same id replaces an earlier "
+        "one. Records before change have none of the fields from contrast on",
     },
     "console/act": {
         "type": "object",
@@ -37,7 +39,11 @@ SCHEMAS: dict[str, dict[str, object]] = {
         "description": "samples: quantity, key, touch, finger, x_m, y_m, t_s, value, variance, name of each that the "
         "map took since the record before; a console that continues the examination shows them again",
     },
-    "console/session": {"type": "object", "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides"},
+    "console/session": {
+        "type": "object",
+        "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides, body (region, side, landmark, "
+        "landmark_mm)",
+    },
 }
 AGAIN_S = 5.0
 """Interval between two attempts to reopen a failed recording, s."""

@@ -1,6 +1,7 @@
 // Keys. The STOP keys come first at any focus; key repeat is ignored.
 import { hold, pause, release } from "./actions.js";
 import { quiet } from "./alarms.js";
+import { closeBody } from "./body.js";
 import { byId, make, remember, remembered, typing, write } from "./dom.js";
 import { fitMap, nextComparison, show, showBoth, showSure, widen, zoomBy } from "./map.js";
 import { begin, marked, markingKey } from "./marking.js";
@@ -40,7 +41,7 @@ export function startKeys({ choose, details, listed }) {
     if (/^[0-5]$/.test(event.key) && !marked()) choose(event.key === "0" ? null : Number(event.key) - 1);
     else if (Object.hasOwn(signs, event.key)) signs[event.key]();
     else if (Object.hasOwn(letters, event.key.toLowerCase())) letters[event.key.toLowerCase()]();
-    else if (event.key === "Escape") closeAll();
+    else if (event.key === "Escape") closeBody() || closeAll();
     else return;
     event.preventDefault();
   }, { capture: true });

@@ -6,6 +6,8 @@ import { drawChart, followChart, startChart } from "./chart.js";
 import { Connection } from "./connection.js";
 import { startDetails } from "./details.js";
 import { byId, write } from "./dom.js";
+import { startBody } from "./body.js";
+import { openWithdraw, showFindings, startFindings } from "./findings.js";
 import { followFingers, showFingers, startFingers } from "./fingers.js";
 import { drawHand } from "./hand.js";
 import { showIdentification } from "./identification.js";
@@ -86,6 +88,7 @@ function showNow() {
   showStop();
   showActions();
   showSession();
+  showFindings();
   showPlayback();
 }
 
@@ -139,7 +142,9 @@ startTheme();
 startAlarms(connection);
 startStop(connection, showNow);
 startActions(connection, say);
-startMarking(connection, say);
+startMarking(connection, say, openWithdraw);
+startFindings();
+startBody();
 startNotes(connection, say);
 startPlayback();
 startSession();

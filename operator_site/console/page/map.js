@@ -9,7 +9,7 @@ import { dragPhoto, endAdjusting, startPhoto } from "./map_photo.js";
 import { startPointer } from "./map_pointer.js";
 import { forgetTiles, keepTile, Painting, QUANTITIES, regions } from "./map_tiles.js";
 import { numberOf, unitOf } from "./map_units.js";
-import { fitAgain, followFelt, forgetFelt, frame, isFitted, viewOf, zoomAt } from "./map_view.js";
+import { fitAgain, followFelt, forgetFelt, frame, isFitted, moveTo, viewOf, zoomAt } from "./map_view.js";
 import { now } from "./now.js";
 import { onTheme } from "./theme.js";
 import { capital, WORDS } from "./words.js";
@@ -196,6 +196,14 @@ export function zoomBy(factor) {
 
 export function fitMap() {
   fitAgain();
+  dirty = true;
+  showTools();
+}
+
+// Moves middle and cursor of the map to a place, mm.
+export function lookAt(x_mm, y_mm) {
+  cursor = { x: x_mm, y: y_mm };
+  moveTo(byId("map-surface"), { ...cursor });
   dirty = true;
   showTools();
 }

@@ -22,7 +22,7 @@ export function drawStill(canvas, at) {
   for (const lump of lumps()) outline(pen, at, lump);
   const next = now.state?.map?.next_mm;
   if (next) { const x = at.toX(next[0]), y = at.toY(next[1]); lines(pen, x, y, 8, 2, 4); word(pen, "next", x, y + 22, 0.8); }
-  for (const found of now.state?.findings ?? []) if (typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
+  for (const found of now.state?.findings ?? []) if (!found.withdrawn && typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
 }
 
 // mirror: x of the mirror line, mm, or null.

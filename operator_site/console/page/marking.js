@@ -1,15 +1,19 @@
-// Marks a finding: time and place of the key press, then kind, place and save.
+// Marks a finding: time and place of the key press, then kind, place and save. Edits one in the same tray. The console
+// proposes the kind from the contrast with the surroundings, and says before saving where there is none.
+import { bodyText, openBody } from "./body.js";
 import { byId, make, write } from "./dom.js";
 import { acts, live, now } from "./now.js";
 import { fingerPlace, moved } from "./map.js";
-import { expect } from "./notes.js";
-import { FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
+import { expect, openNote } from "./notes.js";
+import { capital, FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
 
-let connection = null, say = null, finding = null, saving = false;
+const PROPOSE_MS = 250;
+let connection = null, say = null, withdraw = null, finding = null, saving = false, proposed = null, asking = null;
 
-export function startMarking(link, speak) {
+export function startMarking(link, speak, openWithdraw) {
   connection = link;
   say = speak;
+  withdraw = openWithdraw;
   KINDS.forEach((kind, at) => {
     const button = make("button", { "aria-pressed": "false" }, `${kind} `, make("kbd", { text: at + 1 }));
     button.addEventListener("click", () => choose(at));
@@ -19,6 +23,16 @@ export function startMarking(link, speak) {
   byId("finding-button").addEventListener("click", begin);
   byId("finding-save").addEventListener("click", save);
   byId("finding-discard").addEventListener("click", discard);
+  byId("finding-body").addEventListener("click", () => openBody(finding.body, place => { finding.body = place; finding.bodyChosen = true; showMarking(); }));
+  byId("finding-note").addEventListener("click", () => leave(openNote));
+  byId("finding-withdraw").addEventListener("click", () => leave(withdraw));
+}
+
+// Closes the tray and opens another one for the same finding.
+function leave(open) {
+  const { id } = finding;
+  discard();
+  open(id);
 }
 
 export function marked() {
@@ -29,13 +43,42 @@ export function begin() {
   if (!acts() || !live() || finding) return;
   const place = fingerPlace();
   finding = { finger: FINGERS[now.active], at_s: now.picture.time_s, x_mm: place ? Math.round(place.x) : null, y_mm: place ? Math.round(place.y) : null, kind: null };
+  openTray();
+}
+
+export function edit(found) {
+  if (!acts() || !live() || finding) return;
+  finding = { id: found.id, finger: found.finger, x_mm: found.x_mm, y_mm: found.y_mm, kind: found.kind, body: found.body, chosen: true };
+  openTray();
+}
+
+function openTray() {
+  proposed = null;
   byId("marking").hidden = false;
+  for (const id of ["finding-note", "finding-withdraw"]) byId(id).hidden = !finding.id;
   showMarking();
+  propose();
   byId("marking").focus({ preventScroll: false });
+}
+
+// Asks for the contrast at the place, at most four times a second.
+async function propose() {
+  if (!finding || finding.x_mm === null || asking) return;
+  const { x_mm, y_mm } = finding;
+  asking = setTimeout(() => {
+    asking = null;
+    if (finding && (finding.x_mm !== x_mm || finding.y_mm !== y_mm)) propose();
+  }, PROPOSE_MS);
+  const answer = await connection.ask("propose", { x_mm, y_mm });
+  if (!finding || !answer.ok) return;
+  proposed = answer.details;
+  if (!finding.chosen) finding.kind = proposed.kind ?? null;
+  showMarking();
 }
 
 export function choose(at) {
   finding.kind = KINDS[at];
+  finding.chosen = true;
   showMarking();
 }
 
@@ -44,26 +87,29 @@ export function moveTo(place) {
   finding.x_mm = Math.round(place.x);
   finding.y_mm = Math.round(place.y);
   showMarking();
+  propose();
 }
 
 export function discard() {
+  const from = finding.id ? byId("found-list").querySelector(`[data-edit="${finding.id}"]`) : byId("finding-button");
   finding = null;
   byId("marking").hidden = true;
-  byId("finding-button").focus();
+  if (from) { from.disabled = false; from.focus(); }
 }
 
 // A finding that the console did not take stays open.
 export async function save() {
   if (!finding || saving) return;
   saving = true;
-  const details = { finger: finding.finger, at_s: finding.at_s, kind: finding.kind };
-  if (finding.x_mm !== null) Object.assign(details, { x_mm: finding.x_mm, y_mm: finding.y_mm });
-  const answer = await connection.ask("finding", details);
+  const { id, finger, at_s, kind, x_mm, y_mm, body } = finding, details = id ? { finding: id, kind } : { finger, at_s, kind };
+  if (x_mm !== null) Object.assign(details, { x_mm, y_mm });
+  if (finding.bodyChosen) details.body = body && { region: body.region, side: body.side, landmark: body.landmark, landmark_mm: body.landmark_mm };
+  const answer = await connection.ask(id ? "edit" : "finding", details);
   saving = false;
   say(answer.text);
   if (!answer.ok) return;
-  expect(answer.details.id, finding.kind ?? "");
-  discard();
+  if (!id) expect(answer.details.id, kind ?? "");
+  if (finding) discard();
 }
 
 // Handles the keys that have another meaning while a finding is marked; returns whether it used one.
@@ -85,6 +131,14 @@ export function markingKey(event) {
 export function showMarking() {
   if (!finding) return;
   const name = FINGER_NAMES[FINGERS.indexOf(finding.finger)];
-  write(byId("marking-title"), WORDS.findingAt(name, finding.x_mm, finding.y_mm ?? 0));
+  write(byId("marking-title"), `${WORDS.findingAt(name, finding.x_mm, finding.y_mm ?? 0, finding.id)}${finding.body ? `, ${bodyText(finding.body)}` : ""}`);
+  write(byId("marking-contrast"), contrast());
   [...byId("kinds").children].forEach((button, at) => button.setAttribute("aria-pressed", String(KINDS[at] === finding.kind)));
+}
+
+function contrast() {
+  if (finding.x_mm === null || !proposed) return "";
+  if (finding.kind === null || finding.kind === "other") return capital(proposed.text);
+  const { text, confidence } = proposed.kinds[finding.kind];
+  return `${finding.kind === proposed.kind ? WORDS.proposed(finding.kind) : capital(finding.kind)}: ${text}. ${WORDS.confident(confidence)}`;
 }

@@ -10,6 +10,7 @@ export function startNotes(link, speak) {
   say = speak;
   byId("note-button").addEventListener("click", () => openNote());
   byId("note-close").addEventListener("click", closeNote);
+  byId("note-finding").addEventListener("change", showWritten);
   byId("noting").addEventListener("submit", event => { event.preventDefault(); save(); });
 }
 
@@ -17,19 +18,25 @@ export function startNotes(link, speak) {
 export const expect = (id, text) => { expected = [id, text]; };
 
 function choices() {
-  const listed = now.state.findings.map(found => [found.id, found.text]);
+  const listed = now.state.findings.filter(found => !found.withdrawn).map(found => [found.id, found.text]);
   if (!expected || listed.some(([id]) => id === expected[0])) expected = null;
   return expected ? [...listed, expected] : listed;
 }
 
-export function openNote() {
+export function openNote(id = null) {
   if (!acts()) return;
-  const last = choices().at(-1);
+  const last = id === null ? choices().at(-1) : choices().find(([offered]) => offered === id);
   if (!last) { say(WORDS.noFindings); return; }
   byId("noting").hidden = false;
   showNotes();
   byId("note-finding").value = String(last[0]);
+  if (!byId("note-text").value) showWritten();
   byId("note-text").focus();
+}
+
+// Shows the note that a finding has, so that it is edited and not replaced.
+function showWritten() {
+  byId("note-text").value = now.state.findings.find(found => String(found.id) === byId("note-finding").value)?.note ?? "";
 }
 
 function closeNote() {

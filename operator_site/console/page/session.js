@@ -1,13 +1,14 @@
-// The session sheet: study number, check list, sound, findings, end, report.
+// The session sheet: study number, place on the body, check list, sound, end, report.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
+import { bodyText, openBody } from "./body.js";
 import { acts, live, now, playback } from "./now.js";
 import { close, open } from "./sheets.js";
 import { burst, soundPossible, wakeSound } from "./sound.js";
 import { capital, SIDES, WORDS } from "./words.js";
 
 const CONFIRM_MS = 5000;
-let ending = null, offered = false, played = false, hadSession = false;
+let body = null, ending = null, offered = false, played = false, hadSession = false;
 
 export function startSession() {
   for (const id of ["begin-top", "begin-right"]) byId(id).append(...SIDES.map(side => make("option", { value: side, text: side || "–" })));
@@ -17,13 +18,21 @@ export function startSession() {
   byId("sound-refused").addEventListener("click", () => ask("sound", { answer: "refused" }));
   byId("take-button").addEventListener("click", () => ask("take_control"));
   byId("end-button").addEventListener("click", end);
+  byId("begin-body").addEventListener("click", () => openBody(body, showBody));
+  showBody(null);
+}
+
+function showBody(place) {
+  body = place;
+  write(byId("begin-body"), place ? capital(bodyText(place)) : WORDS.chooseBody);
 }
 
 async function begin() {
-  const answer = await ask("begin", { pseudonym: byId("begin-pseudonym").value.trim(), sides: { top: byId("begin-top").value, right: byId("begin-right").value } });
+  const answer = await ask("begin", { pseudonym: byId("begin-pseudonym").value.trim(), sides: { top: byId("begin-top").value, right: byId("begin-right").value }, body });
   write(byId("begin-said"), answer.ok ? "" : answer.text);
   if (!answer.ok) { byId("begin-pseudonym").focus(); return; }
   byId("begin-form").reset();
+  showBody(null);
   close("sheet-session");
   byId("act-button").focus();
 }
@@ -43,7 +52,7 @@ async function end() {
 
 export function showSession() {
   if (!now.state) return;
-  const { session, you, findings } = now.state, inSession = Boolean(session.pseudonym);
+  const { session, you } = now.state, findings = now.state.findings.filter(found => !found.withdrawn), inSession = Boolean(session.pseudonym);
   // Offers once to begin a session while none is open.
   if (!offered && acts() && !inSession && live() && ["connected", "disconnected"].includes(session.state)) { offered = true; open("sheet-session"); }
   if (hadSession && !inSession && session.saved) open("sheet-session");
@@ -57,14 +66,13 @@ export function showSession() {
   byId("end-button").hidden = !acts() || !inSession;
   write(byId("end-button"), ending ? WORDS.confirmEnd(session.pseudonym, findings.length) : WORDS.end);
   const control = you.in_control ? "" : ` ${WORDS.controlElsewhere(you.control)}`;
-  const summary = session.saved ? session.saved.text : inSession ? WORDS.sessionOpen(session.pseudonym) : playback() ? session.title ?? "" : WORDS.noSession;
+  const summary = session.saved ? session.saved.text : inSession ? WORDS.sessionOpen(session.pseudonym, session.body) : playback() ? session.title ?? "" : WORDS.noSession;
   write(byId("session-summary"), `${summary}${control}`);
   const report = session.saved ? session.saved.report : null, link = byId("report-link");
   link.hidden = !(typeof report === "string" && report.startsWith("/report/"));
   if (!link.hidden && link.getAttribute("href") !== report) link.setAttribute("href", report);
   showSound();
   showChecks();
-  showFindings();
 }
 
 function showSound() {
@@ -81,11 +89,4 @@ function showChecks() {
   remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name)} `, make("span", { class: "detail", text: line.text || WORDS.ready }))));
   remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: capital(line.name) }),
     make("span", { class: "missing", text: line.text }), ...(line.help ? [make("code", { text: line.help })] : []))));
-}
-
-function showFindings() {
-  const findings = now.state.findings;
-  byId("findings-title").hidden = findings.length === 0;
-  remake(byId("findings"), findings, () => findings.map(found => make("li", {},
-    make("span", { text: `${found.id}  ${found.text}` }), make("span", { class: "small", text: found.saved ? "" : WORDS.notSaved }), make("span", { class: "small", text: found.note ?? "", dir: "auto" }))));
 }

@@ -6,11 +6,12 @@ export const FINGER_IDS = FINGERS.map((_, finger) => `D${finger + 1}`); // as an
 export const DEVICE_LABELS = [...FINGERS.map((name, finger) => [name, FINGER_IDS[finger]]), ["exoskeleton", "exo"], ["remote hand", "arm"]];
 export const MODES = ["free", "tap", "rest", "rub"];
 export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other"];
+export const BODY_SIDES = ["right", "left", "both", ""];
 export const SIDES = ["", "head", "feet", "left", "right"];
 
 export const STATES = {
   unknown: "NOT LIVE", disconnected: "DISCONNECTED", connected: "CONNECTED", engaging: "ENGAGING", engaged: "ENGAGED",
-  paused: "PAUSED", lost: "LINK LOST", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "RECORDING",
+  paused: "PAUSED", lost: "LINK LOST", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "PLAYBACK",
 };
 
 // Texts of index.html.
@@ -23,7 +24,9 @@ export const FIXED = {
   lastSeconds: "Last 10 seconds", now: "now", strips: "Signals of the last 10 s; a table follows", stripTable: "Signals as a table",
   markFinding: "Mark a finding", kinds: "Kind of finding", save: "Save", discard: "Discard",
   markingHelp: "Arrows: 1 mm, with Shift 5",
-  noteTo: "Note to", saveNote: "Save note", close: "Close", details: "Details", playback: "Playback", position: "Position in the recording", speed: "Speed",
+  body: "Body", bodyMark: "Place on the body", bodyViews: "View", bodyRegions: "Region", bodySides: "Side of the examined person", landmark: "Landmark", landmarkMm: "mm from it",
+  useBody: "Use this place", noBody: "No place", withdraw: "Withdraw", reason: "Reason", cancel: "Cancel", none: "No findings yet. F marks one.",
+  noteTo: "Note to", saveNote: "Save note", close: "Close", details: "Details", playback: "Playback", position: "Position in the recording", timeLine: "Time line: states, findings, alarms, faults; [ and ] jump", speed: "Speed",
   session: "Session", startSession: "Start a session", studyNumber: "Study number", mapTop: "Map: top is", mapRight: "right is",
   begin: "Begin", sound: "Alarm sound", playAlarm: "Play alarm sound", heard: "I heard it", withoutSound: "Work without sound", takeControl: "Take control",
   openReport: "Open report", checkList: "Check list", findings: "Findings", keys: "Keys", link: "link",
@@ -42,7 +45,7 @@ export const WORDS = {
   noData: seconds => `No data for ${seconds.toFixed(1)} s. Screen is not live.`,
   noConnection: "No connection to the console. Trying again.", refused: "This address needs its token. Open the link that the console printed.",
   noAnswer: "No answer. Look at the state, then try again.", notSent: "Not sent: no connection.",
-  sessionOpen: pseudonym => `Session ${pseudonym} is open.`,
+  sessionOpen: (pseudonym, body) => `Session ${pseudonym} is open${body ? `: ${body}` : ""}.`,
   noSession: "No session is open.", end: "End session",
   confirmEnd: (pseudonym, findings) => `End session ${pseudonym}? ${count(findings, "finding")}.`,
   observer: control => `OBSERVER. Control is at ${control}.`, controlElsewhere: control => `Control is at ${control}.`,
@@ -62,7 +65,10 @@ export const WORDS = {
   confidenceFoot: "sure →",
   nothingHere: "Nothing felt here.", pointAtMap: "Point at the map or tap it. Tab to it: arrows.",
   placeOf: (x, y) => `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`, mapName: (quantity, comparison) => `Map of ${quantity}${comparison === "none" ? "" : `, ${WORDS.comparisons[comparison].toLowerCase()}`}; a table follows`,
-  findingAt: (finger, x, y) => (x === null ? `Finding at ${finger}, no place` : `Finding at ${finger}, x ${x.toFixed(0)} y ${y.toFixed(0)} mm`),
+  findingAt: (finger, x, y, id) => `Finding${id ? ` ${id}` : ""} at ${finger}, ${x === null ? "no place" : `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`}`,
+  findingsTitle: standing => count(standing, "finding"), undo: "Undo", undoOf: id => `Undo the last change of finding ${id}`, edit: "Edit", editOf: id => `Edit finding ${id}`, noPlace: "no place",
+  withdrawn: reason => `withdrawn: ${reason}`, withdrawAsk: id => `Withdraw finding ${id}? It stays in the record, struck out.`, reasonNeeded: "Give a reason.",
+  proposed: kind => `Proposed ${kind}`, confident: step => `Confidence: ${step}.`, chooseBody: "Choose", bodyAsk: "Choose a region.", noSide: "no side",
   noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
   rows: { force_n: "force N", plate_c: "plate °C", motor_hz: "vibration Hz", mode: "mode", remarks: "limit, age" },
   strips: [["force", "N"], ["contact", "N"], ["motor", "Hz"], ["plate", "°C"]],
@@ -70,7 +76,8 @@ export const WORDS = {
   stripTable: ["finger", "force N", "contact N", "motor Hz", "plate °C", "skin °C"],
   chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "explored", "lowest", "highest"],
   since: clock, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `cleared by ${who}`, past: "past",
-  play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
+  markKinds: { finding: "finding", alarm: "alarm", fault: "fault", mode: "state" }, marked: (at, kind, text) => `${clock(at)} ${kind}: ${text}`,
+  partial: "Map and last 10 s follow.", play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
   letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
   ready: "ready",
 };

@@ -1,7 +1,8 @@
 """Plays the messages of a recording to a console at a speed, with pause and jumps.
 
 The shown state depends on all earlier messages. A jump restores the nearest earlier checkpoint of the console and plays
-the messages since, which gives the same state as playing from the start.
+the messages since, which gives the same state as playing from the start. Where that takes long, a preview shows the
+moment first: it has session, findings and the last messages, and lacks map and older signals until it is completed.
 """
 
 import pickle
@@ -9,10 +10,12 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from common.faults.texts import said_fault
+from common.link.session_display import CONNECTED, DISCONNECTED, ENGAGED, FAULT, LOST, PAUSED, STOPPED
 from common.link.session_state import Happening
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import map_of, read_map
@@ -38,6 +41,10 @@ CHECKPOINT_S = 2.0
 """Interval between two checkpoints, s; longer for more than MOST_CHECKPOINTS."""
 MOST_CHECKPOINTS = 400
 """Maximum number of checkpoints."""
+PREVIEW_S = 1.2
+"""Part of the recording before a moment that a preview plays, s; the site's figures come once a second."""
+_FEW = ("console/session", "console/finding", "operator/session")
+"""Streams of few messages, which a preview takes from the start."""
 _COMPRESSION = 1
 """Level of compression of a checkpoint, 0..9."""
 
@@ -53,7 +60,10 @@ C = TypeVar("C", bound=Console)
 
 
 class Mark(NamedTuple):
-    """A target for a jump: `kind` is "alarm", "fault" or "finding"; `at_s` is from the start, s."""
+    """A target for a jump: `kind` is "alarm", "fault", "finding" or "mode"; `at_s` is from the start, s.
+
+    The text of a mode is the session's state from then on, a word of `session_display`.
+    """
 
     at_s: float
     kind: str
@@ -98,7 +108,7 @@ class Recording:
             yield channel.topic, message.log_time, message.data
 
     def marks(self) -> list[Mark]:
-        """Return the readable alarms, faults and findings in order of time; a finding has the time of its mark."""
+        """Return the readable alarms, faults, findings and modes in order of time; a finding has its mark's time."""
         marks: dict[object, Mark] = {}
         for stream, time_ns, payload in self.messages(self.start_ns, tuple(_MARKED)):
             with suppress(ValueError):  # the console counts unreadable messages
@@ -107,11 +117,15 @@ class Recording:
                 match stream:
                     case "console/finding":
                         marked_s = entry["at_s"] - self.start_ns * 1e-9
-                        marks["finding", entry["id"]] = Mark(marked_s, "finding", entry["text"])
+                        text = f"{entry['id']} {entry['text']}{', withdrawn' if entry.get('withdrawn') else ''}"
+                        marks["finding", entry["id"]] = Mark(marked_s, "finding", text)
                     case "console/alarm":
                         marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", entry["text"]))
-                    case _ if entry.what == "fault":
-                        marks["fault", time_ns] = Mark(at_s, "fault", said_fault(entry.fault))
+                    case _:
+                        if entry.what == "fault":
+                            marks["fault", time_ns] = Mark(at_s, "fault", said_fault(entry.fault))
+                        if entry.what in _MODES:
+                            marks["mode", time_ns] = Mark(at_s, "mode", _MODES[entry.what])
         return sorted(marks.values())
 
     def examinations(self) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -137,6 +151,19 @@ _MARKED: dict[str, Callable[[bytes], Any]] = {
     "console/alarm": partial(read_map, fields=map_of(id=str, since_s=Finite, text=str)),
     "operator/session": Happening.unpack,
 }
+_MODES = {
+    "connected": CONNECTED,
+    "engaged": ENGAGED,
+    "heard": ENGAGED,
+    "disengaged": PAUSED,
+    "silent": LOST,
+    "fault": FAULT,
+    "estop": STOPPED,
+    "cleared": PAUSED,
+    "disconnected": DISCONNECTED,
+    "left": DISCONNECTED,
+}
+"""State of the session after each happening."""
 _EXAMINATION = map_of(what=str, pseudonym=str | None, wall_clock=str | None)
 
 
@@ -148,6 +175,7 @@ class Playback(Generic[C]):
         jumps: number of jumps; after each one the whole console must be shown again.
         speed: speed of playing, within SPEEDS.
         playing: whether the recording plays.
+        partial: whether the console shows a preview.
         length_s, marks, title: length, marks and title of the recording.
         checkpoints: state of the console at each multiple of the checkpoint interval after the start.
     """
@@ -165,7 +193,12 @@ class Playback(Generic[C]):
         self._every_ns = round(every_s * 1e9)
         self.checkpoints: list[bytes] = []
         self._scout: tuple[C, Iterator[tuple[str, int, bytes]], tuple[str, int, bytes] | None] | None = None
+        self._waiting: tuple[str, int, bytes] | None = None
+        self._coming: tuple[C, Iterator[tuple[str, int, bytes]]] | None = None
+        """The whole console on its way to the present moment, while a preview is shown."""
         self.length_s, self.marks, self.title = recording.length_s, recording.marks(), recording.title()
+        self._few = list(recording.messages(recording.start_ns, _FEW))
+        self.partial = False
         self.jumps = -1
         self.speed = 1.0
         self.playing = False
@@ -207,6 +240,46 @@ class Playback(Generic[C]):
         self._go_to(min(max(target, self._recording.start_ns), self._recording.end_ns))
         self._anchor = (wall_s, self._now_ns)
 
+    def preview(self, at_s: float, wall_s: float) -> None:
+        """Jump to a moment as `seek` does, but show a preview of it."""
+        recording = self._recording
+        target = min(max(recording.start_ns + round(at_s * 1e9), recording.start_ns), recording.end_ns)
+        from_ns = max(recording.start_ns, target - round(PREVIEW_S * 1e9))
+        self.jumps += 1
+        self.partial, self._coming = True, None
+        self.console = self._make()
+        for message in self._few:
+            if message[1] < from_ns:
+                self.console.take(*message)
+        self._messages, self._waiting = recording.messages(from_ns), None
+        self._take_until(target)
+        self._anchor = (wall_s, self._now_ns)
+
+    def complete(self, most: int) -> None:
+        """Take up to `most` messages towards the whole state of the present moment, and show it once it is reached.
+
+        All checkpoints before the present moment must exist.
+        """
+        if self._coming is None:
+            console, from_ns = self._restore((self._now_ns - self._recording.start_ns) // self._every_ns)
+            self._coming = console, self._recording.messages(from_ns)
+        console, messages = self._coming
+        for message in islice(messages, most):
+            if message[1] > self._now_ns:
+                self._show(console, messages, message)
+                return
+            console.take(*message)
+            most -= 1
+        if most:
+            self._show(console, messages, None)  # the recording's end
+
+    def _show(
+        self, console: C, messages: Iterator[tuple[str, int, bytes]], waiting: tuple[str, int, bytes] | None
+    ) -> None:
+        self.console, self._messages, self._waiting = console, messages, waiting
+        self.partial, self._coming = False, None
+        self.jumps += 1
+
     def step(self, wall_s: float) -> None:
         """Play up to the present wall clock."""
         if not self.playing:
@@ -215,6 +288,11 @@ class Playback(Generic[C]):
         target = from_ns + round(max(0.0, wall_s - since_s) * self.speed * 1e9)
         self._take_until(min(target, self._recording.end_ns))
         self.playing = self._now_ns < self._recording.end_ns
+
+    @property
+    def dense(self) -> bool:
+        """Whether a jump plays CHECKPOINT_S of the recording at most, once the checkpoints exist."""
+        return self._every_ns <= round(CHECKPOINT_S * 1e9)
 
     def ready(self, at_s: float) -> bool:
         """Return whether all checkpoints before a moment exist; a jump then plays one interval at most."""
@@ -241,12 +319,13 @@ class Playback(Generic[C]):
     def _go_to(self, target_ns: int) -> None:
         """Bring the console to a moment by all messages up to and including it."""
         self.jumps += 1
+        self.partial, self._coming = False, None
         number = (target_ns - self._recording.start_ns) // self._every_ns
         while len(self.checkpoints) < number and self.prepare():
             pass
         self.console, from_ns = self._restore(min(number, len(self.checkpoints)))
         self._messages = self._recording.messages(from_ns)
-        self._waiting: tuple[str, int, bytes] | None = None
+        self._waiting = None
         self._take_until(target_ns)
 
     def _restore(self, number: int) -> tuple[C, int]:

@@ -17,6 +17,7 @@ from common.link.session_state import Refused
 from common.runtime.containment import Containment
 from common.wire.packets import LinkState
 from operator_site.console import texts
+from operator_site.console.examination.contrast import propose
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import MEASURED, contrast, value_text
 from operator_site.console.examination.journal import Journal
@@ -35,8 +36,9 @@ SETTLE_S = 0.15
 """Longest wait of a request for the disk, s: half of the time for an answer."""
 _LOOK_S = 0.005
 """Interval between two checks of the disk during that wait, s."""
-_OBSERVERS_MAY = frozenset(("place",))
-_WITHOUT_CONTROL = frozenset(("place", "estop", "take_control"))
+_ONLY_LOOKS = frozenset(("place", "propose"))
+"""Requests that read the map. They are neither refused to observers nor recorded."""
+_WITHOUT_CONTROL = _ONLY_LOOKS | {"estop", "take_control"}
 """Requests that need no control; a page that may act may always stop."""
 _REFUSALS_PER_S, _REFUSALS_AT_ONCE = 0.2, 10
 """Rate and burst of the refused requests of one visitor that are recorded and logged; others are only counted."""
@@ -110,6 +112,10 @@ class Commands:
             "end": self._end,
             "finding": self._find,
             "note": self._note,
+            "edit": self._edit,
+            "withdraw": self._withdraw,
+            "undo": self._undo,
+            "propose": self._propose,
             "take_control": self._take_control,
             "sound": self._sound,
             "quiet": self._quiet,
@@ -119,7 +125,11 @@ class Commands:
         """Whether a recording is shown. A dragged slider then sends many requests, and none acts on a site."""
         if player is not None:
             playing = {"play": _play, "pause": _pause, "seek": _seek}
-            self._verbs = {"place": self._place, **{verb: partial(act, player) for verb, act in playing.items()}}
+            self._verbs = {
+                "place": self._place,
+                "propose": self._propose,
+                **{verb: partial(act, player) for verb, act in playing.items()},
+            }
 
     async def ask(self, client: Client, verb: object, details: object, now_s: float) -> Answer:
         """Record one request of a page, carry it out, and record and return the answer.
@@ -141,7 +151,7 @@ class Commands:
         except Refused as refused:
             self._refuse(client, record, str(refused))
             return Answer(False, str(refused))
-        if self.plays or verb == "place":
+        if self.plays or verb in _ONLY_LOOKS:
             return await self._do(act, client, verb, given, now_s)
         # An emergency stop does not wait for its record.
         if verb != "estop" and not self._record({**record, "ok": None, "answer": ""}):
@@ -162,7 +172,7 @@ class Commands:
             raise Refused(texts.UNKNOWN_REQUEST)
         if self.plays:
             return act
-        if not client.acts and verb not in _OBSERVERS_MAY:
+        if not client.acts and verb not in _ONLY_LOOKS:
             raise Refused(texts.OBSERVER.format(who=self.control.name))
         if self.control.holder is not client and verb not in _WITHOUT_CONTROL:
             raise Refused(texts.CONTROL_ELSEWHERE.format(who=self.control.name))
@@ -254,7 +264,7 @@ class Commands:
 
     async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         examination = self.console.examination
-        examination.begin(now_s, details.get("pseudonym"), details.get("sides"))
+        examination.begin(now_s, details.get("pseudonym"), details.get("sides"), details.get("body"))
         self.console.begin_map()
         self._journal.forget()
         self.saved = None
@@ -268,13 +278,15 @@ class Commands:
         await self._settle(now_s)
         began_s, pseudonym = examination.began_s or now_s, examination.end(now_s)
         self._write_session("end", client, pseudonym, now_s)
+        findings = examination.findings.values()
         text = texts.ended(
             now_s - began_s,
-            len(examination.findings),
+            len(findings),
             int(site.figures.get("recording_lost", 0)),
             recorded=self.console.recording,
             unsaved=sum(not self._journal.is_saved(finding) for finding in examination.findings),
-            placeless=sum(finding.x_m is None for finding in examination.findings.values()),
+            placeless=sum(finding.x_m is None and not finding.withdrawn for finding in findings),
+            withdrawn=sum(bool(finding.withdrawn) for finding in findings),
         )
         self.saved = {"text": f"{text} {texts.WRITING_REPORT}", "report": None}
         writing = asyncio.create_task(self._write_report(self.saved, text, pseudonym))
@@ -300,6 +312,23 @@ class Commands:
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self.console.examination.note(details.get("finding"), details.get("text"))
         return await self._keep(finding, now_s, texts.NOTE, "saved.")
+
+    async def _edit(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        finding = self.console.examination.edit(self.console.tactile_map, details)
+        return await self._keep(finding, now_s, texts.EDITED, f"saved: {finding.text}.")
+
+    async def _withdraw(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        finding = self.console.examination.withdraw(details.get("finding"), details.get("reason"))
+        return await self._keep(finding, now_s, texts.WITHDRAWN, "saved.")
+
+    async def _undo(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        finding = self.console.examination.undo()
+        return await self._keep(finding, now_s, texts.UNDONE, f"saved: {finding.text}.")
+
+    async def _propose(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        x_m, y_m = _place(details)
+        tactile_map = self.console.tactile_map
+        return Answer(True, "", propose(tactile_map.at(x_m, y_m), tactile_map.around(x_m, y_m)))
 
     async def _keep(self, finding: Finding, now_s: float, text: str, on_disk: str) -> Answer:
         """Write a finding, wait for the disk, and answer whether the disk has it."""
@@ -341,11 +370,9 @@ class Commands:
         return Answer(True, texts.SOUND_PAUSED.format(seconds=min(60, round(float(seconds)))))
 
     async def _place(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
-        if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
-            raise Refused(texts.PLACE_NEEDED)
+        x_m, y_m = _place(details)
         surface, scale = self.console.tactile_map, self.console.site.roughness_um
-        here = surface.at(x_mm / 1000.0, y_mm / 1000.0)
+        here = surface.at(x_m, y_m)
         measured = {name: value for name in MEASURED if (value := getattr(here, name)) is not None}
         shown: dict[str, Any] = {name: value_text(name, value, scale) for name, value in measured.items()}
         if here.lump is not None and "stiffness" in shown:
@@ -356,20 +383,34 @@ class Commands:
         text = texts.NOTHING_HERE
         if name is not None:
             value = measured[name]
-            differs = contrast(name, here, surface.around(x_mm / 1000.0, y_mm / 1000.0), scale)
+            differs = contrast(name, here, surface.around(x_m, y_m), scale)
             text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s), differs)
         return Answer(True, text, {"text": text, **shown})
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
+        examination = self.console.examination
         record = {
             "what": what,
             "at_s": now_s,
             "pseudonym": pseudonym,
             "wall_clock": datetime.now().astimezone().isoformat(timespec="seconds"),
             "who": client.name,
-            "sides": self.console.examination.sides,
+            "sides": examination.sides,
+            "body": None if examination.body is None else examination.body.record(),
         }
         self._journal.write("console/session", now_s, record)
+
+
+def _place(details: dict[str, Any]) -> tuple[float, float]:
+    """Return the place of a request, m.
+
+    Raises:
+        Refused: it has none.
+    """
+    x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
+    if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
+        raise Refused(texts.PLACE_NEEDED)
+    return x_mm / 1000.0, y_mm / 1000.0
 
 
 async def _play(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:

@@ -10,6 +10,7 @@ from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import DISK_NEARLY_FULL, unconfirmed
 from operator_site.console.alarms.alarms import Alarm
+from operator_site.console.examination.contrast import contrast_text
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import UNCERTAIN_SD_K
 from operator_site.console.map.map_layer import CELL_M
@@ -52,6 +53,7 @@ def page_state(
         "findings": [
             finding_state(finding, is_saved(finding.ident), from_s) for finding in console.examination.findings.values()
         ],
+        "undo": _undo(console),
         "meaning": site.calibrated or None,
         "decide_at": DECIDE_AT,
     }
@@ -81,6 +83,7 @@ def _session(console: Console, now_s: float) -> dict[str, Any]:
         "saved": None,
         "playback": None,
         "sound": console.around.sound or None,
+        "body": None if console.examination.body is None else console.examination.body.text(),
     }
 
 
@@ -211,6 +214,12 @@ def _map(console: Console) -> dict[str, Any]:
     }
 
 
+def _undo(console: Console) -> int | None:
+    """Return the number of the finding that an undo would change; None without one."""
+    examination = console.examination
+    return examination.undoable[-1].ident if examination.pseudonym is not None and examination.undoable else None
+
+
 def finding_state(finding: Finding, is_saved: bool, from_s: float) -> dict[str, Any]:
     """Return a finding for a page."""
     return {
@@ -222,6 +231,10 @@ def finding_state(finding: Finding, is_saved: bool, from_s: float) -> dict[str, 
         "y_mm": _mm(finding.y_m),
         "text": finding.text,
         "compare": finding.compare,
+        "contrast": contrast_text(finding.contrast),
+        "confidence": finding.confidence,
+        "body": None if finding.body is None else {**finding.body.record(), "text": finding.body.text()},
+        "withdrawn": finding.withdrawn,
         "note": finding.note,
         "saved": is_saved,
     }

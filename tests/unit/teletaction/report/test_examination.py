@@ -94,7 +94,7 @@ def test_every_number_is_in_the_json(path: Path) -> None:
     numbers = numbers_in(page_of(path)[1])
     (warm, moment) = numbers["findings"]
     assert warm["felt_by_the_end"]["temperature"]["value"] == pytest.approx(35.0)
-    assert warm["confidence"] == 3
+    assert warm["confidence"] == "high"
     assert moment["felt_by_the_end"] is None
     assert numbers["coverage"]["roughness"] is None
     assert numbers["coverage"]["temperature"]["felt_m2"] > 3e-4

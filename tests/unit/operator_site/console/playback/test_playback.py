@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from common.faults.fault import Fault, FaultCode
 from common.recording.recorder import Recorder
 from operator_site.console.playback import playback
-from operator_site.console.playback.playback import Playback, Recording
+from operator_site.console.playback.playback import _FEW, PREVIEW_S, Playback, Recording
 
 START_NS = 7_000_000_000
 SECONDS, HZ = 60, 20
@@ -149,11 +149,41 @@ def test_marks_are_where_things_were(recording: Recording) -> None:
     marks = recording.marks()
     assert [mark[1:] for mark in marks] == [
         ("fault", "emergency stop by the operator"),
+        ("mode", "fault"),
         ("alarm", "Index: plate 42.3 °C"),
-        ("finding", "warm, 36.4 ± 0.2 °C"),
+        ("finding", "1 warm, 36.4 ± 0.2 °C"),
     ]
-    assert [mark.at_s for mark in marks] == pytest.approx([10.0, 15.0, 23.0])
+    assert [mark.at_s for mark in marks] == pytest.approx([10.0, 10.0, 15.0, 23.0])
     assert recording.title() == "session.mcap"
+
+
+@pytest.mark.parametrize("at_s", [0.0, 0.5, 21.3, 59.99, 60.0])
+def test_a_preview_has_the_last_messages_and_is_completed_in_parts(recording: Recording, at_s: float) -> None:
+    whole, made = Playback(recording, Counting), Playback(recording, Counting)
+    whole.seek(at_s, 0.0)
+    made.preview(at_s, 0.0)
+    assert made.partial
+    assert made.at_s == pytest.approx(at_s)
+    last = [message for message in taken(whole) if message[1] >= made.now_ns - PREVIEW_S * 1e9]
+    assert [message for message in taken(made) if message[0] not in _FEW] == [
+        message for message in last if message[0] not in _FEW
+    ]
+    assert {message[0] for message in taken(whole)} & {*_FEW} == {message[0] for message in taken(made)} & {*_FEW}
+    made.checkpoints = whole.checkpoints
+    jumps = made.jumps
+    for _ in range(1 + len(taken(whole))):
+        if made.partial:
+            before = Counting.given
+            made.complete(7)
+            assert Counting.given - before <= 7
+    assert not made.partial
+    assert made.jumps == jumps + 1
+    assert taken(made) == taken(whole)
+    made.play(0.0)
+    whole.play(0.0)
+    made.step(3.0)
+    whole.step(3.0)
+    assert taken(made) == taken(whole), "it plays on from there"
 
 
 @pytest.mark.parametrize(("speed", "played"), [(0.4, 0.5), (8.1, 8.0), (-1.0, 0.5)])

@@ -50,22 +50,25 @@ def place(player: Player) -> dict[str, float]:
     return playback
 
 
-def test_a_jump_waits_for_what_it_starts_from_and_the_newest_counts(path: Path) -> None:
+def test_a_jump_shows_a_preview_until_its_checkpoints_are_read_and_the_newest_counts(path: Path) -> None:
     with closing(Recording(path)) as recording:
         reader, all_made = Reader(), _read(path)
         player = Player(recording, cast(Checkpoints, reader))
         player.step(0.0)
         assert player.seek(0.5 * CHECKPOINT_S)
-        assert player.step(0.1), "this needs nothing"
+        assert player.step(0.1)
+        assert not place(player)["partial"], "this needs nothing"
         assert not player.seek(2.9 * CHECKPOINT_S)
         assert not player.seek(2.5 * CHECKPOINT_S)
-        assert not player.step(0.2)
-        assert place(player)["at_s"] == 0.5 * CHECKPOINT_S
+        assert player.step(0.2)
+        assert place(player)["at_s"] == 2.5 * CHECKPOINT_S
+        assert place(player)["partial"]
         reader.checkpoints = all_made[:1]
         assert not player.step(0.3)
         reader.checkpoints = all_made[1:2]
         assert player.step(0.4)
         assert place(player)["at_s"] == 2.5 * CHECKPOINT_S
+        assert not place(player)["partial"]
         assert not player.step(0.5)
         reader.checkpoints = all_made[2:]
         player.step(0.6)
@@ -79,8 +82,9 @@ def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Pat
         ahead = Checkpoints(path, opened)
         jumped = Player(recording, ahead)
         jumped.seek(at_s := 3.5 * CHECKPOINT_S)
-        while not jumped.step(0.0):  # until it is read
-            pass
+        jumped.step(0.0)
+        while place(jumped)["partial"]:  # until it is read
+            jumped.step(0.0)
         played = Player(recording, cast(Checkpoints, Reader()), lambda: 0.0)
         played.play(1.0)
         played.step(at_s)

@@ -69,12 +69,39 @@ def test_the_first_page_that_may_act_is_in_control(workplace: Workplace) -> None
     assert workplace.control.holder is None
 
 
-@pytest.mark.parametrize("verb", ["engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note"])
+@pytest.mark.parametrize(
+    "verb",
+    ["engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note", "edit", "withdraw", "undo"],
+)
 def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(workplace: Workplace, verb: str) -> None:
     answer = workplace.ask(verb, workplace.observer)
     assert (answer.ok, answer.text) == (False, "OBSERVER. Control is at OR-1 1.")
     assert workplace.site.asked == []
     assert [act["who"] for act in workplace.kept_acts] == ["student 3"]
+
+
+def test_a_finding_is_proposed_edited_withdrawn_and_brought_back(workplace: Workplace) -> None:
+    body = {"region": "palm", "side": "left", "landmark": "", "landmark_mm": None}
+    assert workplace.ask("begin", pseudonym="P-0417", body=body).ok
+    (begun,) = workplace.journal.of("console/session")
+    assert begun["body"] == body
+    proposed = workplace.ask("propose", workplace.observer, x_mm=10.0, y_mm=20.0)
+    assert proposed.ok
+    assert proposed.details is not None
+    assert {*proposed.details["kinds"]} == {"rough", "warm", "cold", "stiff", "soft"}
+    assert workplace.ask("finding", finger="index", kind="warm", x_mm=10.0, y_mm=20.0).ok
+    for verb, details in (("edit", {"kind": "cold"}), ("withdraw", {"reason": "an edge"})):
+        assert workplace.ask(verb, finding=1, **details).text.endswith("of finding 1 kept here, not yet on disk.")
+    assert workplace.ask("undo").text == "Undo for finding 1 kept here, not yet on disk."
+    kept = workplace.journal.of("console/finding")
+    assert [(record["change"], record["kind"], record["withdrawn"]) for record in kept] == [
+        ("mark", "warm", ""),
+        ("edit", "cold", ""),
+        ("withdraw", "cold", "an edge"),
+        ("undo", "cold", ""),
+    ]
+    assert "propose" not in {act["verb"] for act in workplace.kept_acts}
+    assert not workplace.ask("propose", x_mm="here").ok
 
 
 def test_engaging_waits_until_sound_was_answered(workplace: Workplace) -> None:

@@ -1,0 +1,62 @@
+// The list of findings, always in view: jump, edit, withdraw with a reason, undo.
+import { ask } from "./actions.js";
+import { byId, make, remake, write } from "./dom.js";
+import { lookAt } from "./map.js";
+import { edit, marked } from "./marking.js";
+import { acts, live, now } from "./now.js";
+import { WORDS } from "./words.js";
+
+let withdrawing = null;
+
+export function startFindings() {
+  byId("withdraw-cancel").addEventListener("click", close);
+  byId("withdrawing").addEventListener("submit", event => { event.preventDefault(); withdraw(); });
+}
+
+export function openWithdraw(id) {
+  withdrawing = id;
+  byId("withdrawing").hidden = false;
+  write(byId("withdraw-title"), WORDS.withdrawAsk(id));
+  write(byId("withdraw-said"), "");
+  byId("withdraw-reason").value = "";
+  byId("withdraw-reason").focus();
+}
+
+function close() {
+  byId("withdrawing").hidden = true;
+  entry(withdrawing)?.focus();
+}
+
+async function withdraw() {
+  const reason = byId("withdraw-reason").value.trim();
+  if (!reason) { write(byId("withdraw-said"), WORDS.reasonNeeded); return; }
+  const answer = await ask("withdraw", { finding: withdrawing, reason });
+  write(byId("withdraw-said"), answer.ok ? "" : answer.text);
+  if (answer.ok) close();
+}
+
+const entry = id => byId("found-list").querySelector(`[data-jump="${id}"]`);
+
+export function showFindings() {
+  if (!now.state) return;
+  const { findings } = now.state, mayEdit = acts() && Boolean(now.state.session.pseudonym), undo = mayEdit ? now.state.undo : null;
+  write(byId("found-title"), WORDS.findingsTitle(findings.filter(found => !found.withdrawn).length));
+  byId("found-none").hidden = findings.length > 0;
+  const list = byId("found-list"), held = list.contains(document.activeElement) ? document.activeElement.closest("li").firstChild.dataset.jump : null;
+  remake(list, [findings, mayEdit, undo], () => findings.map(found => row(found, mayEdit, undo === found.id)));
+  if (held && !list.contains(document.activeElement)) entry(held)?.focus();
+  for (const button of list.querySelectorAll(".jump ~ button")) button.disabled = !live() || Boolean(marked());
+}
+
+function row(found, mayEdit, mayUndo) {
+  const placed = typeof found.x_mm === "number";
+  const more = [found.contrast, placed ? WORDS.placeOf(found.x_mm, found.y_mm) : WORDS.noPlace, found.body?.text, found.saved ? "" : WORDS.notSaved].filter(Boolean).join(" · ");
+  const text = make(found.withdrawn ? "s" : "span", { text: `${found.id} ${found.text}` });
+  const jump = make("button", { "data-jump": found.id, class: "jump" }, text, make("span", { class: "small", text: found.withdrawn ? WORDS.withdrawn(found.withdrawn) : more }));
+  jump.addEventListener("click", () => { if (placed) lookAt(found.x_mm, found.y_mm); });
+  const undo = make("button", { "data-undo": found.id, "aria-label": WORDS.undoOf(found.id) }, WORDS.undo);
+  undo.addEventListener("click", () => ask("undo"));
+  const change = make("button", { "data-edit": found.id, "aria-label": WORDS.editOf(found.id) }, WORDS.edit);
+  change.addEventListener("click", () => { if (placed) lookAt(found.x_mm, found.y_mm); edit(found); });
+  return make("li", {}, jump, ...(mayUndo ? [undo] : []), ...(mayEdit && !found.withdrawn ? [change] : []));
+}

@@ -1,0 +1,171 @@
+"""Findings as objects: list, jump, edit, withdrawal and undo by mouse, touch and keyboard, and the body diagram."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.conftest import Open, wait_for
+from tests.browser.stage import Stage
+from tests.browser.test_every_state import axe_findings
+
+pytestmark = pytest.mark.console
+
+LOOK = Path(__file__).with_name("look.js").read_text("utf-8")
+WAYS = ("mouse", "touch", "keyboard")
+SIZES = {"1440 x 900": (1440, 900, 1), "1024 x 768": (1024, 768, 1), "800 x 1280": (800, 1280, 1)}
+
+
+def press(page: Any, selector: str, way: str) -> None:
+    """Use a control in one of WAYS."""
+    if way == "mouse":
+        page.click(selector)
+    elif way == "touch":
+        page.tap(selector)
+    else:
+        page.focus(selector)
+        page.keyboard.press("Enter")
+
+
+def kinds_pressed(page: Any) -> list[str]:
+    pressed = "buttons => buttons.map(button => button.textContent)"
+    found: list[str] = page.eval_on_selector_all("#kinds [aria-pressed=true]", pressed)
+    return found
+
+
+def test_the_list_is_in_view_and_shows_kind_value_contrast_and_place(open_page: Open) -> None:
+    page = open_page("engaged")
+    shown = page.inner_text("#found-list")
+    for part in ("1 warm, 36.4 ± 0.2 °C", "+3.4 ± 0.3 K", "x 40 y -20 mm", "10 ± 1 times"):
+        assert part in shown
+    assert page.inner_text("#found-title") == "2 findings"
+    assert page.is_visible("[data-jump='1']")
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_jump_puts_the_middle_of_the_map_on_the_finding(stage: Stage, open_page: Open, way: str) -> None:
+    page = open_page("engaged", has_touch=way == "touch")
+    press(page, "[data-jump='2']", way)
+    page.wait_for_function("() => document.getElementById('read-out').textContent.startsWith('x -30 y 20 mm')")
+    assert {"x_mm": -30, "y_mm": 20} in [ask["details"] for ask in wait_for(stage, "place")]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_finding_is_edited_withdrawn_and_brought_back(stage: Stage, open_page: Open, way: str) -> None:
+    page = open_page("engaged", has_touch=way == "touch")
+    press(page, "[data-edit='1']", way)
+    page.wait_for_selector("#marking:not([hidden])")
+    assert kinds_pressed(page) == ["warm 2"]
+    press(page, "#kinds button:nth-child(4)", way)
+    page.wait_for_selector("#marking-contrast:has-text('no different from its surroundings')")
+    press(page, "#finding-save", way)
+    (edited,) = wait_for(stage, "edit")
+    assert edited["details"] == {"finding": 1, "kind": "stiff", "x_mm": 40, "y_mm": -20}
+    page.wait_for_selector("#marking", state="hidden")
+    press(page, "[data-edit='1']", way)
+    press(page, "#finding-withdraw", way)
+    page.keyboard.type("an edge of the table")
+    press(page, "#withdrawing .first", way)
+    (withdrawn,) = wait_for(stage, "withdraw")
+    assert withdrawn["details"] == {"finding": 1, "reason": "an edge of the table"}
+    page.wait_for_selector("[data-jump='1'] s")
+    assert "withdrawn: an edge of the table" in page.inner_text("[data-jump='1']")
+    assert page.inner_text("#found-title") == "1 finding"
+    press(page, "[data-undo='1']", way)
+    wait_for(stage, "undo")
+    page.wait_for_selector("[data-edit='1']")
+    page.wait_for_selector("[data-undo]", state="detached")
+
+
+def test_a_withdrawal_needs_a_reason(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.click("[data-edit='2']")
+    page.click("#finding-withdraw")
+    page.click("#withdrawing .first")
+    assert page.inner_text("#withdraw-said") == "Give a reason."
+    page.click("#withdraw-cancel")
+    assert page.evaluate("document.activeElement.dataset.jump") == "2"
+    assert not [ask for ask in stage.asks if ask["verb"] == "withdraw"]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_the_kind_is_proposed_and_no_contrast_is_said_before_saving(stage: Stage, open_page: Open, way: str) -> None:
+    page = open_page("engaged", has_touch=way == "touch")
+    press(page, "#finding-button", way)
+    page.wait_for_selector("#marking-contrast:has-text('Proposed warm: +3.4 ± 0.3 K against')")
+    assert kinds_pressed(page) == ["warm 2"]
+    assert "Confidence: high." in page.inner_text("#marking-contrast")
+    press(page, "#kinds button:nth-child(4)", way)
+    said = page.inner_text("#marking-contrast")
+    assert said == "Stiff: no different from its surroundings (1.02 ± 0.04 times). Confidence: low."
+    assert not [ask for ask in stage.asks if ask["verb"] == "finding"]
+    press(page, "#finding-save", way)
+    (saved,) = wait_for(stage, "finding")
+    assert saved["details"]["kind"] == "stiff"
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_place_on_the_body_goes_with_a_finding(stage: Stage, open_page: Open, way: str) -> None:
+    page = open_page("engaged", has_touch=way == "touch")
+    press(page, "#finding-button", way)
+    press(page, "#finding-body", way)
+    press(page, "#body-views [data-value=front]", way)
+    if way == "keyboard":
+        press(page, "#body-regions [data-value=forearm]", way)
+        press(page, "#body-sides [data-value=left]", way)
+    else:
+        press(page, "#body-picture [data-r=forearm][data-s=left]", way)
+    assert page.inner_text("#body-said") == "Left forearm"
+    page.fill("#body-landmark", "wrist crease")
+    page.fill("#body-mm", "20")
+    press(page, "#body-use", way)
+    assert page.inner_text("#marking-title").endswith("left forearm")
+    press(page, "#finding-save", way)
+    (saved,) = wait_for(stage, "finding")
+    mark = {"region": "forearm", "side": "left", "landmark": "wrist crease", "landmark_mm": 20}
+    assert saved["details"]["body"] == mark
+
+
+def test_an_examination_begins_at_a_place_on_the_body(stage: Stage, open_page: Open) -> None:
+    page = open_page("connected")
+    page.fill("#begin-pseudonym", "P-0417")
+    page.click("#begin-body")
+    page.click("#body-views [data-value=hand]")
+    page.click("#body-picture [data-r=palm][data-s=right]")
+    page.click("#body-use")
+    assert page.inner_text("#begin-body") == "Right palm"
+    page.click("#begin-form .first")
+    (begun,) = wait_for(stage, "begin")
+    assert begun["details"]["body"] == {"region": "palm", "side": "right", "landmark": "", "landmark_mm": None}
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+@pytest.mark.parametrize("size", SIZES)
+def test_trays_and_diagram_fit_and_are_accessible(
+    open_page: Open, picture_of: Callable[[Any, str], None], size: str, theme: str
+) -> None:
+    page = open_page("engaged", SIZES[size], theme)
+    wrong: dict[str, list[str]] = {}
+
+    def look(name: str) -> None:
+        page.wait_for_timeout(300)  # a round of the numbers
+        if found := page.evaluate(LOOK) + axe_findings(page):
+            wrong[name] = found
+        picture_of(page, f"{name} {size} {theme}")
+
+    look("findings")
+    page.click("[data-edit='1']")
+    look("editing")
+    page.click("#finding-body")
+    for view in ("head", "front", "back", "hand"):
+        page.click(f"#body-views [data-value={view}]")
+        page.click("#body-regions button:last-child")
+        look(f"body {view}")
+    page.click("#body-close")
+    page.click("#finding-withdraw")
+    look("withdrawing")
+    page.fill("#withdraw-reason", "an edge of the table")
+    page.click("#withdrawing .first")
+    look("withdrawn")
+    assert wrong == {}

@@ -1,0 +1,89 @@
+"""A recording on the page: it says that it is one, offers no live order, and its time line says what happened when."""
+
+from typing import Any
+
+import pytest
+
+from tests.browser.conftest import Open, wait_for
+from tests.browser.stage import Stage
+
+pytestmark = pytest.mark.console
+
+LIVE_ORDERS = ("#stop", "#act-button", "#finding-button", "#note-button", "[data-undo]", "[data-edit]", "#take-button")
+SHEET_ORDERS = ("#begin-form", "#end-button", "#sound-play", "#sound-heard", "#sound-refused", "#quiet-button")
+
+
+def test_it_says_playback_and_the_date_and_offers_no_live_order(open_page: Open) -> None:
+    page = open_page("playback")
+    assert page.inner_text("#state-word") == "PLAYBACK"
+    assert page.inner_text("#recording") == "3 Nov 2026 14:07"
+    for order in LIVE_ORDERS:
+        assert not page.is_visible(order), order
+    page.click("#session-button")
+    page.wait_for_selector("#sheet-session:not([hidden])")
+    for order in SHEET_ORDERS + LIVE_ORDERS:
+        assert not page.is_visible(order), order
+
+
+def test_keys_of_live_orders_do_nothing(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    for key in ("e", "e", "p", "c", "c", "f", "n", "q", "Escape"):
+        page.keyboard.press(key)
+    page.keyboard.press(" ")
+    wait_for(stage, "pause")
+    assert {ask["verb"] for ask in stage.asks} <= {"pause", "place"}
+
+
+def test_brackets_jump_from_mark_to_mark_and_say_it(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    page.keyboard.press("]")
+    (sought,) = wait_for(stage, "seek")
+    assert sought["details"] == {"at_s": 402.0}
+    assert page.inner_text("#mark-said") == "00:06:42 finding: 2 stiff, 4000 ± 400 N/m"
+    page.keyboard.press("]")
+    wait_for(stage, "seek", 2)
+    assert page.inner_text("#mark-said") in ("00:08:20 fault: index plate 45.2 °C, over 45.0", "00:08:20 state: FAULT")
+    for _ in range(3):
+        page.keyboard.press("[")
+    assert wait_for(stage, "seek", 5)[-1]["details"] == {"at_s": 120.0}
+    assert page.inner_text("#mark-said") == "00:02:00 alarm: Link slow"
+
+
+def place_of(page: Any, at_s: float) -> tuple[float, float]:
+    box = page.locator("#ticks").bounding_box()
+    return box["x"] + box["width"] * at_s / 761.2, box["y"] + 8
+
+
+@pytest.mark.parametrize("way", ["mouse", "touch"])
+def test_a_mark_says_what_and_when_and_is_jumped_to(stage: Stage, open_page: Open, way: str) -> None:
+    page = open_page("playback", has_touch=way == "touch")
+    place = place_of(page, 120.0)
+    if way == "mouse":
+        page.mouse.move(*place)
+        assert page.inner_text("#mark-said") == "00:02:00 alarm: Link slow"
+        page.mouse.click(*place)
+    else:
+        page.touchscreen.tap(*place)
+    (sought,) = wait_for(stage, "seek")
+    assert sought["details"] == {"at_s": 120.0}
+    assert page.inner_text("#mark-said") == "00:02:00 alarm: Link slow"
+
+
+def test_the_focused_time_line_says_the_newest_mark(open_page: Open) -> None:
+    page = open_page("playback")
+    page.focus("#ticks")
+    assert page.inner_text("#mark-said") == "00:05:11 finding: 1 warm, 36.4 ± 0.2 °C"
+
+
+def test_states_and_marks_have_words_and_shapes(open_page: Open) -> None:
+    page = open_page("playback")
+    assert page.inner_text("#modes").split("\n") == ["ENGAGED", "FAULT"]
+    uses = page.eval_on_selector_all("#ticks use", "uses => uses.map(use => use.getAttribute('href'))")
+    assert uses == ["#shape-alarm", "#shape-finding", "#shape-finding", "#shape-fault"]
+    assert "1 warm" in page.inner_text("#ticks")
+
+
+def test_a_preview_says_what_follows(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    stage.scenario.state["session"]["playback"]["partial"] = True
+    page.wait_for_selector("#played:has-text('Map and last 10 s follow.')")
