@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from uuid import UUID, uuid5
 
 from common.files.printable import printable
+from operator_site.console.examination.body import body_mark
 from operator_site.console.map.tactile_map import ExploredPlace
 from operator_site.console.texts import count
 from teletaction.export.named_recording import NamedRecording
@@ -44,7 +45,8 @@ class ClinicalFinding:
         text: finding in words.
         note: note of the operator.
         quantities: place in mm on the remote bench, and the measured values; empty without a place.
-        details: further texts by name: finger, comparison with the surroundings, likeliest material; none is empty.
+        details: further texts by name: finger, comparison with the surroundings, likeliest material, place on
+            body; none is empty.
     """
 
     number: int
@@ -65,7 +67,8 @@ class ClinicalExamination:
         ended: wall-clock time of its end, UTC; None if not recorded.
         recorded: wall-clock times of the recording's first and last message, UTC.
         versions: versions of the software that recorded it, sorted.
-        findings: all findings, in the order in which they were marked.
+        findings: all findings that were not withdrawn, in the order in which they were marked.
+        withdrawn: number of the findings that were withdrawn.
     """
 
     def __init__(self, recording: NamedRecording):
@@ -83,14 +86,17 @@ class ClinicalExamination:
         self.ended = None if ended_s is None else self._time(ended_s)
         versions = {facts["version"] for facts in recording.facts.values() if "version" in facts}
         self.versions = sorted(map(plain_text, versions))
-        self.findings = [self._finding(finding) for finding in self._examination.findings.values()]
+        found = self._examination.findings.values()
+        self.findings = [self._finding(finding) for finding in found if not finding.get("withdrawn")]
+        self.withdrawn = len(found) - len(self.findings)
 
     @property
     def conclusion(self) -> str:
-        """Summary in words; it says how many messages of the recording could not be read, if any."""
+        """Summary in words, with the numbers of withdrawn findings and of unread messages, if any."""
         damaged = self._examination.damaged.total()
         unread = f" {count(damaged, 'message')} of the recording could not be read." if damaged else ""
-        return f"{count(len(self.findings), 'finding')} marked by the operator; not signed.{unread}"
+        withdrawn = f" {count(self.withdrawn, 'finding')} withdrawn and left out." if self.withdrawn else ""
+        return f"{count(len(self.findings), 'finding')} marked by the operator; not signed.{withdrawn}{unread}"
 
     def identifier(self, name: str) -> UUID:
         """Return the identifier of a named part; the same recording and name give the same one."""
@@ -107,7 +113,13 @@ class ClinicalExamination:
         x_m, y_m = finding.get("x_m"), finding.get("y_m")
         here = None if x_m is None or y_m is None else self._examination.felt.at(x_m, y_m)
         material = None if here is None or here.material is None else here.material[0]
-        details = {"finger": finding.get("finger"), "comparison": finding.get("compare"), "material": material}
+        mark = body_mark(finding)
+        details = {
+            "finger": finding.get("finger"),
+            "comparison": finding.get("compare"),
+            "material": material,
+            "place on body": None if mark is None else mark.text(),
+        }
         return ClinicalFinding(
             number=finding["id"],
             at=self._time(finding["at_s"]),

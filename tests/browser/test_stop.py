@@ -144,4 +144,4 @@ def test_an_observer_and_a_recording_have_no_stop(open_page: Open) -> None:
         page = open_page(scenario)
         assert not page.is_visible("#stop")
         assert not page.is_visible("#act-button")
-    assert page.inner_text("#state-word") == "RECORDING"
+    assert page.inner_text("#state-word") == "PLAYBACK"
