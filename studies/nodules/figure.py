@@ -37,6 +37,7 @@ def plot(data: Data, path: Path) -> None:
         draw_sizes(panels[1][3], data)
         for axes, limits, ratio in zip(panels[2], pairwise(RATIO_EDGES), _RATIO_OF_CONTOURS, strict=False):
             draw_effect(axes, data, limits, ratio)
+        figure.legend(*panels[2][0].get_legend_handles_labels(), loc="outside lower left", ncols=2)
         draw_differences(panels[2][3], data)
 
 
@@ -81,8 +82,7 @@ def draw_effect(axes: Axes, data: Data, limits: tuple[float, float], ratio: floa
     axes.set_yticks(DEPTH_EDGES_MM, [f"{edge:g}" for edge in DEPTH_EDGES_MM])
     axes.minorticks_off()
     axes.invert_yaxis()
-    axes.set_title(f"ratio {limits[0]:g} to {limits[1]:g}; contours: added force, {ratio:g}", loc="left", fontsize=9)
-    axes.legend(loc="lower left", fontsize=7, framealpha=0.9)
+    axes.set_title(f"ratio {limits[0]:g} to {limits[1]:g}\ncontours: added force at {ratio:g}", loc="left", fontsize=9)
 
 
 def draw_reliability(axes: Axes, data: Data) -> None:
