@@ -40,7 +40,8 @@ def test_the_list_is_in_view_and_shows_kind_value_contrast_and_place(open_page: 
     for part in ("1 warm, 36.4 ± 0.2 °C", "+3.4 ± 0.3 K", "x 40 y -20 mm", "10 ± 1 times"):
         assert part in shown
     assert page.inner_text("#found-title") == "2 findings"
-    assert page.is_visible("[data-jump='1']")
+    numbers = page.eval_on_selector_all("[data-jump]", "found => found.map(each => each.dataset.jump)")
+    assert numbers == ["2", "1"], "the newest first"
 
 
 @pytest.mark.parametrize("way", WAYS)

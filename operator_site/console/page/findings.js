@@ -1,4 +1,4 @@
-// The list of findings, always in view: jump, edit, withdraw with a reason, undo.
+// The list of findings, always in view, the newest first: jump, edit, withdraw with a reason, undo.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { lookAt } from "./map.js";
@@ -43,7 +43,7 @@ export function showFindings() {
   write(byId("found-title"), WORDS.findingsTitle(findings.filter(found => !found.withdrawn).length));
   byId("found-none").hidden = findings.length > 0;
   const list = byId("found-list"), held = list.contains(document.activeElement) ? document.activeElement.closest("li").firstChild.dataset.jump : null;
-  remake(list, [findings, mayEdit, undo], () => findings.map(found => row(found, mayEdit, undo === found.id)));
+  remake(list, [findings, mayEdit, undo], () => findings.map(found => row(found, mayEdit, undo === found.id)).reverse());
   if (held && !list.contains(document.activeElement)) entry(held)?.focus();
   for (const button of list.querySelectorAll(".jump ~ button")) button.disabled = !live() || Boolean(marked());
 }
