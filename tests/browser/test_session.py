@@ -135,7 +135,7 @@ def test_a_refusal_is_shown_and_spoken(stage: Stage, open_page: Open) -> None:
 def test_a_name_is_no_study_number(open_page: Open) -> None:
     page = open_page("connected")
     page.fill("#begin-pseudonym", "Anna Muster")
-    page.click("#begin-form button")
+    page.click("#begin-form .first")
     page.wait_for_selector("#begin-said:has-text('Use a study number, not a name.')")
     assert page.evaluate("document.activeElement.id") == "begin-pseudonym"
 
@@ -211,7 +211,7 @@ def test_a_recording_is_played_and_sought(stage: Stage, open_page: Open) -> None
         page.keyboard.press(key)
     places = [ask["details"]["at_s"] for ask in wait_for(stage, "seek", 6)]
     assert places == pytest.approx([201, 211, 311, 120, 0, 761.2])
-    assert page.locator("#ticks span").count() == 3
+    assert page.locator("#ticks > span").count() == 4
 
 
 def test_an_alarm_that_waits_to_be_cleared_stands_above_a_lesser_one(stage: Stage, open_page: Open) -> None:
