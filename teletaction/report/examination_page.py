@@ -11,6 +11,7 @@ from operator_site.console.map.map_tiles import picture
 from operator_site.console.map.tactile_map import QUANTITIES, ExploredPlace
 from teletaction.report.examination import Examination
 from teletaction.report.finding_figure import AFTER_S, BEFORE_S, signals_figure
+from teletaction.report.found_lumps import suggested_lumps
 from teletaction.report.map_coverage import Coverage, coverage
 from teletaction.report.map_figure import UNITS, cutout_figure, map_figure
 from teletaction.report.report_limits import reached
@@ -29,6 +30,7 @@ _TO_FILL_IN = (
     '<div class="signatures"><div class="line">Examiner</div><div class="line">Date</div>'
     '<div class="line">Signature</div></div>'
 )
+_OUTLINES = "Dashed outlines: lumps that the stiffness of the surface suggests, with their probability."
 _READING = (
     "Opacity shows confidence: full colour for high confidence, stippled for low confidence, a single dot for none. "
     "Areas that were not felt are hatched. In the map of temperature, + and − mark places at least 1 K above and "
@@ -45,17 +47,22 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
         session: the signals, for the limits that acted.
         seconds: duration to show if no start and end are recorded, s.
     """
-    begun, findings = examination.begun, list(examination.findings.values())
+    begun, findings = examination.begun, examination.valid_findings()
+    withdrawn = len(examination.findings) - len(findings)
     facts = {
         "study number": shown(begun.get("pseudonym")),
         "begun": shown(_wall_clock(begun.get("wall_clock"))),
         "duration": _duration(examination, seconds),
         "at the console": shown(begun.get("who")),
-        "findings": str(len(findings)),
+        "findings": f"{len(findings)}, and {withdrawn} withdrawn" if withdrawn else str(len(findings)),
     }
+    if body := _body(begun):
+        facts["place on the body"] = shown(body)
     quantity = _first_quantity(examination)
-    drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, *OPENING_IN)
+    lumps = suggested_lumps(examination.felt)
+    drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, *OPENING_IN, lumps)
     caption = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
+    caption += _OUTLINES if lumps else ""
     picture_html = figure("Map with findings", drawn, caption) if drawn else "<p>Nothing was felt.</p>"
     content = (
         f"{fact_list(facts)}{picture_html}<h3>Findings</h3>{findings_table(examination)}"
@@ -74,16 +81,19 @@ def findings_table(examination: Examination) -> str:
     rows = []
     for finding in examination.findings.values():
         place = [_mm(finding.get(name)) for name in ("x_m", "y_m")]
-        rows.append(
-            [
-                f"<b>{shown(finding.get('id'))}</b>",
-                shown(finding.get("kind")),
-                ", ".join(place) if "–" not in place else "a moment, no place",
-                f'<span class="value">{shown(finding.get("text"))}</span>',
-                shown(confidence(examination, finding)),
-                f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
-            ]
-        )
+        where = ", ".join(place) if "–" not in place else "a moment, no place"
+        row = [
+            f"<b>{shown(finding.get('id'))}</b>",
+            shown(finding.get("kind")),
+            where + (f"<br>{shown(body)}" if (body := _body(finding)) else ""),
+            f'<span class="value">{shown(finding.get("text"))}</span>',
+            shown(confidence(examination, finding)),
+            f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
+        ]
+        if (reason := finding.get("withdrawn")) is not None:
+            row = [f'<del class="withdrawn">{cell}</del>' for cell in row]
+            row[-1] += f"<br>Withdrawn: {shown(reason or 'no reason given')}"
+        rows.append(row)
     return table(("", "kind", "x, y (mm)", "felt", "confidence", "note"), rows)
 
 
@@ -135,7 +145,7 @@ def covered_by(examination: Examination, quantity: str) -> Coverage | None:
 
 def maps(examination: Examination) -> str:
     """Write the maps of all quantities that were felt."""
-    findings = list(examination.findings.values())
+    findings = examination.valid_findings()
     drawn = "".join(
         f"<div><h3>{quantity.capitalize()}</h3>"
         + figure(f"Map of {quantity}", map_figure(examination.felt, quantity, findings), _words(examination, quantity))
@@ -149,7 +159,7 @@ def maps(examination: Examination) -> str:
 def finding_blocks(examination: Examination, session: SessionCurves) -> str:
     """Write half a page for each finding: its surroundings on the map, and the signals around its time."""
     blocks = []
-    for finding in examination.findings.values():
+    for finding in examination.valid_findings():
         number = shown(finding.get("id"))
         here = place_of(examination, finding)
         quantity = QUANTITY.get(str(finding.get("kind"))) or _known_here(here) or "temperature"
@@ -204,13 +214,13 @@ def _completeness(examination: Examination) -> str:
     shares = []
     for quantity in QUANTITIES:
         covered = covered_by(examination, quantity)
-        shares.append(f"{quantity} " + ("nowhere" if covered is None else f"on {100.0 * covered.share:.0f} %"))
+        shares.append(f"{quantity} " + ("nowhere" if covered is None else f"on {100.0 * covered.share:.0f}\u00a0%"))
     return f"Felt within the explored outline: {', '.join(shares)}."
 
 
 def _first_quantity(examination: Examination) -> str | None:
     """Return the quantity of most findings; without findings, the quantity felt on the largest area."""
-    about = [QUANTITY[kind] for f in examination.findings.values() if (kind := str(f.get("kind"))) in QUANTITY]
+    about = [QUANTITY[kind] for f in examination.valid_findings() if (kind := str(f.get("kind"))) in QUANTITY]
     covered_by_quantity = {quantity: covered_by(examination, quantity) for quantity in QUANTITIES[:3]}
     known = {quantity: covered.felt_m2 for quantity, covered in covered_by_quantity.items() if covered is not None}
     if not known:
@@ -251,6 +261,19 @@ def _sides(begun: Mapping[str, Any]) -> str:
     if not isinstance(sides, Mapping):
         return ""
     return "".join(f"{side.capitalize()} edge: {name}. " for side, name in sides.items() if isinstance(name, str))
+
+
+def _body(entry: Mapping[str, Any]) -> str:
+    """Return the place on the body of an examination or a finding, in words; empty if it was not recorded."""
+    mark = entry.get("body")
+    if not isinstance(mark, Mapping):
+        return ""
+    words = " ".join(str(mark[name]) for name in ("side", "region") if mark.get(name))
+    if not mark.get("landmark"):
+        return words
+    away_mm = mark.get("landmark_mm")
+    away = "at" if away_mm is None else f"{float(away_mm):.0f} mm from"
+    return f"{words}, {away} {mark['landmark']}"
 
 
 def _mm(value: Any) -> str:

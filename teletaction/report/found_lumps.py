@@ -13,6 +13,12 @@ BESIDE_M = 5e-3
 _SHOWN = ("x_mm", "y_mm", "length_mm", "width_mm", "stiffness_ratio", "stiffness_ratio_sd", "probability", "at_edge")
 
 
+def suggested_lumps(surface: TactileMap) -> list[dict[str, Any]]:
+    """List the lumps with their outlines, most probable first, as the console suggests them."""
+    field = field_of(surface.stiffness.rows())
+    return [] if field is None else lumps_of(field)
+
+
 def found_lumps(surface: TactileMap, nodules: Sequence[Nodule] = ()) -> list[dict[str, Any]]:
     """List the lumps, most probable first, then the nodules without a lump.
 
@@ -20,8 +26,7 @@ def found_lumps(surface: TactileMap, nodules: Sequence[Nodule] = ()) -> list[dic
     and `place_error_mm` are None for a lump that shows none; `probability` is None for a nodule without a lump.
     """
     left, rows = list(nodules), []
-    field = field_of(surface.stiffness.rows())
-    for lump in lumps_of(field) if field is not None else ():
+    for lump in suggested_lumps(surface):
         row = {name: lump[name] for name in _SHOWN} | dict.fromkeys(("nodule", "true_size_mm", "place_error_mm"))
         near = [(_apart_m(lump, nodule), nodule) for nodule in left]
         near = [(far_m, nodule) for far_m, nodule in near if far_m <= 0.5 * nodule.size_m + BESIDE_M]

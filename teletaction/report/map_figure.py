@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Polygon
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from operator_site.console.map import colours
@@ -35,6 +36,8 @@ _TICK_IN = 0.15
 """Least distance of two ticks on a scale, inches."""
 _LOWEST_IN = 0.9
 """Least height of a map, so that its scale can be read, inches."""
+_HALO = withStroke(linewidth=2.6, foreground="#FFFFFF")
+"""White around outlines and their labels, so that they stand out on every colour."""
 
 
 def _rgb(colour: str) -> list[float]:
@@ -160,14 +163,31 @@ def draw_findings(axes: Axes, findings: Iterable[Mapping[str, Any]]) -> None:
         )
 
 
+def draw_lumps(axes: Axes, lumps: Iterable[Mapping[str, Any]]) -> None:
+    """Draw the dashed outline of each lump with its probability, %, beside it."""
+    for lump in lumps:
+        outline = Polygon(lump["outline_mm"], facecolor="none", edgecolor="#000000", linestyle="--", linewidth=1.2)
+        axes.add_patch(outline).set_path_effects([_HALO])
+        lowest_mm = min(y for _, y in lump["outline_mm"]) - 0.8
+        how: dict[str, Any] = {"fontsize": 7.5, "ha": "center", "va": "top", "path_effects": [_HALO], "clip_on": True}
+        axes.text(lump["x_mm"], lowest_mm, lump_label(lump), **how)
+
+
+def lump_label(lump: Mapping[str, Any]) -> str:
+    """Return the label of a lump, such as `lump 87 %`; no probability is written as certain."""
+    percent = round(100.0 * float(lump["probability"]))
+    return "lump > 99 %" if percent > 99 else f"lump {percent} %"
+
+
 def map_figure(
     tactile_map: TactileMap,
     quantity: str,
     findings: Iterable[Mapping[str, Any]],
     width_in: float = 4.6,
     highest_in: float = 3.9,
+    lumps: Iterable[Mapping[str, Any]] = (),
 ) -> Figure | None:
-    """Draw the whole map of a quantity with the findings; return None if it was never felt.
+    """Draw the whole map of a quantity with findings and outlines of lumps; return None if it was never felt.
 
     The figure is `width_in` wide and as high as the map needs, at most `highest_in` (inches).
     """
@@ -180,6 +200,7 @@ def map_figure(
     figure, axes = _one_map((width_in, min(highest_in, _BELOW_IN + _ABOVE_IN + max(_LOWEST_IN, map_in))))
     draw_map(axes, tactile_map, quantity, shown)
     axes.set(**bounds)
+    draw_lumps(axes, lumps)
     draw_findings(axes, findings)
     return figure
 

@@ -146,7 +146,8 @@ def write_figure(data: SessionData, out_png: Path) -> None:
 
 def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Examination | None) -> str:
     title = _title(summary, examination)
-    if examination is not None and examination.console:
+    signed = examination is not None and examination.console
+    if examination is not None and signed:
         seconds = session.shown_s[1] if len(session.data.rendered) or len(session.data.touch) else None
         front = signed_page(examination, session, seconds) + next_page(examination)
         front += finding_blocks(examination, session)
@@ -161,13 +162,15 @@ def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Exami
     if summary:
         contacts = summary.get("contacts") or []
         found += section("Contacts", _CONTACTS + tally_table(contacts))
-    technical = annex(_signals(session) + _measured(session, summary) + record_html)
+    technical = _signals(session) + _measured(session, summary) + record_html
+    if signed:
+        technical, found = found + technical, ""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
         f"<title>{title}</title><style>{CSS}</style></head>\n"
-        f"<body><h1>{title}</h1>{front}{found}{technical}</body></html>\n"
+        f"<body><h1>{title}</h1>{front}{found}{annex(technical)}</body></html>\n"
     )
 
 

@@ -33,6 +33,7 @@ h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem }
 .annex > summary { font-size: 1.25rem; font-weight: 600; cursor: pointer }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem;
   align-items: start }
+.withdrawn { color: #4a5058 }
 .note { white-space: pre-wrap; overflow-wrap: anywhere; unicode-bidi: isolate }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .75rem }
 h1, dd, td, th, p, figcaption { overflow-wrap: break-word }
@@ -40,15 +41,22 @@ h1, dd, td, th, p, figcaption { overflow-wrap: break-word }
 .value { white-space: nowrap }
 @page { size: A4 portrait; margin: 13mm 12mm }
 @media print {
-  body { font-size: 9.5pt; padding: 0; max-width: none }
+  body { font-size: 9.5pt; line-height: 1.35; padding: 0; max-width: none }
+  h1 { font-size: 15pt }
   h2 { margin-top: 1.2rem }
+  h3 { margin-top: .7rem }
+  p, figcaption { max-width: none }
+  figcaption { font-size: 8pt }
+  .line { height: 1.9rem }
   table { font-size: 7.5pt }
   th, td { padding: .15rem .35rem }
   th { background: none }
-  .signed img { max-height: 85mm; width: auto; max-width: 100% }
+  .signed img { max-height: 75mm; width: auto; max-width: 100% }
   .next, .annex { break-before: page }
   .maps, .pair { grid-template-columns: 1fr 1fr }
   .maps img { max-height: 62mm; width: auto; max-width: 100% }
+  .finding > * { margin: .2rem 0 }
+  .finding img { max-height: 48mm; width: auto; max-width: 100% }
   .finding, figure, table, tr { break-inside: avoid }
   h2, h3 { break-after: avoid }
   .screen, .annex:not([open]) { display: none }

@@ -2,14 +2,21 @@
 
 import math
 import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
+import msgpack
 import pytest
+from mcap.reader import make_reader
 
+from operator_site.console.map.tactile_map import QUANTITIES
+from teletaction.report.examination import Examination
+from teletaction.report.examination_page import covered_by
 from teletaction.report.session_report import report
 from tests.commands import command
-from tests.unit.teletaction.recorded_examination import record, record_empty
+from tests.unit.teletaction.recorded_examination import record, record_empty, record_lump
 
 pytestmark = [pytest.mark.console, pytest.mark.timeout(120), pytest.mark.real_time(stall_s=math.inf)]
 
@@ -66,3 +73,38 @@ def test_an_examination_is_printed_on_three_pages_with_the_numbers_of_the_record
         assert words in signed, words
     assert not page.is_visible("details.annex")
     context.close()
+
+
+def test_the_pdf_says_what_the_recording_says_on_three_pages(tmp_path: Path) -> None:
+    if shutil.which("pdftotext") is None:
+        pytest.skip("no pdftotext: install poppler-utils")
+    recording, pdf = record_lump(tmp_path / "session.mcap"), tmp_path / "report.pdf"
+    assert command("report", recording, "--out", pdf).code == 0
+    pages = subprocess.run(["pdftotext", "-layout", pdf, "-"], capture_output=True, text=True, check=True).stdout
+    signed, *others, end = [" ".join(page.split()) for page in pages.split("\f")]
+    assert (len(others), end) == (2, "")
+    begun = next(one for one in messages_of(recording, "console/session") if one["what"] == "begin")
+    findings = messages_of(recording, "console/finding")
+    body = begun["body"]
+    assert begun["pseudonym"] in signed
+    assert f"{body['side']} {body['region']}, {body['landmark_mm']:.0f} mm from {body['landmark']}" in signed
+    assert "3, and 1 withdrawn" in signed
+    assert len(findings) == 4
+    for finding in findings:
+        place = f"{1e3 * finding['x_m']:.0f}, {1e3 * finding['y_m']:.0f}"
+        assert f"{finding['id']} {finding['kind']} {place} {finding['text']}" in signed
+        assert (finding["withdrawn"] or finding["note"] or "–") in signed
+        named = f"Finding {finding['id']}: {finding['text']}" in " ".join(others)
+        assert named == (finding["withdrawn"] is None)
+    examination = Examination.read(recording)
+    for quantity in QUANTITIES:
+        covered = covered_by(examination, quantity)
+        words = "nowhere" if covered is None else f"on {100.0 * covered.felt_m2 / covered.explored_m2:.0f} %"
+        assert f"{quantity} {words}" in signed
+    assert "Signature" in signed
+
+
+def messages_of(recording: Path, topic: str) -> list[dict[str, Any]]:
+    """Return the content of the messages of one topic, as they were recorded."""
+    with recording.open("rb") as file:
+        return [msgpack.unpackb(message.data) for _, _, message in make_reader(file).iter_messages(topic)]

@@ -1,5 +1,6 @@
 """A small recording with a console: a warm spot, findings with hostile notes, acts, an alarm."""
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,8 @@ START_S = 5000.0
 INDEX = FINGERS.index("index")
 PLACES_M = [(x, y) for y in (0.0, 0.006, 0.012) for x in (0.0, 0.006, 0.012, 0.018, 0.024)]
 TOUCH_S = 2.0
+LUMP_M = (0.020, 0.020)
+"""Middle of the lump of `record_lump`, m."""
 _STREAMS = ("operator/touch", "operator/clock", "operator/figures", "operator/session")
 _CONSOLE = ("console/session", "console/finding", "console/act", "console/alarm")
 
@@ -76,6 +79,23 @@ def record_findings(out: Path, findings: Iterable[dict[str, Any]], pseudonym: st
     return out
 
 
+def record_lump(out: Path) -> Path:
+    """Presses every 4 mm over a lump of twice the stiffness, three findings, and a withdrawn one; returns the file."""
+    with Recorder(out, {name: {} for name in (*_STREAMS, *_CONSOLE)}, {"configuration": ""}) as recorder:
+        now_ns = round(1e9 * START_S)
+        for number, (x_m, y_m) in enumerate((4e-3 * x, 4e-3 * y) for x in range(10) for y in range(10)):
+            lift = math.exp(-((math.dist((x_m, y_m), LUMP_M) / 6e-3) ** 2))
+            stiffness_n_m = 600.0 * (1.0 + 0.02 * math.sin(7.0 * number)) * 2.0**lift
+            for tick in range(8):
+                now_ns += 50_000_000
+                how = {"contact": tick < 6, "warm": number > 80, "stiffness_n_m": stiffness_n_m}
+                packet = _touch(8 * number + tick + 1, now_ns, x_m, y_m, **how)
+                recorder.write("operator/touch", now_ns, packet.encode())
+        for stream, entry in _of_a_lump():
+            recorder.write(stream, now_ns, msgpack.packb(entry))
+    return out
+
+
 def record_notes(out: Path) -> Path:
     """One finding for each of NOTES, in their order."""
     return record_findings(out, ({"text": note[:50], "note": note} for note in NOTES.values()))
@@ -86,11 +106,13 @@ def record_many(out: Path) -> Path:
     return record_findings(out, ({"x_m": number / 7000.0, "y_m": -number / 3e5} for number in range(500)))
 
 
-def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool, warm: bool) -> Touch:
+def _touch(
+    sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool, warm: bool, stiffness_n_m: float = 600.0
+) -> Touch:
     known = {
         "contact": 1.0,
         "mode": 2.0,
-        "stiffness_n_m": 600.0,
+        "stiffness_n_m": stiffness_n_m,
         "stiffness_ln_sd": 0.03,
         "object_c": 35.0 if warm else 33.0,
         "object_c_sd": 0.2,
@@ -101,6 +123,36 @@ def _touch(sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool,
     summaries = [NOTHING] * len(FINGERS)
     summaries[INDEX] = TouchSummary((("<i>skin</i>", 0.99),)) if contact else NOTHING
     return Touch(1, sequence, now_ns, LinkState.ENGAGED, pack_rows(rows), ("",) * len(FINGERS), (), tuple(summaries))
+
+
+def _of_a_lump() -> list[tuple[str, dict[str, Any]]]:
+    """An examination with a place on the body, three findings, and one that was withdrawn."""
+    body = {"region": "forearm", "side": "left", "landmark": "wrist crease", "landmark_mm": 80.0}
+    begun = {"what": "begin", "at_s": START_S, "pseudonym": "P-0419", "wall_clock": "2026-11-23T14:07:03+01:00"}
+    places = (("stiff", LUMP_M), ("warm", (0.036, 0.008)), ("soft", (0.004, 0.030)), ("stiff", (0.030, 0.030)))
+    texts = ("stiff, 1150 ± 30 N/m", "warm, 35.0 ± 0.2 °C", "soft, 602 ± 15 N/m", "stiff, 611 ± 15 N/m")
+    return [
+        ("console/session", {**begun, "who": "OR-1", "sides": {}, "body": body}),
+        *(
+            (
+                "console/finding",
+                {
+                    "id": number,
+                    "at_s": START_S + 2.0 * number,
+                    "kind": kind,
+                    "finger": "index",
+                    "x_m": x_m,
+                    "y_m": y_m,
+                    "text": text,
+                    "compare": "1.91 ± 0.05 times the 602 ± 15 N/m around it (9 touches)",
+                    "note": "moves with the skin" if number == 1 else "",
+                    "withdrawn": "pressed twice, no difference" if number == 4 else None,
+                },
+            )
+            for number, ((kind, (x_m, y_m)), text) in enumerate(zip(places, texts, strict=True), 1)
+        ),
+        ("console/session", {"what": "end", "at_s": START_S + 61.0, "pseudonym": "P-0419"}),
+    ]
 
 
 def _at_the_console(note: str) -> list[tuple[str, dict[str, Any]]]:

@@ -13,10 +13,10 @@ from common.recording.recorder import Recorder
 from operator_site.console.map.map_tiles import MapPicture
 from teletaction.report.examination import Examination
 from teletaction.report.map_coverage import coverage
-from teletaction.report.map_figure import cell_colours, draw_cells, scale_ticks
+from teletaction.report.map_figure import cell_colours, draw_cells, draw_lumps, scale_ticks
 from teletaction.report.session_report import report
 from tests.commands import command
-from tests.unit.teletaction.recorded_examination import HOSTILE, START_S, record
+from tests.unit.teletaction.recorded_examination import HOSTILE, START_S, record, record_lump
 from tests.unit.teletaction.report_page import Page
 
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -65,7 +65,7 @@ def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
         "+2.0 ± 0.3 K against 33.0 ± 0.2 °C around it (8 touches)",
         "a moment, no place",
         "roughness not felt anywhere",
-        "temperature on 94 %, roughness nowhere",
+        "temperature on 94\xa0%, roughness nowhere",
         "No limit acted.",
         "Signature",
         "Top edge: head. Right edge: left.",
@@ -88,6 +88,27 @@ def test_hostile_text_stays_text_and_the_page_loads_and_runs_nothing(path: Path)
     assert page.text.count("<script>alert(1)</script>") >= 4
     assert "(all of it below)" in page.text
     assert "x" * 10_000 in page.text
+
+
+def test_withdrawn_findings_are_struck_out_with_their_reason_and_lumps_are_outlined(tmp_path: Path) -> None:
+    html, page = page_of(record_lump(tmp_path / "session.mcap"))
+    assert html.count('<del class="withdrawn">') == 6
+    for words in (
+        "3, and 1 withdrawn",
+        "Withdrawn: pressed twice, no difference",
+        "left forearm, 80 mm from wrist crease",
+        "Dashed outlines: lumps",
+    ):
+        assert words in page.text, words
+    assert "Finding 4" not in page.text
+
+
+def test_a_lump_is_drawn_at_its_place_and_never_called_certain() -> None:
+    lump = {"outline_mm": [[1.0, 2.0], [5.0, 2.0], [3.0, 6.0]], "x_mm": 3.0, "y_mm": 3.5}
+    axes = Figure().subplots()
+    draw_lumps(axes, [lump | {"probability": 0.874}, lump | {"probability": 0.9999}])
+    assert [text.get_text() for text in axes.texts] == ["lump 87 %", "lump > 99 %"]
+    assert axes.patches[0].get_path().vertices[:3].tolist() == lump["outline_mm"]
 
 
 def test_every_number_is_in_the_json(path: Path) -> None:
