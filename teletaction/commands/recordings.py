@@ -24,13 +24,16 @@ def summarise_command(
     as_json: Json = False,
 ) -> None:
     """Merge the recordings of a session whose processes were started one by one; write summary and report."""
-    from teletaction.session.conclude import conclude
+    from teletaction.recordings.machine_verdict import machine_verdict
+    from teletaction.session.conclude import conclude, incomplete_of
     from teletaction.session.demo_files import DemoOptions
     from teletaction.session.terminal import say, show
 
     summary = conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers), show)
     if as_json:
         print_json(summary)
+    for line in filter(None, (machine_verdict(summary), *incomplete_of(summary))):
+        say(line)
     say(f"summary {out / 'summary.json'}, report {out / 'report.html'}")
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Container, Mapping
 from typing import Any
 
+from teletaction.recordings.recording_loss import recording_loss
 from teletaction.recordings.session_data import SessionData
 
 
@@ -23,11 +24,10 @@ def incomplete_recordings(data: SessionData, statuses: Mapping[str, Mapping[str,
     """
     found = []
     for name, status in statuses.items():
-        why, lost = status.get("recording_failed"), status.get("recording_lost", 0)
-        if not why and not lost:
+        words = recording_loss(status)
+        if not words:
             continue
         stopped_ns = status.get("recording_failed_ns")
-        words = f"recording incomplete: {why or 'the disk was slower than the data'}, {lost} messages lost"
         at_s = None
         if stopped_ns is not None:
             at_s = round(stopped_ns * 1e-9 - data.leads_s.get(name, 0.0) - _start_s(data), 2)

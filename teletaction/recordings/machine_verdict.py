@@ -31,12 +31,23 @@ def machine_verdict(summary: Mapping[str, Any]) -> str:
     of = f" of {duration_s:.0f} s" if isinstance(duration_s, int | float) else ""
     late = f"the rate was not held for {late_s:.0f} s{of} ({behind(summary)})"
     words = [
-        f"This machine was too slow for this session: {late}.",
-        "More was late or missed than on a machine that is fast enough.",
+        f"This machine was too slow for {_session_size(summary)}: {late}.",
+        "The figures are worse than those of the README.",
         *_consequences(summary),
-        "Fewer fingers need less: try --fingers 1.",
+        _advice(summary),
     ]
     return " ".join(words)
+
+
+def _session_size(summary: Mapping[str, Any]) -> str:
+    fingers = summary.get("fingers")
+    return "this session" if fingers is None else "1 finger" if fingers == 1 else f"{fingers} fingers"
+
+
+def _advice(summary: Mapping[str, Any]) -> str:
+    """Return what takes less processor time: half the fingers; for one finger, an idle machine."""
+    fingers = summary.get("fingers") or 2
+    return f"Try --fingers {fingers // 2}." if fingers > 1 else "End other programs, or use a faster machine."
 
 
 def _behind_s(summary: Mapping[str, Any]) -> dict[str, float]:

@@ -79,9 +79,14 @@ def conclude(
 
 def remove_merged(recordings: Sequence[Path], summary: Mapping[str, Any]) -> None:
     """Remove the recordings of a session that were merged, unless its summary calls one of them incomplete."""
-    if all(fault["what"] != "recording" for fault in summary["faults"]):
+    if not incomplete_of(summary):
         for path in recordings:
             path.unlink()
+
+
+def incomplete_of(summary: Mapping[str, Any]) -> list[str]:
+    """Return the process and the loss of each incomplete recording of a summary."""
+    return [f"{fault['site']}: {fault['fault']}" for fault in summary["faults"] if fault["what"] == "recording"]
 
 
 def recordings_of(folder: Path, process: str) -> list[Path]:

@@ -21,6 +21,7 @@ from teletaction.session.launcher_figures import LAUNCHER, LauncherFigures
 from teletaction.session.ping import BarePing
 from teletaction.session.processes import KILLED_S, SessionProcesses
 from teletaction.session.restarts import Restarts
+from teletaction.session.saved import incomplete_recordings, saved_words
 from teletaction.session.terminal import say, show
 
 _START_S = 30.0
@@ -36,7 +37,7 @@ _PRODUCED = ("summary.json", "session.mcap", "report.html", LAUNCHER, "summarise
 def run_demo(options: DemoOptions) -> str:
     """Run a session and write its output folder; return a description of the failure, empty on success.
 
-    Ctrl-C ends the session. Summary and report are then made in the background.
+    Ctrl-C ends the session, prints what was recorded and if it is complete, and makes the report in the background.
 
     Raises:
         ValueError: unknown scene, no calibration for it, or an output folder with other files in it.
@@ -69,8 +70,10 @@ def run_demo(options: DemoOptions) -> str:
             return _conclude(options, out) or killed_words(killed)
         except KeyboardInterrupt:
             say("stopped")
+    incomplete = incomplete_recordings(out)
+    say(saved_words(out, figures.wall_s, incomplete))
     _conclude_in_background(options, out)
-    return killed_words(killed)
+    return "; ".join(filter(None, (killed_words(killed), *incomplete)))
 
 
 class _Failure(Exception):
@@ -86,13 +89,12 @@ def _conclude(options: DemoOptions, out: Path) -> str:
     """Write summary and report; return a description of the failure, empty on success."""
     # Late imports: plots and statistics would cost memory and time during the session.
     from teletaction.recordings.machine_verdict import machine_verdict  # noqa: PLC0415
-    from teletaction.session.conclude import conclude  # noqa: PLC0415
+    from teletaction.session.conclude import conclude, incomplete_of  # noqa: PLC0415
 
     summary = conclude(out, out, options, show)
-    incomplete = [f"{fault['site']}: {fault['fault']}" for fault in summary["faults"] if fault["what"] == "recording"]
     say(machine_verdict(summary))
     say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
-    return "; ".join(incomplete)
+    return "; ".join(incomplete_of(summary))
 
 
 def _conclude_in_background(options: DemoOptions, out: Path) -> None:
@@ -108,7 +110,7 @@ def _conclude_in_background(options: DemoOptions, out: Path) -> None:
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-    say(f"all is recorded; {out / 'report.html'} is being made in the background, with {log} as its log")
+    say(f"{out / 'report.html'} is being made in the background; {log} shows when it is ready")
 
 
 def _watch(processes: SessionProcesses, options: DemoOptions, stop: StopSignal, ping: BarePing) -> LauncherFigures:

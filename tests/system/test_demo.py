@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -105,7 +106,9 @@ def test_ctrl_c_returns_to_the_prompt_and_the_report_follows(
     assert exploring.wait(PROMPT_S) == 0
     assert children_of(str(out / "config")) == []
     assert exploring.stderr is not None
-    assert "is being made in the background" in exploring.stderr.read()
+    said = exploring.stderr.read()
+    assert re.search(r"saved \d+ s of exploration in \S+/out: 4 recordings, complete\n", said), said
+    assert f"{out / 'report.html'} is being made in the background" in said
     wait_until(lambda: not children_of(str(out)), "the report is not made", 60.0)
     assert "report.html" in (out / "summarise.log").read_text("utf-8")
     summary = json.loads((out / "summary.json").read_text("utf-8"))

@@ -91,6 +91,6 @@ def test_no_output_is_unsafe(summary: dict[str, Any]) -> None:
 
 
 def test_the_session_reports_its_losses(summary: dict[str, Any]) -> None:
-    assert "This machine was too slow for this session" in summary["said"] or not any(
+    assert "This machine was too slow for " in summary["said"] or not any(
         loop["behind_s"] > 1.0 for loop in summary["loop"].values()
     )

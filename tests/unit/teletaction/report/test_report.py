@@ -157,7 +157,7 @@ def test_targets_of_a_scene_and_a_missed_rate_are_reported(tmp_path: Path) -> No
     assert "<h2>Targets</h2>" in html
     assert "1790 ± 30 N/m" in html
     assert "−10 ± 30 N/m" in html
-    assert page.text.index("too slow for this session: the rate was not held for 12 s") < page.text.index("duration")
+    assert page.text.index("too slow for 5 fingers: the rate was not held for 12 s") < page.text.index("duration")
 
 
 def test_names_are_escaped_everywhere(tmp_path: Path) -> None:
