@@ -166,7 +166,7 @@ class Examination:
 
     def valid_findings(self) -> list[dict[str, Any]]:
         """Return the findings that were not withdrawn."""
-        return [finding for finding in self.findings.values() if finding.get("withdrawn") is None]
+        return [finding for finding in self.findings.values() if not finding.get("withdrawn")]
 
     def configurations(self) -> dict[str, str]:
         """Return the SHA-256 hash of each process's configuration, hexadecimal."""

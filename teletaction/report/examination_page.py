@@ -86,13 +86,14 @@ def findings_table(examination: Examination) -> str:
             f"<b>{shown(finding.get('id'))}</b>",
             shown(finding.get("kind")),
             where + (f"<br>{shown(body)}" if (body := _body(finding)) else ""),
-            f'<span class="value">{shown(finding.get("text"))}</span>',
+            f'<span class="value">{shown(finding.get("text"))}</span>'
+            + (f"<br>{shown(contrast)}" if (contrast := finding.get("compare")) else ""),
             shown(confidence(examination, finding)),
             f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
         ]
-        if (reason := finding.get("withdrawn")) is not None:
+        if reason := finding.get("withdrawn"):
             row = [f'<del class="withdrawn">{cell}</del>' for cell in row]
-            row[-1] += f"<br>Withdrawn: {shown(reason or 'no reason given')}"
+            row[-1] += f"<br>Withdrawn: {shown(reason)}"
         rows.append(row)
     return table(("", "kind", "x, y (mm)", "felt", "confidence", "note"), rows)
 

@@ -80,7 +80,7 @@ def test_the_pdf_says_what_the_recording_says_on_three_pages(tmp_path: Path) -> 
         pytest.skip("no pdftotext: install poppler-utils")
     recording, pdf = record_lump(tmp_path / "session.mcap"), tmp_path / "report.pdf"
     assert command("report", recording, "--out", pdf).code == 0
-    pages = subprocess.run(["pdftotext", "-layout", pdf, "-"], capture_output=True, text=True, check=True).stdout
+    pages = subprocess.run(["pdftotext", "-raw", pdf, "-"], capture_output=True, text=True, check=True).stdout
     signed, *others, end = [" ".join(page.split()) for page in pages.split("\f")]
     assert (len(others), end) == (2, "")
     begun = next(one for one in messages_of(recording, "console/session") if one["what"] == "begin")
@@ -95,7 +95,8 @@ def test_the_pdf_says_what_the_recording_says_on_three_pages(tmp_path: Path) -> 
         assert f"{finding['id']} {finding['kind']} {place} {finding['text']}" in signed
         assert (finding["withdrawn"] or finding["note"] or "–") in signed
         named = f"Finding {finding['id']}: {finding['text']}" in " ".join(others)
-        assert named == (finding["withdrawn"] is None)
+        assert named == (not finding["withdrawn"])
+        assert finding["compare"] in signed
     examination = Examination.read(recording)
     for quantity in QUANTITIES:
         covered = covered_by(examination, quantity)

@@ -146,7 +146,7 @@ def _of_a_lump() -> list[tuple[str, dict[str, Any]]]:
                     "text": text,
                     "compare": "1.91 ± 0.05 times the 602 ± 15 N/m around it (9 touches)",
                     "note": "moves with the skin" if number == 1 else "",
-                    "withdrawn": "pressed twice, no difference" if number == 4 else None,
+                    "withdrawn": "pressed twice, no difference" if number == 4 else "",
                 },
             )
             for number, ((kind, (x_m, y_m)), text) in enumerate(zip(places, texts, strict=True), 1)
