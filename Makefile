@@ -163,7 +163,7 @@ pages: $(READY)
 docs: $(READY)
 	$(LOCKED) locks/docs.txt
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going --nitpicky --fresh-env -c docs . $(SITE)
-	@echo "the site is $(SITE)/docs/index.html"
+	@echo "the site is $(SITE)/index.html"
 
 # The gates, all that they are made of, and their tests.
 GATES := operator_site.safety remote_site.safety common.safety

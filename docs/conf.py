@@ -41,6 +41,8 @@ html_theme = "furo"
 html_title = "teletaction"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_extra_path = ["start", "console.png"]
+"""The start page of the site and its picture, at its root."""
 html_math_renderer = "mathml"
 html_show_sphinx = False
 html_copy_source = False

@@ -16,13 +16,21 @@ from teletaction.plotting.figure_style import STYLE
 
 Data = Mapping[str, Any]
 Rows = Sequence[Mapping[str, Any]]
+WIDEST_IN = 11.5
+"""Largest width of a figure, inches: on a page of 960 px its text of 9.5 pt is then 11 px high."""
 
 
 @contextmanager
 def figure_file(
     path: Path, width_in: float, height_in: float, dpi: float | str = 150, layout: Any = "constrained"
 ) -> Iterator[Figure]:
-    """Yield an empty figure of this size, inches, and write it as PNG on exit."""
+    """Yield an empty figure of this size, inches, and write it as PNG on exit.
+
+    Raises:
+        ValueError: the figure is wider than WIDEST_IN.
+    """
+    if width_in > WIDEST_IN:
+        raise ValueError(f"{path}: a figure of {width_in:g} inches cannot be read on a page; at most {WIDEST_IN:g}")
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width_in, height_in), layout=layout)
         FigureCanvasAgg(figure)

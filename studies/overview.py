@@ -9,7 +9,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from studies.drawing import figure_file
+from studies.drawing import WIDEST_IN, figure_file
 from teletaction.plotting.figure_style import BLUE, GREY, absent, plain_ticks
 
 _COLUMNS = 3
@@ -66,7 +66,7 @@ def overview_rows(parts: Mapping[str, Part | None]) -> list[dict[str, Any]]:
 def plot(parts: Mapping[str, Part | None], path: Path) -> None:
     """Draw the parts as PNG, with a note for each study that was not run."""
     lines = -(-len(parts) // _COLUMNS)
-    with figure_file(path, 13.0, 4.2 * lines) as figure:
+    with figure_file(path, WIDEST_IN, 4.2 * lines) as figure:
         figure.suptitle(
             "Speed against accuracy: further down and to the left is better; ours in blue, baselines hollow"
         )

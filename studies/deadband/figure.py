@@ -5,7 +5,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from common.link.deadband import FORCE_WEBER, HEIGHT_M
-from studies.drawing import Data, curve, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, absent, plain_ticks
 
 _RECKONINGS = {"hold": (RED, "o"), "linear": (BLUE, "s")}
@@ -17,8 +17,8 @@ _NO_RECORDINGS = "no recordings (TELETACTION_DATA)"
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    above = (_draw_recorded, _draw_scripted, _draw_touch)
-    draw_panels(data, path, (14.0, 8.5), (above, (_draw_after_loss, _draw_above, _draw_gaps)))
+    panels = ((_draw_recorded, _draw_scripted), (_draw_touch, _draw_after_loss), (_draw_above, _draw_gaps))
+    draw_panels(data, path, (WIDEST_IN, 12.5), panels)
 
 
 def _draw_recorded(axes: Axes, data: Data) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, curve, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
 from studies.exploration_modes.judge import JUDGED, MACHINE, PLAIN
 from teletaction.plotting.figure_style import BLUE, GREY, PALE, RED, plain_ticks
 
@@ -14,7 +14,7 @@ _SWITCHES = ("contact", "end of the tap", "stroke begins", "stroke ends", "relea
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    draw_panels(data, path, (13.0, 4.5), ((draw_time_right, draw_latencies, draw_tap_speeds),))
+    draw_panels(data, path, (WIDEST_IN, 4.5), ((draw_time_right, draw_latencies, draw_tap_speeds),))
 
 
 def draw_time_right(axes: Axes, data: Data) -> None:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from sim_sensors.tissue.contrast import Sphere
 from sim_sensors.tissue.ground import Ground, force_at
-from studies.drawing import Data, Rows, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, figure_file, where
 from studies.nodules.ranges import DEPTH_EDGES_MM, RANGES, RATIO_EDGES, SIZE_EDGES_MM
 from teletaction.plotting.figure_style import BLACK, BLUE, GREY
 
@@ -28,17 +28,16 @@ _POINTS = 24
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data of the study, and write the figure as PNG."""
-    with figure_file(path, 15.0, 12.2, dpi=110) as figure:
-        panels = figure.subplots(3, 4)
+    with figure_file(path, WIDEST_IN, 15.5, dpi=130) as figure:
+        reference, detector, effects, whole = figure.subplots(4, 3)
         for column, size in enumerate(pairwise(SIZE_EDGES_MM)):
-            draw_cells(panels[0][column], data["cells"], size, "reference")
-            draw_cells(panels[1][column], data["detector_cells"], size, "detector")
-        draw_reliability(panels[0][3], data)
-        draw_sizes(panels[1][3], data)
-        for axes, limits, ratio in zip(panels[2], pairwise(RATIO_EDGES), _RATIO_OF_CONTOURS, strict=False):
+            draw_cells(reference[column], data["cells"], size, "reference")
+            draw_cells(detector[column], data["detector_cells"], size, "detector")
+        for axes, limits, ratio in zip(effects, pairwise(RATIO_EDGES), _RATIO_OF_CONTOURS, strict=True):
             draw_effect(axes, data, limits, ratio)
-        figure.legend(*panels[2][0].get_legend_handles_labels(), loc="outside lower left", ncols=2)
-        draw_differences(panels[2][3], data)
+        for axes, draw in zip(whole, (draw_reliability, draw_sizes, draw_differences), strict=True):
+            draw(axes, data)
+        figure.legend(*effects[0].get_legend_handles_labels(), loc="outside lower left", ncols=2)
 
 
 def draw_cells(axes: Axes, cells: Rows, size: tuple[float, float], who: str) -> None:
@@ -82,7 +81,7 @@ def draw_effect(axes: Axes, data: Data, limits: tuple[float, float], ratio: floa
     axes.set_yticks(DEPTH_EDGES_MM, [f"{edge:g}" for edge in DEPTH_EDGES_MM])
     axes.minorticks_off()
     axes.invert_yaxis()
-    axes.set_title(f"ratio {limits[0]:g} to {limits[1]:g}\ncontours: added force at {ratio:g}", loc="left", fontsize=9)
+    axes.set_title(f"ratio {limits[0]:g} to {limits[1]:g};\ncontours: added force, {ratio:g}", loc="left", fontsize=9)
 
 
 def draw_reliability(axes: Axes, data: Data) -> None:

@@ -7,7 +7,7 @@ from typing import Literal
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from studies.drawing import Data, Rows, curve, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PLUM, RED, SKY
 
 _OBJECTS = {"aluminium": BLUE, "ceramic": GREEN, "pvc": ORANGE, "wood": RED}
@@ -33,7 +33,7 @@ _USUAL_S = 3.0
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    with figure_file(path, 12.0, 10.0) as figure:
+    with figure_file(path, WIDEST_IN, 10.0) as figure:
         (courses, answers), (ablations, matching) = figure.subplots(2, 2)
         _draw_courses(courses, data["courses"])
         _draw_answers(answers, data["answers"])

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, draw_panels, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE
 
 _METHODS = {"learned prior": BLUE, "Hertz": ORANGE, "line": GREY}
@@ -16,7 +16,7 @@ _REACHED = {"ambitious": GREEN, "honest": BLUE, None: ORANGE}
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
     panels = ((draw_prediction, draw_shown, draw_bars),)
-    draw_panels(data, path, (13.0, 5.0), panels, width_ratios=(1.0, 1.0, 1.3))
+    draw_panels(data, path, (WIDEST_IN, 5.0), panels, width_ratios=(1.0, 1.0, 1.3))
 
 
 def draw_prediction(axes: Axes, data: Data) -> None:

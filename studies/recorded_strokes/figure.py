@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.stats import binomtest
 
-from studies.drawing import Data, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, draw_panels, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
 
 _SIGNALS = {"best": (BLUE, "o", "taxel that shows it best"), "mean": (ORANGE, "s", "mean of the taxels")}
@@ -23,7 +23,7 @@ _SPLITS = {
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    draw_panels(data, path, (12.0, 9.2), ((draw_boards, draw_fabrics), (draw_speeds, draw_coverage)))
+    draw_panels(data, path, (WIDEST_IN, 9.2), ((draw_boards, draw_fabrics), (draw_speeds, draw_coverage)))
 
 
 def draw_boards(axes: Axes, data: Data) -> None:

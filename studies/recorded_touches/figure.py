@@ -3,7 +3,7 @@
 from itertools import product
 from pathlib import Path
 
-from studies.drawing import Data, curve, figure_file, where
+from studies.drawing import WIDEST_IN, Data, curve, figure_file, where
 from studies.thermal_identification.operating_curve import draw_operating_curve
 from teletaction.plotting.figure_style import BLUE, GREEN, ORANGE, SKY
 
@@ -17,8 +17,8 @@ def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
     rows = data["accuracy"]
     sensors = list(dict.fromkeys(row["sensors"] for row in rows))
-    with figure_file(path, 13.0, 3.8, dpi="figure") as figure:
-        right, naming = figure.subfigures(1, 2, width_ratios=(8.0, 5.0), squeeze=False)[0]
+    with figure_file(path, WIDEST_IN, 7.6) as figure:
+        right, naming = figure.subfigures(2, 1, squeeze=False)[:, 0]
         panels = right.subplots(1, len(sensors), sharey=True)
         for axes, sensor in zip(panels, sensors, strict=True):
             for method, prior in product(_COLOURS, _DASHES):

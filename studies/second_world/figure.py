@@ -6,7 +6,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, Rows, curve, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, where
 from studies.thermal_identification.figure import METHODS, time_axis
 from studies.thermal_identification.operating_curve import draw_operating_curve
 
@@ -28,10 +28,11 @@ def reference_of(method: str) -> str:
 def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
     sets = data["sets"]
-    with figure_file(path, 17.0, 3.6 * len(sets) + 0.8, dpi=130) as figure:
+    with figure_file(path, WIDEST_IN, 6.8 * len(sets) + 0.8, dpi=130) as figure:
         figure.suptitle("The shipped identification in two worlds of sensors and objects", fontsize=10)
-        panels = figure.subplots(len(sets), len(_COLUMNS) + 1, squeeze=False)
+        panels = figure.subplots(2 * len(sets), 3, squeeze=False).reshape(len(sets), 6)
         for row, each in zip(panels, sets, strict=True):
+            row[5].set_axis_off()
             count = len(each["names"])
             rows = where(data["accuracy"], world=each["world"], materials=count)
             for axes, (column, factor, label, limits) in zip(row, _COLUMNS, strict=False):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, draw_panels, where
 from teletaction.plotting.figure_style import BLUE, GREY, ORANGE, RED, plain_ticks
 
 _COLOURS = {"12 bits": BLUE, "CAN frames": ORANGE}
@@ -13,7 +13,7 @@ _JND = 0.23
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    draw_panels(data, path, (12.0, 7.5), ((draw_errors, draw_jitter), (draw_breath, draw_nodule)))
+    draw_panels(data, path, (WIDEST_IN, 7.5), ((draw_errors, draw_jitter), (draw_breath, draw_nodule)))
 
 
 def draw_errors(axes: Axes, data: Data) -> None:

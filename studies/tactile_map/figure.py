@@ -8,7 +8,7 @@ from matplotlib.patches import Rectangle
 
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import MapPicture
-from studies.drawing import Data, figure_file, where
+from studies.drawing import WIDEST_IN, Data, figure_file, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREY
 from teletaction.report.map_figure import draw_cells, draw_scale
 
@@ -18,16 +18,16 @@ _GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share",
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data of the study, and write the figure as PNG."""
-    with figure_file(path, 16.5, 7.6, dpi=110, layout=None) as figure:
+    with figure_file(path, WIDEST_IN, 9.2, dpi=140, layout=None) as figure:
         grid = figure.add_gridspec(
-            2, 4, height_ratios=(2.0, 1.0), left=0.07, right=0.96, top=0.93, bottom=0.08, wspace=0.45, hspace=0.28
+            3, 3, height_ratios=(2.0, 1.0, 1.0), left=0.08, right=0.93, top=0.93, bottom=0.08, wspace=0.62, hspace=0.4
         )
         for column, row in enumerate(where(data["targets"], seed=data["targets"][0]["seed"])):
             _draw_map(figure.add_subplot(grid[0, column]), data, row)
         _draw_places(figure.add_subplot(grid[1, 0]), data)
         for column, quantity in enumerate(("temperature", "stiffness"), 1):
             _draw_values(figure.add_subplot(grid[1, column]), data, quantity)
-        _draw_nodules(figure.add_subplot(grid[:, 3]), data)
+        _draw_nodules(figure.add_subplot(grid[2, :]), data)
 
 
 def _draw_map(axes: Axes, data: Data, row: Data) -> None:
@@ -62,7 +62,7 @@ def _draw_places(axes: Axes, data: Data) -> None:
     axes.axvline(1e3 * data["goals"]["place_m"], color=GREY, linestyle="--")
     axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
     axes.set(ylim=(len(names) - 0.5, -0.5), xlim=(0.0, None))
-    axes.set(xlabel="error of place, mm (one dot per session; dashed: goal)")
+    axes.set(xlabel="error of place, mm\n(one dot per session; dashed: goal)")
 
 
 def _draw_values(axes: Axes, data: Data, quantity: str) -> None:
@@ -76,7 +76,7 @@ def _draw_values(axes: Axes, data: Data, quantity: str) -> None:
         axes.axvline(edge, color=GREY, linestyle="--")
     axes.axvline(0.0, color=BLACK, linewidth=0.8)
     axes.set_yticks(range(len(rows)), [f"seed {row['seed']}" for row in rows])
-    axes.set(ylim=(len(rows) - 0.5, -0.5), xlabel=f"error of {quantity}, {unit} (bars: ± claimed sd; dashed: goal)")
+    axes.set(ylim=(len(rows) - 0.5, -0.5), xlabel=f"error of {quantity}, {unit}\n(bars: ± claimed sd; dashed: goal)")
 
 
 def _draw_nodules(axes: Axes, data: Data) -> None:
@@ -93,7 +93,7 @@ def _draw_nodules(axes: Axes, data: Data) -> None:
     )
     axes.set(xlim=(-0.5, len(names) - 0.5), ylim=(0.0, 5.0), ylabel="error of place, mm")
     axes.set_title(
-        f"nodules: least probability in {len({row['seed'] for row in data['nodules']})} sessions\n"
+        f"nodules: least probability in {len({row['seed'] for row in data['nodules']})} sessions "
         f"of {data['palpated_s']:.0f} s, {data['false_outlines']} false outlines",
         loc="left",
     )

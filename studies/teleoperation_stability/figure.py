@@ -4,10 +4,13 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
-from studies.drawing import Data, Rows, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, figure_file, where
 from studies.teleoperation_stability.cases import DEVICE_NS_M
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, RED, plain_ticks
 
@@ -20,25 +23,33 @@ WAYS = {
 }
 HAND, LINK = "light", "steady"
 JND = 0.23
-_LEVELS = ListedColormap(["#FFFFFF", "#F3C9A5", RED])
+_COLOURS = ("#FFFFFF", "#F3C9A5", RED)
+_LEVELS = ListedColormap(_COLOURS)
 
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
     shortest = min(row["period_ms"] for row in data["matrix"])
     rows = where(data["matrix"], period_ms=shortest)
-    with figure_file(path, 14.0, 8.5) as figure:
-        axes = figure.subplots(2, 4)
+    with figure_file(path, WIDEST_IN, 11.5) as figure:
+        axes = figure.subplots(3, 3)
+        cap_n_m = 2.0 * DEVICE_NS_M / (1e-3 * shortest)
         for each, name in zip(axes.flat, WAYS, strict=False):
-            _draw_region(each, name, rows, data["borders"], 2.0 * DEVICE_NS_M / (1e-3 * shortest))
-        accuracy, energy, borders = axes.flat[5:]
+            _draw_region(each, name, rows, data["borders"], cap_n_m)
+        key, accuracy, energy, borders = axes.flat[5:]
+        key.set_axis_off()
+        title = "Each cell: one wall and one delay,\nlight hand, steady link"
+        key.legend(handles=_region_keys(cap_n_m), loc="center left", title=title, alignment="left")
         _draw_accuracy(accuracy, rows)
         _draw_energy(energy, data["matrix"])
         _draw_borders(borders, data["borders"])
 
 
 def _draw_region(axes: Axes, name: str, rows: Rows, borders: Rows, cap_n_m: float) -> None:
-    """Draw white for rest and at most 1 mJ, pale for more than 1 mJ, and red for oscillation that lasts."""
+    """Draw white for rest and at most 1 mJ, pale for more than 1 mJ, and red for oscillation that lasts.
+
+    A map without oscillation says so, since empty cells look like missing data.
+    """
     mine = where(rows, architecture=name, hand=HAND, link=LINK)
     trips = sorted({row["round_trip_ms"] for row in mine})
     walls = sorted({row["wall_n_m"] for row in mine})
@@ -49,6 +60,10 @@ def _draw_region(axes: Axes, name: str, rows: Rows, borders: Rows, cap_n_m: floa
     axes.pcolormesh(
         np.arange(len(trips) + 1) - 0.5, _edges(walls), level, cmap=_LEVELS, vmin=0.0, vmax=2.0, edgecolors="#DDDDDD"
     )
+    if level.max() < 2.0:
+        text = "stable everywhere" + ("" if level.any() else ",\nat most 1 mJ")
+        box = {"facecolor": "white", "edgecolor": GREEN, "boxstyle": "round,pad=0.4"}
+        axes.text(0.5, 0.3, text, transform=axes.transAxes, ha="center", va="center", fontsize=11, bbox=box)
     border = [b for b in borders if b["hand"] == HAND and b["round_trip_ms"] in trips and b["worked_out_n_m"]]
     if name == "direct position-force":
         axes.plot(
@@ -56,18 +71,25 @@ def _draw_region(axes: Axes, name: str, rows: Rows, borders: Rows, cap_n_m: floa
             [b["worked_out_n_m"] for b in border],
             color=BLACK,
             marker=".",
-            label="largest stable, calculated",
         )
-        axes.legend(loc="upper right", frameon=True)
     elif name == "local model":
-        axes.axhline(cap_n_m, color=BLACK, linestyle="--", label=f"displayed no stiffer than {cap_n_m:g} N/m")
-        axes.legend(loc="upper right", frameon=True)
+        axes.axhline(cap_n_m, color=BLACK, linestyle="--")
     axes.set_xticks(range(len(trips)), [f"{trip:g}" for trip in trips])
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, walls)
     axes.grid(False)
     axes.set(xlabel="round trip (ms)", ylabel="wall (N/m)")
-    axes.set_title(f"{name}\nred: oscillates; pale: > 1 mJ produced", loc="left")
+    axes.set_title(name, loc="left")
+
+
+def _region_keys(cap_n_m: float) -> list[Artist]:
+    names = ("comes to rest, at most 1 mJ produced", "comes to rest, more than 1 mJ produced", "oscillates")
+    cells = [Patch(facecolor=colour, edgecolor=GREY, label=name) for colour, name in zip(_COLOURS, names, strict=True)]
+    return [
+        *cells,
+        Line2D([], [], color=BLACK, marker=".", label="largest stable wall, calculated"),
+        Line2D([], [], color=BLACK, linestyle="--", label=f"displayed no stiffer than {cap_n_m:g} N/m"),
+    ]
 
 
 def _edges(walls: list[float]) -> list[float]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, Rows, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, figure_file, where
 from teletaction.plotting.figure_style import (
     BLACK,
     BLUE,
@@ -30,7 +30,7 @@ _SURFACES = (SKY, BLUE, BLACK, GREEN, ORANGE, PURPLE)
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    with figure_file(path, 13.0, 12.0) as figure:
+    with figure_file(path, WIDEST_IN, 12.0) as figure:
         axes = figure.subplots(3, 3)
         _draw_accuracy(axes[0, 0], data["accuracy"])
         _draw_roughness(axes[0, 1], data["roughness"], "before_v", "Mean rectified signal, as in the paper")

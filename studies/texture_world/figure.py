@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, curve, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, PALE, RED, plain_ticks
 
 _SECONDS = (0.15, 0.25, 0.5, 1.0, 2.0, 4.0)
@@ -16,8 +16,8 @@ _HALF = 0.5
 
 def plot(data: Data, path: Path) -> None:
     """Draw the study's data as PNG."""
-    above = (draw_roughness, draw_names, draw_strangers)
-    draw_panels(data, path, (13.0, 8.4), (above, (draw_motion, draw_similarity, draw_spectra)))
+    panels = ((draw_roughness, draw_names), (draw_strangers, draw_motion), (draw_similarity, draw_spectra))
+    draw_panels(data, path, (WIDEST_IN, 13.0), panels)
 
 
 def draw_roughness(axes: Axes, data: Data) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from studies.drawing import Data, Rows, curve, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, where
 from studies.thermal_identification.map_figure import (
     draw_changes,
     draw_differences,
@@ -43,7 +43,13 @@ METHODS: Mapping[str, tuple[str, Any, str]] = {
     "reference, 2 staggered": (GREY, "-.", ""),
 }
 """Colour, dash and marker of each method."""
-_ALONE = ("paper", "good exponential", "1 finger", "reference")
+_COLUMNS = {
+    "one finger": ("paper", "good exponential", "1 finger", "1 finger, strangers among them", "reference"),
+    "2 fingers on one object": ("2 equal", "2 staggered", "reference, 2 staggered"),
+    "3 fingers on one object": ("3 equal", "3 staggered"),
+    "5 fingers on one object": ("5 equal", "5 staggered"),
+}
+"""Methods of each column of small multiples."""
 _PERCENT = 100.0
 _COST_AT_S = 1.0
 _FEW = 10
@@ -52,8 +58,8 @@ _FEW = 10
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    with figure_file(path, 14.0, 14.5, dpi=130) as figure:
-        parts = figure.subfigures(3, 1, height_ratios=(4.3, 4.8, 4.6), squeeze=False, hspace=0.03)
+    with figure_file(path, WIDEST_IN, 24.0, dpi=130) as figure:
+        parts = figure.subfigures(3, 1, height_ratios=(9.6, 5.2, 9.2), squeeze=False, hspace=0.03)
         speed, failure, below = parts[:, 0]
         _draw_speed(speed, data)
         _draw_failures(failure, data)
@@ -61,45 +67,61 @@ def plot(data: Data, path: Path) -> None:
 
 
 def _draw_speed(figure: Any, data: Mapping[str, Any]) -> None:
+    """Draw a column for each number of fingers: right answers of 4 and of 12 materials, and errors of temperature."""
+    learned = data["learning_touches"]
     figure.suptitle(
-        f"Speed and accuracy: simulated touches, {data['calibration_touches']} a material calibrated it; the reference "
-        f"learned from {data['learning_touches']['4']} a material (of twelve: {data['learning_touches']['12']})",
+        f"Speed and accuracy: simulated touches, {data['calibration_touches']} a material calibrated it.\n"
+        f"The reference learned from {learned['4']} a material (of twelve: {learned['12']}). "
+        "Grey: one finger",
         fontsize=10,
     )
-    alone, hands, twelve, error = figure.subplots(1, 4)
-    rows = data["accuracy"]
-    four = where(rows, materials=4)
-    _draw_right(alone, four, _ALONE, "4 materials, one finger")
-    together = [method for method in METHODS if method not in _ALONE]
-    _draw_right(hands, four, ("1 finger", *together), "4 materials, fingers on one object")
-    _draw_right(twelve, where(rows, materials=12), tuple(METHODS), "12 materials")
-    alone.set_ylabel("likeliest material is right (%)")
-    _draw_errors(error, four, data["bounds"])
-    keys = {label: handle for axes in (alone, hands, error) for handle, label in _keys(axes)}
-    figure.legend(list(keys.values()), list(keys), loc="outside lower center", ncols=7)
+    four, twelve = (where(data["accuracy"], materials=count) for count in (4, 12))
+    places = figure.subplots(3, len(_COLUMNS), sharex=True, sharey="row")
+    for column, (title, methods) in zip(places.T, _COLUMNS.items(), strict=True):
+        upper, middle, lower = column
+        _draw_right(upper, four, methods)
+        _draw_right(middle, twelve, methods)
+        _draw_errors(lower, four, data["bounds"], methods)
+        upper.set_title(title, loc="left")
+        time_axis(lower, (0.25, 0.5, 1, 2, 3, 7))
+        lower.set_ylim(0.02, 8.0)
+        drawn = [pair for axes in (upper, lower) for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
+        keys = {label: handle for handle, label in drawn}
+        place = {"loc": "upper left", "bbox_to_anchor": (-0.15, -0.3), "borderaxespad": 0.0}
+        lower.legend(list(keys.values()), list(keys), fontsize=8, **place)
+    for axes, label in zip(
+        places[:, 0],
+        ("4 materials: likeliest is right (%)", "12 materials: likeliest is right (%)", "temperature, rms error (K)"),
+        strict=True,
+    ):
+        axes.set_ylabel(label)
 
 
-def _keys(axes: Axes) -> list[tuple[Any, str]]:
-    return list(zip(*axes.get_legend_handles_labels(), strict=True))
-
-
-def _draw_right(axes: Axes, rows: Rows, methods: Sequence[str], title: str) -> None:
-    times = sorted({row["t_s"] for row in rows})
+def _draw_right(axes: Axes, rows: Rows, methods: Sequence[str]) -> None:
+    _draw_one_finger(axes, rows, methods, "right", _PERCENT)
     for method in methods:
         mine = [row for row in rows if row["method"] == method and row["right"] is not None]
         if mine:
-            colour, dash, marker = METHODS[method]
-            how = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "label": method}
-            curve(axes, mine, "t_s", "right", (1.0, _PERCENT), **how)
-    ones = where(rows, method="1 finger")
+            curve(axes, mine, "t_s", "right", (1.0, _PERCENT), **_how(method))
+    ones = where(rows, method="1 finger") if "1 finger" in methods else []
     if ones:
         wrong = [_PERCENT * row["wrong"] for row in ones]
         named = [_PERCENT * row["identified"] for row in ones]
         axes.fill_between([row["t_s"] for row in ones], named, color=SKY, alpha=0.25, label="1 finger: identified")
         axes.fill_between([row["t_s"] for row in ones], wrong, color=RED, alpha=0.8, label="of these wrong")
-    time_axis(axes, times)
     axes.set_ylim(0.0, 102.0)
-    axes.set_title(title, loc="left")
+
+
+def _draw_one_finger(axes: Axes, rows: Rows, methods: Sequence[str], value: str, unit: float) -> None:
+    """Draw one finger in grey behind more fingers."""
+    mine = [row for row in rows if row["method"] == "1 finger" and row[value] is not None]
+    if "1 finger" not in methods and mine:
+        curve(axes, mine, "t_s", value, (1.0, unit), color=GREY, linewidth=0.8)
+
+
+def _how(method: str) -> dict[str, Any]:
+    colour, dash, marker = METHODS[method]
+    return {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "label": method}
 
 
 def time_axis(axes: Axes, times: Sequence[float]) -> None:
@@ -109,29 +131,27 @@ def time_axis(axes: Axes, times: Sequence[float]) -> None:
     axes.set_xlabel("time after contact (s)")
 
 
-def _draw_errors(axes: Axes, rows: Rows, bounds: Rows) -> None:
-    for method, (colour, dash, marker) in METHODS.items():
+def _draw_errors(axes: Axes, rows: Rows, bounds: Rows, methods: Sequence[str]) -> None:
+    """Draw the errors of objects within 3 K of ambient, and the bounds of the same fingers."""
+    _draw_one_finger(axes, rows, methods, "object_rms_k", 1.0)
+    for method in methods:
         mine = [row for row in rows if row["method"] == method and row["object_rms_k"]]
         if mine:
-            how = {"color": colour, "linestyle": dash, "marker": marker, "markersize": 4, "label": method}
-            curve(axes, mine, "t_s", "object_rms_k", **how)
-    for plates, fingers, dash in (("equal", 1, "-"), ("staggered", 2, "--"), ("staggered", 5, ":")):
+            curve(axes, mine, "t_s", "object_rms_k", **_how(method))
+    for plates, fingers in (("equal", 1), ("staggered", 2), ("staggered", 5)):
         mine = where(bounds, plates=plates, fingers=fingers)
+        if (f"{fingers} {plates}" if fingers > 1 else "1 finger") not in methods:
+            continue
         times = sorted({row["t_s"] for row in mine})
         least = [np.sqrt(np.mean([row["object_sd_k"] ** 2 for row in mine if row["t_s"] == t])) for t in times]
-        label = f"bound, {fingers} {plates if fingers > 1 else 'finger'}"
-        axes.plot(times, least, color=BLACK, linestyle=dash, linewidth=0.8, label=label)
-    times = sorted({row["t_s"] for row in rows})
-    time_axis(axes, times)
+        axes.plot(times, least, color=BLACK, linestyle=":", linewidth=1.0, label="bound of the temperature's error")
     axes.set_yscale("log")
     plain_ticks(axes.yaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0))
-    axes.set(ylim=(0.02, 8.0), ylabel="object's temperature, rms error (K)")
-    axes.set_title("4 materials, object within ±3 K of ambient", loc="left")
 
 
 def _draw_failures(figure: Any, data: Mapping[str, Any]) -> None:
     figure.suptitle(
-        "Failures, one finger, 4 materials. Colour: share with the right likeliest material; "
+        "Failures, one finger, 4 materials. Colour: share with the right likeliest material;\n"
         "numbers: per cent of touches named right (black) and named wrong (red), omitted if 0",
         fontsize=10,
     )
@@ -149,7 +169,7 @@ def _draw_failures(figure: Any, data: Mapping[str, Any]) -> None:
 
 
 def _draw_rest(figure: Any, data: Mapping[str, Any]) -> None:
-    untrained, honest, cost, scaling = figure.subplots(1, 4, width_ratios=(1.35, 1.0, 1.0, 0.9))
+    (untrained, honest), (cost, scaling) = figure.subplots(2, 2)
     draw_untrained(untrained, data["untrained"])
     _draw_reliability(honest, data["reliability"])
     _draw_cost(cost, data)
