@@ -20,7 +20,7 @@ def plot(data: Data, path: Path) -> None:
     """Draw the data of the study, and write the figure as PNG."""
     with figure_file(path, WIDEST_IN, 9.2, dpi=140, layout=None) as figure:
         grid = figure.add_gridspec(
-            3, 3, height_ratios=(2.0, 1.0, 1.0), left=0.08, right=0.93, top=0.93, bottom=0.08, wspace=0.62, hspace=0.4
+            3, 3, height_ratios=(2.0, 1.0, 0.8), left=0.08, right=0.93, top=0.93, bottom=0.08, wspace=0.62, hspace=0.45
         )
         for column, row in enumerate(where(data["targets"], seed=data["targets"][0]["seed"])):
             _draw_map(figure.add_subplot(grid[0, column]), data, row)
@@ -86,14 +86,14 @@ def _draw_nodules(axes: Axes, data: Data) -> None:
             axes.plot(names.index(row["nodule"]), row["place_error_mm"], "o", color=BLUE, alpha=0.8)
     for at, name in enumerate(names):
         found = [row["probability"] or 0.0 for row in data["nodules"] if row["nodule"] == name]
-        axes.text(at, 0.2, f"least {min(found):.2f}", ha="center")
+        axes.text(at, 1.6, f"least probability {min(found):.2f}", ha="center")
     axes.set_xticks(
         range(len(names)),
         [f"{name}\n{next(r['true_size_mm'] for r in data['nodules'] if r['nodule'] == name):.0f} mm" for name in names],
     )
-    axes.set(xlim=(-0.5, len(names) - 0.5), ylim=(0.0, 5.0), ylabel="error of place, mm")
+    axes.set(xlim=(-0.5, len(names) - 0.5), ylim=(0.0, 2.0), ylabel="error of place, mm")
     axes.set_title(
-        f"nodules: least probability in {len({row['seed'] for row in data['nodules']})} sessions "
+        f"nodules in {len({row['seed'] for row in data['nodules']})} sessions "
         f"of {data['palpated_s']:.0f} s, {data['false_outlines']} false outlines",
         loc="left",
     )
