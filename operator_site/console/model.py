@@ -96,6 +96,7 @@ class Console:
                 self.site.take_happening(t_s, Happening.unpack(payload))
             case "operator/figures":
                 self.site.take_figures(t_s, msgpack.unpackb(payload))
+                self.tactile_map.roughness_um = self.site.roughness_um
             case "console/finding" | "console/session":
                 record = msgpack.unpackb(payload)
                 self.examination.take(stream, record)
@@ -123,7 +124,7 @@ class Console:
 
     def begin_map(self) -> None:
         """Begin the map of another examination."""
-        self.tactile_map = TactileMap()
+        self.tactile_map = TactileMap(self.site.roughness_um)
         self.searched = NOTHING
         self.map_number += 1
 

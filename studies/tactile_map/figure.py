@@ -12,7 +12,7 @@ from studies.drawing import WIDEST_IN, Data, figure_file, where
 from teletaction.plotting.figure_style import BLACK, BLUE, GREY
 from teletaction.report.map_figure import draw_cells, draw_scale
 
-_UNIT = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
+_UNIT = {"temperature": "°C", "roughness": "level of 10", "stiffness": "N/m"}
 _GOAL = {"temperature": ("temperature_k", "K"), "stiffness": ("stiffness_share", "%")}
 
 

@@ -3,7 +3,7 @@
 For greyscale prints, signs mark temperatures above and below the middle of the scale, and letters mark materials.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from operator_site.console.map import colours
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import MapPicture, picture
+from operator_site.console.map.roughness_shown import LEVEL_0_V, LEVEL_10_V, roughness_shown
 from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, TactileMap
 
 Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]
-UNITS = {"temperature": "°C", "roughness": "V", "stiffness": "N/m"}
+UNITS = {"temperature": "°C", "roughness": "of 10", "stiffness": "N/m"}
 GROUND = "#" + colours.BACKGROUND
 """Colour of the area that was not felt."""
 _SIGN_EVERY = 3
@@ -125,7 +126,7 @@ def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
     ticks = scale_ticks(quantity, legend)
     room = max(2, int(axes.bbox.height / axes.figure.dpi / _TICK_IN))
     ticks = ticks[:: -(-len(ticks) // room) or 1]
-    scale.set_yticks(on_scale(quantity, np.array(ticks), legend).tolist(), [f"{tick:g}" for tick in ticks])
+    scale.set_yticks(on_scale(quantity, np.array(ticks), legend).tolist(), _labels(quantity, ticks))
     scale.yaxis.tick_right()
     scale.set_xticks([0.7, 3.3], ["vague", "sure"], fontsize=6.5, rotation=90)
     scale.tick_params(length=2)
@@ -133,9 +134,17 @@ def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
     scale.set_title(UNITS[quantity], fontsize=8.5)
 
 
+def _labels(quantity: str, ticks: Sequence[float]) -> list[str]:
+    if quantity == "roughness":
+        return [f"{roughness_shown(tick, tick, None).value:.0f}" for tick in ticks]
+    return [f"{tick:g}" for tick in ticks]
+
+
 def scale_ticks(quantity: str, legend: tuple[float, float]) -> list[float]:
-    """Return round numbers for the ticks of a scale."""
+    """Return round numbers for the ticks of a scale; of roughness, the values of even levels, V."""
     low, high = legend
+    if quantity == "roughness":
+        return [LEVEL_0_V * (LEVEL_10_V / LEVEL_0_V) ** (level / 10.0) for level in range(0, 11, 2)]
     if quantity not in LOGARITHMIC:
         return [float(tick) for tick in np.arange(np.ceil(low), np.floor(high) + 0.5)]
     steps = [digit * 10.0**power for power in range(-6, 7) for digit in (1, 2, 5)]

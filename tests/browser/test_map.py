@@ -224,10 +224,11 @@ def test_a_picture_from_a_file_lies_under_the_map_and_leaves_the_page_never(stag
 def test_roughness_is_in_um_where_it_was_calibrated_and_never_in_volts(stage: Stage, open_page: Open) -> None:
     page = open_page("engaged")
     page.keyboard.press("r")
-    page.wait_for_selector("#legend .unit:has-text('0 to 10')")
+    page.wait_for_selector("#legend .unit:has-text('of 10')")
     scenario = SCENARIOS["engaged"]()
     scenario.state["map"]["roughness_um"] = {"ln_um": 4.0, "exponent": 0.8, "ln_sd": 0.1}
     stage.show(scenario)
     page.wait_for_selector("#legend .unit:has-text('µm')")
     page.focus("#map-view .equal")
     page.wait_for_selector("#map-table caption:has-text('Roughness, µm')")
+    page.wait_for_selector("#properties dd:has-text('µm')")

@@ -3,6 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
+from common.wire.roughness_um import RoughnessUm
 from operator_site.console.examination.findings import (
     CLEAR,
     LEAST,
@@ -72,11 +73,11 @@ def contrast_text(record: dict[str, Any] | None) -> str:
     return "" if found is None else found.text()
 
 
-def compared(kind: str | None, here: ExploredPlace, around: ExploredPlace) -> str:
+def compared(kind: str | None, here: ExploredPlace, around: ExploredPlace, scale: RoughnessUm | None = None) -> str:
     """Describe the contrast of a finding in words, also that there is no clear one; empty if it is unknown."""
     found = contrast_of(kind, here, around)
     if found is None or found.clear:
-        return compare(kind, here, around)
+        return compare(kind, here, around, scale)
     return f"{NO_DIFFERENCE if _same(found) else f'not {kind}er than its surroundings'} ({found.text()})"
 
 

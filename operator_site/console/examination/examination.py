@@ -257,8 +257,8 @@ def _measured(tactile_map: TactileMap, finding: Finding) -> Finding:
     return replace(
         finding,
         kind=kind,
-        text=describe(kind, here),
-        compare=compared(kind, here, around),
+        text=describe(kind, here, tactile_map.roughness_um),
+        compare=compared(kind, here, around, tactile_map.roughness_um),
         contrast=None if differs is None else differs.record(),
         confidence="none" if differs is None else differs.confidence,
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from common.fingers import FINGER_Y_M, FINGERS
 from common.wire.messages import TouchRow
+from common.wire.roughness_um import RoughnessUm
 from common.wire.touch_summary import TouchSummary
 from operator_site.console.map.finger_samples import FingerSamples, Sample, slant
 from operator_site.console.map.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
@@ -74,11 +75,13 @@ class TactileMap:
         stiffness: the layer of stiffness, with its field and lump probabilities.
         named: a layer of probabilities for each identified material, in the order of `materials`.
         framed: revision of the newest move of the frame.
+        roughness_um: scale of roughness in um of the sensors; None if they were not calibrated for it.
         felt_m: smallest x and y and largest x and y of all samples, m; None before the first one.
     """
 
-    def __init__(self) -> None:
-        """Begin unexplored."""
+    def __init__(self, roughness_um: RoughnessUm | None = None) -> None:
+        """Begin unexplored, with sensors that have a scale in um or not."""
+        self.roughness_um = roughness_um
         self.revision = 0
         self.stiffness = StiffnessLayer()
         self.layers: dict[str, Layer] = {

@@ -57,7 +57,7 @@ export const WORDS = {
   active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
   notCalibrated: "Accuracy of these answers: not known.", object: "object", uncertain: ", uncertain",
   stiffness: "stiffness", roughness: "roughness", groove: "groove period", rest: "rest", none: "none of these",
-  legendUnit: { temperature: "°C", stiffness: "N/m", material: "" }, roughnessUnit: { um: "µm", level: "0 to 10" }, differenceUnit: "K", ratioUnit: "times",
+  legendUnit: { temperature: "°C", stiffness: "N/m", material: "" }, roughnessUnit: { um: "µm", level: "of 10" }, differenceUnit: "K", ratioUnit: "times",
   comparisons: { none: "Values", around: "Against surroundings", mirror: "Left against right", before: "Against before" },
   axisHere: "Mirror line here", keepNow: "Keep as before", nothingBefore: "Press: Keep as before. Then touch again.",
   mirrored: (here, there) => `${here} · mirrored: ${there}`, notAPicture: "This file is no picture.",

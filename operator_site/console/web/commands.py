@@ -371,7 +371,7 @@ class Commands:
 
     async def _place(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         x_m, y_m = _place(details)
-        surface, scale = self.console.tactile_map, self.console.site.roughness_um
+        surface, scale = self.console.tactile_map, self.console.tactile_map.roughness_um
         here = surface.at(x_m, y_m)
         measured = {name: value for name in MEASURED if (value := getattr(here, name)) is not None}
         shown: dict[str, Any] = {name: value_text(name, value, scale) for name, value in measured.items()}
