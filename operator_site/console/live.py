@@ -24,6 +24,7 @@ from operator_site.console.map.lump_search import LumpSearch
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.state.site_time import SiteTime
+from operator_site.console.state.wall_clock import WallClock
 from operator_site.console.web.commands import Commands, SiteControl
 from operator_site.console.web.page_state import page_state
 from operator_site.console.web.pages import Pages
@@ -66,6 +67,7 @@ class LiveConsole:
         self._feed, self._site, self._journal, self._clock_s = feed, site, journal, clock_s
         self.console = Console()
         self._time = SiteTime()
+        self._wall = WallClock()
         reporting = Reporting(config.report_command, config.reports)
         self._commands = Commands(self.console, journal, site, reporting=reporting)
         self.pages = Pages(self._commands, self._site_s, clock_s)
@@ -149,9 +151,11 @@ class LiveConsole:
         }
 
     def _shown(self, now_s: float) -> dict[str, Any]:
-        state = page_state(self.console, now_s, self._journal.is_saved, self._operator)
+        here = datetime.now()
+        self._wall.take(now_s, here)
+        state = page_state(self.console, now_s, self._journal.is_saved, self._operator, wall_clock=self._wall.at)
         state["session"]["saved"] = self._commands.saved
-        return {**state, "wall_clock": f"{datetime.now():%H:%M:%S}"}
+        return {**state, "wall_clock": f"{here:%H:%M:%S}"}
 
     def _report_presence(self) -> None:
         """Report to the site whether a user can see the page in control; the answer holds the site's status.

@@ -14,7 +14,7 @@ from common.link.session_display import CONNECTED, ENGAGED, ENGAGING, FAULT, PAU
 from common.link.session_state import Happening
 from common.wire.messages import Touch
 from common.wire.packets import LinkState
-from operator_site.console.alarms.alarm_rules import Surroundings, causes
+from operator_site.console.alarms.alarm_rules import Surroundings, causes, unknown
 from operator_site.console.alarms.alarms import Alarms
 from operator_site.console.examination.examination import Examination
 from operator_site.console.map.lump_search import NOTHING, Searched
@@ -131,7 +131,8 @@ class Console:
     def step(self, now_s: float) -> None:
         """Update the alarms; called about thirty times a second."""
         self._stepped_s = now_s
-        self.alarms.step(now_s, causes(now_s, self.site, self.fingers, self.in_use, self.around, live=self.live))
+        present = causes(now_s, self.site, self.fingers, self.in_use, self.around, live=self.live)
+        self.alarms.step(now_s, present, complete=not unknown(now_s, self.site, live=self.live))
 
     @property
     def in_use(self) -> tuple[bool, ...]:
@@ -161,7 +162,7 @@ class Console:
         missing = BINS if after is None else newest - after
         whole = not 0 <= missing < BINS
         touching = self.fingers.in_contact(now_s)
-        acting = [acts and used for acts, used in zip(self.fingers.acting(now_s), self.in_use, strict=True)]
+        acting = [acts and used for acts, used in zip(self.fingers.acting(), self.in_use, strict=True)]
         flags = Flags(
             _DRAWN.get(self.word(now_s), LinkState.DISCONNECTED),
             self.alarms.priority,

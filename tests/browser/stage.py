@@ -214,6 +214,8 @@ class Stage:
         elif verb == "clear_fault":
             session["state"] = "connected"
             self.scenario.state.update(stop=None, alarms=[])
+        elif verb == "acknowledge":
+            self.scenario.state["alarms"] = [alarm for alarm in self.scenario.state["alarms"] if not alarm["waits"]]
         elif verb == "end":
             session.update(
                 state="connected",

@@ -218,6 +218,8 @@ class Scenario:
             "active": True,
             "ended_s": None,
             "cleared_by": None,
+            "waits": False,
+            "since": "14:06:01",
         }
         self.state["alarms"].append(usual | more)
         return self

@@ -8,7 +8,7 @@ import pytest
 
 from common.scenes.scene import load_scene
 from operator_site.console.examination.reporting import LONGEST_S
-from tests.browser.live import NEUTRAL, aim, begin, end, engage, hold, opened, state_of
+from tests.browser.live import NEUTRAL, aim, begin, end, engage, opened, state_of
 from tests.browser.running_demo import Demo, running
 from tests.browser.test_every_state import LOOK, axe_findings
 from tests.system.played_console import playing
@@ -74,9 +74,10 @@ def test_the_lesion_is_found_the_link_is_cut_and_all_of_it_is_reported_and_playe
     page.wait_for_selector("body[data-shown=disconnected]")
     picture_of(page, "demo link cut")
     assert page.evaluate(LOOK) + axe_findings(page) == []
-    page.wait_for_selector("#alarm-text:has-text('Link is back. Hold C to clear.')")
+    page.wait_for_selector("#alarm-text:has-text('Link was lost: session ended.')")
     picture_of(page, "demo link back")
-    hold(page, "c", "#alarm-text:not(:has-text('Hold C'))")
+    page.keyboard.press("k")
+    page.wait_for_selector("#acknowledge-button", state="hidden")
     page.wait_for_selector(NEUTRAL)
     assert not state_of(page)["engage"]["wanted"]
     engage(page)

@@ -214,13 +214,53 @@ def test_a_recording_is_played_and_sought(stage: Stage, open_page: Open) -> None
     assert page.locator("#ticks > span").count() == 4
 
 
-def test_an_alarm_that_waits_to_be_cleared_stands_above_a_lesser_one(stage: Stage, open_page: Open) -> None:
-    scenario = stage.show("engaged")
-    scenario.alarm("sound", "low", "Sound is off. Watch the alarm line.")
-    scenario.alarm("link", "high", "Link is back. Hold C to clear.", active=False, ended_s=712.0)
+PAST = "Link was lost: session ended. Acknowledge (K)."
+
+
+def test_a_past_alarm_hides_no_pause_and_takes_no_button(stage: Stage, open_page: Open) -> None:
+    scenario = stage.show("paused").session(why="Console was hidden for 3 s")
+    scenario.alarm("link", "high", PAST, what="LINK LOST.", active=False, waits=True, ended_s=712.0)
     page = open_page()
-    page.wait_for_selector("#alarm-text:has-text('Link is back. Hold C to clear.')")
+    page.wait_for_selector("#alarm-text:has-text('PAUSED. Console was hidden for 3 s.')")
     assert page.inner_text("#alarm-button") == "+1 (A)"
+    assert "Resume" in page.inner_text("#act-button")
+    page.click("#alarm-button")
+    line = page.inner_text("#alarm-list li:has-text('LINK LOST.')")
+    assert "14:06:01" in line
+    assert "lasted 12.0 s" in line
+    assert "over, not acknowledged" in line
+
+
+@pytest.mark.parametrize("way", ["key", "mouse"])
+def test_a_past_alarm_is_acknowledged_in_the_alarm_line(stage: Stage, open_page: Open, way: str) -> None:
+    stage.show("paused").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
+    page = open_page()
+    page.wait_for_selector(f"#alarm-text:has-text('{PAST}')")
+    if way == "key":
+        page.keyboard.press("k")
+    else:
+        page.click("#acknowledge-button")
+    wait_for(stage, "acknowledge")
+    page.wait_for_selector("#acknowledge-button", state="hidden")
+    page.wait_for_selector("#alarm-text:has-text('No alarms')")
+
+
+def test_a_past_alarm_is_acknowledged_by_touch(stage: Stage, open_page: Open) -> None:
+    stage.show("paused").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
+    page = open_page(has_touch=True)
+    page.tap("#acknowledge-button")
+    wait_for(stage, "acknowledge")
+
+
+def test_nothing_is_acknowledged_by_an_observer_or_without_data(stage: Stage, open_page: Open) -> None:
+    stage.show("observer").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
+    page = open_page()
+    page.wait_for_selector("#alarm-button:has-text('+')")
+    assert page.is_hidden("#acknowledge-button")
+    stage.show("paused").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
+    page.wait_for_selector("#acknowledge-button")
+    stage.cut()
+    page.wait_for_selector("#acknowledge-button", state="hidden")
 
 
 def test_why_a_session_paused_is_said_beside_lesser_alarms(stage: Stage, open_page: Open) -> None:

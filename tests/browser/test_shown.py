@@ -116,3 +116,28 @@ DRAWN_LATE = """async () => {
 
 def test_a_picture_that_came_before_a_state_says_nothing_of_it_however_late_it_is_drawn(open_page: Open) -> None:
     assert open_page("paused").evaluate(DRAWN_LATE) == "paused"
+
+
+OFFERED = """() => [...document.querySelectorAll('#act-button, #finding-button, #sheet-session button:not(.close)')]
+  .filter(button => !button.disabled).map(button => button.id || button.textContent)"""
+
+
+@pytest.mark.parametrize("cut", ["connection", "console", "site"])
+def test_without_data_nothing_is_offered_and_nothing_is_ticked(stage: Stage, open_page: Open, cut: str) -> None:
+    page = open_page("connected")
+    page.wait_for_selector("#ready li:has-text('✓')")
+    page.wait_for_selector("#begin-form button:enabled")
+    if cut == "connection":
+        stage.cut()
+    elif cut == "console":
+        stage.scenario.sends = False
+    else:
+        stage.scenario.session(state="silent")
+    page.wait_for_selector("body[data-shown=unknown]")
+    page.wait_for_selector("#checks li:has-text('not live')")
+    page.wait_for_selector("#stop-key:has-text('not live')")
+    assert page.locator("#ready li").count() == 0
+    assert page.evaluate(OFFERED) == []
+    assert [page.inner_text(place) for place in ("#clock", "#delay", "#recording")] == ["--"] * 3
+    assert page.is_enabled("#stop")
+    assert (page.get_attribute("body", "data-connected") == "false") == (cut == "connection")

@@ -57,25 +57,30 @@ def causes(
     found: dict[str, Cause] = {}
     old_s = now_s - site.heard_s
     if live and old_s > SILENT_S and math.isfinite(old_s):
-        found["feed"] = Cause(Priority.HIGH, texts.no_data(old_s), texts.DATA_BACK)
-        if site.silent_s(now_s) > SILENT_S:
+        # No latch: if the silence ends the session, its cause stays on the page as the reason of the pause.
+        urgent = site.wanted or site.state in (LinkState.ENGAGED, LinkState.FAULT)
+        found["feed"] = Cause(Priority.HIGH if urgent else Priority.LOW, texts.no_data(old_s))
+        if unknown(now_s, site, live=live):
             return found  # all other causes would rest on old data
     if (waiting := unconfirmed(now_s, site)) and site.stop_asked_s is not None:
-        found["stop"] = Cause(Priority.HIGH, texts.not_confirmed(waiting), texts.STOP_LATE, silenceable=False)
+        found["stop"] = Cause(
+            Priority.HIGH, texts.not_confirmed(waiting), texts.STOP_LATE, silenceable=False, latches=True
+        )
     if site.lost_engaged or site.link_silent:
-        found["link"] = Cause(Priority.HIGH, texts.LINK_LOST, texts.LINK_BACK)
+        found["link"] = Cause(Priority.HIGH, texts.LINK_LOST, texts.LINK_BACK, latches=site.lost_engaged)
     found |= _plates(now_s, site, fingers, used)
     if site.fault and not site.stopping and not any(cause.priority is Priority.HIGH for cause in found.values()):
-        found["fault"] = Cause(Priority.HIGH, texts.fault(site.fault), texts.FAULT_OVER)
+        found["fault"] = Cause(Priority.HIGH, texts.fault(site.fault), texts.FAULT_OVER, latches=True)
     elif site.remote_fault and not site.stopping and not site.fault:
-        found["remote fault"] = Cause(Priority.HIGH, texts.remote_fault(site.remote_fault), texts.FAULT_OVER)
+        text = texts.remote_fault(site.remote_fault)
+        found["remote fault"] = Cause(Priority.HIGH, text, texts.FAULT_OVER, latches=True)
     for name, ready in site.ready.items():
         if not ready and name in site.was_ready and "link" not in found and site.state is not LinkState.DISCONNECTED:
             found[f"device {name}"] = Cause(Priority.MEDIUM, texts.device_lost(name))
     link = site.link.shown(now_s)
     delay_ms, sd_ms = link["delay_ms"], link["delay_sd_ms"]
     if delay_ms is not None and sd_ms is not None and delay_ms > LINK_SLOW_MS and "link" not in found:
-        found["link"] = Cause(Priority.MEDIUM, texts.link_slow(delay_ms, sd_ms))
+        found["slow link"] = Cause(Priority.MEDIUM, texts.link_slow(delay_ms, sd_ms))
     if site.figures.get("behind"):
         found["behind"] = Cause(
             Priority.LOW, texts.site_slow(site.figures.get("rate_hz"), site.figures.get("wanted_hz"))
@@ -83,6 +88,11 @@ def causes(
     for name, what in site.bus.trouble(now_s).items():
         found[f"bus {name}"] = Cause(Priority.LOW, texts.bus_trouble(name, what))
     return found | _recording(site, around) | _lesser(around, live)
+
+
+def unknown(now_s: float, site: SiteNow, *, live: bool = True) -> bool:
+    """Return whether the site is silent, so that all other causes are unknown."""
+    return live and math.isfinite(site.heard_s) and site.silent_s(now_s) > SILENT_S
 
 
 def unconfirmed(now_s: float, site: SiteNow) -> list[str]:
@@ -105,9 +115,8 @@ def _plates(now_s: float, site: SiteNow, fingers: FingersNow, used: Sequence[boo
         if not used[finger]:
             continue
         if plate_c > PLATE_FAULT_C:
-            found[f"plate {name}"] = Cause(
-                Priority.HIGH, texts.plate_over(name, plate_c), texts.PLATE_BACK.format(finger=texts.capital(name))
-            )
+            after = texts.PLATE_BACK.format(finger=texts.capital(name))
+            found[f"plate {name}"] = Cause(Priority.HIGH, texts.plate_over(name, plate_c), after, latches=True)
         elif site.both and fingers.holds(finger, Limit.PLATE_TEMPERATURE) and plate_c > PLATE_PROFILES["comfort"].low_c:
             found[f"plate {name}"] = Cause(Priority.MEDIUM, texts.plate_held(name, plate_c))
     return found

@@ -1,7 +1,7 @@
 """Keeps the alarms of a session, one for each cause (modelled on IEC 60601-1-8).
 
-A high-priority alarm latches: it stays until its cause is gone and a person has cleared it. A medium one outlasts its
-cause by HELD_S. A low one ends with its cause.
+A latching alarm stays until its cause is gone and a person has acknowledged it. A medium one outlasts its cause by
+HELD_S. All others end with their cause.
 """
 
 from collections.abc import Mapping
@@ -24,14 +24,16 @@ class Cause(NamedTuple):
     Attributes:
         priority: LOW, MEDIUM or HIGH.
         text: place, problem and remedy; 60 characters at most.
-        after: text once the cause is gone and the alarm waits to be cleared; empty keeps `text`.
+        after: text once the cause is gone and the alarm waits for a person; empty keeps `text`.
         silenceable: whether the sound may be paused.
+        latches: whether a person must acknowledge it after its cause is gone.
     """
 
     priority: Priority
     text: str
     after: str = ""
     silenceable: bool = True
+    latches: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +45,7 @@ class Alarm:
         since_s: when it began.
         gone_s: when its cause was gone; None while the cause persists.
         ended_s: when it ended; None while it is shown.
-        cleared_by: person who cleared it; None if it ended by itself.
+        cleared_by: person who acknowledged it; None if it ended by itself.
         quiet_until_s: end of the pause of its sound.
     """
 
@@ -57,8 +59,8 @@ class Alarm:
 
     @property
     def waits(self) -> bool:
-        """Whether the cause of this high alarm is gone and a person has yet to clear it."""
-        return self.gone_s is not None and self.ended_s is None and self.cause.priority is Priority.HIGH
+        """Whether its cause is gone and a person has yet to acknowledge it."""
+        return self.gone_s is not None and self.ended_s is None and self.cause.latches
 
     @property
     def text(self) -> str:
@@ -85,16 +87,21 @@ class Alarms:
         shown = sorted(self._shown.values(), key=lambda alarm: (-alarm.cause.priority, -alarm.since_s))
         return shown + self._past[::-1]
 
-    def step(self, now_s: float, causes: Mapping[str, Cause]) -> None:
-        """Update the alarms from the present causes, keyed by their identifiers."""
+    def step(self, now_s: float, causes: Mapping[str, Cause], *, complete: bool = True) -> None:
+        """Update the alarms from the present causes, keyed by their identifiers.
+
+        `complete` is False if other causes are unknown: then no alarm ends.
+        """
         for ident, cause in causes.items():
             self._meet(now_s, ident, cause)
+        if not complete:
+            return
         for ident, alarm in list(self._shown.items()):
             if ident not in causes:
                 self._miss(now_s, alarm)
 
     def clear(self, now_s: float, who: str) -> int:
-        """Clear all waiting alarms; return their number."""
+        """Acknowledge all waiting alarms; return their number."""
         waiting = [alarm for alarm in self._shown.values() if alarm.waits]
         for alarm in waiting:
             self._end(now_s, alarm, who)
@@ -123,10 +130,15 @@ class Alarms:
             self._shown[ident] = alarm = Alarm(ident, cause, now_s)
             self._changed.append(alarm)
         elif cause.priority > alarm.cause.priority:
+            latches = cause.latches or alarm.cause.latches
+            cause = cause._replace(latches=latches)
             self._shown[ident] = alarm = replace(alarm, cause=cause, gone_s=None, quiet_until_s=0.0)
             self._changed.append(alarm)
         else:
-            kept = cause._replace(priority=alarm.cause.priority)
+            kept = cause
+            if alarm.cause.latches:
+                after = cause.after or alarm.cause.after
+                kept = cause._replace(priority=alarm.cause.priority, after=after, latches=True)
             quiet_until_s = 0.0 if alarm.waits else alarm.quiet_until_s  # a cause that returned sounds again
             self._shown[ident] = replace(alarm, cause=kept, gone_s=None, quiet_until_s=quiet_until_s)
 
@@ -136,7 +148,7 @@ class Alarms:
         self._shown[alarm.ident] = alarm = replace(alarm, gone_s=gone_s)
         priority = alarm.cause.priority
         held = priority is Priority.MEDIUM and 0.0 <= now_s - gone_s < HELD_S
-        if priority is not Priority.HIGH and not held:
+        if not alarm.waits and not held:
             self._end(now_s, alarm, None)
 
     def _end(self, now_s: float, alarm: Alarm, who: str | None) -> None:

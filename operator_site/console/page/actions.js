@@ -1,7 +1,6 @@
 // The first button: engage, pause, resume, clear. A request that drives fingers is held for 1 s or pressed twice.
-import { latched } from "./alarms.js";
 import { byId, make, remake, write } from "./dom.js";
-import { acts, driven, lastState, live, now } from "./now.js";
+import { acts, driven, known, lastState, live, now } from "./now.js";
 import { open } from "./sheets.js";
 import { FIXED, WORDS } from "./words.js";
 
@@ -30,6 +29,7 @@ function current() {
   if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
   if (state === "silent") return nothing;
   if (driven()) return { text: WORDS.pause, key: "P", press: pause };
+  if (!known()) return nothing;
   if (clearable()) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
   if (!in_control) return { text: FIXED.takeControl, more: WORDS.controlElsewhere(now.state.you.control), press: () => ask("take_control") };
   if (state === "disconnected") return nothing;
@@ -38,10 +38,8 @@ function current() {
   return { verb: "engage", hold: true, text: paused ? WORDS.resume : WORDS.engage, confirm: paused ? WORDS.confirmResume : WORDS.confirmEngage, key: "E" };
 }
 
-const clearable = () => ["fault", "stopped"].includes(lastState()) || now.state.alarms.some(latched);
-
-// A latched alarm can be cleared by its key while the button pauses.
-const possible = verb => current().verb === verb || (verb === "clear_fault" && acts() && live() && clearable());
+const clearable = () => ["fault", "stopped"].includes(lastState());
+const possible = verb => current().verb === verb;
 
 export async function ask(verb, details = {}) {
   const answer = await connection.ask(verb, details);
@@ -105,7 +103,7 @@ export function showActions() {
     return parts;
   });
   button.disabled = Boolean(act.disabled);
-  byId("finding-button").disabled = !acts() || !live();
+  byId("finding-button").disabled = !acts() || !known();
   byId("note-button").disabled = !acts();
   write(byId("looking-on"), now.state?.you.role === "observe" ? WORDS.observer(now.state.you.control ?? "--") : "");
 }

@@ -1,16 +1,18 @@
 // Region B: alarm line, list and sound, and the page's own alarms for a lost console.
 import { byId, make, remake, shape, write } from "./dom.js";
-import { driven, now, playback, silent_s } from "./now.js";
+import { acts, driven, known, now, playback, silent_s } from "./now.js";
 import { AGAIN_S, burst } from "./sound.js";
 import { WORDS } from "./words.js";
 
 const QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 52;
 const RANK = { high: 3, medium: 2, low: 1 };
 const quietUntil_ms = new Map(), sounded = new Map();
-let connection = null, announced = "", announcedAt_ms = -Infinity;
+let connection = null, say = null, announced = "", announcedAt_ms = -Infinity;
 
-export function startAlarms(link) {
+export function startAlarms(link, speak) {
   connection = link;
+  say = speak;
+  byId("acknowledge-button").addEventListener("click", acknowledge);
   byId("quiet-button").addEventListener("click", quiet);
 }
 
@@ -28,12 +30,12 @@ function own() {
 
 const listed = () => [...own(), ...(now.state?.alarms ?? [])];
 
-// A high alarm whose cause is gone and that a person has yet to clear.
-export const latched = alarm => alarm.priority === "high" && !alarm.active && !alarm.cleared_by;
+// The cause of a latched alarm is gone, and a person has yet to acknowledge it.
+const latched = alarm => Boolean(alarm.waits);
 
-// Alarms that are active or wait to be cleared: most urgent first, active before waiting.
+// Alarms that are active or wait to be acknowledged: active ones first, then the most urgent.
 export function standing() {
-  const of = alarm => 2 * RANK[alarm.priority] + (alarm.active ? 1 : 0) + (alarm.id.startsWith("stop") ? 8 : 0);
+  const of = alarm => RANK[alarm.priority] + (alarm.active ? 4 : 0) + (alarm.id.startsWith("stop") ? 8 : 0);
   return listed()
     .filter(alarm => alarm.active || latched(alarm))
     .sort((a, b) => of(b) - of(a));
@@ -49,9 +51,19 @@ export function showAlarms() {
   write(byId("alarm-text"), text);
   byId("alarm-text").classList.toggle("long", text.length > LONG);
   write(byId("alarm-button"), more > 0 ? WORDS.more(more) : WORDS.alarmList);
+  byId("acknowledge-button").hidden = !acknowledgeable();
   announce(top);
   showQuiet(all);
   if (!byId("sheet-alarms").hidden) showList();
+}
+
+const acknowledgeable = () => acts() && known() && now.state.you.in_control && now.state.alarms.some(latched);
+
+// Ends the past alarms that a person must know of; a fault of the site is cleared by the main button.
+export async function acknowledge() {
+  if (!acknowledgeable()) return;
+  const answer = await connection.ask("acknowledge");
+  if (answer.text) say(answer.text);
 }
 
 function quietable(alarm) {
@@ -105,16 +117,17 @@ function announce(top) {
 }
 
 export function showList() {
-  const all = listed().sort((a, b) => Number(b.active) - Number(a.active) || (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
+  const all = listed().sort((a, b) => (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
   remake(byId("alarm-list"), all, () => (all.length ? all.map(item) : [make("li", { text: WORDS.noAlarms })]));
 }
 
 function item(alarm) {
   const facts = [];
-  if (alarm.since_s !== undefined) facts.push(WORDS.since(alarm.since_s));
+  if (alarm.since) facts.push(alarm.since);
+  else if (alarm.since_s !== undefined) facts.push(WORDS.since(alarm.since_s));
   if (typeof alarm.ended_s === "number") facts.push(WORDS.lasted(alarm.ended_s - alarm.since_s));
   if (alarm.cleared_by) facts.push(WORDS.clearedBy(alarm.cleared_by));
-  else if (!alarm.active) facts.push(WORDS.past);
+  else facts.push(alarm.active ? WORDS.present : latched(alarm) ? WORDS.waits : WORDS.past);
   return make("li", { "data-priority": alarm.priority, class: alarm.active ? null : "past" }, shape(alarm.priority),
-    make("span", { text: alarm.text }), make("span", { class: "small", text: facts.join(" · ") }));
+    make("span", { text: alarm.what ?? alarm.text }), make("span", { class: "small", text: facts.join(" · ") }));
 }

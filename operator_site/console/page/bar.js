@@ -11,6 +11,7 @@ export function showBar() {
   const shown = shownState(), state = now.state;
   document.body.dataset.shown = shown;
   document.body.dataset.role = state ? state.you.role : "";
+  document.body.dataset.connected = String(now.connected);
   document.body.dataset.playback = String(playback());
   write(byId("state-word"), STATES[shown]);
   byId("state-shape").setAttribute("href", `#shape-${SHAPES[shown] ?? shown}`);

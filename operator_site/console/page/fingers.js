@@ -1,6 +1,6 @@
 // Region C, table: four numbers for each of five fingers, at 4 Hz. Old numbers turn grey, then "--".
 import { byId, make, write } from "./dom.js";
-import { now, playback } from "./now.js";
+import { known, now, playback } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
 import { FINGER_IDS, FINGER_NAMES, MODES, WORDS } from "./words.js";
 
@@ -73,9 +73,10 @@ function value(row, finger) {
 }
 
 function showRemarks(cell, finger, used, age) {
-  const limited = used && now.picture.time_s - limitedAt_s[finger] < LIMIT_HELD_S;
+  const limited = used && age <= GONE_S && now.picture.time_s - limitedAt_s[finger] < LIMIT_HELD_S;
   const text = !used || !now.picture ? "" : age > GONE_S ? "--" : age > STALE_S ? WORDS.old(age) : "";
-  const shown = limited ? WORDS.limit : text;
+  const softened = used && known() && Boolean(now.state.fingers[finger].softened);
+  const shown = limited ? WORDS.limit : text || (softened ? WORDS.softened : "");
   if (cell.textContent === shown) return;
   cell.replaceChildren(limited ? make("span", { class: "limit", text: shown }) : shown);
 }

@@ -1,6 +1,6 @@
 // Keys. The STOP keys come first at any focus; key repeat is ignored.
 import { hold, pause, release } from "./actions.js";
-import { quiet } from "./alarms.js";
+import { acknowledge, quiet } from "./alarms.js";
 import { closeBody } from "./body.js";
 import { byId, make, remember, remembered, typing, write } from "./dom.js";
 import { fitMap, nextComparison, show, showBoth, showSure, widen, zoomBy } from "./map.js";
@@ -27,7 +27,7 @@ export function startKeys({ choose, details, listed }) {
   });
   byId("theme-button").addEventListener("click", otherTheme);
   const letters = {
-    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, l: otherTheme, d: details,
+    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, k: acknowledge, l: otherTheme, d: details,
     t: () => show("temperature"), r: () => show("roughness"), s: () => show("stiffness"), m: () => show("material"), a: () => toggle("sheet-alarms", listed),
   };
   const signs = { "?": () => toggle("sheet-help"), "+": () => zoomBy(1.5), "=": () => zoomBy(1.5), "-": () => zoomBy(1 / 1.5), ",": () => widen(-1), ".": () => widen(1) };

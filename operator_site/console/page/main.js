@@ -139,7 +139,7 @@ startChart();
 startFingers(choose);
 startMap(connection, moveTo);
 startTheme();
-startAlarms(connection);
+startAlarms(connection, say);
 startStop(connection, showNow);
 startActions(connection, say);
 startMarking(connection, say, openWithdraw);

@@ -2,7 +2,7 @@
 // proposes the kind from the contrast with the surroundings, and says before saving where there is none.
 import { bodyText, openBody } from "./body.js";
 import { byId, make, write } from "./dom.js";
-import { acts, live, now } from "./now.js";
+import { acts, known, now } from "./now.js";
 import { fingerPlace, moved } from "./map.js";
 import { expect, openNote } from "./notes.js";
 import { capital, FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
@@ -40,7 +40,7 @@ export function marked() {
 }
 
 export function begin() {
-  if (!acts() || !live() || finding) return;
+  if (!acts() || !known() || finding) return;
   const place = fingerPlace();
   finding = { finger: FINGERS[now.active], at_s: now.picture.time_s, x_mm: place ? Math.round(place.x) : null, y_mm: place ? Math.round(place.y) : null, kind: null };
   openTray();

@@ -29,6 +29,11 @@ export function live() {
   return now.connected && now.picture !== null && now.state !== null && silent_s() < NOT_LIVE_S;
 }
 
+// Returns whether the state is known now. Nothing but STOP and Pause is offered without it.
+export function known() {
+  return live() && silent_s() === 0 && lastState() !== "silent";
+}
+
 // Returns the last known state at any age; the STOP keys depend on it.
 export function lastState() {
   return now.state ? now.state.session.state : "disconnected";

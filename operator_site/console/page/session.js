@@ -2,7 +2,7 @@
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { bodyText, openBody } from "./body.js";
-import { acts, live, now, playback } from "./now.js";
+import { acts, known, live, now, playback } from "./now.js";
 import { close, open } from "./sheets.js";
 import { burst, soundPossible, wakeSound } from "./sound.js";
 import { capital, SIDES, WORDS } from "./words.js";
@@ -71,6 +71,7 @@ export function showSession() {
   const report = session.saved ? session.saved.report : null, link = byId("report-link");
   link.hidden = !(typeof report === "string" && report.startsWith("/report/"));
   if (!link.hidden && link.getAttribute("href") !== report) link.setAttribute("href", report);
+  for (const button of byId("sheet-session").querySelectorAll("button:not(.close)")) button.disabled = !known();
   showSound();
   showChecks();
 }
@@ -84,9 +85,10 @@ function showSound() {
 }
 
 function showChecks() {
-  const lines = [...now.state.devices, ...now.state.checks];
+  const all = [...now.state.devices, ...now.state.checks];
+  const lines = known() ? all : all.map(({ name }) => ({ name, ready: false, text: WORDS.notLive, help: "", unknown: true }));
   const tick = text => make("span", { "aria-hidden": "true", text });
   remake(byId("ready"), lines, () => lines.filter(line => line.ready).map(line => make("li", {}, tick("✓"), ` ${capital(line.name)} `, make("span", { class: "detail", text: line.text || WORDS.ready }))));
-  remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick("✗"), make("span", { text: capital(line.name) }),
+  remake(byId("checks"), lines, () => lines.filter(line => !line.ready).map(line => make("li", {}, tick(line.unknown ? "?" : "✗"), make("span", { text: capital(line.name) }),
     make("span", { class: "missing", text: line.text }), ...(line.help ? [make("code", { text: line.help })] : []))));
 }

@@ -1,6 +1,6 @@
 // STOP: acts on the press, repeats until it is answered, and shows the answer of each device.
 import { byId, make, remake, typing, write } from "./dom.js";
-import { now, underWay } from "./now.js";
+import { known, now, playback, silent_s, underWay } from "./now.js";
 import { capital, DEVICE_LABELS, WORDS } from "./words.js";
 
 const AGAIN_MS = 50;
@@ -60,7 +60,7 @@ function finish() {
 
 export function showStop() {
   const stop = now.state ? now.state.stop : null;
-  write(byId("stop-key"), typing() ? WORDS.escapeKey : underWay() ? WORDS.spaceKey : WORDS.stopKeyOff);
+  write(byId("stop-key"), !known() && !playback() ? WORDS.notLiveFor(silent_s()) : typing() ? WORDS.escapeKey : underWay() ? WORDS.spaceKey : WORDS.stopKeyOff);
   const answers = byId("answers");
   answers.hidden = !now.stopPressed && !stop;
   if (answers.hidden) return;

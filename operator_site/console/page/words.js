@@ -16,7 +16,7 @@ export const STATES = {
 
 // Texts of index.html.
 export const FIXED = {
-  console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", stopAnswers: "What the devices answered to STOP", actions: "Actions",
+  console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", acknowledge: "Acknowledge", stopAnswers: "What the devices answered to STOP", actions: "Actions",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
   zoomIn: "Zoom in", zoomOut: "Zoom out", fit: "Fit", compare: "Compare", both: "Two", sure: "± sd",
   photo: "Picture", photoChoose: "Choose a file", photoAdjust: "Move and size", photoSmaller: "Picture smaller", photoLarger: "Picture larger", photoRemove: "Remove", fingers: "Fingers", drawing: "Hand; the table below says the same",
@@ -44,7 +44,7 @@ export const WORDS = {
   waiting: "waiting", stopped: "stopped", stoppedIn: seconds => `${seconds.toFixed(2)} s`,
   noData: seconds => `No data for ${seconds.toFixed(1)} s. Screen is not live.`,
   noConnection: "No connection to the console. Trying again.", refused: "This address needs its token. Open the link that the console printed.",
-  noAnswer: "No answer. Look at the state, then try again.", notSent: "Not sent: no connection.",
+  noAnswer: "No answer from the console. Nothing is repeated: check the state, then press again.", notSent: "Not sent: no connection.",
   sessionOpen: (pseudonym, body) => `Session ${pseudonym} is open${body ? `: ${body}` : ""}.`,
   noSession: "No session is open.", end: "End session",
   confirmEnd: (pseudonym, findings) => `End session ${pseudonym}? ${count(findings, "finding")}.`,
@@ -69,17 +69,17 @@ export const WORDS = {
   findingsTitle: standing => count(standing, "finding"), undo: "Undo", undoOf: id => `Undo the last change of finding ${id}`, edit: "Edit", editOf: id => `Edit finding ${id}`, noPlace: "no place",
   withdrawn: reason => `withdrawn: ${reason}`, withdrawAsk: id => `Withdraw finding ${id}? It stays in the record, struck out.`, reasonNeeded: "Give a reason.",
   proposed: kind => `Proposed ${kind}`, confident: step => `Confidence: ${step}.`, chooseBody: "Choose", bodyAsk: "Choose a region.", noSide: "no side",
-  noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
+  noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", softened: "∪ soft", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
   rows: { force_n: "force N", plate_c: "plate °C", motor_hz: "vibration Hz", mode: "mode", remarks: "limit, age" },
   strips: [["force", "N"], ["contact", "N"], ["motor", "Hz"], ["plate", "°C"]],
   lastTable: "Smallest and largest of the last 10 s",
   stripTable: ["finger", "force N", "contact N", "motor Hz", "plate °C", "skin °C"],
   chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "explored", "lowest", "highest"],
-  since: clock, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `cleared by ${who}`, past: "past",
+  since: clock, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `acknowledged by ${who}`, present: "now", waits: "over, not acknowledged", past: "over",
   markKinds: { finding: "finding", alarm: "alarm", fault: "fault", mode: "state" }, marked: (at, kind, text) => `${clock(at)} ${kind}: ${text}`,
   partial: "Map and last 10 s follow.", play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
   letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
-  ready: "ready",
+  ready: "ready", notLive: "not live", notLiveFor: seconds => (Number.isFinite(seconds) ? `not live, ${seconds.toFixed(0)} s` : "not live"),
 };
 
 // Values of things that people know: °C, N/m, µm. docs/how-it-works/tactile-map.md has their sources.
@@ -91,8 +91,9 @@ export const ANCHORS = {
 
 export const KEYS = [
   ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"],
-  ["C", "hold 1 s: clear a fault"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
+  ["C", "hold 1 s: clear a fault of a site"], ["K", "acknowledge alarms that are over"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
   ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"],
+  ["LIMIT", "an output is at its limit: move slower, or lift"], ["∪ soft", "the surface is stiffer than the force displays; nothing to do"],
   ["L", "light or dark"], ["?", "keys"], ["Playback", "Space plays, arrows 1 s, Shift 10 s, [ ] events, Home, End"],
 ];
 

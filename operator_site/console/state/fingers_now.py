@@ -32,15 +32,13 @@ GONE_S = 1.0
 HELD_S = 3.0
 """Time for which a limit is shown after it acted, s."""
 _NAN = math.nan
-_QUIET = int(Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE)
-"""Limits that are not shown, because they act at each begin and end."""
-_QUIET_IN_AIR = _QUIET | int(Limit.STIFFNESS)
-"""Limits that are not shown for a finger without contact."""
+_SOFTENED = int(Limit.STIFFNESS | Limit.PASSIVITY)
+"""Limits that display a surface softer than it is. They act in most touches and need no act, so they are no LIMIT."""
+_QUIET = int(Limit.RELEASED | Limit.FORCE_RAMP | Limit.PLATE_RATE | Limit.MOTOR_RANGE) | _SOFTENED
+"""Limits that are not shown: they act at each begin and end, or soften a surface."""
 _RELEASED = int(Limit.RELEASED)
 _LIMITS = {
     int(Limit.FORCE_RANGE): "force",
-    int(Limit.STIFFNESS): "stiffness",
-    int(Limit.PASSIVITY): "energy",
     int(Limit.PLATE_RANGE): "plate range",
     int(Limit.PLATE_TEMPERATURE): "plate",
     int(Limit.DOSE): "skin dose",
@@ -73,6 +71,7 @@ class FingersNow:
         self._force_n = self._motor_hz = self._plate_c = self._plate_set_c = self._skin_c = [_NAN] * len(FINGERS)
         self._limited = [0] * len(FINGERS)
         self._acted: list[dict[int, float]] = [{} for _ in FINGERS]
+        self._softened_s = [-math.inf] * len(FINGERS)
 
     def take_touch(self, t_s: float, touch: Touch, rows: Sequence[TouchRow]) -> None:
         """Take an accepted touch with the `rows` of its block."""
@@ -105,7 +104,10 @@ class FingersNow:
         self._rendered_s = t_s
         self._force_n, self._motor_hz, self._plate_c = list(force_n), list(motor_hz), list(plate_c)
         self._plate_set_c, self._limited = list(plate_set_c), list(limited)
-        for finger, bits in enumerate(self._acting(t_s)):
+        for finger, (bits, touches) in enumerate(zip(limited, self.in_contact(t_s), strict=True)):
+            if touches and bits & _SOFTENED and not bits & _RELEASED:
+                self._softened_s[finger] = t_s
+        for finger, bits in enumerate(self._acting()):
             if bits:
                 for limit in _LIMITS:
                     if bits & limit:
@@ -160,16 +162,17 @@ class FingersNow:
         fresh = now_s - self._touch_s <= GONE_S
         return [fresh and since_s is not None for since_s in self.contact_since_s]
 
-    def acting(self, now_s: float) -> list[bool]:
+    def acting(self) -> list[bool]:
         """Return whether a shown limit acts on each finger now."""
-        return [bits != 0 for bits in self._acting(now_s)]
+        return [bits != 0 for bits in self._acting()]
 
-    def _acting(self, now_s: float) -> list[int]:
-        """Return the bits of the shown limits: none for a released finger, and no stiffness limit in free air."""
-        return [
-            0 if bits & _RELEASED else bits & ~(_QUIET if touches else _QUIET_IN_AIR)
-            for bits, touches in zip(self._limited, self.in_contact(now_s), strict=True)
-        ]
+    def _acting(self) -> list[int]:
+        """Return the bits of the shown limits: none for a released finger."""
+        return [0 if bits & _RELEASED else bits & ~_QUIET for bits in self._limited]
+
+    def softened(self, finger: int, now_s: float) -> bool:
+        """Return whether a surface was displayed softer than it is at a finger in the last HELD_S."""
+        return 0.0 <= now_s - self._softened_s[finger] <= HELD_S
 
     def holds(self, finger: int, limit: Limit) -> bool:
         """Return whether a limit acted on a finger in the newest output."""

@@ -108,6 +108,7 @@ class Commands:
             "disengage": self._disengage,
             "estop": self._stop,
             "clear_fault": self._clear,
+            "acknowledge": self._acknowledge,
             "begin": self._begin,
             "end": self._end,
             "finding": self._find,
@@ -255,6 +256,11 @@ class Commands:
         self._clearing = now_s, client.name
         self.step(now_s)
         return Answer(True, texts.CLEARED)
+
+    async def _acknowledge(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        if not self.console.alarms.clear(now_s, client.name):
+            raise Refused(texts.NOTHING_TO_ACKNOWLEDGE)
+        return Answer(True, texts.ACKNOWLEDGED)
 
     def step(self, now_s: float) -> None:
         """Clear the alarms of a fault that was cleared in the last CLEARING_S; a remote site needs a moment longer."""

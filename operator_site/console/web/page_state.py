@@ -27,7 +27,12 @@ DECIDE_AT = 0.98
 
 
 def page_state(
-    console: Console, now_s: float, is_saved: Callable[[int], bool], operator: str, origin_s: float | None = None
+    console: Console,
+    now_s: float,
+    is_saved: Callable[[int], bool],
+    operator: str,
+    origin_s: float | None = None,
+    wall_clock: Callable[[float], str] | None = None,
 ) -> dict[str, Any]:
     """Return the state that is common to all pages.
 
@@ -37,13 +42,14 @@ def page_state(
         is_saved: returns whether a finding is on the disk.
         operator: name of the operator site's configuration file, for advice.
         origin_s: origin of the times of alarms and findings, s; by default the begin of the examination.
+        wall_clock: formats a time of the site's clock, s, as the time of day; None where it is unknown.
     """
     site = console.site
     from_s = (console.examination.began_s or now_s) if origin_s is None else origin_s
     return {
         "session": _session(console, now_s),
         "link": site.link.shown(now_s),
-        "alarms": [_alarm(alarm, from_s) for alarm in console.alarms.listed[:_MOST_ALARMS]],
+        "alarms": [_alarm(alarm, from_s, wall_clock) for alarm in console.alarms.listed[:_MOST_ALARMS]],
         "fingers": [finger_state(console, finger, now_s) for finger in range(len(FINGERS))],
         "devices": [_device(console, name, operator) for name in DEVICES],
         "checks": checks(console, now_s, operator),
@@ -87,13 +93,15 @@ def _session(console: Console, now_s: float) -> dict[str, Any]:
     }
 
 
-def _alarm(alarm: Alarm, from_s: float) -> dict[str, Any]:
+def _alarm(alarm: Alarm, from_s: float, wall_clock: Callable[[float], str] | None) -> dict[str, Any]:
     over = alarm.waits or alarm.ended_s is not None
     return {
         "id": alarm.ident,
         "priority": _PRIORITIES[alarm.cause.priority],
         "text": alarm.text,
+        "what": alarm.cause.text,
         "since_s": round(alarm.since_s - from_s, 2),
+        "since": None if wall_clock is None else wall_clock(alarm.since_s),
         "active": not over,
         "waits": alarm.waits,
         "ended_s": None if alarm.gone_s is None or not over else round(alarm.gone_s - from_s, 2),
@@ -136,6 +144,7 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
         "groove_mm": _mm(summary.groove_m) if touching else None,
         "groove_sd_mm": _mm(summary.groove_sd_m) if touching else None,
         "limits": fingers.limits(finger, now_s) if console.in_use[finger] else [],
+        "softened": console.in_use[finger] and fingers.softened(finger, now_s),
         "age_s": _rounded(age_s, 3),
     }
 

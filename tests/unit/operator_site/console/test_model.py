@@ -180,7 +180,9 @@ def test_a_limit_that_holds_nothing_back_is_not_shown(console: Console) -> None:
         console.take("operator/rendered", 102 * S, rendered(limited=int(limit)))
         return read_frame(console.picture(102.0, 1, None)).flags.limited
 
-    assert limited(Limit.STIFFNESS) == (False, True, False, False, False), "only the index finger touches a wall"
+    assert limited(Limit.STIFFNESS | Limit.PASSIVITY) == (False,) * 5, "softer than it is needs no act"
+    assert [console.fingers.softened(finger, 102.0) for finger in range(5)] == [False, True, False, False, False]
+    assert not console.fingers.softened(1, 105.1)
     assert limited(Limit.STIFFNESS | Limit.RELEASED) == (False,) * 5
     assert limited(Limit.FORCE_RANGE) == (False, True, True, False, False)
 

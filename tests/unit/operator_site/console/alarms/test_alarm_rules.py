@@ -42,9 +42,30 @@ def test_a_silent_site_is_the_only_alarm_there_is(console: Console) -> None:
     assert shown(console, 102.4) == []
     assert shown(console, 102.7) == [(Priority.HIGH, "No data for 0.7 s. Screen is not live.")]
     fed(console, 102.7, 102.8)
-    assert shown(console, 102.8) == [(Priority.HIGH, "Data is back. Hold C to clear.")]
-    console.alarms.clear(102.9, "console 1")
-    assert shown(console, 102.9) == []
+    assert shown(console, 102.8) == [], "its silence ended no session"
+
+
+def test_a_silent_site_that_drives_nothing_is_of_low_priority_and_ends_by_itself() -> None:
+    console = Console()
+    happen(console, 100.0, "connected")
+    assert shown(console, 100.6) == [(Priority.LOW, "No data for 0.6 s. Screen is not live.")]
+    happen(console, 100.7, "connected")
+    assert shown(console, 100.7) == []
+
+
+def test_a_fault_is_not_over_while_its_site_is_silent(console: Console) -> None:
+    happen(console, 102.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "middle", value=1.2, rate_hz=23.0))
+    fault = (Priority.HIGH, "Middle: force swings 23 Hz, 1.2 N. Force is off.")
+    assert shown(console, 102.0) == [fault]
+    assert shown(console, 103.0) == [(Priority.HIGH, "No data for 1.0 s. Screen is not live."), fault]
+    assert console.alarms.clear(103.0, "me") == 0
+
+
+def test_a_short_silence_of_the_link_ends_by_itself(console: Console) -> None:
+    console.take("operator/rendered", 102 * S, rendered(gap_s=0.15))
+    assert shown(console, 102.0) == [(Priority.HIGH, "LINK LOST. Outputs are neutral. Wait for the link.")]
+    fed(console, 102.0, 102.1)
+    assert shown(console, 102.1) == []
 
 
 def test_a_link_that_is_lost_while_engaged_latches_until_it_is_back_and_cleared(console: Console) -> None:
@@ -56,7 +77,7 @@ def test_a_link_that_is_lost_while_engaged_latches_until_it_is_back_and_cleared(
     assert console.alarms.clear(102.1, "me") == 0
     happen(console, 102.2, "connected")
     console.take("operator/rendered", round(102.2 * S), rendered(engaged=False))
-    assert shown(console, 102.2) == [(Priority.HIGH, "Link is back. Hold C to clear.")]
+    assert shown(console, 102.2) == [(Priority.HIGH, "Link was lost: session ended. Acknowledge (K).")]
     assert console.alarms.clear(102.3, "me") == 1
 
 
@@ -92,7 +113,7 @@ def test_a_fault_is_shown_until_it_is_cleared(console: Console) -> None:
     happen(console, 102.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "middle", value=1.2, rate_hz=23.0))
     assert shown(console, 102.0) == [(Priority.HIGH, "Middle: force swings 23 Hz, 1.2 N. Force is off.")]
     happen(console, 102.1, "cleared")
-    assert shown(console, 102.1) == [(Priority.HIGH, "Fault is over. Hold C to clear.")]
+    assert shown(console, 102.1) == [(Priority.HIGH, "Fault is over. Acknowledge (K).")]
 
 
 def stop(console: Console, at_s: float, now_s: float, **after_s: float | None) -> None:

@@ -6,12 +6,12 @@ from hypothesis import strategies as st
 from operator_site.console.alarms.alarms import HELD_S, LONGEST_QUIET_S, Alarms, Cause
 from operator_site.console.state.frame import Priority
 
-HIGH = Cause(Priority.HIGH, "LINK LOST.", "Link is back.")
+HIGH = Cause(Priority.HIGH, "LINK LOST.", "Link is back.", latches=True)
 MEDIUM = Cause(Priority.MEDIUM, "Link slow.")
 LOW = Cause(Priority.LOW, "Disk 91 % full.")
 
 
-def test_a_high_alarm_stays_until_its_cause_is_gone_and_it_was_cleared() -> None:
+def test_a_latching_alarm_stays_until_its_cause_is_gone_and_it_was_acknowledged() -> None:
     alarms = Alarms()
     alarms.step(1.0, {"link": HIGH})
     assert alarms.clear(1.5, "console 1") == 0, "its cause is still there"
@@ -24,6 +24,32 @@ def test_a_high_alarm_stays_until_its_cause_is_gone_and_it_was_cleared() -> None
     (over,) = alarms.listed
     assert (over.ended_s, over.cleared_by, over.since_s) == (101.0, "console 1", 1.0)
     assert alarms.priority is Priority.NONE
+
+
+def test_an_alarm_that_does_not_latch_ends_with_its_cause() -> None:
+    alarms = Alarms()
+    alarms.step(0.0, {"feed": Cause(Priority.HIGH, "No data.")})
+    alarms.step(1.0, {})
+    assert alarms.priority is Priority.NONE
+    assert [(alarm.ended_s, alarm.cleared_by) for alarm in alarms.listed] == [(1.0, None)]
+
+
+def test_an_alarm_that_latches_later_keeps_the_text_of_what_happened() -> None:
+    alarms = Alarms()
+    alarms.step(0.0, {"link": HIGH._replace(latches=False)})
+    alarms.step(1.0, {"link": HIGH})
+    alarms.step(1.5, {"link": LOW})
+    alarms.step(2.0, {})
+    (alarm,) = alarms.listed
+    assert alarm.waits
+    assert (alarm.text, alarm.cause.priority) == ("Link is back.", Priority.HIGH)
+
+
+def test_no_alarm_ends_while_its_cause_is_unknown() -> None:
+    alarms = Alarms()
+    alarms.step(0.0, {"fault": HIGH})
+    alarms.step(1.0, {"feed": LOW}, complete=False)
+    assert [(alarm.ident, alarm.waits) for alarm in alarms.listed] == [("fault", False), ("feed", False)]
 
 
 def test_a_medium_alarm_stays_three_seconds_longer_and_a_low_one_no_longer() -> None:

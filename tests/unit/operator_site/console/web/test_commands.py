@@ -198,6 +198,19 @@ def test_a_pressed_place_has_the_probability_of_a_lump(workplace: Workplace) -> 
     assert re.search(r"N/m, lump \d %, .* times the .* N/m around it \(\d+ touches\), 1 touch", answers[1])
 
 
+def test_a_past_alarm_is_acknowledged_with_a_name_and_a_present_fault_is_not(workplace: Workplace) -> None:
+    console = workplace.console
+    assert workplace.ask("acknowledge").text == "No past alarm waits to be acknowledged."
+    happen(console, 101.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
+    console.step(101.0)
+    assert not workplace.ask("acknowledge").ok, "its cause is still there"
+    happen(console, 101.5, "cleared")
+    console.step(101.5)
+    assert workplace.ask("acknowledge").ok
+    assert workplace.site.asked == [], "no fault of the site is cleared by it"
+    assert [alarm.cleared_by for alarm in console.alarms.listed] == ["OR-1 1"]
+
+
 def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(workplace: Workplace) -> None:
     console = workplace.console
     assert workplace.ask("clear_fault").text == "There is nothing to clear."
