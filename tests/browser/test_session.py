@@ -217,9 +217,15 @@ def test_a_recording_is_played_and_sought(stage: Stage, open_page: Open) -> None
 PAST = "Link was lost: session ended. Acknowledge (K)."
 
 
-def test_a_past_alarm_hides_no_pause_and_takes_no_button(stage: Stage, open_page: Open) -> None:
-    scenario = stage.show("paused").session(why="Console was hidden for 3 s")
+def paused_after_alarm(stage: Stage, why: str = "") -> None:
+    """Paused, with one alarm that is over and not acknowledged."""
+    scenario = stage.show("paused").session(why=why)
+    scenario.state["alarms"].clear()
     scenario.alarm("link", "high", PAST, what="LINK LOST.", active=False, waits=True, ended_s=712.0)
+
+
+def test_a_past_alarm_hides_no_pause_and_takes_no_button(stage: Stage, open_page: Open) -> None:
+    paused_after_alarm(stage, "Console was hidden for 3 s")
     page = open_page()
     page.wait_for_selector("#alarm-text:has-text('PAUSED. Console was hidden for 3 s.')")
     assert page.inner_text("#alarm-button") == "+1 (A)"
@@ -233,7 +239,7 @@ def test_a_past_alarm_hides_no_pause_and_takes_no_button(stage: Stage, open_page
 
 @pytest.mark.parametrize("way", ["key", "mouse"])
 def test_a_past_alarm_is_acknowledged_in_the_alarm_line(stage: Stage, open_page: Open, way: str) -> None:
-    stage.show("paused").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
+    paused_after_alarm(stage)
     page = open_page()
     page.wait_for_selector(f"#alarm-text:has-text('{PAST}')")
     if way == "key":
@@ -246,7 +252,7 @@ def test_a_past_alarm_is_acknowledged_in_the_alarm_line(stage: Stage, open_page:
 
 
 def test_a_past_alarm_is_acknowledged_by_touch(stage: Stage, open_page: Open) -> None:
-    stage.show("paused").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
+    paused_after_alarm(stage)
     page = open_page(has_touch=True)
     page.tap("#acknowledge-button")
     wait_for(stage, "acknowledge")
@@ -257,7 +263,7 @@ def test_nothing_is_acknowledged_by_an_observer_or_without_data(stage: Stage, op
     page = open_page()
     page.wait_for_selector("#alarm-button:has-text('+')")
     assert page.is_hidden("#acknowledge-button")
-    stage.show("paused").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
+    paused_after_alarm(stage)
     page.wait_for_selector("#acknowledge-button")
     stage.cut()
     page.wait_for_selector("#acknowledge-button", state="hidden")

@@ -47,7 +47,7 @@ export function begin() {
 }
 
 export function edit(found) {
-  if (!acts() || !live() || finding) return;
+  if (!acts() || !known() || finding) return;
   finding = { id: found.id, finger: found.finger, x_mm: found.x_mm, y_mm: found.y_mm, kind: found.kind, body: found.body, chosen: true };
   openTray();
 }

@@ -78,6 +78,6 @@ export function showStop() {
 function title(stop, times, missing) {
   if (!now.connected && now.stopPressed) return WORDS.stopNotSent;
   if (stop && stop.confirmed && missing.length === 0) return WORDS.stopConfirmed(Object.keys(times).length, Math.max(...Object.values(times)));
-  if (stop && stop.late) return WORDS.stopNotConfirmed(missing.map(([device, label]) => (label.length === 1 ? capital(device) : label)).join(", "));
+  if (stop && stop.late) return WORDS.stopNotConfirmed(missing.map(([device, label]) => (label.startsWith("D") ? capital(device) : label)).join(", "));
   return WORDS.stopping;
 }

@@ -79,7 +79,7 @@ export const WORDS = {
   markKinds: { finding: "finding", alarm: "alarm", fault: "fault", mode: "state" }, marked: (at, kind, text) => `${clock(at)} ${kind}: ${text}`,
   partial: "Map and last 10 s follow.", play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
   letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
-  ready: "ready", notLive: "not live", notLiveFor: seconds => (Number.isFinite(seconds) ? `not live, ${seconds.toFixed(0)} s` : "not live"),
+  ready: "ready", notLive: "not live", notLiveFor: seconds => (seconds > 0 && Number.isFinite(seconds) ? `not live, ${seconds.toFixed(1)} s` : "not live"),
 };
 
 // Values of things that people know: °C, N/m, µm. docs/how-it-works/tactile-map.md has their sources.
