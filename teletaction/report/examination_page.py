@@ -5,6 +5,9 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
+import htpy as h
+from htpy import Element, Node
+
 from operator_site.console.examination.contrast import CONFIDENCES, contrast_of
 from operator_site.console.examination.findings import QUANTITY, value_text
 from operator_site.console.map.map_tiles import picture
@@ -25,11 +28,12 @@ LONGEST_IN_TABLE = 160
 """Largest number of letters of a note on the opening page."""
 OPENING_IN = (7.0, 3.6)
 """Width and largest height of the map on the first page, inches."""
-_TO_FILL_IN = (
-    '<h3>Conclusion</h3><div class="line"></div><div class="line"></div>'
-    '<div class="signatures"><div class="line">Examiner</div><div class="line">Date</div>'
-    '<div class="line">Signature</div></div>'
-)
+_TO_FILL_IN = [
+    h.h3["Conclusion"],
+    h.div(".line"),
+    h.div(".line"),
+    h.div(".signatures")[[h.div(".line")[name] for name in ("Examiner", "Date", "Signature")]],
+]
 _OUTLINES = "Dashed outlines: lumps that the stiffness of the surface suggests, with their probability."
 _READING = (
     "Opacity shows confidence: full colour for high confidence, stippled for low confidence, a single dot for none. "
@@ -39,7 +43,7 @@ _READING = (
 )
 
 
-def signed_page(examination: Examination, session: SessionCurves, seconds: float | None) -> str:
+def signed_page(examination: Examination, session: SessionCurves, seconds: float | None) -> Element:
     """Write the page that a clinician signs: patient, map, findings, completeness, limits, conclusion, signature.
 
     Args:
@@ -63,37 +67,39 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
     drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, *OPENING_IN, lumps)
     caption = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
     caption += _OUTLINES if lumps else ""
-    picture_html = figure("Map with findings", drawn, caption) if drawn else "<p>Nothing was felt.</p>"
-    content = (
-        f"{fact_list(facts)}{picture_html}<h3>Findings</h3>{findings_table(examination)}"
-        f"<h3>Completeness</h3><p>{_completeness(examination)} {reached(session)}</p>{_TO_FILL_IN}"
-    )
-    return f'<section class="signed">{content}</section>\n'
+    return h.section(".signed")[
+        fact_list(facts),
+        figure("Map with findings", drawn, caption) if drawn else h.p["Nothing was felt."],
+        h.h3["Findings"],
+        findings_table(examination),
+        h.h3["Completeness"],
+        h.p[f"{_completeness(examination)} {reached(session)}"],
+        _TO_FILL_IN,
+    ]
 
 
-def next_page(examination: Examination) -> str:
+def next_page(examination: Examination) -> Element:
     """Write the page for the next examiner: what was not felt, and the maps of all quantities."""
-    return section("For the next examiner", f"<h3>Not felt</h3>{not_felt(examination)}{maps(examination)}", "next")
+    return section("For the next examiner", [h.h3["Not felt"], not_felt(examination), maps(examination)], "next")
 
 
-def findings_table(examination: Examination) -> str:
+def findings_table(examination: Examination) -> Element:
     """Write the table of findings, one row each, with or without a place."""
     rows = []
     for finding in examination.findings.values():
         place = [_mm(finding.get(name)) for name in ("x_m", "y_m")]
         where = ", ".join(place) if "–" not in place else "a moment, no place"
-        row = [
-            f"<b>{shown(finding.get('id'))}</b>",
+        row: list[Node] = [
+            h.b[shown(finding.get("id"))],
             shown(finding.get("kind")),
-            where + (f"<br>{shown(body)}" if (body := _body(finding)) else ""),
-            f'<span class="value">{shown(finding.get("text"))}</span>'
-            + (f"<br>{shown(contrast)}" if (contrast := finding.get("compare")) else ""),
+            [where, (body := _body(finding)) and [h.br, body]],
+            [h.span(".value")[shown(finding.get("text"))], (compare := finding.get("compare")) and [h.br, compare]],
             shown(confidence(examination, finding)),
-            f'<span class="note">{shown(_beginning(str(finding.get("note") or "–")))}</span>',
+            h.span(".note")[_beginning(str(finding.get("note") or "–"))],
         ]
         if reason := finding.get("withdrawn"):
-            row = [f'<del class="withdrawn">{cell}</del>' for cell in row]
-            row[-1] += f"<br>Withdrawn: {shown(reason)}"
+            *struck, last = (h.del_(".withdrawn")[cell] for cell in row)
+            row = [*struck, [last, h.br, f"Withdrawn: {reason}"]]
         rows.append(row)
     return table(("", "kind", "x, y (mm)", "felt", "confidence", "note"), rows)
 
@@ -118,9 +124,9 @@ def place_of(examination: Examination, finding: Mapping[str, Any]) -> ExploredPl
     return None if x_m is None or y_m is None else examination.felt.at(float(x_m), float(y_m))
 
 
-def not_felt(examination: Examination) -> str:
+def not_felt(examination: Examination) -> Element:
     """Write the table of what the maps lack: quantities never felt and gaps between lines."""
-    rows = []
+    rows: list[list[Node]] = []
     for quantity in QUANTITIES:
         covered = covered_by(examination, quantity)
         if covered is None:
@@ -132,7 +138,7 @@ def not_felt(examination: Examination) -> str:
                 quantity,
                 f"{1e4 * (covered.explored_m2 - covered.felt_m2):.1f} of {1e4 * covered.explored_m2:.1f} cm²",
                 f"{100.0 * covered.share:.0f} %",
-                f"<b>{lines}: lines more than 6 mm apart</b>" if covered.gaps else lines.replace("up to", "at most"),
+                h.b[f"{lines}: lines more than 6 mm apart"] if covered.gaps else lines.replace("up to", "at most"),
             ]
         )
     return table(("", "not felt within the explored outline", "felt", "lines or presses"), rows)
@@ -144,20 +150,23 @@ def covered_by(examination: Examination, quantity: str) -> Coverage | None:
     return None if drawn is None else coverage(drawn)
 
 
-def maps(examination: Examination) -> str:
-    """Write the maps of all quantities that were felt."""
+def maps(examination: Examination) -> Node:
+    """Write the maps of all quantities that were felt; None if none was."""
     findings = examination.valid_findings()
-    drawn = "".join(
-        f"<div><h3>{quantity.capitalize()}</h3>"
-        + figure(f"Map of {quantity}", map_figure(examination.felt, quantity, findings), _words(examination, quantity))
-        + "</div>"
+    drawn = [
+        h.div[
+            h.h3[quantity.capitalize()],
+            figure(
+                f"Map of {quantity}", map_figure(examination.felt, quantity, findings), _words(examination, quantity)
+            ),
+        ]
         for quantity in QUANTITIES
         if covered_by(examination, quantity) is not None
-    )
-    return f'<div class="maps">{drawn}</div><p>{_READING}</p>' if drawn else ""
+    ]
+    return [h.div(".maps")[drawn], h.p[_READING]] if drawn else None
 
 
-def finding_blocks(examination: Examination, session: SessionCurves) -> str:
+def finding_blocks(examination: Examination, session: SessionCurves) -> Element | None:
     """Write half a page for each finding: its surroundings on the map, and the signals around its time."""
     blocks = []
     for finding in examination.valid_findings():
@@ -166,27 +175,27 @@ def finding_blocks(examination: Examination, session: SessionCurves) -> str:
         quantity = QUANTITY.get(str(finding.get("kind"))) or _known_here(here) or "temperature"
         cut = cutout_figure(examination.felt, quantity, finding, CUTOUT_M)
         if cut is None:
-            cut_html = f"<p>{'No place.' if here is None else f'No {quantity} was felt here.'}</p>"
+            surroundings = h.p["No place." if here is None else f"No {quantity} was felt here."]
         else:
-            cut_html = figure(f"Surroundings of finding {number}", cut, f"{quantity}, {1e3 * CUTOUT_M:.0f} mm wide")
+            surroundings = figure(f"Surroundings of finding {number}", cut, f"{quantity}, {1e3 * CUTOUT_M:.0f} mm wide")
         signals = signals_figure(session, finding)
         caption = (
             f"{BEFORE_S:g} s before to {AFTER_S:g} s after the finding was marked; finger: {finding.get('finger')}"
         )
-        signals_html = (
-            figure(f"Signals at finding {number}", signals, caption) if signals else "<p>No signals recorded.</p>"
-        )
+        curves = figure(f"Signals at finding {number}", signals, caption) if signals else h.p["No signals recorded."]
         blocks.append(
-            f'<div class="finding"><h3>Finding {number}: {shown(finding.get("text"))}</h3>'
-            f"<p>{_in_words(finding, here)}</p>"
-            f'<div class="pair"><div>{cut_html}</div><div>{signals_html}</div></div></div>'
+            h.div(".finding")[
+                h.h3[f"Finding {number}: {shown(finding.get('text'))}"],
+                h.p[_in_words(finding, here)],
+                h.div(".pair")[h.div[surroundings], h.div[curves]],
+            ]
         )
-    return section("Findings, one by one", "".join(blocks)) if blocks else ""
+    return section("Findings, one by one", blocks) if blocks else None
 
 
-def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> str:
+def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> Node:
     """Describe a finding: its difference from the surroundings, the values felt there by the end, and the note."""
-    lines = [shown(finding["compare"])] if finding.get("compare") else []
+    lines: list[Node] = [finding["compare"]] if finding.get("compare") else []
     if here is not None:
         known = [
             f"{quantity} {shown(value_text(quantity, value))} "
@@ -198,8 +207,8 @@ def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> str:
             known.append(f"material {shown(here.material[0])} ({100.0 * here.material[1]:.0f} % of the touches)")
         lines.append("Within 3 mm by the end: " + ("; ".join(known) or "nothing felt") + ".")
     if finding.get("note"):
-        lines.append(f'Note: <span class="note">{shown(finding["note"])}</span>')
-    return "<br>".join(lines)
+        lines.append(["Note: ", h.span(".note")[finding["note"]]])
+    return [[bool(number) and h.br, line] for number, line in enumerate(lines)]
 
 
 def _words(examination: Examination, quantity: str) -> str:

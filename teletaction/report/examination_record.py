@@ -2,10 +2,11 @@
 
 import json
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
+import htpy as h
 import numpy as np
+from htpy import Element, Node
 
 from common.version import software_version
 from operator_site.console.map.tactile_map import QUANTITIES
@@ -17,19 +18,18 @@ from teletaction.report.report_parts import section
 from teletaction.report.report_words import shown, table
 
 
-def record(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> str:
+def record(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> Node:
     """Write the record, with every number of the examination as JSON."""
     zero_s = _zero_s(data, examination)
-    parts = (
+    return [
         section("Devices", _devices(examination)),
         section("Calibration", _calibration(examination)),
         section("Link quality", _link(examination, data)),
-        section("Alarms and faults", _alarms(examination, zero_s) + _faults(data, zero_s)),
+        section("Alarms and faults", [_alarms(examination, zero_s), _faults(data, zero_s)]),
         section("Audit trail", _acts(examination, zero_s)),
         section("Versions, and how to replay", _versions(examination)),
         section("Every number", _json(numbers(examination, data, summary)), "screen"),
-    )
-    return "".join(parts)
+    ]
 
 
 def numbers(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -72,7 +72,7 @@ def _place(here: Any) -> dict[str, Any]:
     }
 
 
-def _devices(examination: Examination) -> str:
+def _devices(examination: Examination) -> Element:
     """Write the operator site's last figures of each of its devices."""
     devices = examination.figures.get("devices")
     rows = []
@@ -87,7 +87,7 @@ def _devices(examination: Examination) -> str:
     return table(("device of the operator site", "serial number", "counted"), rows)
 
 
-def _calibration(examination: Examination) -> str:
+def _calibration(examination: Examination) -> Element:
     rows = [
         [
             shown(each["name"]),
@@ -95,7 +95,7 @@ def _calibration(examination: Examination) -> str:
             shown(each["made_on"]),
             shown(each["sensor_serial"]),
             shown(each["touches"]),
-            f'<small class="hash">{shown(each["hash"])}</small>',
+            h.small(".hash")[shown(each["hash"])],
         ]
         for each in examination.tables
     ]
@@ -122,7 +122,7 @@ def _link_numbers(examination: Examination, data: SessionData) -> dict[str, Any]
     }
 
 
-def _link(examination: Examination, data: SessionData) -> str:
+def _link(examination: Examination, data: SessionData) -> Element:
     values = _link_numbers(examination, data)
     delay = values["delay_ms"] or {}
     spread = values["clock_uncertainty_ms"]
@@ -149,7 +149,7 @@ def _link(examination: Examination, data: SessionData) -> str:
     return table(("", "value"), rows)
 
 
-def _alarms(examination: Examination, zero_s: float) -> str:
+def _alarms(examination: Examination, zero_s: float) -> Node:
     rows = [
         [
             _time(alarm.get("since_s"), zero_s),
@@ -160,10 +160,10 @@ def _alarms(examination: Examination, zero_s: float) -> str:
         ]
         for alarm in examination.alarms.values()
     ]
-    return "<h3>Alarms</h3>" + table(("at (s)", "priority", "what", "ended (s)", "cleared by"), rows)
+    return [h.h3["Alarms"], table(("at (s)", "priority", "what", "ended (s)", "cleared by"), rows)]
 
 
-def _faults(data: SessionData, zero_s: float) -> str:
+def _faults(data: SessionData, zero_s: float) -> Node:
     rows = [
         [
             _time(entry.get("time_s"), zero_s),
@@ -173,16 +173,16 @@ def _faults(data: SessionData, zero_s: float) -> str:
         ]
         for entry in data.happenings
     ]
-    return "<h3>Session events of both sites</h3>" + table(("at (s)", "site", "what", ""), rows)
+    return [h.h3["Session events of both sites"], table(("at (s)", "site", "what", ""), rows)]
 
 
-def _acts(examination: Examination, zero_s: float) -> str:
+def _acts(examination: Examination, zero_s: float) -> Element:
     rows = [
         [
             _time(act.get("at_s"), zero_s),
             shown(act.get("who")),
             shown(act.get("verb")),
-            f'<small class="hash">{shown(_short(act.get("details")))}</small>',
+            h.small(".hash")[shown(_short(act.get("details")))],
             "not answered" if act.get("ok") is None else "yes" if act["ok"] else "refused",
             shown(act.get("answer")),
         ]
@@ -191,26 +191,32 @@ def _acts(examination: Examination, zero_s: float) -> str:
     return table(("at (s)", "who", "act", "details", "done", "answer"), rows)
 
 
-def _versions(examination: Examination) -> str:
+def _versions(examination: Examination) -> Node:
     rows = [
-        [shown(origin), shown(facts.get("version")), f'<small class="hash">{shown(hashed)}</small>']
+        [shown(origin), shown(facts.get("version")), h.small(".hash")[hashed]]
         for origin, hashed in examination.configurations().items()
         for facts in (examination.facts[origin],)
     ]
     damaged = sum(examination.damaged.values())
-    read = f"<p>Messages that could not be read: {damaged}.</p>" if damaged else ""
-    return (
-        table(("recorded by", "version", "hash of its configuration"), rows)
-        + f"<p>This report: version {escape(software_version())}.</p>{read}"
-        "<p>To see the session again: <code>teletaction console --play session.mcap</code>. To identify and render "
-        "again from the recorded sensor data: <code>teletaction replay session.mcap --out FOLDER</code>. This report: "
-        "<code>teletaction report session.mcap --out FILE.html</code>.</p>"
-    )
+    return [
+        table(("recorded by", "version", "hash of its configuration"), rows),
+        h.p[f"This report: version {software_version()}."],
+        h.p[f"Messages that could not be read: {damaged}."] if damaged else None,
+        h.p[
+            "To see the session again: ",
+            h.code["teletaction console --play session.mcap"],
+            ". To identify and render again from the recorded sensor data: ",
+            h.code["teletaction replay session.mcap --out FOLDER"],
+            ". This report: ",
+            h.code["teletaction report session.mcap --out FILE.html"],
+            ".",
+        ],
+    ]
 
 
-def _json(values: dict[str, Any]) -> str:
+def _json(values: dict[str, Any]) -> Element:
     written = json.dumps(values, indent=1, ensure_ascii=False, default=str, allow_nan=True)
-    return f"<details><summary>As JSON</summary><pre>{escape(written)}</pre></details>"
+    return h.details[h.summary["As JSON"], h.pre[written]]
 
 
 def _time(at_s: Any, zero_s: float) -> str:

@@ -1,11 +1,13 @@
 """Writes a session's report as one self-contained HTML file, and the figure of one finger."""
 
-from collections.abc import Callable, Mapping, Sequence
-from html import escape
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import htpy as h
 import matplotlib as mpl
+from htpy import Element, Node
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from common.fingers import FINGERS
@@ -93,26 +95,26 @@ _OVERVIEW = (
     "One finger over the whole session: what was touched, what the sites identified and displayed, and what was felt."
 )
 _CONTACTS = (
-    "<p>Contacts of at least 1 s. The true material and temperature are those of the simulated object. All other "
+    "Contacts of at least 1 s. The true material and temperature are those of the simulated object. All other "
     "values are results of the remote site at the end of the contact. The paper's answer comes from its own method "
-    "(Kron &amp; Schmidt 2003, Eq. 11) on the same data.</p>"
+    "(Kron & Schmidt 2003, Eq. 11) on the same data."
 )
 _TARGETS = (
-    "<p>Targets of the scene, with their places and values on the map. The place is where a quantity stands out most; "
+    "Targets of the scene, with their places and values on the map. The place is where a quantity stands out most; "
     "the value comes from the nearest touches. True are the middle of the simulated target and its value; a surface "
-    "has no true roughness in the sensor’s unit.</p>"
+    "has no true roughness in the sensor’s unit."
 )
 _LUMPS = (
-    "<p>Areas of the map that are a lump with a probability of 0.5 or more, by their stiffness against the ground "
+    "Areas of the map that are a lump with a probability of 0.5 or more, by their stiffness against the ground "
     "around them. Size is that of the area, and not of the nodule below it. True nodules are those of a simulated "
-    "scene; one may lie where nothing was pressed.</p>"
+    "scene; one may lie where nothing was pressed."
 )
 _TRUE = (
-    "<p>“True” values come from the simulated world and its devices. A site has measured, estimated or commanded all "
-    "other values.</p>"
+    "“True” values come from the simulated world and its devices. A site has measured, estimated or commanded all "
+    "other values."
 )
-_ACTED = "<p>Time for which each limit of a gate acted on a finger since both sites engaged:</p>"
-_GROOVES = "<p>Impulses shown to the operator against grooves that the true fingertip crossed.</p>"
+_ACTED = "Time for which each limit of a gate acted on a finger since both sites engaged:"
+_GROOVES = "Impulses shown to the operator against grooves that the true fingertip crossed."
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -135,7 +137,7 @@ def write_report(
     """
     session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
     with mpl.rc_context(STYLE):
-        out.write_text(_page(session, summary, examination), "utf-8")
+        out.write_text(str(_page(session, summary, examination)), "utf-8")
 
 
 def write_figure(data: SessionData, out_png: Path) -> None:
@@ -144,34 +146,42 @@ def write_figure(data: SessionData, out_png: Path) -> None:
         out_png.write_bytes(png(session_figure(SessionCurves.of(data), FINGERS.index("index")), 100))
 
 
-def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Examination | None) -> str:
+def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Examination | None) -> Element:
     title = _title(summary, examination)
     signed = examination is not None and examination.console
     if examination is not None and signed:
         seconds = session.shown_s[1] if len(session.data.rendered) or len(session.data.touch) else None
-        front = signed_page(examination, session, seconds) + next_page(examination)
-        front += finding_blocks(examination, session)
+        front: list[Node] = [
+            signed_page(examination, session, seconds),
+            next_page(examination),
+            finding_blocks(examination, session),
+        ]
     else:
-        front = section("Overview", _header(summary) + figure("One session", _one_finger(session), _OVERVIEW))
+        front = [section("Overview", [_header(summary), figure("One session", _one_finger(session), _OVERVIEW)])]
         if examination is not None:
-            front += section("Maps", (maps(examination) or "<p>Nothing was felt.</p>") + not_felt(examination))
-    record_html = "" if examination is None else record(examination, session.data, summary)
+            front.append(section("Maps", [maps(examination) or h.p["Nothing was felt."], not_felt(examination)]))
     lumps = summary.get("lumps") or ([] if examination is None else found_lumps(examination.felt))
     targets = summary.get("targets") or []
-    found = (section("Targets", _TARGETS + targets_table(targets)) if targets else "") + _lumps(lumps)
-    if summary:
-        contacts = summary.get("contacts") or []
-        found += section("Contacts", _CONTACTS + tally_table(contacts))
-    technical = _signals(session) + _measured(session, summary) + record_html
-    if signed:
-        technical, found = found + technical, ""
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-        f"<title>{title}</title><style>{CSS}</style></head>\n"
-        f"<body><h1>{title}</h1>{front}{found}{annex(technical)}</body></html>\n"
-    )
+    found: list[Node] = [
+        section("Targets", [h.p[_TARGETS], targets_table(targets)]) if targets else None,
+        section("Lumps", [h.p[_LUMPS], lumps_table(lumps)]) if lumps else None,
+        section("Contacts", [h.p[_CONTACTS], tally_table(summary.get("contacts") or [])]) if summary else None,
+    ]
+    technical: list[Node] = [
+        _signals(session),
+        _measured(session, summary),
+        None if examination is None else record(examination, session.data, summary),
+    ]
+    return h.html(lang="en")[
+        h.head[
+            h.meta(charset="utf-8"),
+            h.meta(name="viewport", content="width=device-width, initial-scale=1"),
+            h.meta(http_equiv="Content-Security-Policy", content=_POLICY),
+            h.title[title],
+            h.style[Markup(CSS)],
+        ],
+        h.body[h.h1[title], front, annex([found, technical]) if signed else [found, annex(technical)]],
+    ]
 
 
 def _one_finger(session: SessionCurves) -> Figure | None:
@@ -181,50 +191,44 @@ def _one_finger(session: SessionCurves) -> Figure | None:
     return session_figure(session, session.fingers[len(session.fingers) > 1]) if known else None
 
 
-def _signals(session: SessionCurves) -> str:
+def _signals(session: SessionCurves) -> Node:
     """Write the figures of the signals; captions describe true values only where a simulated session has them."""
     simulated = bool(len(session.data.contact) or len(session.data.fingertips))
-    return "".join(
+    return [
         section(title, figure(title, draw(session), f"{true} {caption}" if simulated else caption))
         for title, draw, caption, true in _FIGURES
-    )
+    ]
 
 
-def _measured(session: SessionCurves, summary: Mapping[str, Any]) -> str:
+def _measured(session: SessionCurves, summary: Mapping[str, Any]) -> Node:
     """Write limits and, where there is a summary, what was measured at the simulated devices."""
     if not summary:
-        return section("Limits", _ACTED + acted_table(session))
+        return section("Limits", [h.p[_ACTED], acted_table(session)])
     modes, taps = summary.get("modes") or {}, summary.get("taps") or {}
     agreement = (
-        f"<p>Agreement over the whole time {_percent(modes.get('agreement'))}, "
-        f"while in contact {_percent(modes.get('agreement_in_contact'))}.</p>"
+        f"Agreement over the whole time {_percent(modes.get('agreement'))}, "
+        f"while in contact {_percent(modes.get('agreement_in_contact'))}."
     )
-    delays = "".join(
+    delays = [
         histogram_table(times_s, edges, name)
         for times_s, edges, name in (
             (contact_to_motor_s(session.data), _CONTACT_EDGES_MS, "contact to motor command"),
             (one_way_s(session.data), _LINK_EDGES_MS, "touch packet, one way"),
         )
-    )
-    tap_counts = f"<p>Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played.</p>"
-    cores = f"<p>All processes together: {shown(summary.get('cpu_cores'))} cores.</p>"
-    latency = latency_table(summary.get("latency_ms") or {}) + f'<div class="side">{delays}</div>'
-    return "".join(
-        (
-            section("Contacts, one by one", contacts_table(summary.get("contacts") or [])),
-            section("Limits", extremes_table(summary) + _ACTED + acted_table(session)),
-            section("Latency", latency),
-            section("Modes identified", agreement + confusion_table(modes)),
-            section("Grooves and taps", _GROOVES + impulses_table(summary.get("impulses") or {}) + tap_counts),
-            section("Link", packets_table(summary.get("packets") or {})),
-            section("Loops, CPU and memory", process_table(summary) + cores),
-        )
-    )
-
-
-def _lumps(lumps: Sequence[Mapping[str, Any]]) -> str:
-    """Write the section of the lumps; empty without any."""
-    return section("Lumps", _LUMPS + lumps_table(lumps)) if lumps else ""
+    ]
+    tap_counts = f"Taps: {shown(taps.get('made'))} made, {shown(taps.get('played'))} played."
+    cores = f"All processes together: {shown(summary.get('cpu_cores'))} cores."
+    latency = [latency_table(summary.get("latency_ms") or {}), h.div(".side")[delays]]
+    grooves = impulses_table(summary.get("impulses") or {})
+    return [
+        section("Contacts, one by one", contacts_table(summary.get("contacts") or [])),
+        section("Limits", [extremes_table(summary), h.p[_ACTED], acted_table(session)]),
+        section("Latency", latency),
+        section("Modes identified", [h.p[agreement], confusion_table(modes)]),
+        section("Grooves and taps", [h.p[_GROOVES], grooves, h.p[tap_counts]]),
+        section("Link", packets_table(summary.get("packets") or {})),
+        section("Loops, CPU and memory", [process_table(summary), h.p[cores]]),
+    ]
 
 
 def _fingers(examination: Examination | None) -> int:
@@ -243,15 +247,15 @@ def _title(summary: Mapping[str, Any], examination: Examination | None) -> str:
     return ": ".join(words)
 
 
-def _header(summary: Mapping[str, Any]) -> str:
+def _header(summary: Mapping[str, Any]) -> Node:
     """Write whether the machine was fast enough, and the main figures."""
     if not summary:
-        return f"<p>{_NO_CONSOLE}</p>"
+        return h.p[_NO_CONSOLE]
     contacts = summary.get("contacts") or []
     answers = [verdict(contact.get("material"), contact.get("true_material")) for contact in contacts]
     latency = ((summary.get("latency_ms") or {}).get("contact_to_motor") or {}).get("p50")
     words = machine_verdict(summary)
-    facts = {
+    facts: dict[str, Node] = {
         "duration": f"{shown(summary.get('duration_s'), 1)} s",
         "fingers": shown(summary.get("fingers")),
         "contacts": f"{len(answers)}: " + ", ".join(f"{answers.count(a)} {a}" for a in ("right", "wrong", "no answer")),
@@ -259,12 +263,12 @@ def _header(summary: Mapping[str, Any]) -> str:
         "contact to motor, median": "–" if latency is None else f"{shown(latency, 1)} ms",
         "faults": _faults(summary.get("faults") or []),
     }
-    return (f"<p>{escape(words)}</p>" if words else "") + fact_list(facts) + _TRUE
+    return [words and h.p[words], fact_list(facts), h.p[_TRUE]]
 
 
-def _faults(faults: list[Any]) -> str:
+def _faults(faults: list[Any]) -> Node:
     texts = [f"{f.get('site')}: {f.get('fault')}" if isinstance(f, Mapping) else str(f) for f in faults]
-    return f'<span class="fault">{escape("; ".join(texts))}</span>' if texts else NONE
+    return h.span(".fault")["; ".join(texts)] if texts else NONE
 
 
 def _percent(share: float | None) -> str:

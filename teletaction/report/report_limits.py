@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from htpy import Element
 
 from common.fingers import FINGERS
 from common.limits import COMFORT, CONTACT_FORCE_N, FINGER_FORCE_N, MOTOR_FLOOR_RPM, PLATE_FAULT_C, SENSOR_PLATE_C
@@ -16,7 +17,7 @@ SHORTEST_S = 0.1
 """Shortest time for which a limit acted that the first page names, s."""
 
 
-def extremes_table(summary: Mapping[str, Any]) -> str:
+def extremes_table(summary: Mapping[str, Any]) -> Element:
     """Write the table of extreme values at the simulated devices with their limits."""
 
     def value(name: str, end: str) -> str:
@@ -36,7 +37,7 @@ def extremes_table(summary: Mapping[str, Any]) -> str:
     return table(("measured at the simulated devices", "value", "limit (comfort profile)"), rows)
 
 
-def acted_table(session: SessionCurves) -> str:
+def acted_table(session: SessionCurves) -> Element:
     """Write the table of times that each limit of both gates acted on each finger, s, since both sites engaged."""
     rows = [[site, name, *(_seconds(value) for value in seconds)] for site, name, seconds in acted(session)]
     return table(("gate", "limit", *(f"{FINGERS[finger]} (s)" for finger in session.fingers)), rows)
@@ -76,4 +77,4 @@ def acted(session: SessionCurves) -> list[tuple[str, str, list[float]]]:
 
 
 def _seconds(value: float) -> str:
-    return "&lt; 0.01" if 0.0 < value < 0.01 else shown(value)
+    return "< 0.01" if 0.0 < value < 0.01 else shown(value)

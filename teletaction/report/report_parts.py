@@ -2,9 +2,10 @@
 
 import base64
 from collections.abc import Mapping
-from html import escape
 from io import BytesIO
 
+import htpy as h
+from htpy import Element, Node
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -14,31 +15,27 @@ DPI = 140
 """Resolution of the embedded pictures, dots per inch."""
 
 
-def section(title: str, content: str, kind: str = "") -> str:
-    """Wrap HTML content in a section; `kind` is a class of the style sheet."""
-    marked = f' class="{kind}"' if kind else ""
-    return f"<section{marked}><h2>{escape(title)}</h2>{content}</section>\n"
+def section(title: str, content: Node, kind: str | None = None) -> Element:
+    """Wrap content in a section; `kind` is a class of the style sheet."""
+    return h.section(class_=kind)[h.h2[title], content]
 
 
-def fact_list(facts: Mapping[str, str]) -> str:
-    """Write facts in a row, each below its name. Values are HTML."""
-    return "<dl>" + "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts.items()) + "</dl>"
+def fact_list(facts: Mapping[str, Node]) -> Element:
+    """Write facts in a row, each below its name."""
+    return h.dl[[h.div[h.dt[name], h.dd[value]] for name, value in facts.items()]]
 
 
-def annex(content: str) -> str:
+def annex(content: Node) -> Element:
     """Wrap technical parts in an annex that a screen shows collapsed, and that is printed only if it is open."""
-    return f'<details class="annex"><summary>Technical annex</summary>{content}</details>\n'
+    return h.details(".annex")[h.summary["Technical annex"], content]
 
 
-def figure(title: str, drawn: Figure | None, caption: str) -> str:
+def figure(title: str, drawn: Figure | None, caption: str) -> Element:
     """Embed a figure with its caption; write "none" without a figure."""
     if drawn is None:
-        return f"<p>{NONE}</p>"
+        return h.p[NONE]
     source = base64.b64encode(png(drawn, DPI)).decode("ascii")
-    return (
-        f'<figure><img alt="{escape(title)}" src="data:image/png;base64,{source}">'
-        f"<figcaption>{escape(caption)}</figcaption></figure>"
-    )
+    return h.figure[h.img(alt=title, src=f"data:image/png;base64,{source}"), h.figcaption[caption]]
 
 
 def png(drawn: Figure, dpi: int) -> bytes:

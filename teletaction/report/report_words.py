@@ -1,9 +1,11 @@
-"""Writes a session's numbers as HTML tables: text is escaped; right and wrong are words as well as colours."""
+"""Writes a session's numbers as HTML tables; right and wrong are words as well as colours."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
 from itertools import pairwise
 from typing import Any
+
+import htpy as h
+from htpy import Element, Node
 
 from common.faults.texts import thermal_text
 from common.wire.messages import THERMAL_REASONS
@@ -15,25 +17,23 @@ _RIGHT, _WRONG, _SILENT = "right", "wrong", "no answer"
 
 
 def shown(value: Any, digits: int = 2) -> str:
-    """Return a value as escaped text; a dash for an unknown value."""
+    """Return a value as text; a dash for an unknown value."""
     if value is None:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.{digits}f}"
-    return escape(str(value))
+    return str(value)
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], name: str = "") -> str:
-    """Write a table; "none" without rows. Cells are HTML; `head` and `name` are text."""
-    body = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
+def table(head: Sequence[str], rows: Iterable[Sequence[Node]], name: str | None = None) -> Element:
+    """Write a table; "none" without rows."""
+    body = [h.tr[[h.td[cell] for cell in row]] for row in rows]
     if not body:
-        return f"<p>{NONE}</p>"
-    caption = f"<caption>{escape(name)}</caption>" if name else ""
-    titles = "".join(f'<th scope="col">{escape(title)}</th>' for title in head)
-    head_row, rows_html = f"<thead><tr>{titles}</tr></thead>", f"<tbody>{''.join(body)}</tbody>"
-    return f'<div class="wide"><table>{caption}{head_row}{rows_html}</table></div>'
+        return h.p[NONE]
+    titles = h.thead[h.tr[[h.th(scope="col")[title] for title in head]]]
+    return h.div(".wide")[h.table[name and h.caption[name], titles, h.tbody[body]]]
 
 
 def verdict(answer: Any, true: Any) -> str:
@@ -43,19 +43,19 @@ def verdict(answer: Any, true: Any) -> str:
     return _RIGHT if answer == true else _WRONG
 
 
-def _judged(contact: Mapping[str, Any], name: str) -> str:
+def _judged(contact: Mapping[str, Any], name: str) -> Node:
     """Write an answer with its verdict."""
     answer = contact.get(name)
     word = verdict(answer, contact.get("true_material"))
     sign = {_RIGHT: "✓", _WRONG: "✗", _SILENT: "–"}[word]
-    mark = f'<span class="{word.replace(" ", "-")}">{sign}&nbsp;{word}</span>'
-    return mark if answer is None else f"{shown(answer)} {mark}"
+    mark = h.span(class_=word.replace(" ", "-"))[f"{sign}\u00a0{word}"]
+    return mark if answer is None else [shown(answer), " ", mark]
 
 
-def targets_table(targets: Sequence[Mapping[str, Any]]) -> str:
+def targets_table(targets: Sequence[Mapping[str, Any]]) -> Element:
     """Write the table of the targets of a simulated scene, with the errors of place and value."""
     head = ("target", "stands out in", "found beside its place (mm)", "felt", "around it", "true", "error")
-    rows = []
+    rows: list[list[str]] = []
     for target in targets:
         row = [shown(target.get("target")), shown(target.get("quantity"))]
         if target.get("value") is None:
@@ -76,16 +76,16 @@ def targets_table(targets: Sequence[Mapping[str, Any]]) -> str:
     return table(head, rows)
 
 
-def lumps_table(lumps: Sequence[Mapping[str, Any]]) -> str:
+def lumps_table(lumps: Sequence[Mapping[str, Any]]) -> Element:
     """Write the table of the lumps on the map, and of nodules of a simulated scene."""
     head = ("place (mm)", "size (mm)", "stiffness ratio", "probability", "true nodule", "true size (mm)", "off by (mm)")
-    rows = []
+    rows: list[list[Node]] = []
     for lump in lumps:
-        row = ["not found", "–", "–", "–"]
+        row: list[Node] = ["not found", "–", "–", "–"]
         if lump["probability"] is not None:
-            edge = " <small>(at the edge of the map)</small>" if lump["at_edge"] else ""
+            edge = [" ", h.small["(at the edge of the map)"]] if lump["at_edge"] else None
             row = [
-                f"{shown(lump['x_mm'], 1)}, {shown(lump['y_mm'], 1)}{edge}",
+                [f"{shown(lump['x_mm'], 1)}, {shown(lump['y_mm'], 1)}", edge],
                 f"{shown(lump['length_mm'], 1)} × {shown(lump['width_mm'], 1)}",
                 with_sd(lump["stiffness_ratio"], lump["stiffness_ratio_sd"]),
                 f"{lump['probability']:.2f}",
@@ -94,7 +94,7 @@ def lumps_table(lumps: Sequence[Mapping[str, Any]]) -> str:
     return table(head, rows)
 
 
-def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
+def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> Element:
     """Write the table of contacts, with the true and the identified values."""
     head = ["finger", "object", "true material", "identified", "status", "likeliest", "probability", "named after (s)"]
     head += ["held (s)", "object, true (°C)", "estimated (°C)", "paper's answer"]
@@ -107,7 +107,7 @@ def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> str:
                 shown(contact.get("object")),
                 shown(contact.get("true_material")),
                 _judged(contact, "material"),
-                f"{status} <small>({escape(_why(reason))})</small>" if reason else status,
+                [status, " ", h.small[f"({_why(reason)})"]] if reason else status,
                 shown(contact.get("best")),
                 shown(contact.get("probability")),
                 shown(contact.get("seconds")),
@@ -124,10 +124,10 @@ def _plus_minus(spread: Any) -> str:
     """Write the standard deviation of an object's temperature, K; empty if unknown."""
     if spread is None:
         return ""
-    return f"&nbsp;±&nbsp;{shown(spread)}" + (", uncertain" if spread > UNCERTAIN_SD_K else "")
+    return f"\u00a0±\u00a0{shown(spread)}" + (", uncertain" if spread > UNCERTAIN_SD_K else "")
 
 
-def tally_table(contacts: Sequence[Mapping[str, Any]]) -> str:
+def tally_table(contacts: Sequence[Mapping[str, Any]]) -> Element:
     """Count for each true material the right, wrong and missing answers of this system and of the paper's method."""
     rows = []
     for true in dict.fromkeys(contact.get("true_material") for contact in contacts):
@@ -141,47 +141,47 @@ def tally_table(contacts: Sequence[Mapping[str, Any]]) -> str:
     return table(["true material", "contacts", *verdicts, *(f"paper: {word}" for word in verdicts)], rows)
 
 
-def confusion_table(modes: Mapping[str, Any]) -> str:
+def confusion_table(modes: Mapping[str, Any]) -> Element:
     """Write the table of true modes by row and identified ones by column, counted every 10 ms."""
     confusion: Mapping[str, Mapping[str, int]] = modes.get("confusion") or {}
     names = ("free", "tapping", "quiescent", "stroking")
-    rows = []
+    rows: list[list[Node]] = []
     for true, row in confusion.items():
         total = sum(row.values())
-        cells = [f"<b>{row.get(name, 0)}</b>" if name == true else f"{row.get(name, 0)}" for name in names]
+        cells = [h.b[row.get(name, 0)] if name == true else row.get(name, 0) for name in names]
         rows.append([f"true {shown(true)}", *cells, f"{100 * row.get(true, 0) / total:.1f} %" if total else "–"])
     return table(["", *(f"identified {name}" for name in names), "agreement"], rows)
 
 
-def impulses_table(impulses: Mapping[str, Any]) -> str:
+def impulses_table(impulses: Mapping[str, Any]) -> Element:
     """Write the table of grooves that the true fingertips crossed and of displayed impulses, by object and in all."""
     counts = ("crossed", "played", "missed", "invented")
-    rows = [
+    rows: list[list[Node]] = [
         [shown(thing), *(shown(row.get(name)) for name in counts)]
         for thing, row in (impulses.get("by_object") or {}).items()
     ]
     if any(impulses.get(name) for name in counts) or rows:
-        rows.append(["<b>all</b>", *(f"<b>{shown(impulses.get(name))}</b>" for name in counts)])
+        rows.append([h.b["all"], *(h.b[shown(impulses.get(name))] for name in counts)])
     return table(("object", *counts), rows)
 
 
-def histogram_table(times_s: Sequence[float], edges_ms: Sequence[float], name: str) -> str:
+def histogram_table(times_s: Sequence[float], edges_ms: Sequence[float], name: str) -> Element:
     """Write a histogram of delays between the edges, as numbers with bars."""
     if not times_s:
-        return f"<p>{escape(name)}: {NONE}</p>"
+        return h.p[f"{name}: {NONE}"]
     edges = [float("-inf"), *edges_ms, float("inf")]
     counts = [sum(low <= 1e3 * t < high for t in times_s) for low, high in pairwise(edges)]
     between = [f"{low:g} to {high:g}" for low, high in pairwise(edges_ms)]
     labels = [f"below {edges_ms[0]:g}", *between, f"{edges_ms[-1]:g} and more"]
     used = [place for place, count in enumerate(counts) if count]
-    rows = [
-        [label, str(count), f'<span class="bar" style="width:{160 * count / max(counts):.0f}px"></span>']
+    rows: list[list[Node]] = [
+        [label, count, h.span(".bar", style=f"width:{160 * count / max(counts):.0f}px")]
         for label, count in list(zip(labels, counts, strict=True))[used[0] : used[-1] + 1]
     ]
     return table(("ms", "count", ""), rows, name)
 
 
-def latency_table(latency_ms: Mapping[str, Any]) -> str:
+def latency_table(latency_ms: Mapping[str, Any]) -> Element:
     """Write the table of the session's delays and of a bare ping of the same size in the same run, ms."""
     names = {
         "contact_to_motor": "contact at the sensor to motor command in the module",
@@ -196,7 +196,7 @@ def latency_table(latency_ms: Mapping[str, Any]) -> str:
     return table(("delay (ms)", "median", "99 %", "largest", "count"), rows)
 
 
-def process_table(summary: Mapping[str, Any]) -> str:
+def process_table(summary: Mapping[str, Any]) -> Node:
     """Write the table of lateness, CPU and memory of each process."""
     loops: Mapping[str, Any] = summary.get("loop") or {}
     memory: Mapping[str, Any] = summary.get("rss_mib") or {}
@@ -218,10 +218,10 @@ def process_table(summary: Mapping[str, Any]) -> str:
         "CPU (cores)",
         "memory (MiB)",
     )
-    return table(head, rows) + f"<p>{WHAT_HELD_MEANS}</p>"
+    return [table(head, rows), h.p[WHAT_HELD_MEANS]]
 
 
-def packets_table(packets: Mapping[str, Any]) -> str:
+def packets_table(packets: Mapping[str, Any]) -> Element:
     """Write the table of the counters of both ends of the link."""
     counts = ("sent", "received", "superseded", "refused")
     return table(

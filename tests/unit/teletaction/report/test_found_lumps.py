@@ -48,7 +48,7 @@ def test_a_lump_without_a_nodule_is_listed_as_it_is() -> None:
 
 
 def test_the_table_says_what_was_found_and_what_was_not() -> None:
-    text = lumps_table(found_lumps(pressed(), (nodule("<far>", 0.050, 0.050),)))
+    text = str(lumps_table(found_lumps(pressed(), (nodule("<far>", 0.050, 0.050),))))
     assert "&lt;far&gt;" in text
     assert "<far>" not in text
     assert text.count("<tr>") == 3

@@ -64,7 +64,7 @@ def test_a_target_is_judged_by_its_place_and_its_value_and_has_a_row_in_the_repo
     assert stiff["error"] == pytest.approx(100.0, rel=0.01)
     assert stiff["around"] == pytest.approx(600.0, rel=1e-3)
     assert (warm["target"], warm["value"], warm["place_error_mm"]) == ("warm", None, None)
-    html = targets_table(rows)
+    html = str(targets_table(rows))
     for words in ("&lt;b&gt;stiff&lt;/b&gt;", "<td>1700 N/m</td>", "<td>600 N/m</td>", "<td>+100 ± 50 N/m</td>"):
         assert words in html
     assert "<td>not felt</td>" in html
