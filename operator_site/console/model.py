@@ -19,6 +19,7 @@ from operator_site.console.alarms.alarms import Alarms
 from operator_site.console.examination.examination import Examination
 from operator_site.console.map.lump_search import NOTHING, Searched
 from operator_site.console.map.tactile_map import TactileMap
+from operator_site.console.state.calm_answers import CalmAnswers
 from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Flags, Frame, Kind
 from operator_site.console.state.signals import BINS, SPAN_S, Signals
@@ -48,6 +49,7 @@ class Console:
     Attributes:
         live: whether the messages come from a running site; False for a recording.
         around: state of the disk, the recording and the page, from the console's process.
+        calm: the last sure answer of each finger, for the pages.
         searched: lumps on the map and the next place to press, from a search every few seconds.
         damaged: number of unreadable messages, which are dropped.
     """
@@ -56,6 +58,7 @@ class Console:
     around: Surroundings = field(default_factory=Surroundings)
     site: SiteNow = field(default_factory=SiteNow)
     fingers: FingersNow = field(default_factory=FingersNow)
+    calm: CalmAnswers = field(default_factory=CalmAnswers)
     signals: Signals = field(default_factory=Signals)
     tactile_map: TactileMap = field(default_factory=TactileMap)
     searched: Searched = NOTHING

@@ -111,7 +111,7 @@ def finger_state(name: str, **changed: Any) -> dict[str, Any]:
         "line": "",
         "candidates": [], "object_c": None, "object_c_sd": None, "stiffness_n_m": None, "stiffness_sd_n_m": None,
         "stiffness_known": False, "roughness_v": None, "roughness_sd_v": None, "groove_mm": None, "groove_sd_mm": None,
-        "limits": [], "age_s": 0.01, "object_c_uncertain": False,
+        "limits": [], "age_s": 0.01, "object_c_uncertain": False, "held_s": None, "against": {},
     }  # fmt: skip
     return usual | changed
 
@@ -121,6 +121,7 @@ IDENTIFIED = {
     "candidates": [["PVC", 0.91], ["acrylic", 0.05], ["rubber", 0.03]], "object_c": 24.1, "object_c_sd": 0.3,
     "stiffness_n_m": 412.0, "stiffness_sd_n_m": 38.0, "stiffness_known": True, "roughness_v": 0.231,
     "roughness_sd_v": 0.018, "groove_mm": 1.02, "groove_sd_mm": 0.04,
+    "against": {"temperature": "−0.9 ± 0.3 K", "stiffness": "1.8 ± 0.1 times"},
 }  # fmt: skip
 
 BASE: dict[str, Any] = {

@@ -58,7 +58,7 @@ function tip(pen, picture, finger, known, left, top, wide, high) {
   glyph(pen, picture.of(finger, "mode"), left + radius, top + radius + 4);
 }
 
-// free: ring; tap: arrow down; rest: bar; rub: arrow to both sides
+// free: ring; tapping: arrow down; resting: bar; stroking: arrow to both sides
 function glyph(pen, mode, x, y) {
   pen.strokeStyle = colour.text;
   pen.lineWidth = 3;

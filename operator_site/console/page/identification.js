@@ -11,7 +11,8 @@ export function showIdentification() {
   const finger = now.state ? now.state.fingers[now.active] : null;
   const name = FINGER_NAMES[now.active] + (now.chosen === null ? ` (${WORDS.auto})` : "");
   const age = age_s(now.active), known = finger !== null && live() && age <= GONE_S, stale = known && age > STALE_S;
-  write(byId("identification-title"), stale ? WORDS.oldFinger(name, age) : WORDS.active(name, known ? finger.contact_s : null));
+  const old_s = known ? finger.held_s : null;
+  write(byId("identification-title"), stale ? WORDS.oldFinger(name, age) : old_s ? WORDS.held(name, old_s) : WORDS.active(name, known ? finger.contact_s : null));
   const [head, rest] = !known ? ["--", ""] : finger.decision === "IDENTIFIED" ? [finger.line, ""] : [finger.decision, finger.line];
   const more = rest || !known || !finger.limits.length ? rest : WORDS.limits(finger.limits);
   write(byId("decision"), head);
@@ -19,6 +20,7 @@ export function showIdentification() {
   write(byId("decision-more"), more);
   const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C${finger.object_c_uncertain ? WORDS.uncertain : ""}` : "-- °C";
   write(byId("object"), `${WORDS.object} ${warmth}`);
+  write(byId("against"), known && Object.keys(finger.against ?? {}).length ? WORDS.against(Object.values(finger.against)) : "");
   byId("object").className = stale ? "stale" : "";
   write(byId("chart-meaning"), now.state?.meaning ?? WORDS.notCalibrated);
   showProperties(known ? finger : null);

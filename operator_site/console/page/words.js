@@ -4,7 +4,7 @@ export const capital = name => name[0].toUpperCase() + name.slice(1);
 export const FINGER_NAMES = FINGERS.map(capital);
 export const FINGER_IDS = FINGERS.map((_, finger) => `D${finger + 1}`); // as anatomy counts them
 export const DEVICE_LABELS = [...FINGERS.map((name, finger) => [name, FINGER_IDS[finger]]), ["exoskeleton", "exo"], ["remote hand", "arm"]];
-export const MODES = ["free", "tap", "rest", "rub"];
+export const MODES = ["free", "tapping", "resting", "stroking"];
 export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other"];
 export const BODY_SIDES = ["right", "left", "both", ""];
 export const SIDES = ["", "head", "feet", "left", "right"];
@@ -53,6 +53,8 @@ export const WORDS = {
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
   soundBlocked: "No sound before you press something.",
   recording: "● REC", notRecording: "not recording",
+  against: contrasts => `against surroundings: ${contrasts.join(", ")}`,
+  held: (name, seconds) => `${name}, ${seconds.toFixed(1)} s ago`,
   oldFinger: (name, seconds) => `${name}, ${seconds.toFixed(1)} s old`,
   active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
   notCalibrated: "Accuracy of these answers: not known.", object: "object", uncertain: ", uncertain",

@@ -4,18 +4,18 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from common.fingers import FINGERS
-from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalReason, ThermalStatus
+from common.fingers import FINGER_Y_M, FINGERS
+from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalReason, ThermalStatus, TouchRow
 from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import DISK_NEARLY_FULL, unconfirmed
 from operator_site.console.alarms.alarms import Alarm
-from operator_site.console.examination.contrast import contrast_text
+from operator_site.console.examination.contrast import contrast_of, contrast_text
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import UNCERTAIN_SD_K
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import RANGES
-from operator_site.console.map.tactile_map import COLUMNS, QUANTITIES, ROWS
+from operator_site.console.map.tactile_map import COLUMNS, QUANTITIES, ROWS, ExploredPlace, Measured
 from operator_site.console.model import Console
 from operator_site.console.state.fingers_now import GONE_S
 from operator_site.console.state.site_now import DEVICES, SILENT_S
@@ -50,7 +50,9 @@ def page_state(
         "session": _session(console, now_s),
         "link": site.link.shown(now_s),
         "alarms": [_alarm(alarm, from_s, wall_clock) for alarm in console.alarms.listed[:_MOST_ALARMS]],
-        "fingers": [finger_state(console, finger, now_s) for finger in range(len(FINGERS))],
+        "fingers": [
+            console.calm.step(now_s, finger, finger_state(console, finger, now_s)) for finger in range(len(FINGERS))
+        ],
         "devices": [_device(console, name, operator) for name in DEVICES],
         "checks": checks(console, now_s, operator),
         "stop": _stop(console, now_s),
@@ -143,10 +145,29 @@ def finger_state(console: Console, finger: int, now_s: float) -> dict[str, Any]:
         "roughness_sd_v": _rounded(summary.roughness_sd_v, 5) if touching else None,
         "groove_mm": _mm(summary.groove_m) if touching else None,
         "groove_sd_mm": _mm(summary.groove_sd_m) if touching else None,
+        "against": _against(console, finger, row, now_s) if touching else {},
         "limits": fingers.limits(finger, now_s) if console.in_use[finger] else [],
         "softened": console.in_use[finger] and fingers.softened(finger, now_s),
         "age_s": _rounded(age_s, 3),
     }
+
+
+def _against(console: Console, finger: int, row: TouchRow, now_s: float) -> dict[str, str]:
+    """Return the contrast of a finger's object with the surroundings on the map, in words, where it is known."""
+    x_m, y_m = row.x_m, row.y_m + FINGER_Y_M[finger]
+    warm = row.object_c_sd < UNCERTAIN_SD_K and row.thermal_status > ThermalStatus.NO_CONTACT
+    stiff = row.stiffness_n_m > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD
+    here = ExploredPlace(
+        x_m,
+        y_m,
+        temperature=Measured(row.object_c, row.object_c_sd, 1, now_s) if warm and row.object_c_sd > 0.0 else None,
+        roughness=None,
+        stiffness=Measured(row.stiffness_n_m, row.stiffness_n_m * row.stiffness_ln_sd, 1, now_s) if stiff else None,
+        material=None,
+    )
+    around = console.tactile_map.around(x_m, y_m)
+    found = [contrast_of(kind, here, around) for kind in ("warm", "stiff")]
+    return {differs.quantity: differs.text() for differs in found if differs is not None}
 
 
 def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]]:

@@ -1,5 +1,6 @@
 """The state on the page: silence wins over a stop, a stop over engaging, a silent link over engaged."""
 
+import math
 from typing import Any
 
 import pytest
@@ -7,14 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.faults.fault import Fault, FaultCode
+from common.fingers import FINGER_Y_M
 from common.limits import GAP_S
 from common.wire.packets import LinkState
 from operator_site.console.map.lump_search import Searched
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.web.page_state import page_state
-from tests.unit.operator_site.console.fed import S, figures, happen, rendered, touch
+from tests.unit.operator_site.console.fed import INDEX, TOUCHING, S, figures, happen, rendered, touch
 from tests.unit.operator_site.console.page_messages import read_frame
+from tests.unit.operator_site.console.touch_rows import sample
 
 AT_S = 102.0
 
@@ -55,6 +58,20 @@ def test_lumps_and_next_place_of_the_search_are_on_the_map_until_another_map_beg
     console.begin_map()
     begun = page_state(console, AT_S, lambda _: True, "operator.toml")["map"]
     assert (begun["lumps"], begun["next_mm"]) == ([], None)
+
+
+def test_a_finger_has_the_contrast_with_the_surroundings_on_the_map_and_a_sure_answer_stays() -> None:
+    console = engaged()
+    x_m, y_m = TOUCHING["x_m"], TOUCHING["y_m"] + FINGER_Y_M[INDEX]
+    for number, (quantity, value) in enumerate((("temperature", 22.1), ("stiffness", math.log(400.0))), 1):
+        console.tactile_map.take(sample(quantity, number, x_m + 0.02, y_m, value, 0.01**2))
+    finger = page_state(console, AT_S, lambda _: True, "operator.toml")["fingers"][INDEX]
+    assert finger["against"] == {"temperature": "+2.0 ± 0.3 K", "stiffness": "2.00 ± 0.06 times"}
+    assert (finger["decision"], finger["held_s"]) == ("IDENTIFIED", None)
+    at_ns = round((AT_S + 0.5) * S)
+    console.take("operator/touch", at_ns, touch(2, at_ns, contact=0.0, thermal_status=0.0))
+    held = page_state(console, AT_S + 0.5, lambda _: True, "operator.toml")["fingers"][INDEX]
+    assert (held["line"], held["held_s"]) == (finger["line"], 0.5)
 
 
 @given(
