@@ -243,3 +243,17 @@ def test_a_new_console_resumes_the_examination_of_an_ended_one(consoles: Console
         assert (shown[place][values != UNEXPLORED] != UNEXPLORED).all(), "what was felt is shown again"
     assert page.ask("finding", finger="index", kind="warm")["details"]["id"] == ident + 1
     assert f"{ident + 1} findings" in page.ask("end")["text"]
+
+
+@pytest.mark.parametrize(
+    "seconds", [20.0, pytest.param(600.0, marks=[pytest.mark.hardening, pytest.mark.timeout(1800)])]
+)
+def test_work_over_a_calm_link_raises_no_alarm(consoles: Consoles, session: VirtualSession, seconds: float) -> None:
+    page = consoles.page()
+    work(page, session)
+    raised, until_s = set[str](), session.time_s + seconds
+    while session.time_s < until_s:
+        page.turn()
+        # A disk of this machine may be nearly full, which needs an act.
+        raised |= {alarm["text"] for alarm in page.state["alarms"] if alarm["id"] != "disk"}
+    assert raised == set()
