@@ -78,7 +78,7 @@ def test_a_recording_is_shown_as_it_was(address: str) -> None:
         assert session["title"] == "3 Nov 2026 14:07"
         assert session["playback"]["length_s"] == pytest.approx(SECONDS, abs=0.1)
         kinds = [(mark["kind"], round(mark["at_s"], 1)) for mark in session["playback"]["marks"]]
-        assert kinds == [("finding", 11.5), ("fault", 15.0)]
+        assert kinds == [("mode", 0.0), ("finding", 11.5), ("fault", 15.0), ("mode", 15.0)]
         at(page, 10.0)
         assert page.picture is not None
         assert page.picture.flags.playback
