@@ -53,7 +53,7 @@ export const WORDS = {
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
   soundBlocked: "No sound before you press something.",
   recording: "● REC", notRecording: "not recording",
-  against: contrasts => `against surroundings: ${contrasts.join(", ")}`,
+  against: contrasts => `contrast: ${contrasts.join(", ")}`,
   held: (name, seconds) => `${name}, ${seconds.toFixed(1)} s ago`,
   oldFinger: (name, seconds) => `${name}, ${seconds.toFixed(1)} s old`,
   active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
