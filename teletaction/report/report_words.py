@@ -10,6 +10,7 @@ from htpy import Element, Node
 from common.faults.texts import thermal_text
 from common.wire.messages import THERMAL_REASONS
 from operator_site.console.examination.findings import UNCERTAIN_SD_K, UNIT, signed, with_sd
+from operator_site.console.map.roughness_shown import roughness_shown
 from teletaction.recordings.machine_verdict import WHAT_HELD_MEANS
 
 NONE = "none"
@@ -61,8 +62,12 @@ def targets_table(targets: Sequence[Mapping[str, Any]]) -> Element:
         if target.get("value") is None:
             rows.append([*row, "not felt", "–", "–", "–", "–"])
             continue
-        unit, value, sd = UNIT[str(target.get("quantity"))], target["value"], target["sd"]
+        value, sd = target["value"], target["sd"]
         around, true, error = (target.get(name) for name in ("around", "true_value", "error"))
+        unit = UNIT.get(str(target.get("quantity")))
+        if unit is None:  # roughness; a simulated surface has no true one in the sensor's unit
+            around = None if around is None else roughness_shown(around, around, None).value
+            value, sd, unit = roughness_shown(value, sd, None)
         rows.append(
             [
                 *row,

@@ -84,3 +84,10 @@ def test_the_scene_for_finding_has_one_of_each() -> None:
         "nodule": "stiffness",
     }
     assert found_targets(load_scene("materials"), TactileMap()) == []
+
+
+def test_a_rough_target_has_its_row_in_the_report() -> None:
+    rough = {"target": "lesion", "quantity": "roughness", "place_error_mm": 0.5, "value": 0.08, "sd": 0.004}
+    text = str(targets_table([{**rough, "around": 0.005, "true_value": None, "error": None}]))
+    assert "8.0 ± 0.1 of 10" in text
+    assert "1.99 of 10" in text
