@@ -10,6 +10,7 @@ import pytest
 from tests.browser.conftest import Open, wait_for
 from tests.browser.stage import Stage
 from tests.browser.synthetic import SCENARIOS, Scenario
+from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.console, pytest.mark.real_time(stall_s=math.inf)]
 
@@ -45,7 +46,7 @@ def view(page: Any) -> dict[str, float]:
 
 
 def wait_for_cell(page: Any, column: int, row: int) -> None:
-    page.wait_for_function(f"({KNOWN})([{column}, {row}])")
+    wait_until(lambda: page.evaluate(KNOWN, [column, row]), "the cell is not there", 10.0)
 
 
 def felt(felt_mm: list[float] | None, **cells: int) -> Scenario:
@@ -168,11 +169,15 @@ def test_it_is_compared_with_surroundings_mirror_image_and_the_map_before(stage:
     page.keyboard.press("t")
     wait_for_cell(page, 167, 107)
     warm, ground = (167, 107), (90, 107)  # 3 K of warmth at x 40 y -20; nothing at x -38
+    wait_for_cell(page, *ground)
     page.select_option("#compare", "around")
     page.wait_for_function(
         f"({DIFFERENCE})(['temperature', 'around', {warm[0]}, {warm[1]}, 0]).then(value => value > 1.5)"
     )
-    assert abs(page.evaluate(DIFFERENCE, ["temperature", "around", *ground, 0])) < 0.3
+    small = (
+        f"({DIFFERENCE})(['temperature', 'around', {ground[0]}, {ground[1]}, 0]).then(value => Math.abs(value) < 0.3)"
+    )
+    page.wait_for_function(small)
     page.keyboard.press("b")
     assert page.input_value("#compare") == "mirror"
     axis = (warm[0] + ground[0] + 1) / 2

@@ -261,7 +261,7 @@ def test_a_past_alarm_is_acknowledged_by_touch(stage: Stage, open_page: Open) ->
 def test_nothing_is_acknowledged_by_an_observer_or_without_data(stage: Stage, open_page: Open) -> None:
     stage.show("observer").alarm("link", "high", PAST, active=False, waits=True, ended_s=712.0)
     page = open_page()
-    page.wait_for_selector("#alarm-button:has-text('+')")
+    page.wait_for_selector(f"#alarm-text:has-text('{PAST}')")
     assert page.is_hidden("#acknowledge-button")
     paused_after_alarm(stage)
     page.wait_for_selector("#acknowledge-button")
