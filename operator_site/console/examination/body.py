@@ -69,7 +69,7 @@ def read_mark(given: object) -> BodyMark | None:
     fields = given if isinstance(given, dict) else {}
     region, side, landmark = (fields.get(name) or "" for name in ("region", "side", "landmark"))
     landmark_mm = fields.get("landmark_mm")
-    if region not in regions() or side not in BODY_SIDES:
+    if not isinstance(region, str) or region not in regions() or side not in BODY_SIDES:
         raise Refused(texts.BODY_NEEDS)
     if not isinstance(landmark, str) or len(landmark) > LONGEST_LANDMARK or not landmark.isprintable():
         raise Refused(texts.LANDMARK_LENGTH.format(longest=LONGEST_LANDMARK))

@@ -40,6 +40,8 @@ def test_words(mark: BodyMark, text: str) -> None:
     assert body_mark({"body": mark.record()}) == mark
 
 
-@pytest.mark.parametrize("record", [{}, {"body": None}, {"body": 3}, {"body": {"region": "tail"}}, {"body": {}}])
+@pytest.mark.parametrize(
+    "record", [{}, {"body": None}, {"body": 3}, {"body": {"region": "tail"}}, {"body": {}}, {"body": {"region": [1]}}]
+)
 def test_records_without_a_valid_place(record: dict[str, Any]) -> None:
     assert body_mark(record) is None
