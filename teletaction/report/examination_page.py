@@ -7,7 +7,9 @@ from typing import Any
 
 import htpy as h
 from htpy import Element, Node
+from markupsafe import Markup
 
+from operator_site.console.examination.body import body_mark, body_svg
 from operator_site.console.examination.contrast import CONFIDENCES, contrast_of
 from operator_site.console.examination.findings import QUANTITY, value_text
 from operator_site.console.map.map_tiles import picture
@@ -60,14 +62,15 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
         "at the console": shown(begun.get("who")),
         "findings": f"{len(findings)}, and {withdrawn} withdrawn" if withdrawn else str(len(findings)),
     }
-    if body := _body(begun):
-        facts["place on the body"] = shown(body)
+    if body := body_mark(begun):
+        facts["place on the body"] = body.text()
     quantity = _first_quantity(examination)
     lumps = suggested_lumps(examination.felt)
     drawn = None if quantity is None else map_figure(examination.felt, quantity, findings, *OPENING_IN, lumps)
     caption = "" if quantity is None else f"{quantity.capitalize()} over the explored surface. {_sides(begun)}"
     caption += _OUTLINES if lumps else ""
     return h.section(".signed")[
+        None if body is None else h.div(".body-mark")[Markup(body_svg(body))],
         fact_list(facts),
         figure("Map with findings", drawn, caption) if drawn else h.p["Nothing was felt."],
         h.h3["Findings"],
@@ -92,7 +95,7 @@ def findings_table(examination: Examination) -> Element:
         row: list[Node] = [
             h.b[shown(finding.get("id"))],
             shown(finding.get("kind")),
-            [where, (body := _body(finding)) and [h.br, body]],
+            [where, None if (body := body_mark(finding)) is None else [h.br, body.text()]],
             [h.span(".value")[shown(finding.get("text"))], (compare := finding.get("compare")) and [h.br, compare]],
             shown(confidence(examination, finding)),
             h.span(".note")[_beginning(str(finding.get("note") or "–"))],
@@ -271,19 +274,6 @@ def _sides(begun: Mapping[str, Any]) -> str:
     if not isinstance(sides, Mapping):
         return ""
     return "".join(f"{side.capitalize()} edge: {name}. " for side, name in sides.items() if isinstance(name, str))
-
-
-def _body(entry: Mapping[str, Any]) -> str:
-    """Return the place on the body of an examination or a finding, in words; empty if it was not recorded."""
-    mark = entry.get("body")
-    if not isinstance(mark, Mapping):
-        return ""
-    words = " ".join(str(mark[name]) for name in ("side", "region") if mark.get(name))
-    if not mark.get("landmark"):
-        return words
-    away_mm = mark.get("landmark_mm")
-    away = "at" if away_mm is None else f"{float(away_mm):.0f} mm from"
-    return f"{words}, {away} {mark['landmark']}"
 
 
 def _mm(value: Any) -> str:

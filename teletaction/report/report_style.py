@@ -26,6 +26,7 @@ th { background: #f2f4f6 }
 .bar { display: inline-block; height: .7em; background: #0072B2 }
 h3 { font-size: 1.05rem; margin: 1.2rem 0 .3rem }
 .signed figure { max-width: 900px }
+.body-mark { float: right; width: 4.5rem; margin-left: 1rem }
 .maps { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 22rem), 1fr)); gap: .4rem 1.6rem }
 .line { border-bottom: 1px solid #1b1f24; height: 2.4rem; color: #4a5058; font-size: .85rem }
 .signatures { display: grid; grid-template-columns: 2fr 1fr 2fr; gap: 2rem; margin-top: 1rem }
