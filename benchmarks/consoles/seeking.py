@@ -23,7 +23,7 @@ from common.wire.touch_summary import NOTHING, TouchSummary
 from operator_site.console.examination.journal import SCHEMAS as JOURNAL
 from operator_site.console.model import Console
 from operator_site.console.playback.playback import MOST_CHECKPOINTS, Playback, Recording
-from operator_site.console.playback.player import _AT_ONCE
+from operator_site.console.playback.player import AT_ONCE
 from operator_site.site_recording import SCHEMAS
 
 HOUR_S = 3600
@@ -114,7 +114,7 @@ def measure(path: Path) -> dict[str, object]:
         began = time.perf_counter()
         while playback.partial:
             step = time.perf_counter()
-            playback.complete(_AT_ONCE)
+            playback.complete(AT_ONCE)
             steps_s.append(time.perf_counter() - step)
         complete_s.append(time.perf_counter() - began)
     recording.close()

@@ -14,7 +14,7 @@ from common.link.session_display import CONNECTED, ENGAGED, ENGAGING, FAULT, PAU
 from common.link.session_state import Happening
 from common.wire.messages import Touch
 from common.wire.packets import LinkState
-from operator_site.console.alarms.alarm_rules import Surroundings, causes, unknown
+from operator_site.console.alarms.alarm_rules import Surroundings, causes, causes_unknown
 from operator_site.console.alarms.alarms import Alarms
 from operator_site.console.examination.examination import Examination
 from operator_site.console.map.lump_search import NOTHING, Searched
@@ -135,7 +135,7 @@ class Console:
         """Update the alarms; called about thirty times a second."""
         self._stepped_s = now_s
         present = causes(now_s, self.site, self.fingers, self.in_use, self.around, live=self.live)
-        self.alarms.step(now_s, present, complete=not unknown(now_s, self.site, live=self.live))
+        self.alarms.step(now_s, present, complete=not causes_unknown(now_s, self.site, live=self.live))
 
     @property
     def in_use(self) -> tuple[bool, ...]:

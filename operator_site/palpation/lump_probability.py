@@ -78,6 +78,7 @@ class LumpMap:
         order = np.argsort(-mean)
         self._searched_m, self._excess = searched_m[order], mean[order] - self._middle
         self._lump = self._existence(self._excess, sd[order])
+        self._searched_lump = np.zeros(len(order)) if search is None else search.probability(self._searched_m)
 
     def probability(self, places_m: ArrayLike) -> Floats:
         """Return the probability that each place, (n, 2), m, belongs to a lump, (n,), 0..1."""
@@ -92,7 +93,7 @@ class LumpMap:
         if self._search is None:
             return np.asarray(np.maximum(lump * inside, unknown))
         searched = self._search.probability(places)
-        doubt = (1.0 - lump) * (1.0 - self._search.probability(self._searched_m)[highest])
+        doubt = (1.0 - lump) * (1.0 - self._searched_lump[highest])
         lump = np.where(lump >= RESOLVED, 1.0 - doubt, 0.0)
         found = lump * inside + (1.0 - lump) * searched
         return np.asarray(np.where(self._field.nearest_m(places) <= REACH_M, found, np.maximum(found, unknown)))

@@ -44,7 +44,7 @@ MOST_NODULES = 3
 """Largest number of nodules that are taken away."""
 TAKEN_FROM = 3.0
 """Smallest ln of the likelihood ratio at a place where a nodule is taken away."""
-SOUND = 0.85
+RIGHT_WHEN_SURE = 0.85
 """Share of the sure answers that are right.
 
 Grounds differ from the assumed ones. On 200 random phantoms, 86 % of the places with a probability of 0.98 lay above a
@@ -154,7 +154,7 @@ class NoduleSearch:
             away_m = cdist(places, sites_m)
             above = sum((away_m < 0.5 * size) @ share[:, i] for i, size in enumerate(DIAMETERS_M))
             nowhere *= 1.0 - np.minimum(above, 1.0)
-        return np.asarray(SOUND * (1.0 - nowhere))
+        return np.asarray(RIGHT_WHEN_SURE * (1.0 - nowhere))
 
     def _search(self) -> Floats:
         """Take nodules away one by one; return the numbers that are left, (k * n,)."""
@@ -327,4 +327,4 @@ def _nodule(sites_m: Floats, weight: Floats) -> FoundNodule:
     x_m, y_m = share.sum(axis=(1, 2)) @ sites_m
     by_size = share.sum(axis=(0, 2)).reshape(len(DIAMETERS_M), -1).sum(axis=1)
     diameter_m = math.exp(float(by_size @ np.log(DIAMETERS_M)))
-    return FoundNodule(float(x_m), float(y_m), diameter_m, SOUND * float(expit(logsumexp(weight))))
+    return FoundNodule(float(x_m), float(y_m), diameter_m, RIGHT_WHEN_SURE * float(expit(logsumexp(weight))))

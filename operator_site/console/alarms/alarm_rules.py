@@ -60,7 +60,7 @@ def causes(
         # No latch: if the silence ends the session, its cause stays on the page as the reason of the pause.
         urgent = site.wanted or site.state in (LinkState.ENGAGED, LinkState.FAULT)
         found["feed"] = Cause(Priority.HIGH if urgent else Priority.LOW, texts.no_data(old_s))
-        if unknown(now_s, site, live=live):
+        if causes_unknown(now_s, site, live=live):
             return found  # all other causes would rest on old data
     if (waiting := unconfirmed(now_s, site)) and site.stop_asked_s is not None:
         found["stop"] = Cause(
@@ -90,7 +90,7 @@ def causes(
     return found | _recording(site, around) | _lesser(around, live)
 
 
-def unknown(now_s: float, site: SiteNow, *, live: bool = True) -> bool:
+def causes_unknown(now_s: float, site: SiteNow, *, live: bool = True) -> bool:
     """Return whether the site is silent, so that all other causes are unknown."""
     return live and math.isfinite(site.heard_s) and site.silent_s(now_s) > SILENT_S
 

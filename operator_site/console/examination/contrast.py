@@ -77,7 +77,7 @@ def compared(kind: str | None, here: ExploredPlace, around: ExploredPlace, scale
     """Describe the contrast of a finding in words, also that there is no clear one; empty if it is unknown."""
     found = contrast_of(kind, here, around)
     if found is None or found.clear:
-        return compare(kind, here, around, scale)
+        return compare(QUANTITY.get(kind or ""), here, around, scale)
     return f"{NO_DIFFERENCE if _same(found) else f'not {kind}er than its surroundings'} ({found.text()})"
 
 

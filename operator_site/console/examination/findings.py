@@ -90,12 +90,7 @@ def describe(kind: str | None, here: ExploredPlace, scale: RoughnessUm | None = 
     return ", ".join([*([kind] if kind else []), *(values or ["nothing felt here"])])
 
 
-def compare(kind: str | None, here: ExploredPlace, around: ExploredPlace, scale: RoughnessUm | None = None) -> str:
-    """Describe the difference of a finding from its surroundings in words; empty if unknown."""
-    return contrast(QUANTITY.get(kind or ""), here, around, scale)
-
-
-def contrast(quantity: str | None, here: ExploredPlace, around: ExploredPlace, scale: RoughnessUm | None = None) -> str:
+def compare(quantity: str | None, here: ExploredPlace, around: ExploredPlace, scale: RoughnessUm | None = None) -> str:
     """Describe the difference of a place from its surroundings in one quantity in words; empty if unknown."""
     mine, theirs = (getattr(place, quantity) if quantity else None for place in (here, around))
     if quantity is None or mine is None or theirs is None:

@@ -17,6 +17,7 @@ from common.wire.roughness_um import RoughnessUm
 from common.wire.touch_summary import TouchSummary
 from operator_site.console.map.finger_samples import FingerSamples, Sample, slant
 from operator_site.console.map.map_layer import CELL_M, KERNEL_M, REACH_M, TILE, Layer, tile_of
+from operator_site.console.map.roughness_shown import LEVEL_0_V, LEVEL_10_V
 from operator_site.console.map.stiffness_layer import StiffnessLayer
 
 QUANTITIES = ("temperature", "roughness", "stiffness", "material")
@@ -31,7 +32,7 @@ The shared temperature outvotes one warm finger of five for seconds.
 """
 SCALE_K = 3.0
 """Half the span of the temperature scale, K."""
-SCALES = {"roughness": (0.002, 0.2), "stiffness": (200.0, 5000.0)}
+SCALES = {"roughness": (LEVEL_0_V, LEVEL_10_V), "stiffness": (200.0, 5000.0)}
 """Ends of the roughness and stiffness scales, V and N/m."""
 CENTRED_BY = 10
 """Number of first touches whose median is the centre of the temperature scale; later touches do not move it."""

@@ -121,7 +121,7 @@ function howOf({ quantity }) {
 }
 
 function repaint() {
-  for (const pane of panes) paintAll(pane);
+  for (const pane of shownPanes()) paintAll(pane);
   showTools();
 }
 
@@ -171,7 +171,7 @@ export function followMap(state) {
   const key = JSON.stringify(state.map ? [state.map.frame, state.map.number] : null);
   if (frameKey && key !== frameKey) { forgetTiles(); forgetBefore(); forgetFelt(); axis_mm = null; repaint(); }
   frameKey = key;
-  if (panes.some(pane => JSON.stringify(legend(pane.quantity)) !== pane.legendKey)) repaint();
+  if (shownPanes().some(pane => JSON.stringify(legend(pane.quantity)) !== pane.legendKey)) repaint();
   if (followFelt(state.map?.felt_mm)) dirty = true;
   openOnFullest(state.map?.felt_cells);
   const still = JSON.stringify([state.findings, state.map?.sides, state.map?.lumps, state.map?.next_mm]);

@@ -2,21 +2,24 @@
 import { now } from "./now.js";
 import { ANCHORS, WORDS } from "./words.js";
 
-const LEVEL_0_V = 0.002, LEVELS_LN = Math.log(100); // level 0 to 10 is 2 to 200 mV
+const SCALE_V = [0.002, 0.2];
 
+// Ends of the console's scale are the levels 0 and 10.
+const levels = () => now.state?.map?.legend?.roughness ?? SCALE_V;
 const scaled = () => now.state?.map?.roughness_um ?? null;
 
 // Converts a roughness in V to um, or to a level of 0 to 10 where the sensor was not calibrated for um.
 export function roughness(value_v) {
   const scale = scaled();
   if (scale) return Math.exp(scale.ln_um + scale.exponent * Math.log(value_v));
-  return 10 * Math.log(value_v / LEVEL_0_V) / LEVELS_LN;
+  const [low, high] = levels();
+  return 10 * Math.log(value_v / low) / Math.log(high / low);
 }
 
 export function roughnessSd(value_v, sd_v) {
   if (typeof value_v !== "number" || typeof sd_v !== "number") return null;
-  const scale = scaled(), relative = sd_v / value_v;
-  return scale ? roughness(value_v) * Math.hypot(scale.exponent * relative, scale.ln_sd) : 10 * relative / LEVELS_LN;
+  const scale = scaled(), relative = sd_v / value_v, [low, high] = levels();
+  return scale ? roughness(value_v) * Math.hypot(scale.exponent * relative, scale.ln_sd) : 10 * relative / Math.log(high / low);
 }
 
 export function unitOf(quantity) {

@@ -19,7 +19,7 @@ from operator_site.console.web.page_state import page_state
 from operator_site.console.web.pages import Pages
 from operator_site.session.console_feed import BATCH_S
 
-_AT_ONCE = 300
+AT_ONCE = 300
 """Messages that one step takes to complete a preview; about 0.05 s."""
 
 
@@ -59,7 +59,7 @@ class Player:
         if self._target_s is None:
             playback.step(wall_s)
             if playback.partial and playback.ready(playback.at_s):
-                playback.complete(_AT_ONCE)
+                playback.complete(AT_ONCE)
         else:
             exact = playback.dense and playback.ready(self._target_s)
             (playback.seek if exact else playback.preview)(self._target_s, wall_s)

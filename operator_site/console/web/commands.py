@@ -19,7 +19,7 @@ from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.examination.contrast import propose
 from operator_site.console.examination.examination import Finding
-from operator_site.console.examination.findings import MEASURED, contrast, value_text
+from operator_site.console.examination.findings import MEASURED, compare, value_text
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
@@ -389,7 +389,7 @@ class Commands:
         text = texts.NOTHING_HERE
         if name is not None:
             value = measured[name]
-            differs = contrast(name, here, surface.around(x_m, y_m), scale)
+            differs = compare(name, here, surface.around(x_m, y_m), scale)
             text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s), differs)
         return Answer(True, text, {"text": text, **shown})
 

@@ -7,7 +7,7 @@ import pytest
 
 from operator_site.palpation.inclusion_model import contact_radius_m, energy_share, ln_lift
 from operator_site.palpation.lump_probability import LumpMap, lumps_of_field, lumps_of_presses
-from operator_site.palpation.nodule_search import MOST_SEARCHED, SOUND, NoduleSearch, one_stiffness
+from operator_site.palpation.nodule_search import MOST_SEARCHED, RIGHT_WHEN_SURE, NoduleSearch, one_stiffness
 from operator_site.palpation.press_numbers import FEWEST_STEPS, press_numbers
 from operator_site.palpation.stiffness_field import StiffnessField
 from tests.unit.operator_site.palpation.made_ground import grid_m, ln_stiffness
@@ -47,9 +47,9 @@ def numbers_of(breath_m: float, top_m: float | None = None):  # type: ignore[no-
 def test_a_lump_is_found_at_its_place() -> None:
     found = search("ball")
     best = max(found.nodules, key=lambda one: one.probability)
-    assert best.probability > 0.9 * SOUND
+    assert best.probability > 0.9 * RIGHT_WHEN_SURE
     assert math.dist((best.x_m, best.y_m), MIDDLE_M) < 2e-3
-    assert found.probability([MIDDLE_M])[0] > 0.9 * SOUND
+    assert found.probability([MIDDLE_M])[0] > 0.9 * RIGHT_WHEN_SURE
     assert found.probability([(0.05, 0.05)])[0] < 0.1
 
 
@@ -71,7 +71,7 @@ def test_breathing_is_taken_away_and_hides_no_nodule() -> None:
     assert breathing.probability(grid_m()).max() < 0.2
     assert still.probability(grid_m()).max() < 0.2
     found = NoduleSearch(numbers_of(0.4e-3, 5e-3))
-    assert found.probability([MIDDLE_M])[0] > 0.9 * SOUND
+    assert found.probability([MIDDLE_M])[0] > 0.9 * RIGHT_WHEN_SURE
 
 
 def test_a_press_that_ended_early_says_nothing_about_the_depth_beyond() -> None:
@@ -99,7 +99,7 @@ def test_lump_probabilities_take_deep_nodules_from_the_search() -> None:
     numbers = numbers_of(0.2e-3, 7e-3)
     found = lumps_of_presses(numbers)
     assert found.nodules
-    assert found.probability([MIDDLE_M])[0] > 0.9 * SOUND
+    assert found.probability([MIDDLE_M])[0] > 0.9 * RIGHT_WHEN_SURE
     field = StiffnessField(numbers.places_m, numbers.value[1], numbers.variance[1])
     assert found.probability([MIDDLE_M])[0] > LumpMap(field).probability([MIDDLE_M])[0]
 
@@ -108,4 +108,4 @@ def test_a_field_is_searched_as_presses_with_one_stiffness() -> None:
     places_m = grid_m()
     value = ln_stiffness(places_m, np.random.default_rng(1), "ball")
     found = lumps_of_field(StiffnessField(places_m, value, np.full(len(value), 1e-4)))
-    assert found.probability([MIDDLE_M])[0] > 0.9 * SOUND
+    assert found.probability([MIDDLE_M])[0] > 0.9 * RIGHT_WHEN_SURE

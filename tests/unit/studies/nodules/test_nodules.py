@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from operator_site.palpation.nodule_search import SOUND
+from operator_site.palpation.nodule_search import RIGHT_WHEN_SURE
 from sim_sensors.tissue.contrast import Sphere
 from studies.nodules.detector import detect
 from studies.nodules.judge import (
@@ -186,7 +186,7 @@ def test_the_detector_finds_a_plain_nodule_in_its_place() -> None:
         answer = detect(press(phantom, ranges=CALM))
         best = max(answer.found, key=lambda found: found.probability)
         (sphere,) = phantom.spheres
-        assert best.probability > 0.9 * SOUND
+        assert best.probability > 0.9 * RIGHT_WHEN_SURE
         assert math.dist((best.x_mm, best.y_mm), (sphere.x_mm, sphere.y_mm)) < 3.0
 
 

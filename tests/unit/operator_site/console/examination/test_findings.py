@@ -50,10 +50,10 @@ def test_kind_and_value() -> None:
 
 def test_against_the_surroundings() -> None:
     warm = TISSUE._replace(temperature=Measured(35.1, 0.3, 3, 9.0))
-    assert compare("warm", warm, TISSUE) == "+2.1 ± 0.4 K against 33.0 ± 0.3 °C around it (12 touches)"
+    assert compare("temperature", warm, TISSUE) == "+2.1 ± 0.4 K against 33.0 ± 0.3 °C around it (12 touches)"
     stiff = TISSUE._replace(stiffness=Measured(1800.0, 60.0, 1, 9.0))
-    assert compare("stiff", stiff, TISSUE) == "3.0 ± 0.1 times the 600 ± 20 N/m around it (12 touches)"
-    assert compare("warm", NOWHERE, TISSUE) == ""
+    assert compare("stiffness", stiff, TISSUE) == "3.0 ± 0.1 times the 600 ± 20 N/m around it (12 touches)"
+    assert compare("temperature", NOWHERE, TISSUE) == ""
     assert compare(None, warm, TISSUE) == ""
     assert [signed(kelvin, 0.3) for kelvin in (-2.04, 2.04)] == ["−2.0 ± 0.3", "+2.0 ± 0.3"]
 
