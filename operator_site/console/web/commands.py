@@ -4,9 +4,8 @@ import asyncio
 import logging
 import math
 from collections import Counter
-from collections.abc import Awaitable, Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from typing import Any, Protocol
@@ -17,16 +16,17 @@ from common.link.session_state import Refused
 from common.runtime.containment import Containment
 from common.wire.packets import LinkState
 from operator_site.console import texts
-from operator_site.console.examination.contrast import propose
 from operator_site.console.examination.examination import Finding
-from operator_site.console.examination.findings import MEASURED, compare, value_text
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
 from operator_site.console.model import Console
+from operator_site.console.web.answer import Act, Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.control import Control
+from operator_site.console.web.map_requests import propose_kind, values_at
 from operator_site.console.web.page_state import refusal
+from operator_site.console.web.playback_requests import Playing, pause, play, seek
 
 log = logging.getLogger(__name__)
 
@@ -51,32 +51,6 @@ class SiteControl(Protocol):
 
     def ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
         """Send a request; the future holds the site's answer, see `LocalControlClient.ask`."""
-
-
-class Playing(Protocol):
-    """Playback of a recording."""
-
-    def play(self, speed: float) -> None:
-        """Play at a multiple of the recorded speed."""
-
-    def pause(self) -> None:
-        """Pause the playback."""
-
-    def seek(self, at_s: float) -> bool:
-        """Jump to a time, s from the beginning; return False if that part must be read first."""
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """Answer to a request of a page."""
-
-    ok: bool
-    text: str
-    details: dict[str, Any] | None = None
-
-
-Act = Callable[[Client, dict[str, Any], float], Awaitable[Answer]]
-"""Carries out one verb for a page, with its details, at a time, s."""
 
 
 class Commands:
@@ -125,7 +99,7 @@ class Commands:
         self.plays = player is not None
         """Whether a recording is shown. A dragged slider then sends many requests, and none acts on a site."""
         if player is not None:
-            playing = {"play": _play, "pause": _pause, "seek": _seek}
+            playing = {"play": play, "pause": pause, "seek": seek}
             self._verbs = {
                 "place": self._place,
                 "propose": self._propose,
@@ -331,11 +305,6 @@ class Commands:
         finding = self.console.examination.undo()
         return await self._keep(finding, now_s, texts.UNDONE, f"saved: {finding.text}.")
 
-    async def _propose(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        x_m, y_m = _place(details)
-        tactile_map = self.console.tactile_map
-        return Answer(True, "", propose(tactile_map.at(x_m, y_m), tactile_map.around(x_m, y_m)))
-
     async def _keep(self, finding: Finding, now_s: float, text: str, on_disk: str) -> Answer:
         """Write a finding, wait for the disk, and answer whether the disk has it."""
         self._journal.write("console/finding", now_s, finding.record())
@@ -376,22 +345,10 @@ class Commands:
         return Answer(True, texts.SOUND_PAUSED.format(seconds=min(60, round(float(seconds)))))
 
     async def _place(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        x_m, y_m = _place(details)
-        surface, scale = self.console.tactile_map, self.console.tactile_map.roughness_um
-        here = surface.at(x_m, y_m)
-        measured = {name: value for name in MEASURED if (value := getattr(here, name)) is not None}
-        shown: dict[str, Any] = {name: value_text(name, value, scale) for name, value in measured.items()}
-        if here.lump is not None and "stiffness" in shown:
-            shown["stiffness"] = texts.with_lump(shown["stiffness"], here.lump)
-        if here.material is not None:
-            shown["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
-        name = client.quantities[0] if client.quantities[0] in measured else next(iter(measured), None)
-        text = texts.NOTHING_HERE
-        if name is not None:
-            value = measured[name]
-            differs = compare(name, here, surface.around(x_m, y_m), scale)
-            text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s), differs)
-        return Answer(True, text, {"text": text, **shown})
+        return values_at(self.console.tactile_map, client.quantities[0], details, now_s)
+
+    async def _propose(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        return propose_kind(self.console.tactile_map, details)
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
         examination = self.console.examination
@@ -405,38 +362,6 @@ class Commands:
             "body": None if examination.body is None else examination.body.record(),
         }
         self._journal.write("console/session", now_s, record)
-
-
-def _place(details: dict[str, Any]) -> tuple[float, float]:
-    """Return the place of a request, m.
-
-    Raises:
-        Refused: it has none.
-    """
-    x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
-    if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
-        raise Refused(texts.PLACE_NEEDED)
-    return x_mm / 1000.0, y_mm / 1000.0
-
-
-async def _play(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-    speed = details.get("speed", 1.0)
-    if not isinstance(speed, (int, float)) or not abs(speed) < 1e9:
-        raise Refused(texts.SPEED_NEEDED)
-    player.play(float(speed))
-    return Answer(True, "")
-
-
-async def _pause(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-    player.pause()
-    return Answer(True, texts.PLAYBACK_PAUSED)
-
-
-async def _seek(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-    at_s = details.get("at_s")
-    if not isinstance(at_s, (int, float)) or not abs(at_s) < 1e9:
-        raise Refused(texts.TIME_NEEDED)
-    return Answer(True, "" if player.seek(max(0.0, float(at_s))) else texts.READING_AHEAD)
 
 
 def _whole(value: object) -> object:

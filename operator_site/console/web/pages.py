@@ -15,8 +15,9 @@ from operator_site.console import texts
 from operator_site.console.map.map_tiles import changed
 from operator_site.console.map.tactile_map import QUANTITIES
 from operator_site.console.web.access import Visitor
+from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
-from operator_site.console.web.commands import Answer, Commands
+from operator_site.console.web.commands import Commands
 from operator_site.console.web.page_state import urgent
 from operator_site.console.web.places import place_for
 

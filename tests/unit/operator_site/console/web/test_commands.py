@@ -19,8 +19,9 @@ from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.access import Visitor
+from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
-from operator_site.console.web.commands import Answer, Commands
+from operator_site.console.web.commands import Commands
 from tests.conftest import Contained
 from tests.unit.operator_site.console.fed import fed, happen
 from tests.unit.operator_site.console.page_room import BRIEF, AnsweringSite, MemoryJournal
