@@ -135,7 +135,10 @@ def _spread(values: list[float]) -> dict[str, float]:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m benchmarks.consoles.seeking FOLDER")
     file = Path(sys.argv[1]) / "hour.mcap"
+    file.parent.mkdir(parents=True, exist_ok=True)
     if not file.exists():
         record(file)
     print(json.dumps(measure(file), indent=1))
