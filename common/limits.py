@@ -65,6 +65,19 @@ CONTACT_FORCE_N = 5.0
 """Default maximum force of a remote finger on the patient, N."""
 LEFT_J, LEFT_W = 0.050, 0.100
 """Maximum work of a remote finger that stays in the patient: at once, J, and continuously, W."""
+RETREAT_M_S = 0.020
+"""Speed at which a stopped remote finger leaves the patient along the surface normal, m/s."""
+PATIENT_STOP_S = 0.150
+"""Maximum time from a press of the patient's stop switch until the contact force falls, s; it needs no network."""
+LIFT_OFF_S = 0.900
+"""Maximum time from that press until a finger 10 mm deep at 5 N has left the patient, s. It is PATIENT_STOP_S and the
+retreat over these 10 mm and the 5 mm by which the set-point lies below the finger."""
+SWITCH_SILENCE_S = 0.100
+"""Maximum silence of the patient's stop switch, s; a longer one stops the remote fingers as a press does."""
+SWITCH_LOST_S = 0.500
+"""Silence of the patient's stop switch that is a fault, s."""
+SWITCH_HOLD_S = 1.000
+"""Minimum time for which the patient's stop switch reports a press, s: longer than a silence, which could hide it."""
 APPROACH_PLANE_M_S, APPROACH_DOWN_M_S = 0.15, 0.020
 """Maximum speeds of the remote hand, m/s, along the bench and of fingers downwards, until it meets the operator's."""
 

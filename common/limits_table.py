@@ -75,6 +75,12 @@ def _limits() -> Mapping[str, str]:
         f"{limits.LEFT_W * 1e3:g} mW continuously at each finger",
         "patient side, approach to the operator's hand": f"{limits.APPROACH_PLANE_M_S * 1e3:g} mm/s along the bench; "
         f"then fingers are lowered at {limits.APPROACH_DOWN_M_S * 1e3:g} mm/s, until both hands agree",
+        "patient's own stop": f"contact force falls within {limits.PATIENT_STOP_S * 1e3:g} ms, then the fingers leave "
+        f"at {limits.RETREAT_M_S * 1e3:g} mm/s, from a depth of 10 mm within {limits.LIFT_OFF_S * 1e3:g} ms; "
+        "it needs no network",
+        "patient's stop switch": f"silent for {limits.SWITCH_SILENCE_S * 1e3:g} ms, it stops as a press does; "
+        f"for {limits.SWITCH_LOST_S * 1e3:g} ms, it is a latched fault; "
+        f"it reports a press for {limits.SWITCH_HOLD_S * 1e3:g} ms at least",
         "gap without an accepted packet": f"{limits.GAP_S * 1e3:g} ms, then safe state",
         "age of a packet": f"{limits.AGE_DEFAULT_S * 1e3:g} ms by default, at most {limits.AGE_MAX_S * 1e3:g} ms",
         "from the last valid input": f"force 0 within {limits.FORCE_SAFE_S * 1e3:g} ms, "

@@ -162,7 +162,7 @@ class RemoteSite:
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):
-            return answer_desk(self.server, now_ns, not_ready, verb, details)
+            return answer_desk(self.server, now_ns, not_ready, verb, details, held=self._devices.patient_presses)
 
     def _commanded(
         self, now: SensorFrame, followed: tuple[float, Places] | None, heater_drive: list[float]
@@ -258,6 +258,7 @@ class RemoteSite:
             sensor_c=devices.sensor_c,
             sensor_age_s=[now.time_s - s for s in devices.sensor_s],
             in_contact=in_contact,
+            patient_switch=devices.switch_reading(now.time_s),
         )
 
     def _touch(self, now_ns: int) -> bytes | None:

@@ -10,9 +10,11 @@ from common.limits import (
     FORCE_RAMP_UP_N_S,
     FORCE_SAFE_S,
     GAP_S,
+    LIFT_OFF_S,
     MOTOR_FLOOR_RPM,
     MOTOR_SAFE_S,
     MOTOR_STILL_S,
+    PATIENT_STOP_S,
     PLATE_PEAK_C,
     SENSOR_PLATE_C,
     THERMAL_SAFE_S,
@@ -32,6 +34,8 @@ more."""
 HAND_STOP_S = 2.0 * GAP_S
 """Time from the last motion packet until the remote hand stands still along the bench, s."""
 STILL_M_S = 0.010
+RISE_N = 0.01
+"""Least rise of the contact force between two entries that counts, N."""
 FELT_N = 0.15
 """Least force that counts as felt, N."""
 WINDOW_S = 0.5
@@ -50,7 +54,7 @@ class Truth:
 
     Attributes:
         finger_s, force_n, motor_mv, motor_rpm, peltier, plate_c: at the operator's fingers.
-        patient_s, heater, sensor_plate_c, hand_x_m (n,), hand_z_m: at the remote hand.
+        patient_s, heater, sensor_plate_c, hand_x_m (n,), hand_z_m, contact_n: at the remote hand.
         faults: times at which a site latched a fault, s, with its text.
         ticks_s: times of each process's ticks, s; a process cannot act between two of them.
     """
@@ -66,6 +70,7 @@ class Truth:
     sensor_plate_c: Floats
     hand_x_m: Floats
     hand_z_m: Floats
+    contact_n: Floats
     faults: list[tuple[float, str]]
     ticks_s: dict[str, Floats]
 
@@ -108,6 +113,8 @@ class Finding:
     latched_s: float | None = None
     """Time from the fault to the latch, s."""
     latched_by: str = ""
+    leaves_s: dict[str, float] = field(default_factory=dict)
+    """Time from the patient's stop until the contact force falls, and until the finger is off the patient, s."""
     resumed_s: float | None = None
     """Time from the end of the fault, or from engaging again, until force and vibration were felt, s."""
     wrong: list[str] = field(default_factory=list)
@@ -140,6 +147,8 @@ def judge(done: Done, truth: Truth) -> Finding:
     for actuator in Actuator:
         if actuator in fault.neutral and until_s - since_s > HOLD_S[actuator] + finding.granted_s:
             _judge_neutral(finding, truth, actuator, since_s, until_s)
+    if fault.leaves:
+        _judge_leaving(finding, truth, done.begin_s + fault.noticed_s, until_s)
     again_s = _felt_again(truth, done.cleared_s or done.end_s, done.next_s)
     finding.resumed_s = None if again_s is None else again_s - (done.cleared_s or done.end_s)
     finding.outcome = _outcome(done, truth, latch is not None, again_s, finding.granted_s)
@@ -172,6 +181,23 @@ def _judge_neutral(finding: Finding, truth: Truth, actuator: Actuator, since_s: 
         fast = truth.finger_s[during & _any(truth.motor_rpm >= MOTOR_FLOOR_RPM, finding.fault)]
         if len(fast) and fast[-1] - since_s > MOTOR_STILL_S + finding.granted_s:
             finding.wrong.append(f"motor still felt after {(fast[-1] - since_s) * 1e3:.0f} ms")
+
+
+def _judge_leaving(finding: Finding, truth: Truth, since_s: float, until_s: float) -> None:
+    """Measure how soon the contact force of the stroking finger falls for good, and when the finger is off."""
+    then = (truth.patient_s > since_s) & (truth.patient_s < until_s)
+    time_s, force_n = truth.patient_s[then], truth.contact_n[then, FINGERS.index(STROKING)]
+    rising = np.flatnonzero(np.diff(force_n) > RISE_N) + 1
+    touching = np.flatnonzero(force_n > 0.0)
+    ends = {"falls": (rising, PATIENT_STOP_S), "off": (touching, LIFT_OFF_S)}
+    for name, (entries, most_s) in ends.items():
+        if not len(touching):
+            finding.wrong.append("no contact at the patient's stop")
+            return
+        last_s = float(time_s[entries[-1]]) - since_s if len(entries) else 0.0
+        finding.leaves_s[name] = last_s
+        if last_s > most_s + finding.granted_s:
+            finding.wrong.append(f"contact force {name} after {last_s * 1e3:.0f} ms only")
 
 
 def _any(active: NDArray[np.bool_], fault: Fault) -> NDArray[np.bool_]:

@@ -46,11 +46,17 @@ class FaultSession(FaultedSession):
 
     @classmethod
     @contextmanager
-    def open(cls, out: Path, **site: object) -> "Iterator[FaultSession]":
-        """Start a session, and end it on exit; `site` holds lines for both sites' configurations."""
+    def open(cls, out: Path, *, patient_switch: bool = False, **site: object) -> "Iterator[FaultSession]":
+        """Start a session, and end it on exit.
+
+        Args:
+            out: folder of its files.
+            patient_switch: whether the patient has a stop switch.
+            site: lines for both sites' configurations.
+        """
         network = out / "direct.toml"
         network.write_text("[[phase]]\nfrom_s = 0\ndelay_ms = 0\n", "utf-8")
-        configurations = prepare_session(out, network)
+        configurations = prepare_session(out, network, patient_switch=patient_switch)
         for name in ("remote", "operator"):
             lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in site.items())
             text = configurations[name].read_text("utf-8")
@@ -144,16 +150,21 @@ class FaultSession(FaultedSession):
         return read_figures(self.out, process)
 
 
-def prepare_session(out: Path, network: Path | None = None) -> dict[str, Path]:
+def prepare_session(out: Path, network: Path | None = None, *, patient_switch: bool = False) -> dict[str, Path]:
     """Write configuration files for a session of two fingers that stroke for an hour; returns them by process.
 
     Args:
         out: folder for them and for the session's recordings.
         network: file of the network between the sites; without it, the sites connect directly.
+        patient_switch: whether the patient has a stop switch.
     """
     scene = write_stroking_scene(out, 0.1, *(0.95, 0.1) * _STROKES, narrow=True)
     options = DemoOptions(
-        seconds=3600.0, fingers=2, scene=str(scene), network=None if network is None else str(network)
+        seconds=3600.0,
+        fingers=2,
+        scene=str(scene),
+        network=None if network is None else str(network),
+        patient_switch=patient_switch,
     )
     return prepare(options, out)
 

@@ -1,10 +1,10 @@
 """Faults that may occur in a session, and their required outcomes: the table that the fault matrix is judged by."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
-from common.limits import GAP_S
+from common.limits import GAP_S, SWITCH_LOST_S, SWITCH_SILENCE_S
 
 
 class Outcome(Enum):
@@ -50,6 +50,8 @@ class Fault:
         noticed_s: time until a site can know that a device or the other site is silent, s. Hold times count from there.
         later_s: longest time until the latch, s, of a fault that is detected by its effect. Hold times count from the
             latch.
+        network: command for the network just before the fault; empty for none. The network is mended with the fault.
+        leaves: whether the remote fingers must leave the patient as after the patient's stop.
     """
 
     name: str
@@ -62,12 +64,14 @@ class Fault:
     mend: str = ""
     noticed_s: float = 0.0
     later_s: float = 0.0
+    network: str = ""
+    leaves: bool = False
 
     @property
     def key(self) -> str:
         """Identifier of the fault, unique in the table."""
         begin = f"{self.begin} {self.seconds:g} s" if self.begin == "stop" else self.begin
-        return f"{self.where}-{begin}".replace(" ", "-").replace("_", "-")
+        return "-".join(filter(None, (self.where, begin, self.network))).replace(" ", "-").replace("_", "-")
 
 
 STROKING, FREE = "middle", "index"
@@ -218,4 +222,21 @@ PROCESS_FAULTS = (
 )
 PLATE_FAULTS = (_found("TactTip's Peltiers reversed", _OPERATOR, f"reverse {STROKING}", 10.0),)
 """Faults for a session of their own: after another fault of this plate it has no drive until it has passed a test."""
+
+
+def _leaves(name: str, begin: str, later_s: float, noticed_s: float = 0.0, network: str = "") -> Fault:
+    """A press of the patient's stop switch, or a failure of the switch, which counts as one."""
+    fault = _found(name, _REMOTE, begin, later_s)
+    return replace(fault, noticed_s=noticed_s, network=network, leaves=True)
+
+
+PATIENT_FAULTS = (
+    _leaves("patient stop", "press", 0.1),
+    _leaves("patient stop while the network is cut", "press", 0.1, network="partition 60"),
+    _leaves("patient's switch unplugged", "unplug patient switch", 0.1),
+    _leaves("patient's switch silent", "silence patient switch", SWITCH_LOST_S + 0.1, SWITCH_SILENCE_S),
+    _leaves("patient's switch repeats one report", "repeat", 0.1),
+    _leaves("patient's switch sends rubbish", "babble patient switch", 0.1),
+)
+"""Faults for a session whose patient has a stop switch."""
 DISK_FAULTS = (Fault("disk full at both sites", "disk", "full", _CONTINUES, _NONE, seconds=3.0),)

@@ -4,6 +4,7 @@ import signal
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from robustness.fault_table import (
     DEVICE_FAULTS,
     DISK_FAULTS,
     NETWORK_FAULTS,
+    PATIENT_FAULTS,
     PLATE_FAULTS,
     PROCESS_FAULTS,
     Fault,
@@ -30,10 +32,13 @@ from robustness.faulted_session import FaultedSession, NotWorking
 from robustness.virtual_fault_session import VirtualFaultSession
 from teletaction.session.conclude import recordings_of
 
+PATIENT = "patient"
+"""Group of the faults whose session has a stop switch of the patient."""
 GROUPS: dict[str, tuple[Fault, ...]] = {
     "network": NETWORK_FAULTS,
     "devices": DEVICE_FAULTS,
     "plate": PLATE_FAULTS,
+    PATIENT: PATIENT_FAULTS,
     "processes": PROCESS_FAULTS,
     "disk": DISK_FAULTS,
 }
@@ -66,9 +71,17 @@ def run(
     findings = []
     for group in groups:
         on_bed = () if real else virtual(GROUPS[group])
-        findings += run_apart(on_bed, progress, VirtualFaultSession.open)
-        findings += run_apart([fault for fault in GROUPS[group] if fault not in on_bed], progress)
+        findings += run_apart(on_bed, progress, opener(group, VirtualFaultSession))
+        others = [fault for fault in GROUPS[group] if fault not in on_bed]
+        findings += run_apart(others, progress, opener(group, FaultSession))
     return findings
+
+
+def opener(
+    group: str, kind: type[FaultSession] | type[VirtualFaultSession]
+) -> Callable[[Path], AbstractContextManager[FaultedSession]]:
+    """Return a function that opens a session for the faults of a group."""
+    return partial(kind.open, patient_switch=group == PATIENT)
 
 
 def run_apart(
@@ -135,6 +148,8 @@ def begin_and_end(session: FaultedSession, fault: Fault) -> tuple[float, float]:
     if fault.begin in _REAL:
         assert isinstance(session, FaultSession)
         return _REAL[fault.begin](session, fault)
+    if fault.network:
+        session.command("network", fault.network)
     begin_s = session.command(fault.where, fault.begin)
     if fault.expected is Outcome.LATCHED:
         deadline_s = begin_s + fault.later_s + 1.0
@@ -144,6 +159,8 @@ def begin_and_end(session: FaultedSession, fault: Fault) -> tuple[float, float]:
     else:
         session.wait(fault.seconds)
     end_s = session.command(fault.where, fault.mend) if fault.mend else begin_s + fault.seconds
+    if fault.network:
+        session.command("network", "clear")
     return begin_s, end_s
 
 
@@ -209,6 +226,7 @@ def read_truth(out: Path) -> Truth:
         sensor_plate_c=five(patient, "plate_c"),
         hand_x_m=np.array([entry["x_m"] for _, entry in patient]),
         hand_z_m=five(patient, "z_m"),
+        contact_n=five(patient, "force_n"),
         faults=sorted((t, said_fault(happening.fault)) for t, happening in sessions if happening.what == "fault"),
         ticks_s={process: np.array([t for t, _ in streams.get(stream, [])]) for process, stream in _EACH_TICK.items()},
     )

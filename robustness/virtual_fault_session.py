@@ -31,9 +31,9 @@ class VirtualFaultSession(FaultedSession):
 
     @classmethod
     @contextmanager
-    def open(cls, out: Path) -> "Iterator[VirtualFaultSession]":
-        """Engage a session that is recorded in `out`, and end it with the context."""
-        configs = SessionConfigs.read(prepare_session(out))
+    def open(cls, out: Path, *, patient_switch: bool = False) -> "Iterator[VirtualFaultSession]":
+        """Engage a session that is recorded in `out`, with or without a patient's switch; it ends with the context."""
+        configs = SessionConfigs.read(prepare_session(out, patient_switch=patient_switch))
         with ExitStack() as opened:
             remote = open_recorder(configs.remote, {"configuration": to_toml(configs.remote)})
             assert remote is not None

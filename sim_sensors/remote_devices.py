@@ -11,6 +11,7 @@ from common.config.models import SimRemoteConfig
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all
+from sim_sensors.devices.patient_switch import PatientSwitch
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
@@ -63,6 +64,10 @@ class RemoteDevices:
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
         self.encoders = {finger: Encoder() for finger in config.fingers}
         self.force_sensors = {finger: ForceSensor() for finger in config.fingers}
+        switch = config.patient_switch
+        self.patient_switch = None if switch is None else PatientSwitch(start_s)
+        self._presses_s = [] if switch is None else sorted(switch.pressed_at_s)
+        self._driven_s: float | None = None
         self.servos = Servos()
         self.hang = Hang()
         self._permille: list[int] = []
@@ -77,6 +82,10 @@ class RemoteDevices:
             self.thermal_servers = serve_fingers(
                 self.thermal, serving, config.thermal_sensors, "thermal_sensors", opened
             )
+            self.patient_switch_server = None
+            if switch is not None and self.patient_switch is not None:
+                server = serving.line(self.patient_switch, switch.port, "patient_switch")
+                self.patient_switch_server = opened.enter_context(closing(server))
             self.bus = opened.enter_context(closing(serving.bus(config.can_host, config.can_port, [self.robot])))
             self.faults = self._faults()
             if config.fault_port is not None:
@@ -85,6 +94,8 @@ class RemoteDevices:
             self._log = opened.enter_context(closing(log))
             self._opened = opened.pop_all()
         self._servers = [*self.texture_servers.values(), *self.thermal_servers.values()]
+        if self.patient_switch_server is not None:
+            self._servers.append(self.patient_switch_server)
 
     def step(self, now_s: float) -> None:
         """Advance the world by one step to `now_s`, and send the reports that are due."""
@@ -105,6 +116,8 @@ class RemoteDevices:
                 sensor.add_samples(self.piezos[finger].read(counts[sensor.identity.finger]))
         if self._steps % round(_MEASURE_S / self.step_s) == 0:
             self._measure_plates()
+        if self._presses_s:
+            self._press_switch(now_s)
         for server in self._servers:
             server.pump(now_s)
         self._write_truth(now_s)
@@ -126,11 +139,12 @@ class RemoteDevices:
     def _faults(self) -> Faults:
         texture = {f"{finger} texture": server for finger, server in self.texture_servers.items()}
         thermal = {f"{finger} thermal": server for finger, server in self.thermal_servers.items()}
+        switch = {} if self.patient_switch_server is None else {"patient switch": self.patient_switch_server}
         self.bus.intruder = Intruder({"HandSetpoint": _INTRUDED_HAND, "HeightSetpoint": _INTRUDED_HEIGHTS})
         return Faults(
             {
                 **device_faults(
-                    {**texture, **thermal},
+                    {**texture, **thermal, **switch},
                     self.bus,
                     self.robot,
                     drives=self.thermal,
@@ -139,9 +153,20 @@ class RemoteDevices:
                     intruder=self.bus.intruder,
                     hang=self.hang,
                 ),
-                **remote_faults(self.robot, self.servos, self.force_sensors, self.piezos),
+                **remote_faults(self.robot, self.servos, self.force_sensors, self.piezos, self.patient_switch),
             }
         )
+
+    def _press_switch(self, now_s: float) -> None:
+        """Press the patient's switch at the times of the configuration, from the hand's first movement."""
+        assert self.patient_switch is not None
+        if self._driven_s is None:
+            if self.robot.released:
+                return
+            self._driven_s = now_s
+        while self._presses_s and now_s - self._driven_s >= self._presses_s[0]:
+            self._presses_s.pop(0)
+            self.patient_switch.press(now_s)
 
     def _measure_robot(self) -> None:
         world = self.world
@@ -189,4 +214,6 @@ def run_sim_remote(config: SimRemoteConfig, stop: Callable[[], bool]) -> None:
     with closing(RemoteDevices(config, sockets)) as devices:
         announce({f"texture {finger}": server.address for finger, server in devices.texture_servers.items()})
         announce({f"thermal_sensors {finger}": server.address for finger, server in devices.thermal_servers.items()})
+        if devices.patient_switch_server is not None:
+            announce({"patient_switch": devices.patient_switch_server.address})
         run_world(devices, sockets, stop, "sim-remote", config.status)

@@ -152,6 +152,31 @@ HAZARDS = (
         ("sim-remote-force-middle-frozen", "sim-remote-force-middle-biased", "sim-remote-encoder-middle-glitch"),
     ),
     Hazard(
+        "the patient wants it to stop, and nothing stops",
+        ("PATIENT_STOP_S", "LIFT_OFF_S", "RETREAT_M_S", "SWITCH_SILENCE_S", "SWITCH_LOST_S", "SWITCH_HOLD_S"),
+        (
+            "remote_site.safety.patient_stop",
+            "remote_site.safety.patient_gate",
+            "remote_site.devices.patient_switch",
+            "common.link.session_state",
+        ),
+        (
+            "tests/unit/remote_site/safety/test_patient_stop.py",
+            "tests/unit/remote_site/devices/test_patient_switch.py",
+            "tests/unit/common/link/test_session_state.py"
+            "::test_the_patients_stop_takes_the_place_of_another_fault_and_is_cleared_here_only",
+            "tests/virtual/test_patient_stop.py",
+        ),
+        (
+            "sim-remote-press",
+            "sim-remote-press-partition-60",
+            "sim-remote-unplug-patient-switch",
+            "sim-remote-silence-patient-switch",
+            "sim-remote-repeat",
+            "sim-remote-babble-patient-switch",
+        ),
+    ),
+    Hazard(
         "a remote finger shakes, or works on the patient without end",
         ("LEFT_J", "LEFT_W"),
         ("remote_site.safety.residual_work", "common.safety.oscillation_detector"),

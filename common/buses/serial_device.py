@@ -20,6 +20,17 @@ class WrongDevice(ValueError):
     """The device at an address is not the one that the configuration names."""
 
 
+def device_name(kind: DeviceKind, finger: str) -> str:
+    """Return the name of a device, such as `index tacttip`, or `patient_switch`, which belongs to no finger."""
+    name = kind.name.lower()
+    return name if kind is DeviceKind.PATIENT_SWITCH else f"{finger} {name}"
+
+
+def plain_name(kind: DeviceKind, finger: str) -> str:
+    """Return the same for people: `index tacttip`, `patient switch`."""
+    return device_name(kind, finger).replace("_", " ")
+
+
 @dataclass(frozen=True, slots=True)
 class OpenLine:
     """An open port whose device has answered with its identity."""
@@ -64,7 +75,11 @@ def _hang_up(port: Port) -> None:
 
 @dataclass(slots=True)
 class SerialDevice:
-    """The serial line to one finger's device. Reading and writing never block."""
+    """The serial line to one device. Reading and writing never block.
+
+    Attributes:
+        finger: finger of the device; for a device without one, FINGERS[0].
+    """
 
     address: str
     kind: DeviceKind
@@ -89,6 +104,11 @@ class SerialDevice:
     def __post_init__(self) -> None:
         self._opener = self.wiring.opener(self._open_checked, _discard)
         self._opener.start()
+
+    @property
+    def name(self) -> str:
+        """Name of the device for logs and status files."""
+        return device_name(self.kind, self.finger)
 
     @property
     def connected(self) -> bool:
@@ -124,7 +144,7 @@ class SerialDevice:
             self._port, self.identity = opened.port, opened.identity
             self.descriptor, self.readable = opened.port.descriptor, None
             self.reader = FrameReader()
-            log.info("%s %s: serial number %s", self.finger, self.kind.name.lower(), opened.identity.serial)
+            log.info("%s: serial number %s", self.name, opened.identity.serial)
         try:
             waits = self._port.wait(0.0) if self.readable is None else self.readable
             chunk = self._port.read() if waits else b""
@@ -165,16 +185,15 @@ class SerialDevice:
     def _open_checked(self) -> OpenLine:
         opened = open_line(self.address, self.baud, self.wiring)
         found = opened.identity
-        if found.kind is not self.kind or FINGERS[found.finger] != self.finger:
+        owner = FINGERS[found.finger]
+        if found.kind is not self.kind or owner != self.finger:
             opened.port.close()
-            raise WrongDevice(
-                f"{self.address}: is the {FINGERS[found.finger]}'s {found.kind.name.lower()} {found.serial}, "
-                f"the configuration says {self.finger}'s {self.kind.name.lower()}"
-            )
+            is_, says = (device_name(*one) for one in ((found.kind, f"{owner}'s"), (self.kind, f"{self.finger}'s")))
+            raise WrongDevice(f"{self.address}: is the {is_} {found.serial}, the configuration says {says}")
         return opened
 
     def _lose(self, error: Exception) -> None:
-        log.warning("%s %s at %s lost: %s", self.finger, self.kind.name.lower(), self.address, error)
+        log.warning("%s at %s lost: %s", self.name, self.address, error)
         assert self._port is not None
         _hang_up(self._port)
         self._port = self.descriptor = self.identity = None

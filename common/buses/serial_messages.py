@@ -39,6 +39,7 @@ class MessageId(IntEnum):
     HEATER_COMMAND = 0x21
     TACTTIP_COMMAND = 0x30
     TACTTIP_STATE = 0x31
+    PATIENT_SWITCH_STATE = 0x40
 
 
 class DeviceKind(IntEnum):
@@ -47,6 +48,8 @@ class DeviceKind(IntEnum):
     TEXTURE_SENSOR = 1
     THERMAL_SENSOR = 2
     TACTTIP = 3
+    PATIENT_SWITCH = 4
+    """The patient's stop switch. It belongs to no finger; its finger is 0."""
 
 
 class DeviceFlag(IntEnum):
@@ -288,6 +291,28 @@ class TactTipState:
         return cls(time_us, plate, hot, flags, motor, peltier)
 
 
+@dataclass(slots=True)
+class PatientSwitchState:
+    """State of the patient's stop switch, whose contact is normally closed: an open one is a press."""
+
+    device_time_us: int
+    closed: bool
+    ID: ClassVar[MessageId] = MessageId.PATIENT_SWITCH_STATE
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IB")
+
+    def encode(self) -> bytes:
+        """Payload bytes."""
+        return self.LAYOUT.pack(self.device_time_us & 0xFFFFFFFF, self.closed)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> "PatientSwitchState":
+        """Check and unpack; raises BadPayload on a wrong length or a contact that is neither 0 nor 1."""
+        time_us, contact = _unpack(cls.LAYOUT, payload, "patient switch state")
+        if contact > 1:
+            raise BadPayload(f"patient switch state: contact {contact} is neither 0 nor 1")
+        return cls(time_us, bool(contact))
+
+
 def _check_drive(permille: int, error: type[ValueError] = ValueError) -> None:
     if not -DRIVE_FULL <= permille <= DRIVE_FULL:
         raise error(f"Peltier drive {permille} is outside -{DRIVE_FULL}..{DRIVE_FULL} thousandths")
@@ -298,7 +323,7 @@ def _check_motor(motor_mv: int, error: type[ValueError] = ValueError) -> None:
         raise error(f"motor voltage {motor_mv} mV is outside 0..{MOTOR_MAX_MV}")
 
 
-Report = TypeVar("Report", TextureSamples, ThermalReading, TactTipState)
+Report = TypeVar("Report", TextureSamples, ThermalReading, TactTipState, PatientSwitchState)
 """A message that a device sends at its own rate."""
 
 
@@ -331,6 +356,8 @@ class FrameReader:
     """Number of byte sequences between two zeros that were no valid frame."""
     lost: int = 0
     """Number of frames that were sent, by the sequence numbers, and not read."""
+    repeated: int = 0
+    """Number of frames with the sequence number of the frame before: the sender's buffer or counter stands still."""
     malformed: int = 0
     """Number of undamaged frames with a report of invalid content."""
     _pending: bytes = b""
@@ -367,6 +394,7 @@ class FrameReader:
                 continue
             if self._sequence is not None:
                 self.lost += (body[1] - self._sequence - 1) & 0xFF
+                self.repeated += body[1] == self._sequence
             self._sequence = body[1]
             bodies.append(body)
         return bodies

@@ -99,6 +99,13 @@ class PatientConfig(_Section):
     contact_force_n: float = Field(default=limits.CONTACT_FORCE_N, gt=0.0, le=limits.CONTACT_FORCE_N)
 
 
+class PatientSwitchConfig(_Section):
+    """The patient's stop switch, a serial device."""
+
+    port: str
+    """A tty path or `socket://host:port`."""
+
+
 class RemoteConfig(SiteConfig):
     """The remote site."""
 
@@ -113,12 +120,17 @@ class RemoteConfig(SiteConfig):
     telemanipulator: CanAddress
     calibration: CalibrationConfig
     patient: PatientConfig = PatientConfig()
+    patient_switch: PatientSwitchConfig | None = None
+    """The patient's stop switch; by default there is none. Once named, nothing moves without it."""
 
     @model_validator(mode="after")
     def _between_fields(self) -> "RemoteConfig":
         self._check(
             {"texture": self.texture, "thermal_sensors": self.thermal_sensors}, self.link.gap_s, self.link.max_age_s
         )
+        switch = self.patient_switch
+        if switch is not None and switch.port in (*self.texture.values(), *self.thermal_sensors.values()):
+            raise ValueError(f"address {switch.port} is given to two devices")
         return self
 
 
@@ -223,11 +235,21 @@ class _SimulationConfig(_Section):
     log: LogForm = "text"
 
 
+class SimPatientSwitchConfig(_Section):
+    """The simulated stop switch of the patient."""
+
+    port: str
+    """`pty`, or `tcp:HOST:PORT` to listen on."""
+    pressed_at_s: tuple[float, ...] = ()
+    """Times at which the patient presses it, s, from the first movement of the telemanipulator."""
+
+
 class SimRemoteConfig(_SimulationConfig):
     """Simulated devices of the remote site; addresses are `pty` or `tcp:HOST:PORT` to listen on."""
 
     texture: Addresses
     thermal_sensors: Addresses
+    patient_switch: SimPatientSwitchConfig | None = None
 
 
 class SimOperatorConfig(_SimulationConfig):

@@ -65,6 +65,8 @@ class FaultCode(StrEnum):
     KEY_USED_TWICE = "key-used-twice"
     OPERATOR_STOP = "operator-stop"
     REMOTE_STOP = "remote-stop"
+    PATIENT_STOP = "patient-stop"
+    PATIENT_SWITCH_FAILED = "patient-switch-failed"
     CONTAINED = "exception-contained"
     UNKNOWN = "unknown"
     """Code of a far site that this version does not have; the fault's detail contains it."""
@@ -72,6 +74,9 @@ class FaultCode(StrEnum):
 
 STOPS = frozenset((FaultCode.OPERATOR_STOP, FaultCode.REMOTE_STOP))
 """Codes of emergency stops, which a person requested."""
+OF_THE_PATIENT = frozenset((FaultCode.PATIENT_STOP, FaultCode.PATIENT_SWITCH_FAILED))
+"""Codes of the patient's stop. Such a fault takes the place of another latched fault, and only a person at the remote
+site may clear it."""
 OF_A_PLATE = frozenset(
     (
         FaultCode.PLATE_NOT_BELIEVED,
@@ -133,7 +138,7 @@ class Fault(NamedTuple):
         limit: value with which `value` is compared, in the same unit; None for a code without one.
         rate_hz: frequency of an oscillating force, Hz.
         detail: place of a contained exception, address of a bus, number of examined frames, reading of a dead force
-            sensor, or an unknown code; else empty.
+            sensor, what is wrong with the patient's switch, or an unknown code; else empty.
         needs_test: whether the fault is a repeated one: its plate stays off until a test pulse has moved it.
     """
 

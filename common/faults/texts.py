@@ -53,6 +53,8 @@ _FAULTS = {
     FaultCode.KEY_USED_TWICE: "the operator's key is in use at two places at once: revoke it and make a new one",
     FaultCode.OPERATOR_STOP: "emergency stop by the operator",
     FaultCode.REMOTE_STOP: "emergency stop at the remote site",
+    FaultCode.PATIENT_STOP: "patient stopped: the patient pressed the stop switch",
+    FaultCode.PATIENT_SWITCH_FAILED: "the patient's stop switch {detail}",
     FaultCode.CONTAINED: "{detail}",
     FaultCode.UNKNOWN: "unknown fault {detail}",
 }

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from common.faults.fault import Fault
+from common.faults.fault import OF_THE_PATIENT, Fault
 from common.faults.texts import fault_text
 from common.files.printable import printable, printable_lines
 from common.recording.recorded_row import Row, Whole
@@ -61,7 +61,7 @@ class Session:
     paused: str | None = None
     """Reason why the session was disengaged, empty if a person at this site asked for it; None while it was not."""
     cleared_here_only: bool = False
-    """Whether a person at this site latched the fault; then only a person at this site may clear it."""
+    """Whether a person at this site or the patient latched the fault; then only a person at this site may clear it."""
     _happened: list[Happening] = field(default_factory=list)
     _silent: bool = False
     _missing: str = ""
@@ -130,14 +130,17 @@ class Session:
             self.note("disengaged", why)
 
     def latch(self, fault: Fault, *, cleared_here_only: bool = False) -> None:
-        """Latch a fault: outputs stay neutral until a person clears it. The first fault is kept.
+        """Latch a fault: outputs stay neutral until a person clears it.
+
+        The first fault is kept, but the patient's stop takes the place of any other fault.
 
         Args:
             fault: the fault.
             cleared_here_only: whether a person at this site latched it; then the far side must not clear it.
         """
-        self.cleared_here_only = self.cleared_here_only or cleared_here_only
-        if self.state is not LinkState.FAULT:
+        patient = fault.code in OF_THE_PATIENT
+        self.cleared_here_only = self.cleared_here_only or cleared_here_only or patient
+        if self.fault is None or (patient and self.fault.code not in OF_THE_PATIENT):
             self.fault = fault.bounded()
             self.state = LinkState.FAULT
             self.note("fault", fault=self.fault)

@@ -18,6 +18,8 @@ from common.limits import (
     MOTOR_STILL_S,
     PLATE_FAULT_C,
     PLATE_HEATING_K_S,
+    SWITCH_LOST_S,
+    SWITCH_SILENCE_S,
     THERMAL_SAFE_S,
     WIDE,
 )
@@ -154,6 +156,20 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
         ),
         Timeout(
             "retreat", GAP_S + RETREAT_AFTER_S, "patient gate", "stopped remote fingers rise", ({"gap": 1, "loop": 3},)
+        ),
+        Timeout(
+            "switch silence",
+            SWITCH_SILENCE_S,
+            "limits",
+            "no report of the patient's stop switch: remote fingers rise at once",
+            ({"loop": 3}, {"report": 3}),
+        ),
+        Timeout(
+            "switch lost",
+            SWITCH_LOST_S,
+            "limits",
+            "no report of the patient's stop switch: a latched fault",
+            ({"switch silence": 1, "gap": 1},),
         ),
         Timeout(
             "session silence",

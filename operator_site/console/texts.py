@@ -61,12 +61,19 @@ _FAULTS = {
     FaultCode.KEY_USED_TWICE: "key used at two places",
     FaultCode.OPERATOR_STOP: "emergency stop by the operator",
     FaultCode.REMOTE_STOP: "emergency stop there",
+    FaultCode.PATIENT_STOP: "patient stopped",
+    FaultCode.PATIENT_SWITCH_FAILED: "patient's switch {detail}",
     FaultCode.CONTAINED: "program error: {detail}",
     FaultCode.UNKNOWN: "unknown fault {detail}",
 }
 """Text of each fault, short enough for an alarm that names its place, too."""
 _ACTS = {FaultCode.PLATE_TOO_HOT: "Heat is off.", FaultCode.FORCE_SWINGS: "Force is off."}
 """Consequence of a fault of the operator site; all other faults turn the outputs off."""
+_PATIENT_ACTS = {
+    FaultCode.PATIENT_STOP: "Remote side asks patient, then clears.",
+    FaultCode.PATIENT_SWITCH_FAILED: "Remote side mends it.",
+}
+"""What has to follow the patient's stop, which only the remote site may clear."""
 _DEVICES = {EXOSKELETON: "exoskeleton", TELEMANIPULATOR: "arm"}
 _REASONS = {
     ThermalReason.NONE: "no reason given",
@@ -133,6 +140,7 @@ ACKNOWLEDGED = "Acknowledged."
 CLEARED = "Cleared. Nothing moves. Engage again."
 CANNOT_ENGAGE = "Cannot engage: {why}"
 FAULT_NOT_CLEARED = "Cannot engage: fault not cleared."
+PATIENT_STOPS = "Cannot engage: patient's stop. Remote side clears it."
 IN_CONTROL = "You are in control."
 TOOK_CONTROL = "{who} took control."
 NOT_WHILE_ENGAGED = "Not while engaged. Pause first."
@@ -219,6 +227,8 @@ def fault(found: Fault) -> str:
 
 def remote_fault(found: Fault) -> str:
     """Return the alarm for a latched fault of the remote site."""
+    if found.code in _PATIENT_ACTS:
+        return short(f"{capital(filled(_FAULTS[found.code], found))}. {_PATIENT_ACTS[found.code]}")
     where = found.where or _DEVICES.get(found.device, "site")
     return _alarm(found, f"remote {where}", "It stands still.")
 

@@ -11,10 +11,12 @@ from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock
 from common.timing.tick_age import TickAge
+from remote_site.devices.patient_switch import PatientSwitch
 from remote_site.devices.sensor_frame import HandPlace, PlateReading, SensorFrame
 from remote_site.devices.telemanipulator import Telemanipulator
 from remote_site.devices.texture_sensor import TextureSensor
 from remote_site.devices.thermal_sensor import ThermalSensor
+from remote_site.safety.patient_stop import SwitchReading
 from remote_site.safety.setpoints import GatedCommand
 
 _NEVER = -math.inf
@@ -36,7 +38,11 @@ class RemoteDevices:
         self.sensor_c = [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
         """Last reading of each sensor plate, C, NaN where implausible, and its arrival time, s."""
-        sensors: list[TextureSensor | ThermalSensor] = [*self.texture.values(), *self.thermal.values()]
+        switch = config.patient_switch
+        self.patient_switch = None if switch is None else PatientSwitch(switch.port, wiring)
+        sensors: list[TextureSensor | ThermalSensor | PatientSwitch] = [*self.texture.values(), *self.thermal.values()]
+        if self.patient_switch is not None:
+            sensors.append(self.patient_switch)
         self._sensors = sensors
         self._lines = [sensor.line for sensor in sensors]
         self._ready = ReadyLines([self.telemanipulator.line, *self._lines])
@@ -58,11 +64,11 @@ class RemoteDevices:
             return f"telemanipulator: {self.telemanipulator.line.problem or 'opening'}"
         for line in self._lines:
             if not line.connected:
-                return f"{line.finger} {line.kind.name.lower()}: {line.problem or 'opening'}"
+                return f"{line.name}: {line.problem or 'opening'}"
         began_s = self.tick.began_s
         for sensor in self._sensors:
             if not began_s - sensor.measured_s <= GAP_S:
-                return f"{sensor.line.finger} {sensor.line.kind.name.lower()}: the line is open, but no reports come"
+                return f"{sensor.line.name}: the line is open, but no reports come"
         if not began_s - self.telemanipulator.measured.oldest_s <= GAP_S:
             return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
         return ""
@@ -96,6 +102,8 @@ class RemoteDevices:
         measured = self.telemanipulator.read(t_s, stood_still=stood_still_s > 0.0)
         self.tick.stood_still(max(stood_still_s, self.telemanipulator.stood_still_s))
         t_s = self.tick.began_s
+        if self.patient_switch is not None:
+            self.patient_switch.read(t_s)
         # An old force counts as none: no contact is known, and none is rendered.
         known = t_s - measured.oldest_s <= GAP_S
         force_n = measured.force_n if known else (0.0,) * len(FINGERS)
@@ -112,11 +120,20 @@ class RemoteDevices:
             if sensed.plates[finger] is not None and self.tick.in_time():
                 sensor.heat(sensed.time_s, command.heater_drive[finger])
 
+    def switch_reading(self, t_s: float) -> SwitchReading | None:
+        """Return what is known of the patient's stop switch at `t_s`, s; None at a site without one."""
+        return None if self.patient_switch is None else self.patient_switch.reading(t_s)
+
+    @property
+    def patient_presses(self) -> bool:
+        """Whether the patient presses the stop switch now."""
+        return self.patient_switch is not None and self.patient_switch.pressed
+
     def unconfirmed(self, since_s: float) -> dict[str, str]:
         """Return why each device's outputs may not be off since `since_s`, s; empty where its report says so."""
         found = {"telemanipulator": self.telemanipulator.unconfirmed(since_s)}
         for sensor in self.thermal.values():
-            found[f"{sensor.line.finger} {sensor.line.kind.name.lower()}"] = sensor.unconfirmed(since_s)
+            found[sensor.line.name] = sensor.unconfirmed(since_s)
         return found
 
     def faults(self) -> list[Fault]:
@@ -133,7 +150,7 @@ class RemoteDevices:
 
     def figures(self) -> dict[str, object]:
         """Return the figures of each device for the status file."""
-        found: dict[str, object] = {f"{line.finger} {line.kind.name.lower()}": line.figures() for line in self.lines()}
+        found: dict[str, object] = {line.name: line.figures() for line in self.lines()}
         return {"telemanipulator": self.telemanipulator.line.figures(), **found}
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ class Limit(IntFlag):
     """Limits that acted on a finger; the PLANE limits act on all fingers."""
 
     RELEASED = 1
-    """Stop and retreat: not engaged, motion or measurements missing, or a fault."""
+    """Stop and retreat: not engaged, motion or measurements missing, the patient's stop, or a fault."""
     PLANE_RANGE = 2
     PLANE_SPEED = 4
     HEIGHT_RANGE = 8

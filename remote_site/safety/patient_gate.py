@@ -1,14 +1,15 @@
 """The patient-side gate: limits every command to the telemanipulator and the thermal sensors' heaters.
 
 A warm plate and a robot touch a person here. For any input, set-points stay within range and speed, and a finger that
-presses too hard rises. A silent operator causes a stop, then a retreat. No plate is heated on skin. A telemanipulator
-that does not obey is a fault. Pure: numbers and a time in, numbers out. A fault latches; only `clear_fault` ends it.
+presses too hard rises. A silent operator causes a stop, then a retreat. The patient's own stop causes a retreat at
+once. No plate is heated on skin. A telemanipulator that does not obey is a fault. Pure: numbers and a time in, numbers
+out. A fault latches; only `clear_fault` ends it.
 """
 
 import math
 from collections.abc import Sequence
 
-from common.faults.fault import TELEMANIPULATOR, Fault, FaultCode
+from common.faults.fault import OF_THE_PATIENT, TELEMANIPULATOR, Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
 from common.timing.timeouts import TICK_AGE_S
@@ -24,8 +25,9 @@ from remote_site.safety.limit_flags import (
     SENSOR_TEMPERATURE,
     SENSOR_UNKNOWN,
 )
+from remote_site.safety.patient_stop import SwitchReading, patient_stop
 from remote_site.safety.servo import LONGEST_TICK_S
-from remote_site.safety.setpoints import TOUCHING_N, GatedCommand, HeightSetpoint, PlaneSetpoint
+from remote_site.safety.setpoints import STOP_S, TOUCHING_N, GatedCommand, HeightSetpoint, PlaneSetpoint
 
 _ALL = (True,) * len(FINGERS)
 
@@ -64,7 +66,7 @@ class PatientGate:
         return [1e3 * finger.left.left_j for finger in self._fingers]
 
     def trip(self, fault: Fault) -> None:
-        """Latch a fault; the first one is kept.
+        """Latch a fault; the first one is kept, but the patient's stop takes the place of any other.
 
         A second fault of the same thermal sensor within ten minutes makes a test necessary. Until a person clears,
         further faults of it count as the same one.
@@ -74,7 +76,8 @@ class PatientGate:
             self._named.add(plate)
             if self._heaters[plate].repeated.named(self._t_s):
                 fault = fault._replace(needs_test=True)
-        self._fault = self._fault or fault
+        if self._fault is None or (fault.code in OF_THE_PATIENT and self._fault.code not in OF_THE_PATIENT):
+            self._fault = fault
 
     def clear_fault(self) -> None:
         """End a latched fault, by a deliberate act of a person. Doses are kept."""
@@ -102,6 +105,7 @@ class PatientGate:
         sensor_c: Sequence[float],
         sensor_age_s: Sequence[float],
         in_contact: Sequence[bool],
+        patient_switch: SwitchReading | None = None,
     ) -> GatedCommand:
         """Pass wanted motion and heat through every limit.
 
@@ -117,6 +121,7 @@ class PatientGate:
             sensor_c: last reading of each sensor plate, C; NaN where it is implausible.
             sensor_age_s: age of each reading, s; infinite for a finger without a sensor, which takes no part.
             in_contact: whether each finger touches an object.
+            patient_switch: the patient's stop switch; None at a site without one.
         """
         dt_s = self._elapsed(t_s)
         self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
@@ -126,9 +131,11 @@ class PatientGate:
         for number, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
                 self.trip(Fault(FaultCode.SENSOR_PLATE_TOO_HOT, FINGERS[number], value=plate_c, limit=SENSOR_PLATE_C))
-        live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None
+        leave = self._patient_stops(patient_switch)
+        live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None and not leave
         limits = (0 if live else RELEASED) | (0 if known else FORCE_UNKNOWN)
-        self._stopped_s = 0.0 if live else self._stopped_s + dt_s
+        # After the patient's stop, the retreat begins in this tick.
+        self._stopped_s = 0.0 if live else max(self._stopped_s + dt_s, STOP_S if leave else 0.0)
         if dt_s > TICK_AGE_S:
             self._live = False  # after a standstill the telemanipulator may have stopped by itself, and risen
             for heater in self._heaters:
@@ -193,6 +200,13 @@ class PatientGate:
             self.trip(Fault(FaultCode.MEASUREMENT_NOT_FINITE, device=TELEMANIPULATOR))
         self._follow = FollowingError()  # after a gap the hand may be anywhere
         return False
+
+    def _patient_stops(self, switch: SwitchReading | None) -> bool:
+        """Return whether the fingers must leave the patient; trip when the patient stops, or the switch fails."""
+        leave, fault = patient_stop(switch)
+        if fault is not None:
+            self.trip(fault)
+        return leave
 
     def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:
         t_s, live = self._t_s, self._live

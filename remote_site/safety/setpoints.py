@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 from common.faults.fault import Fault
-from common.limits import APPROACH_DOWN_M_S, APPROACH_PLANE_M_S
+from common.limits import APPROACH_DOWN_M_S, APPROACH_PLANE_M_S, RETREAT_M_S
 from common.safety.oscillation_detector import OscillationDetector
 from remote_site.safety.limit_flags import (
     APPROACH,
@@ -32,8 +32,6 @@ HEIGHT_HIGH_M = 0.01046
 """Highest set-point of a finger, m; the telemanipulator's frames hold no higher one."""
 HEIGHT_SPEED_M_S = 0.10
 """Speed limit of a finger up and down, m/s."""
-RETREAT_SPEED_M_S = 0.020
-"""Speed of a finger that retreats, m/s."""
 CLEAR_HEIGHT_M = 0.006
 """Height at which a retreating finger stops, m."""
 STOP_S = 0.100
@@ -197,7 +195,7 @@ class HeightSetpoint:
     def retreat(self, tick_s: float, pressed_n: float, stopped_s: float) -> None:
         """Stay at the set-point; then, or at once when the finger presses too hard, rise until it is clear."""
         if stopped_s >= STOP_S or pressed_n > self._force_limit_n:
-            self.z_m = max(self.z_m, min(CLEAR_HEIGHT_M, self.z_m + RETREAT_SPEED_M_S * tick_s))
+            self.z_m = max(self.z_m, min(CLEAR_HEIGHT_M, self.z_m + RETREAT_M_S * tick_s))
 
     def follow(self, tick_s: float, wanted_m: float, measured_m: float, pressed_n: float, hand_met: bool) -> int:
         """Follow the operator's finger, slower the harder it presses and the more work it has left.

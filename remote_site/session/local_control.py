@@ -8,7 +8,7 @@ from remote_site.session.session_server import SessionServer
 
 
 def answer_desk(
-    server: SessionServer, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]
+    server: SessionServer, now_ns: int, not_ready: str, verb: str, details: dict[str, Any], *, held: bool = False
 ) -> dict[str, Any]:
     """Carry out a request; return the state of the session afterwards.
 
@@ -18,6 +18,7 @@ def answer_desk(
         not_ready: the gate's fault, or the missing device; empty when the site may engage.
         verb: verb of the request.
         details: its arguments; no request here uses any.
+        held: whether the patient presses the stop switch now.
 
     Raises:
         Refused: the request is not allowed now, or not at this site.
@@ -30,6 +31,8 @@ def answer_desk(
         case "estop":
             server.stop(now_ns, here=True)
         case "clear_fault":
+            if held:
+                raise Refused("the patient still presses the stop switch: it has to be released first")
             server.session.clear()
         case _:
             raise Refused(f"{verb} is for the operator's site to ask")

@@ -14,6 +14,7 @@ from common.fingers import FINGERS
 from sim_sensors.devices.breakable_parts import DRIFT_M_S, Babble, Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor
 from sim_sensors.devices.can_node import CanNode
 from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.patient_switch import PatientSwitch
 from sim_sensors.devices.plate_module import PlateModule
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator
@@ -76,6 +77,7 @@ def remote_faults(
     servos: Servos,
     force_sensors: Mapping[Finger, ForceSensor],
     piezos: Mapping[Finger, Piezo],
+    patient_switch: PatientSwitch | None = None,
 ) -> Kinds:
     """Return the faults of the remote devices alone.
 
@@ -84,12 +86,16 @@ def remote_faults(
         servos: its drives; one or all can ignore the set-points.
         force_sensors: its force sensors by finger.
         piezos: piezo elements of the texture sensors by finger.
+        patient_switch: the patient's stop switch; the patient can press it, and it can repeat its last report.
     """
+    switch = {} if patient_switch is None else {"": patient_switch}
     targets: dict[str, tuple[Servos, int | None]] = {name: (servos, index) for index, name in enumerate(FINGERS)}
     return {
         "cling": Fault("", {"": robot}, _setting("clings", _no_argument, False)),
         "disobey": Fault("[FINGER|drift]", {**targets, "": (servos, None)}, _disobey),
         "force": _of_parts(force_sensors, "frozen", "biased"),
+        "press": Fault("", switch, _setting("pressed", _no_argument, False)),
+        "repeat": Fault("", switch, _setting("hung", _no_argument, False)),
         "piezo": _of_parts(piezos, "saturated", "clipped", "cut", "loose"),
     }
 

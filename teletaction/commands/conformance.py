@@ -22,6 +22,7 @@ class DeviceName(StrEnum):
     TEXTURE_SENSOR = "texture-sensor"
     THERMAL_SENSOR = "thermal-sensor"
     TACTTIP = "tacttip"
+    PATIENT_SWITCH = "patient-switch"
     EXOSKELETON = "exoskeleton"
     TELEMANIPULATOR = "telemanipulator"
 

@@ -28,6 +28,10 @@ def demo(
         str | None,
         typer.Option(help="Ticks a second, REMOTE,OPERATOR; by default the fastest that this machine can hold now."),
     ] = None,
+    patient_stop: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Time at which the patient presses the stop switch, s, from the first movement."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Output folder; by default a new one in ~/.local/state/teletaction.")
     ] = None,
@@ -43,6 +47,7 @@ def demo(
         seed=seed,
         fingers=fingers,
         network=network,
+        patient_stop_s=patient_stop,
         out=out,
         console=not headless,
         rates=fitting_here(console=not headless) if rates is None else Rates.read(rates),

@@ -61,8 +61,8 @@ def _unknown(talk: ModuleTalk) -> Outcome:
 
 
 def _timed_out(talk: ModuleTalk, span: Span) -> bool:
-    """Return whether every intact report has COMMAND_TIMEOUT set; always True for a texture sensor."""
-    if talk.kind is DeviceKind.TEXTURE_SENSOR:
+    """Return whether every intact report has COMMAND_TIMEOUT set; always True for a device without commands."""
+    if talk.kind not in COMMANDS:
         return True
     return all(
         heard.frame.payload[FLAGS_AT] & DeviceFlag.COMMAND_TIMEOUT

@@ -3,11 +3,13 @@
 from collections.abc import Callable
 from itertools import pairwise
 
+from common.buses.serial_device import plain_name
 from common.buses.serial_messages import (
     BadPayload,
     DeviceKind,
     Identity,
     MessageId,
+    PatientSwitchState,
     TactTipState,
     TextureSamples,
     ThermalReading,
@@ -19,12 +21,17 @@ from teletaction.conformance.module_talk import ANSWER_S, REPORTS, ModuleTalk, R
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
 ASKED = 5
-RANGES = {DeviceKind.TEXTURE_SENSOR: (-10.0, 10.0), DeviceKind.THERMAL_SENSOR: (0.0, 60.0)}
+RANGES = {
+    DeviceKind.TEXTURE_SENSOR: (-10.0, 10.0),
+    DeviceKind.THERMAL_SENSOR: (0.0, 60.0),
+    DeviceKind.PATIENT_SWITCH: (0.0, 1.0),
+}
 
 _DECODE: dict[MessageId, Callable[[bytes], object]] = {
     MessageId.TEXTURE_SAMPLES: TextureSamples.decode,
     MessageId.THERMAL_READING: ThermalReading.decode,
     MessageId.TACTTIP_STATE: TactTipState.decode,
+    MessageId.PATIENT_SWITCH_STATE: PatientSwitchState.decode,
 }
 
 
@@ -71,7 +78,7 @@ def _as_expected(talk: ModuleTalk) -> Outcome:
         raise NotApplicable("no sound answer")
     if talk.expected_kind is None and talk.expected_finger is None:
         raise NotApplicable("nothing was specified with --device or --finger")
-    words = f"the {FINGERS[found.finger]} {found.kind.name.lower().replace('_', ' ')}"
+    words = f"the {plain_name(found.kind, FINGERS[found.finger])}"
     if talk.expected_kind not in (None, found.kind) or talk.expected_finger not in (None, found.finger):
         raise Unsafe(f"{words}: not the expected device, so it is not tried")
     return Outcome(True, words)
@@ -142,7 +149,10 @@ def reports_hz(talk: ModuleTalk, reports: list[ReceivedFrame]) -> float:
     return (len(reports) - 1 + lost) / (reports[-1].at_s - reports[0].at_s)
 
 
-@MODULE.duty("S9", "Reports come at the rate of their kind within 5 %: 200, 100 and 100 messages a second")
+@MODULE.duty(
+    "S9",
+    "Reports come at the rate of their kind within 5 %: 200 (texture sensor) or 100 messages a second",
+)
 def _rate(talk: ModuleTalk) -> Outcome:
     rate_hz = reports_hz(talk, talk.reports(talk.at_rest))
     return Outcome(abs(rate_hz / talk.rate_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second")

@@ -21,6 +21,7 @@ from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.motor import TACTTIP
 from teletaction.conformance.node_on_trial import ExoskeletonOnTrial, TelemanipulatorOnTrial
 from teletaction.conformance.node_talk import KINDS, BusEnd, NodeName, NodeTalk, name_of
+from teletaction.conformance.patient_switch_module import PATIENT_SWITCH
 from teletaction.conformance.telemanipulator_node import TELEMANIPULATOR
 from teletaction.conformance.texture_module import TEXTURE
 
@@ -28,6 +29,7 @@ CHECKLISTS: tuple[Checklist[Any], ...] = (
     MODULE,
     DISTURBED,
     TEXTURE,
+    PATIENT_SWITCH,
     DRIVEN,
     CUT_OUT,
     TACTTIP,
@@ -107,6 +109,8 @@ def module_on_trial(talk: ModuleTalk) -> OnTrial:
     trials = _each(MODULE, talk) + _each(DISTURBED, talk)
     if talk.kind is DeviceKind.TEXTURE_SENSOR:
         return OnTrial(name, trials + _each(TEXTURE, talk), None, {})
+    if talk.kind is DeviceKind.PATIENT_SWITCH:
+        return OnTrial(name, trials + _each(PATIENT_SWITCH, talk), None, {})
     drives = Drives(talk)
     trials += _each(DRIVEN, drives)
     warning = {

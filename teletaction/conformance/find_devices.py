@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from common.buses.can_address import CanAddress
-from common.buses.serial_device import open_line
+from common.buses.serial_device import open_line, plain_name
 from common.buses.serial_messages import Identity
 from common.buses.serial_port import DeviceAbsent
 from common.fingers import FINGERS
@@ -78,9 +78,9 @@ def require_interface(address: CanAddress, network: Path = NETWORK) -> None:
 
 
 def in_words(identity: Identity) -> str:
-    """Describe a device: finger, kind, serial number and firmware."""
-    kind = identity.kind.name.lower().replace("_", " ")
-    return f"{FINGERS[identity.finger]} {kind}, serial number {identity.serial}, firmware {identity.firmware}"
+    """Describe a device: finger if it has one, kind, serial number and firmware."""
+    name = plain_name(identity.kind, FINGERS[identity.finger])
+    return f"{name}, serial number {identity.serial}, firmware {identity.firmware}"
 
 
 def _read(file: Path) -> str:

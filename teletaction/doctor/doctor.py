@@ -9,7 +9,7 @@ from typing import Any
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver
 from common.buses.can_port import CanPort
-from common.buses.serial_device import open_line
+from common.buses.serial_device import open_line, plain_name
 from common.buses.serial_messages import DeviceKind
 from common.config.file import load_site
 from common.config.models import OperatorConfig, RemoteConfig
@@ -28,7 +28,7 @@ from teletaction.session.session_rates import LARGEST, taken
 
 RATE_S = 1.0
 """Time over which a device's message rate is measured, s."""
-EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2"})
+EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2", "P1"})
 """Numbers of the duties in docs/protocols.md that `exercise` checks.
 
 They show that a device obeys, moves in the right direction and releases by itself.
@@ -54,7 +54,7 @@ class _Serial:
 
     @property
     def name(self) -> str:
-        return f"{self.finger} {self.kind.name.lower().replace('_', ' ')}"
+        return plain_name(self.kind, self.finger)
 
 
 def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterator[Finding]:
@@ -73,6 +73,8 @@ def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterat
         yield from _remote(site)
         sensors = {DeviceKind.TEXTURE_SENSOR: site.texture, DeviceKind.THERMAL_SENSOR: site.thermal_sensors}
         devices = [_Serial(kind, *one) for kind, addresses in sensors.items() for one in addresses.items()]
+        if site.patient_switch is not None:
+            devices.append(_Serial(DeviceKind.PATIENT_SWITCH, FINGERS[0], site.patient_switch.port))
         node, bus = TELEMANIPULATOR, site.telemanipulator
     else:
         yield from _operator(site)
@@ -131,7 +133,8 @@ def _elsewhere(lost: list[_Serial], ports: Path) -> Iterator[Finding]:
         for device in lost:
             identity = found.identity
             if identity and (identity.kind, FINGERS[identity.finger]) == (device.kind, device.finger):
-                yield Finding(device.name, False, f'found elsewhere: write {device.finger} = "{found.address}"')
+                field = "port" if device.kind is DeviceKind.PATIENT_SWITCH else device.finger
+                yield Finding(device.name, False, f'found elsewhere: write {field} = "{found.address}"')
 
 
 def _check(what: str, look: Callable[[], str]) -> Finding:

@@ -59,6 +59,10 @@ class DemoOptions:
     console: bool = False
     """True if a person runs the session at the console; otherwise it engages by itself."""
     rates: Rates = DEFAULT
+    patient_switch: bool = True
+    """Whether the patient has a stop switch."""
+    patient_stop_s: float | None = None
+    """Time at which the patient presses it, s, from the first movement of the remote hand; None: never."""
 
 
 def calibrated_tables(scene: str) -> tuple[Path, Path]:
@@ -128,7 +132,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
     TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
     assert operator_key
-    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 9
+    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 10
     base_port = free_port_block(streams + others)
     ports = iter(range(base_port + streams, base_port + streams + others))
     texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
@@ -145,6 +149,13 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
 
     simulation = {"fingers": fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
     site = {"fingers": fingers, "wait_for_devices_s": 20.0}
+    switch_port = next(ports)
+    remote_switch: dict[str, object] = {}
+    sim_switch: dict[str, object] = {}
+    if options.patient_switch:
+        presses_s = () if options.patient_stop_s is None else (options.patient_stop_s,)
+        remote_switch = {"patient_switch": {"port": f"socket://{HOST}:{switch_port}"}}
+        sim_switch = {"patient_switch": {"port": f"tcp:{HOST}:{switch_port}", "pressed_at_s": presses_s}}
     operator_port, network = base_port, {}
     if options.network is not None:
         operator_port += len(STREAMS)
@@ -165,6 +176,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
                 "fault_port": next(ports),
                 "texture": listening(texture),
                 "thermal_sensors": listening(thermal),
+                **sim_switch,
             }
         ),
         "sim-operator": SimOperatorConfig.model_validate(
@@ -189,6 +201,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
                 "telemanipulator": CanAddress(interface="socketcand", host=HOST, port=robot_port),
                 "desk_port": next(ports),
                 "calibration": CalibrationConfig(materials=materials, surfaces=surfaces),
+                **remote_switch,
             }
         ),
         "operator": OperatorConfig.model_validate(

@@ -31,7 +31,10 @@ TRIALS = [line for line in COMMANDS if line.startswith("teletaction conformance 
 DOCTORS = [line for line in COMMANDS if line.startswith("teletaction doctor --config ")]
 SESSION = [line for line in COMMANDS if re.match(r"teletaction (remote|operator|session) ", line)]
 HERE = "teletaction doctor"
-DEVICES = (("index texture sensor", "index thermal sensor", "telemanipulator"), ("index tacttip", "exoskeleton"))
+DEVICES = (
+    ("index texture sensor", "index thermal sensor", "patient switch", "telemanipulator"),
+    ("index tacttip", "exoskeleton"),
+)
 """Of the remote site and of the operator's, in the doctor's order."""
 
 
@@ -52,7 +55,9 @@ class Bench:
         for name in ("sim-remote", "sim-operator"):
             self.processes.start(name, made[name])
         remote, operator = load_config(made["remote"], RemoteConfig), load_config(made["operator"], OperatorConfig)
+        assert remote.patient_switch is not None
         self.names = {
+            "/dev/patient-switch": remote.patient_switch.port,
             "/dev/texture-index": remote.texture["index"],
             "/dev/thermal-index": remote.thermal_sensors["index"],
             "/dev/tacttip-index": operator.tacttip["index"],

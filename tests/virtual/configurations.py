@@ -8,9 +8,11 @@ from common.config.models import (
     FingerName,
     OperatorConfig,
     OperatorLinkConfig,
+    PatientSwitchConfig,
     RemoteConfig,
     RemoteLinkConfig,
     SimOperatorConfig,
+    SimPatientSwitchConfig,
     SimRemoteConfig,
 )
 from teletaction.session.demo_files import SURFACES, TABLES, WATCHED_S
@@ -18,14 +20,15 @@ from teletaction.session.demo_files import SURFACES, TABLES, WATCHED_S
 FINGER: FingerName = "index"
 """The one in use."""
 TEXTURE, THERMAL, TACTTIP = (f"{kind}/{FINGER}" for kind in ("texture", "thermal", "tacttip"))
+PATIENT_SWITCH = "patient_switch"
 ROBOT, EXOSKELETON = 1, 2
 """Names of the buses: they stand where a CAN gateway has its port."""
 _SCENE = str(Path(__file__).with_name("stroking.toml"))
 _NO_KEYS = Path("keys")
 
 
-def sim_remote(seed: int) -> SimRemoteConfig:
-    """The simulated devices of the remote site."""
+def sim_remote(seed: int, pressed_at_s: tuple[float, ...] | None = None) -> SimRemoteConfig:
+    """The simulated devices of the remote site; with times of presses, the patient has a stop switch."""
     return SimRemoteConfig(
         fingers=(FINGER,),
         scene=_SCENE,
@@ -33,6 +36,9 @@ def sim_remote(seed: int) -> SimRemoteConfig:
         can_port=ROBOT,
         texture={FINGER: TEXTURE},
         thermal_sensors={FINGER: THERMAL},
+        patient_switch=None
+        if pressed_at_s is None
+        else SimPatientSwitchConfig(port=PATIENT_SWITCH, pressed_at_s=pressed_at_s),
     )
 
 
@@ -43,7 +49,7 @@ def sim_operator(seed: int) -> SimOperatorConfig:
     )
 
 
-def remote(max_age_s: float) -> RemoteConfig:
+def remote(max_age_s: float, *, patient_switch: bool = False) -> RemoteConfig:
     """The remote site."""
     return RemoteConfig(
         fingers=(FINGER,),
@@ -52,6 +58,7 @@ def remote(max_age_s: float) -> RemoteConfig:
         thermal_sensors={FINGER: THERMAL},
         telemanipulator=CanAddress(interface="socketcand", port=ROBOT),
         calibration=CalibrationConfig(materials=TABLES / "materials.json", surfaces=SURFACES),
+        patient_switch=PatientSwitchConfig(port=PATIENT_SWITCH) if patient_switch else None,
     )
 
 

@@ -46,12 +46,17 @@ class VirtualSession(Testbed):
     """
 
     def __init__(
-        self, seed: int, max_age_s: float, recorders: Mapping[str, Recorder], feed: MemoryFeed | None = None
+        self,
+        seed: int,
+        max_age_s: float,
+        recorders: Mapping[str, Recorder],
+        feed: MemoryFeed | None = None,
+        pressed_at_s: tuple[float, ...] | None = None,
     ) -> None:
         configs = SessionConfigs(
-            configurations.sim_remote(seed),
+            configurations.sim_remote(seed, pressed_at_s),
             configurations.sim_operator(seed),
-            configurations.remote(max_age_s),
+            configurations.remote(max_age_s, patient_switch=pressed_at_s is not None),
             configurations.operator(max_age_s, at_console=feed is not None),
         )
         super().__init__(configs, seed, Extras(SiteClock(7_200.123), SiteClock(100.456), recorders, feed))
@@ -136,9 +141,13 @@ def virtual_session(
     max_age_s: float = AGE_DEFAULT_S,
     recorders: Mapping[str, Recorder] | None = None,
     feed: MemoryFeed | None = None,
+    *,
+    patient_switch: bool = False,
+    pressed_at_s: tuple[float, ...] = (),
 ) -> Iterator[VirtualSession]:
     """A session at virtual time 0 with a good network."""
-    session = VirtualSession(seed, max_age_s, recorders or {}, feed)
+    presses_s = pressed_at_s if patient_switch else None
+    session = VirtualSession(seed, max_age_s, recorders or {}, feed, presses_s)
     try:
         yield session
     finally:

@@ -21,7 +21,7 @@ from common.limits import (
 )
 from common.link.session_state import Refused
 from common.timing.timeouts import RETREAT_AFTER_S
-from remote_site.safety.setpoints import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_SPEED_M_S
+from remote_site.safety.setpoints import CLEAR_HEIGHT_M, HEIGHT_LOW_M, RETREAT_M_S
 from robustness.fault_judge import HAND_STOP_S
 from robustness.fault_table import FREE, STROKING
 from robustness.virtual_fault_session import VirtualFaultSession
@@ -35,7 +35,7 @@ LATE_S = 0.016
 """Added to a hold time: an entry of the recording every 10 ms, and a tick of each site."""
 STILL_M = 0.0005
 ROUNDING_N = 1e-9
-CLEAR_S = GAP_S + RETREAT_AFTER_S + (CLEAR_HEIGHT_M - HEIGHT_LOW_M) / RETREAT_SPEED_M_S
+CLEAR_S = GAP_S + RETREAT_AFTER_S + (CLEAR_HEIGHT_M - HEIGHT_LOW_M) / RETREAT_M_S
 """From the deepest that a finger can be, until it is clear of everything."""
 COMES_S = 4.0
 """From engaging until the remote hand has come to the operator's and its fingers are down, with some to spare."""

@@ -3,7 +3,7 @@
 import pytest
 
 from robustness.fault_judge import Finding
-from robustness.faults import GROUPS, run_apart, virtual
+from robustness.faults import GROUPS, PATIENT, opener, run_apart, virtual
 from robustness.virtual_fault_session import VirtualFaultSession
 
 pytestmark = pytest.mark.timeout(600)
@@ -13,6 +13,7 @@ PIECES = {
     "devices, first half": virtual(GROUPS["devices"])[: len(GROUPS["devices"]) // 2],
     "devices, second half": virtual(GROUPS["devices"])[len(GROUPS["devices"]) // 2 :],
     "plate": virtual(GROUPS["plate"]),
+    PATIENT: virtual(GROUPS[PATIENT]),
     "processes": virtual(GROUPS["processes"]),
 }
 """Each is a session of its own, so that several processors share them."""
@@ -20,7 +21,7 @@ PIECES = {
 
 @pytest.mark.parametrize("piece", PIECES)
 def test_faults_have_the_outcomes_of_the_table(piece: str) -> None:
-    findings: list[Finding] = run_apart(PIECES[piece], print, VirtualFaultSession.open)
+    findings: list[Finding] = run_apart(PIECES[piece], print, opener(piece, VirtualFaultSession))
     assert {finding.fault.name: finding.wrong for finding in findings if finding.wrong} == {}
     assert len(findings) == len(PIECES[piece])
 

@@ -4,13 +4,13 @@ import pytest
 
 from common.limits import GAP_S
 from operator_site.session.session_client import SILENCE_NS
-from remote_site.safety.setpoints import CLEAR_HEIGHT_M, RETREAT_SPEED_M_S, STOP_S
+from remote_site.safety.setpoints import CLEAR_HEIGHT_M, RETREAT_M_S, STOP_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.judge import SERVO_S, STILL_M, check_ramp
 from tests.virtual.session import TICK_S, Truth, VirtualSession
 
 SILENCE_S = SILENCE_NS * 1e-9
-RETREATED_S = GAP_S + STOP_S + (CLEAR_HEIGHT_M + 0.001) / RETREAT_SPEED_M_S + SERVO_S
+RETREATED_S = GAP_S + STOP_S + (CLEAR_HEIGHT_M + 0.001) / RETREAT_M_S + SERVO_S
 """From the last motion until the remote finger is clear, from up to a millimetre below the bench."""
 
 

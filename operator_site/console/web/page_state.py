@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from common.faults.fault import OF_THE_PATIENT
 from common.fingers import FINGER_Y_M, FINGERS
 from common.wire.messages import NO_TOUCH, STIFFNESS_KNOWN_LN_SD, ThermalReason, ThermalStatus, TouchRow
 from common.wire.packets import LinkState
@@ -71,6 +72,8 @@ def refusal(console: Console) -> str:
     """Return why engaging would be refused now; empty if it would not."""
     site = console.site
     absent = [name for name, ready in site.ready.items() if not ready]
+    if site.remote_fault and site.remote_fault.code in OF_THE_PATIENT:
+        return texts.PATIENT_STOPS
     if site.state is LinkState.FAULT or site.remote_fault:
         return texts.FAULT_NOT_CLEARED
     if absent:

@@ -40,6 +40,8 @@ _OF_A_SITE = frozenset(
         FaultCode.KEY_USED_TWICE,
         FaultCode.OPERATOR_STOP,
         FaultCode.REMOTE_STOP,
+        FaultCode.PATIENT_STOP,
+        FaultCode.PATIENT_SWITCH_FAILED,
         FaultCode.CONTAINED,
         FaultCode.UNKNOWN,
     )

@@ -16,6 +16,7 @@ from common.buses.serial_messages import (
     HeaterCommand,
     Identity,
     MessageId,
+    PatientSwitchState,
     TactTipCommand,
     TactTipState,
     TextureSamples,
@@ -66,6 +67,7 @@ SERIAL: dict[str, tuple[MessageId, int, Any]] = {
         TactTipState(0xFFFFFFFF, 1700, 2275, DeviceFlag.THERMAL_CUT_OUT, 1410, 0),
     ),
 }
+SERIAL["patient_switch_state"] = (MessageId.PATIENT_SWITCH_STATE, 3, PatientSwitchState(1_000_000, closed=True))
 POSES = {"HandPose": (0, -170.0, 2.0), "HandSetpoint": (15, 655.34, -655.36), "HandPoseMeasured": (9, 100.0, -0.02)}
 FIVES = {
     "FingerHeights": (1, (6.0, -2.0, 0.0, 0.005, -10.24)),

@@ -127,3 +127,12 @@ def test_reports_of_one_kind_are_decoded_and_bad_ones_are_counted() -> None:
     found = [report for at in range(0, len(line), 5) for report in reader.reports(line[at : at + 5], ThermalReading)]
     assert found == [good, good]
     assert (reader.malformed, reader.damaged, reader.lost) == (1, 0, 0)
+
+
+def test_repeated_frames_are_counted() -> None:
+    reader = FrameReader()
+    first, second = encode_frame(0x40, 255, b"a"), encode_frame(0x40, 0, b"b")
+    reader.feed(first + second)
+    assert reader.repeated == 0
+    reader.feed(second + second)
+    assert reader.repeated == 2

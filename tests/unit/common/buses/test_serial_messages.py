@@ -10,14 +10,22 @@ from common.buses.serial_messages import (
     DeviceKind,
     HeaterCommand,
     Identity,
+    PatientSwitchState,
     TactTipCommand,
     TactTipState,
     TextureSamples,
     ThermalReading,
 )
 
-KINDS: list[Any] = [Identity, TextureSamples, ThermalReading, HeaterCommand, TactTipCommand, TactTipState]
-LENGTHS = {Identity: 22, ThermalReading: 11, HeaterCommand: 2, TactTipCommand: 9, TactTipState: 13}
+LENGTHS = {
+    Identity: 22,
+    ThermalReading: 11,
+    HeaterCommand: 2,
+    TactTipCommand: 9,
+    TactTipState: 13,
+    PatientSwitchState: 5,
+}
+KINDS: list[Any] = [*LENGTHS, TextureSamples]
 OFF: dict[Any, tuple[int, ...]] = {ThermalReading: (0,), TactTipState: (0, 0)}
 """The drives that a report ends with."""
 drive = st.integers(-1000, 1000)
@@ -118,10 +126,22 @@ def test_the_announced_count_of_samples_must_follow() -> None:
 
 @pytest.mark.parametrize(
     ("position", "value", "message"),
-    [(0, 0, "0 is not a valid"), (0, 4, "4 is not a valid"), (1, 5, "finger"), (2, 200, "ascii")],
+    [(0, 0, "0 is not a valid"), (0, 5, "5 is not a valid"), (1, 5, "finger"), (2, 200, "ascii")],
 )
 def test_a_wrong_identity_is_refused(position: int, value: int, message: str) -> None:
     payload = bytearray(Identity(DeviceKind.TACTTIP, 0, "TT1", 1, 100, 8.0, 80.0).encode())
     payload[position] = value
     with pytest.raises(BadPayload, match=message):
         Identity.decode(bytes(payload))
+
+
+@given(u32, st.booleans())
+def test_a_contact_comes_back(time_us: int, closed: bool) -> None:
+    assert PatientSwitchState.decode(PatientSwitchState(time_us, closed).encode()) == PatientSwitchState(
+        time_us, closed
+    )
+
+
+def test_a_contact_is_open_or_closed() -> None:
+    with pytest.raises(BadPayload, match="contact 2 is neither 0 nor 1"):
+        PatientSwitchState.decode(bytes((0, 0, 0, 0, 2)))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from common.faults.fault import Fault, FaultCode
+from common.faults.fault import OF_THE_PATIENT, Fault, FaultCode
 from common.faults.texts import fault_text
 from common.link.session_state import Happening, Refused, Session
 from common.wire.packets import LinkState
@@ -153,3 +153,17 @@ def test_faults_and_stops_stand_out_in_the_log(caplog: pytest.LogCaptureFixture)
         "fault: index: plate at 43.0 C, above 42.0 C": logging.WARNING,
         "estop: confirmed": logging.WARNING,
     }
+
+
+@pytest.mark.parametrize("code", sorted(OF_THE_PATIENT))
+def test_the_patients_stop_takes_the_place_of_another_fault_and_is_cleared_here_only(code: FaultCode) -> None:
+    session, stop = Session(), Fault(code, detail="is silent")
+    session.latch(HOT)
+    session.latch(stop)
+    session.latch(HOT)
+    assert session.fault == stop
+    with pytest.raises(Refused, match="to be cleared where it was latched"):
+        session.clear(here=False)
+    session.clear()
+    assert session.state is LinkState.DISCONNECTED
+    assert [happening.fault for happening in session.take_happenings()] == [HOT, stop, stop]

@@ -40,7 +40,7 @@ from remote_site.safety.setpoints import (
     HEIGHT_SPEED_M_S,
     PLANE_RANGE_M,
     PLANE_SPEED_M_S,
-    RETREAT_SPEED_M_S,
+    RETREAT_M_S,
     ROUNDING_M,
     STOP_S,
     TOUCHING_N,
@@ -234,7 +234,7 @@ def test_a_gap_stops_then_retreats_until_clear_then_continues():
         if stopped_s < STOP_S - DT:
             assert out.z_m == start
     rises = [b - a for a, b in itertools.pairwise(heights)]
-    assert all(-1e-12 <= rise <= RETREAT_SPEED_M_S * DT + 1e-12 for rise in rises)
+    assert all(-1e-12 <= rise <= RETREAT_M_S * DT + 1e-12 for rise in rises)
     assert heights[-1] == CLEAR_HEIGHT_M
     out = rig.step(wanted_x_m=0.1, wanted_z_m=0.0)
     assert not out.released
@@ -247,7 +247,7 @@ def test_stopped_finger_that_presses_too_hard_leaves_at_once():
     rig = Rig(z_m=-0.002)
     rig.step()
     out = rig.step(engaged=False, force_n=one(CONTACT_FORCE_N + 0.01, CONTACT_FORCE_N))
-    assert out.z_m == pytest.approx(one(-0.002 + RETREAT_SPEED_M_S * DT, -0.002))
+    assert out.z_m == pytest.approx(one(-0.002 + RETREAT_M_S * DT, -0.002))
 
 
 def test_unknown_force_stops_and_retreats():
@@ -1010,7 +1010,7 @@ def test_every_output_of_every_sequence_keeps_the_limits(sequence):
                     assert rise >= -APPROACH_DOWN_M_S * reach - 1e-9
                 assert abs(rise) <= HEIGHT_SPEED_M_S * reach + 1e-9
                 if not live:
-                    assert -1e-12 <= rise <= RETREAT_SPEED_M_S * reach + 1e-9
+                    assert -1e-12 <= rise <= RETREAT_M_S * reach + 1e-9
                 elif tick["force_n"][i] >= BRAKE_SHARE * CONTACT_FORCE_N:
                     assert rise >= -1e-12
         if before is not None and before.ready:

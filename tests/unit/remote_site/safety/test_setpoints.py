@@ -15,7 +15,7 @@ from remote_site.safety.setpoints import (
     HEIGHT_SPEED_M_S,
     MET_M,
     REACTION_S,
-    RETREAT_SPEED_M_S,
+    RETREAT_M_S,
     ROUNDING_M,
     STOP_S,
     TOUCHING_N,
@@ -62,7 +62,7 @@ def test_a_set_point_begins_clear_and_within_the_range_of_the_frames() -> None:
 def test_a_set_point_retreats_after_a_stop_or_a_hard_press(pressed_n: float, stopped_s: float, rises: bool) -> None:
     finger = finger_at(0.0)
     finger.retreat(DT, pressed_n, stopped_s)
-    assert finger.z_m == (RETREAT_SPEED_M_S * DT if rises else 0.0)
+    assert finger.z_m == (RETREAT_M_S * DT if rises else 0.0)
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,21 @@ from dataclasses import replace
 from typing import Any
 
 from common.buses.serial_messages import DeviceFlag, Frame, MessageId, TextureSamples
+from sim_sensors.devices.patient_switch import PatientSwitch
 from sim_sensors.devices.plate_module import ReportClock
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
-from tests.unit.teletaction.conformance.spoiled_module import FINGER, AnyCrc, over, wrong, wrong_method, wrong_reports
+from tests.unit.teletaction.conformance.spoiled_module import (
+    BORN_S,
+    FINGER,
+    WRONG_MODULES,
+    AnyCrc,
+    over,
+    wrong,
+    wrong_method,
+    wrong_reports,
+)
+from tests.unit.teletaction.conformance.virtual_ends import VirtualModule
 
 
 @wrong_method("S1", ThermalSensor, "_answer")
@@ -192,3 +203,12 @@ def overrun(end: Any) -> None:
 @wrong("S16", ThermalSensor)
 def waits_for_its_reader(end: Any) -> None:
     end.blocking = True
+
+
+def pressed() -> VirtualModule:
+    switch = PatientSwitch(BORN_S)
+    switch.pressed = True
+    return VirtualModule(switch)
+
+
+WRONG_MODULES.append(("P1", pressed))
