@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_figures
 from common.fingers import FINGER_Y_M
 from common.limits import GAP_S
 from common.wire.packets import LinkState
@@ -143,3 +144,23 @@ def test_a_stop_cancels_engaging_at_once(state: str) -> None:
     assert words(console, AT_S)[0] == "engaging"
     console.take_answer(AT_S, {"state": state, "wanted": True, "session": 7, "stop_asked_ns": round(AT_S * S)})
     assert words(console, AT_S)[0] == "stopped"
+
+
+@pytest.mark.parametrize(
+    ("fault", "alarm"),
+    [
+        (Fault(FaultCode.PATIENT_STOP), "Patient stopped. Remote side asks patient, then clears."),
+        (
+            Fault(FaultCode.PATIENT_SWITCH_FAILED, detail="is silent"),
+            "Patient's switch is silent. Remote side mends it.",
+        ),
+    ],
+)
+def test_the_patients_stop_is_shown_as_what_it_is_with_the_next_act(fault: Fault, alarm: str) -> None:
+    console = engaged()
+    stopped = figures(state="connected", remote_fault=fault_figures(fault))
+    console.take("operator/figures", round(AT_S * S), stopped)
+    console.step(AT_S)
+    state = page_state(console, AT_S, lambda _: True, "operator.toml")
+    assert [shown["text"] for shown in state["alarms"] if shown["priority"] == "high"] == [alarm]
+    assert state["engage"]["refusal"] == "Cannot engage: patient's stop. Remote side clears it."
