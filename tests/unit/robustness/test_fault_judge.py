@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from common.fingers import FINGERS
-from common.limits import FORCE_SAFE_S, PLATE_PEAK_C, SENSOR_PLATE_C
+from common.limits import FORCE_SAFE_S, LIFT_OFF_S, PATIENT_STOP_S, PLATE_PEAK_C, SENSOR_PLATE_C
 from robustness.fault_judge import HAND_STOP_S, LOG_S, STILL_M_S, TICK_S, Done, Finding, Floats, Truth, judge
 from robustness.fault_table import ALL, STROKING, Actuator, Fault, Outcome
 
@@ -42,6 +42,7 @@ def stroking(quiet_s: float, again_s: float) -> Truth:
         sensor_plate_c=np.full((len(times_s), 5), 33.0),
         hand_x_m=x_m,
         hand_z_m=np.zeros((len(times_s), 5)),
+        contact_n=np.zeros((len(times_s), 5)),
         faults=[],
         ticks_s={},
     )
@@ -129,6 +130,27 @@ def test_a_latched_fault_is_neutral_until_it_is_cleared() -> None:
     assert (at_once.outcome, at_once.latched_s) == (Outcome.LATCHED, 0.0)
     slipped = replace(truth, force_n=with_entry(truth.force_n, END_S + FORCE_SAFE_S + 0.5, 0.2))
     assert judge(done, slipped).wrong
+
+
+def test_a_contact_force_that_falls_or_ends_too_late_after_the_patients_stop_is_wrong() -> None:
+    cleared_s = END_S + 1.0
+    done = Done(replace(LATCHED, leaves=True), BEGIN_S, END_S, NEXT_S, cleared_s)
+    truth = replace(stroking(BEGIN_S + 0.05, cleared_s + 0.2), faults=[(BEGIN_S, "patient stopped")])
+
+    def left(falls_s: float, off_s: float) -> Finding:
+        """Judge a contact force that rises until one time after the stop, and is gone at another, s."""
+        since_s = times_s - BEGIN_S
+        force_n = np.interp(since_s, (-2.0, falls_s, off_s), (0.0, 4.0, 0.0))
+        return judge(done, replace(truth, contact_n=five(force_n)))
+
+    good = left(0.05, 0.5)
+    assert (good.outcome, good.wrong) == (Outcome.LATCHED, [])
+    assert good.leaves_s == pytest.approx({"falls": 0.05, "off": 0.5}, abs=1.5 * LOG_S)
+    (late,) = left(PATIENT_STOP_S + 0.05, 0.5).wrong
+    assert late.startswith("contact force falls after")
+    (stays,) = left(0.05, LIFT_OFF_S + 0.05).wrong
+    assert stays.startswith("contact force off after")
+    assert judge(done, truth).wrong == ["no contact at the patient's stop"]
 
 
 @pytest.mark.parametrize(
