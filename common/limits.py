@@ -80,6 +80,17 @@ SWITCH_HOLD_S = 1.000
 """Minimum time for which the patient's stop switch reports a press, s: longer than a silence, which could hide it."""
 APPROACH_PLANE_M_S, APPROACH_DOWN_M_S = 0.15, 0.020
 """Maximum speeds of the remote hand, m/s, along the bench and of fingers downwards, until it meets the operator's."""
+REMOTE_PLANE_M = 0.655
+"""Largest coordinate of the remote hand along the bench that the telemanipulator's frames can hold, m."""
+REMOTE_LOW_M = -0.0100
+"""Lowest height of a remote finger that these frames can hold, m."""
+
+MOTION_SCALES = (1, 2, 5)
+"""Ratios of the hand's motion to the remote hand's; the limits of the remote hand stay in its own units."""
+COUPLING_STEP_M, COUPLING_STEP_N = 0.1e-3, 0.05
+"""Maximum step of the command, m, and of a finger's force, N, at a change of clutch or scale."""
+COUPLING_RAMP_N_S = 25.0
+"""Rate at which a force falls while the clutch opens and rises after it closes, N/s."""
 
 GAP_S = 0.100
 """Maximum gap between accepted packets, s; a longer gap causes the safe state."""

@@ -81,6 +81,9 @@ def _limits() -> Mapping[str, str]:
         "patient's stop switch": f"silent for {limits.SWITCH_SILENCE_S * 1e3:g} ms, it stops as a press does; "
         f"for {limits.SWITCH_LOST_S * 1e3:g} ms, it is a latched fault; "
         f"it reports a press for {limits.SWITCH_HOLD_S * 1e3:g} ms at least",
+        "motion scale": f"{', '.join(f'1:{n}' for n in limits.MOTION_SCALES)}; the remote hand's limits stay in its "
+        f"own units; at a change of clutch or scale no step above {limits.COUPLING_STEP_M * 1e3:g} mm or "
+        f"{limits.COUPLING_STEP_N:g} N",
         "gap without an accepted packet": f"{limits.GAP_S * 1e3:g} ms, then safe state",
         "age of a packet": f"{limits.AGE_DEFAULT_S * 1e3:g} ms by default, at most {limits.AGE_MAX_S * 1e3:g} ms",
         "from the last valid input": f"force 0 within {limits.FORCE_SAFE_S * 1e3:g} ms, "

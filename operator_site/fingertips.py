@@ -12,6 +12,8 @@ from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.scenes.materials import materials
 from common.wire.messages import NO_TOUCH, Event, EventKind, TouchRow
+from operator_site.coupling.coupling import DIRECT, Coupling
+from operator_site.force.coupled_contact import ForceCeiling, WorkspaceEdge
 from operator_site.force.passive_contact import PassiveContact
 from operator_site.safety.gated_output import Outputs
 from operator_site.safety.limit_flags import Limit
@@ -69,6 +71,7 @@ class Fingertips:
         n = len(FINGERS)
         self._wall = wall
         self._contacts = [PassiveContact(wall) for _ in range(n)]
+        self._ceiling, self._edge = ForceCeiling(), WorkspaceEdge(wall)
         self._approaches = [ContactPrediction() for _ in range(n)]
         self._vibrations = [FingerVibration(vibration) for _ in range(n)]
         self._played = PlayedEvents()
@@ -99,6 +102,7 @@ class Fingertips:
         self._played = PlayedEvents()
         self._events = ()
         self._taps.clear()
+        self._ceiling.begin_session()
 
     def show(self, wall: SampledWall) -> None:
         """Set the bound of the walls; no stiffer surface is displayed from now on."""
@@ -106,6 +110,7 @@ class Fingertips:
             self._wall = wall
             for contact in self._contacts:
                 contact.show(wall)
+            self._edge.show(wall)
 
     def step(
         self,
@@ -121,6 +126,8 @@ class Fingertips:
         pushed_n: Sequence[float],
         plate_c: Sequence[float],
         plate_age_s: Sequence[float],
+        coupling: Coupling = DIRECT,
+        hand_z_m: Sequence[float] = (),
     ) -> Outputs:
         """Return the requests of this tick; `limited` marks what plates and exoskeleton cannot display.
 
@@ -130,12 +137,14 @@ class Fingertips:
             rows: touch rows of the last accepted touch; pass the same object until there is a new one, as each object
                 is read only once.
             events: events of the last packet, played or not.
-            speed_m_s: stroke speed of the operator's hand, m/s.
-            x_m, y_m: place of the hand, m.
-            z_m: height of each fingertip, m.
+            speed_m_s: commanded stroke speed, m/s.
+            x_m, y_m: commanded place of the remote hand, m; with a direct coupling, the hand's place.
+            z_m: commanded height of each fingertip, m.
             pushed_n: force that the gate let through to each finger since the last step, N.
             plate_c: last reading of each plate, C; NaN without one.
             plate_age_s: age of each reading, s.
+            coupling: coupling of the hand, from which the commands follow.
+            hand_z_m: height of each fingertip of the hand, m; not used with a direct coupling.
         """
         dt_s = t_s - self._t_s
         dt_s = dt_s if 0.0 < dt_s <= 0.1 else 0.0
@@ -158,18 +167,17 @@ class Fingertips:
         if fresh or self._groove_timing.waits:
             fresh = self._groove_timing.step(t_s, fresh)
         self.impulses_played = []
+        if not coupling.direct:
+            self._ceiling.step(dt_s, coupling.open, pushed_n)
         force, rpm = [], []
         for finger, row in enumerate(self._rows):
             height_m, stiffness_n_m = z_m[finger], row.stiffness_n_m
             approach_m_s = self._approaches[finger].step(t_s, height_m)
-            contact = self._contacts[finger]
-            if contact.force_n > pushed_n[finger]:
-                contact.let_through(pushed_n[finger])
-            if not engaged:
-                contact.rest()
             surface_m = self._surface_m[finger] = _surface_below(row, x_m, y_m)
-            newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row.damping_n_s_m, approach_m_s)
-            force.append(newton)
+            newton, wall_n = self._press(
+                t_s, finger, engaged, row, height_m, surface_m, approach_m_s, pushed_n[finger], coupling, hand_z_m
+            )
+            force.append(newton if newton > wall_n else wall_n)
             # The displayed force sets the stroke's force; before a surface is known, the remote finger's force does.
             pressed, ahead_s = row.contact_force_n, math.inf
             if stiffness_n_m > 0.0:
@@ -224,6 +232,54 @@ class Fingertips:
                 fresh_c = plate_c[finger] if self._driven[finger] else math.nan
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, load_w_m2[finger])
         return set_c
+
+    def _press(
+        self,
+        t_s: float,
+        finger: int,
+        engaged: bool,
+        row: TouchRow,
+        height_m: float,
+        surface_m: float,
+        approach_m_s: float,
+        pushed_n: float,
+        coupling: Coupling,
+        hand_z_m: Sequence[float],
+    ) -> tuple[float, float]:
+        """Return the forces of the surface and of the workspace's edge on a finger of the hand, N.
+
+        Args:
+            t_s: time, s.
+            finger: number of the finger.
+            engaged: whether outputs act.
+            row: touch row of the remote finger.
+            height_m, surface_m: commanded height of the finger, and height of the surface below it, m.
+            approach_m_s: smoothed speed of the command into the surface, m/s.
+            pushed_n: force that the gate let through since the last step, N.
+            coupling: coupling of the hand.
+            hand_z_m: height of each fingertip of the hand, m.
+        """
+        contact = self._contacts[finger]
+        if contact.force_n > pushed_n:
+            contact.let_through(pushed_n)
+        if not engaged:
+            contact.rest()
+        if coupling.direct:
+            return contact.step(t_s, height_m, surface_m, row.stiffness_n_m, row.damping_n_s_m, approach_m_s), 0.0
+        n, hand_m, most_n = coupling.scale, hand_z_m[finger], self._ceiling.force_n
+        free = self._ceiling.released
+        if free:
+            contact.rest()
+        newton = contact.step(
+            t_s,
+            hand_m,
+            coupling.hand_height_m(finger, surface_m),
+            0.0 if free else row.stiffness_n_m / n,
+            row.damping_n_s_m / n,
+            approach_m_s * n,
+        )
+        wall_n = self._edge.step(t_s, finger, hand_m, coupling, pushed_n, rests=free or not engaged)
+        return min(most_n, newton), min(most_n, wall_n)
 
     def _heat_steps(self, t_s: float) -> int:
         """Return the number of due skin steps; after a standstill longer than MOST_STEPS only one is due."""

@@ -12,6 +12,7 @@ from common.fingers import FINGERS
 from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, Touch
+from operator_site.coupling.coupling import DIRECT, Coupling
 from operator_site.fingertips import Fingertips
 from operator_site.force.loop_stiffness import LoopStiffness
 from operator_site.recorded_rows import RenderingInput
@@ -35,6 +36,7 @@ class GatedRendering:
 
     Attributes:
         fingertips: the renderer after the last step.
+        pushed_n: force on each finger of the last step, N.
     """
 
     def __init__(self, config: RenderingConfig, period_s: float, gap_s: float, contain: Containment | None = None):
@@ -55,7 +57,7 @@ class GatedRendering:
         self._time_s = -math.inf
         self._touch: Touch | None = None
         self._rows = _NO_TOUCHES
-        self._pushed_n = [0.0] * len(FINGERS)
+        self.pushed_n = [0.0] * len(FINGERS)
         self._restart()
 
     def _restart(self) -> None:
@@ -86,12 +88,13 @@ class GatedRendering:
         """Energy that came out at each finger beyond what it put in, mJ: `now`, and the `most` in this session."""
         return dict(zip(FINGERS, self._gate.produced_mj, strict=True))
 
-    def step(self, now: RenderingInput, touch: Touch | None) -> GatedOutput:
+    def step(self, now: RenderingInput, touch: Touch | None, coupling: Coupling = DIRECT) -> GatedOutput:
         """Return the outputs that may reach the devices in this tick.
 
         Args:
             now: input of this tick.
             touch: the touch packet that `now` names; None without one, or if a recording has lost it.
+            coupling: coupling of the hand to the remote hand.
         """
         gate = self._gate
         if now.fault_cleared:
@@ -108,7 +111,7 @@ class GatedRendering:
             gate.trip(fault)
         self._loop.step(now.time_s, now.heights_s)
         self.fingertips.show(self.wall)
-        wanted = self._requests(now, touch)
+        wanted = self._requests(now, touch, coupling)
         if self._broken:
             gate.trip(contained(self._broken))
         gate.show(self.wall)
@@ -122,20 +125,21 @@ class GatedRendering:
             z_m=now.z_m,
             height_age_s=now.time_s - now.heights_s,
         )
-        self._pushed_n = output.force_n
+        self.pushed_n = output.force_n
         return output
 
-    def _requests(self, now: RenderingInput, touch: Touch | None) -> Outputs:
+    def _requests(self, now: RenderingInput, touch: Touch | None, coupling: Coupling) -> Outputs:
         """Return the renderer's requests, neutral if it has failed."""
         if not self._broken:
             try:
-                return self._render(now, touch)
+                return self._render(now, touch, coupling)
             except Exception as error:
                 self.fingertips.impulses_played = []
                 self._broken = self._contain.caught("render", error, latches=False)
         return neutral()
 
-    def _render(self, now: RenderingInput, touch: Touch | None) -> Outputs:
+    def _render(self, now: RenderingInput, touch: Touch | None, coupling: Coupling) -> Outputs:
+        x_m, y_m, z_m = coupling.command(now.x_m, now.y_m, now.z_m)
         fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
         touch = touch if fresh else None
         if touch is not self._touch:
@@ -149,11 +153,13 @@ class GatedRendering:
             now.engaged and fresh and now.located,
             rows=self._rows,
             events=() if touch is None else touch.events,
-            speed_m_s=self._speed.step(now.pose_s, now.x_m, now.y_m) if now.located else 0.0,
-            x_m=now.x_m,
-            y_m=now.y_m,
-            z_m=now.z_m,
-            pushed_n=self._pushed_n,
+            speed_m_s=self._speed.step(now.pose_s, x_m, y_m) if now.located else 0.0,
+            x_m=x_m,
+            y_m=y_m,
+            z_m=z_m,
+            pushed_n=self.pushed_n,
             plate_c=now.plate_c,
             plate_age_s=plate_age_s,
+            coupling=coupling,
+            hand_z_m=now.z_m,
         )

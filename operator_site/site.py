@@ -7,6 +7,8 @@ from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
+from msgspec import structs
+
 from common.buses.device_startup import wait_for_devices
 from common.config.file import to_toml
 from common.config.models import OperatorConfig
@@ -28,6 +30,7 @@ from common.site_status import site_figures, staleness
 from common.timing.standstill import HostClock
 from common.timing.timeouts import TICK_AGE_S
 from common.wire.packets import LinkState
+from operator_site.coupling.motion_coupling import MotionCoupling
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from operator_site.gated_rendering import GatedRendering
@@ -86,6 +89,7 @@ class OperatorSite:
         self._recorder = recorder
         self._recording = None if recorder is None and feed is None else SiteRecording(recorder, feed)
         self.attendance = ConsolePresence(config.console_required_s)
+        self.coupling = MotionCoupling(self._note)
         self._desk = desk
         self._gap_s = config.link.gap_s
         self.contain = containment(client.session.latch)
@@ -122,7 +126,9 @@ class OperatorSite:
             with contain.step("record", latches=False):
                 self._recording.session(now_ns, happenings)
                 if given is not None:
-                    self._recording.tick(now_ns, client, given, output, motion, self.rendering.fingertips)
+                    self._recording.tick(
+                        now_ns, client, given, output, motion, self.rendering.fingertips, self.coupling.now
+                    )
         if self._feed is not None:
             with contain.step("feed", latches=False):
                 self._feed.step(now_ns)
@@ -138,10 +144,18 @@ class OperatorSite:
         if why := self.attendance.step(now_ns, client.session.engaged):
             client.disengage(now_ns, why)
         client.step(now_ns, not_ready, self._devices.unconfirmed)
+        session, hand = client.session, self._hand
+        self.coupling.step(session.engaged, session.ident, hand.x_m, hand.y_m, hand.z_m)
+        if self.coupling.now.open and session.silent:  # the remote fingers have retreated, and no hand lowers them
+            client.disengage(now_ns, "the link was silent while the clutch was open")
+
+    def _note(self, what: str, text: str) -> None:
+        self.client.session.note(what, text)
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):
-            return answer_desk(self.client, self.attendance, now_ns, not_ready, verb, details)
+            self.coupling.pressed_n = max(self.rendering.pushed_n)
+            return answer_desk(self.client, self.attendance, self.coupling, now_ns, not_ready, verb, details)
 
     def _gated(self, now_ns: int, now_s: float) -> tuple[RenderingInput | None, GatedOutput]:
         """Return the input of rendering and the gate's output; None and neutral if the gate has raised."""
@@ -149,7 +163,7 @@ class OperatorSite:
         if not 0.0 <= now_s - self._gate_raised_s < _GATE_RESTS_S:
             with self.contain.step("gate"):
                 given = self._rendering_input(now_ns, now_s, self._hand)
-                return given, self.rendering.step(given, self.client.touch)
+                return given, self.rendering.step(given, self.client.touch, self.coupling.now)
             self._gate_raised_s = now_s
             fault = contained(self.contain.latest["gate"])
         return None, released(fault)
@@ -183,6 +197,7 @@ class OperatorSite:
             "roughness_um": client.roughness_um,
             "wanted": client.want_engaged,
             "session": client.session.ident,
+            "coupling": structs.asdict(self.coupling.now),
             "clock": {
                 "offset_ns": client.clock.offset_ns,
                 "uncertainty_ns": client.clock.uncertainty_ns,
@@ -233,7 +248,7 @@ class OperatorSite:
     def _send_motion(self, now_ns: int, now_s: float, hand: Hand) -> bytes | None:
         if now_s - hand.oldest_s > _HAND_AGE_S:
             return None
-        packet = self.client.send_motion(now_ns, hand.x_m, hand.y_m, hand.z_m)
+        packet = self.client.send_motion(now_ns, *self.coupling.now.command(hand.x_m, hand.y_m, hand.z_m))
         self.motions_sent += packet is not None
         return packet
 

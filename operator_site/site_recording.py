@@ -12,6 +12,7 @@ from common.link.session_state import Happening
 from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.wire.messages import Touch
 from common.wire.streams import STREAMS
+from operator_site.coupling.coupling import DIRECT, Coupling
 from operator_site.fingertips import Fingertips
 from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from operator_site.safety.gated_output import GatedOutput
@@ -22,6 +23,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "operator/session": Happening.schema(),
     "operator/motion": PACKET_SCHEMA,
     "operator/touch": PACKET_SCHEMA,
+    "operator/coupling": Coupling.schema(),
     "operator/input": RenderingInput.schema(),
     "operator/rendered": Rendered.schema(),
     "operator/skin": Skin.schema(),
@@ -43,6 +45,7 @@ class SiteRecording:
         self._feed = feed
         self._ticks = 0
         self._touch: Touch | None = None
+        self._coupling = DIRECT
 
     def session(self, now_ns: int, happenings: Iterable[Happening]) -> None:
         """Write the events of the session."""
@@ -61,6 +64,7 @@ class SiteRecording:
         output: GatedOutput,
         motion: bytes | None,
         fingertips: Fingertips,
+        coupling: Coupling,
     ) -> None:
         """Write one completed tick.
 
@@ -71,11 +75,15 @@ class SiteRecording:
             output: output to the devices.
             motion: sent motion packet; None without one.
             fingertips: the renderer after the tick.
+            coupling: coupling of the hand in this tick; a new one is recorded before the input.
         """
         touch, gap_ns = client.touch, given.gap_ns
         if touch is not None and touch is not self._touch:
             self._write("operator/touch", now_ns, client.touch_packet)
             self._touch = touch
+        if coupling is not self._coupling:
+            self._write("operator/coupling", now_ns, coupling.pack())
+            self._coupling = coupling
         if self._recorder is not None:
             self._recorder.write("operator/input", now_ns, given.pack())
             if motion is not None and _MOTION_RECORDED:

@@ -41,8 +41,8 @@ class Happening(Row):
     """A change of a session: its number (0 for none), a text such as the far side's capabilities, or a fault."""
 
     what: str
-    """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete;
-    where no remote site takes notes, note."""
+    """connected, left, disconnected, engaged, disengaged, fault, cleared, estop, silent, heard, missing, complete,
+    clutch, scale; where no remote site takes notes, note."""
     session: Whole
     text: str
     fault: Fault | None

@@ -9,7 +9,9 @@ from common.wire.packets import MAX_INTEGER, BadPacket, Integer, LinkState, Pack
 
 LONGEST_REFUSAL = 400
 """Maximum length of an answer's reason, characters."""
-REQUESTS = ("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate", "attend", "goodbye")
+DESK_REQUESTS = ("attend", "clutch", "scale")
+"""Requests that only the local control of the operator site takes."""
+REQUESTS = ("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate", *DESK_REQUESTS, "goodbye")
 _Plain = None | bool | int | Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)] | str
 Details = dict[str, _Plain | list[_Plain]]
 """A flat map of null, booleans, finite numbers, texts, or lists of these."""

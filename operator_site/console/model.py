@@ -24,6 +24,7 @@ from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Flags, Frame, Kind
 from operator_site.console.state.signals import BINS, SPAN_S, Signals
 from operator_site.console.state.site_now import SiteNow
+from operator_site.coupling.coupling import Coupling, Places
 from operator_site.recorded_rows import Clock, Rendered, Skin
 
 log = logging.getLogger(__name__)
@@ -97,6 +98,8 @@ class Console:
                 self.site.link.take_clock(clock.offset_ns, clock.uncertainty_ns)
             case "operator/session":
                 self.site.take_happening(t_s, Happening.unpack(payload))
+            case "operator/coupling":
+                self.site.coupling = Coupling.unpack(payload)
             case "operator/figures":
                 self.site.take_figures(t_s, msgpack.unpackb(payload))
                 self.tactile_map.roughness_um = self.site.roughness_um
@@ -116,6 +119,7 @@ class Console:
     def _rendered(self, t_s: float, row: Rendered) -> None:
         motor_hz = [rpm * _HZ_PER_RPM for rpm in row.motor_rpm]
         self.site.take_rendered(t_s, row.engaged, row.age_s)
+        self.site.hand = Places(row.x_m, row.y_m, row.z_m)
         self.fingers.take_rendered(t_s, row.force_n, motor_hz, row.plate_c, row.plate_set_c, row.limits)
         self.signals.take(t_s, "force_n", [row.force_n])
         self.signals.take(t_s, "motor_hz", [motor_hz, self.fingers.plates_c(t_s)])

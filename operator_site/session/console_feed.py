@@ -17,7 +17,8 @@ from common.link.local_control import HOST
 from common.link.subscriptions import Subscriptions
 
 STREAMS = frozenset(
-    f"operator/{stream}" for stream in ("touch", "rendered", "skin", "clock", "session", "played", "figures")
+    f"operator/{stream}"
+    for stream in ("touch", "rendered", "skin", "clock", "session", "played", "figures", "coupling")
 )
 """Streams that consoles receive."""
 BATCH_S = 1.0 / 30.0

@@ -6,6 +6,7 @@ from common.faults.texts import fault_text
 from common.link.session_state import Refused, note_text
 from common.site_status import desk_answer
 from common.wire.packets import LinkState
+from operator_site.coupling.motion_coupling import MotionCoupling
 from operator_site.session.console_presence import ConsolePresence
 from operator_site.session.session_protocol import SessionProtocol
 
@@ -13,6 +14,7 @@ from operator_site.session.session_protocol import SessionProtocol
 def answer_desk(
     client: SessionProtocol,
     attendance: ConsolePresence,
+    coupling: MotionCoupling,
     now_ns: int,
     not_ready: str,
     verb: str,
@@ -23,6 +25,7 @@ def answer_desk(
     Args:
         client: this site's end of the session.
         attendance: takes the reports of consoles.
+        coupling: takes the requests for clutch and motion scale.
         now_ns: this site's clock, ns.
         not_ready: the gate's fault, or the missing device; empty when the site may engage.
         verb: verb of the request.
@@ -52,6 +55,8 @@ def answer_desk(
             if not session.ident:
                 raise Refused("there is no session to note anything in")
             client.annotate(now_ns, note_text(details))
+        case "clutch" | "scale":
+            coupling.ask(verb, details)
         case _:
             raise Refused(f"{verb} is not for the desk to ask")
     return {

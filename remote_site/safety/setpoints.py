@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 from common.faults.fault import Fault
-from common.limits import APPROACH_DOWN_M_S, APPROACH_PLANE_M_S, RETREAT_M_S
+from common.limits import APPROACH_DOWN_M_S, APPROACH_PLANE_M_S, REMOTE_LOW_M, REMOTE_PLANE_M, RETREAT_M_S
 from common.safety.oscillation_detector import OscillationDetector
 from remote_site.safety.limit_flags import (
     APPROACH,
@@ -22,11 +22,11 @@ from remote_site.safety.limit_flags import (
 from remote_site.safety.residual_work import ResidualWork
 from remote_site.safety.servo import SERVO_N_M
 
-PLANE_RANGE_M = 0.655
+PLANE_RANGE_M = REMOTE_PLANE_M
 """Largest coordinate of the hand along the bench that the telemanipulator's frames can hold, m."""
 PLANE_SPEED_M_S = 0.30
 """Speed limit of the hand in each direction along the bench, m/s."""
-HEIGHT_LOW_M = -0.0100
+HEIGHT_LOW_M = REMOTE_LOW_M
 """Lowest set-point of a finger, m; the telemanipulator's frames hold no lower one."""
 HEIGHT_HIGH_M = 0.01046
 """Highest set-point of a finger, m; the telemanipulator's frames hold no higher one."""

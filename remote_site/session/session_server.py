@@ -23,7 +23,7 @@ from common.runtime.containment import Containment
 from common.timing.timeouts import SESSION_SILENCE_S
 from common.wire.messages import Motion
 from common.wire.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
-from common.wire.session_messages import LONGEST_REFUSAL, Answer, Heartbeat, Request
+from common.wire.session_messages import DESK_REQUESTS, LONGEST_REFUSAL, Answer, Heartbeat, Request
 from remote_site.session.operator_connections import OperatorConnections
 
 log = logging.getLogger(__name__)
@@ -347,7 +347,7 @@ class SessionServer:
             raise Refused("that is not the present session: say hello first")
         if key != self.operator:
             raise Refused("only the session's operator may ask for that: observers look on")
-        if request.verb == "attend":
+        if request.verb in DESK_REQUESTS:
             raise Refused("that is for the desk of the operator's own site")
 
     def _agree_on_age(self, request: Request) -> float:

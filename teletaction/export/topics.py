@@ -24,6 +24,7 @@ from common.wire.messages import (
 )
 from common.wire.touch_summary import TouchSummary
 from operator_site.console.examination.journal import SCHEMAS as CONSOLE_STREAMS
+from operator_site.coupling.coupling import Coupling
 from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
@@ -78,6 +79,7 @@ _ROWS: dict[str, type[Row]] = {
     "remote/event": SentEvent,
     "remote/thermal": Thermal,
     "operator/session": Happening,
+    "operator/coupling": Coupling,
     "operator/input": RenderingInput,
     "operator/rendered": Rendered,
     "operator/skin": Skin,

@@ -13,8 +13,11 @@ def faults(data: SessionData) -> list[dict[str, Any]]:
 
 
 def interruptions(data: SessionData) -> list[dict[str, Any]]:
-    """Return silences of the far site, losses of devices, and ends of engagement, in the form of `faults`."""
-    return _noted(data, ("silent", "missing", "disconnected", "disengaged"))
+    """Return what interrupted or changed the coupling of both hands, in the form of `faults`.
+
+    These are silences of the far site, losses of devices, ends of engagement, and changes of clutch and motion scale.
+    """
+    return _noted(data, ("silent", "missing", "disconnected", "disengaged", "clutch", "scale"))
 
 
 def incomplete_recordings(data: SessionData, statuses: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:

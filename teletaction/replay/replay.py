@@ -28,7 +28,7 @@ from teletaction.replay.replay_sites import OperatorReplay, RemoteReplay
 _SENSED = "remote/sensed"
 _INPUTS = (_SENSED, "operator/input")
 """Streams of which each message advances a site's computation by one tick."""
-_STREAMS = (*_INPUTS, "remote/touch", "operator/touch", "operator/rendered")
+_STREAMS = (*_INPUTS, "remote/touch", "operator/touch", "operator/coupling", "operator/rendered")
 _PROGRESS_EVERY = 1000
 COLUMNS = ("force_n", "motor_rpm", "plate_set_c", "peltier_drive")
 
@@ -107,6 +107,8 @@ class _Replayed:
                 self._remote(origin).touch(time_s, payload)
             case "operator/touch":
                 self._operator(origin).touch(payload)
+            case "operator/coupling":
+                self._operator(origin).coupling(payload)
             case "operator/input":
                 self._write(time_s, self._operator(origin).input(payload))
             case "operator/rendered":

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from common.config.models import RenderingConfig
 from common.fingers import FINGERS
 from common.wire.messages import Touch
+from operator_site.coupling.coupling import DIRECT, Coupling
 from operator_site.gated_rendering import GatedRendering
 from operator_site.recorded_rows import Rendered, RenderingInput
 from operator_site.safety.gated_output import GatedOutput
@@ -89,17 +90,23 @@ class OperatorReplay:
         """Sequence numbers of rendered touch packets that the recording lacks."""
         self._rendering = GatedRendering(config, period_s, gap_s)
         self._newest: Touch | None = None
+        self._coupling = DIRECT
         self._output: GatedOutput | None = None
 
     def touch(self, recorded: bytes) -> None:
         """Take an accepted touch packet."""
         self._newest = Touch.decode(recorded)
 
+    def coupling(self, recorded: bytes) -> None:
+        """Take a change of clutch or motion scale."""
+        self._coupling = Coupling.unpack(recorded)
+
     def input(self, recorded: bytes) -> GatedOutput:
         """Take the input of one tick; return the output to the devices."""
         self.ticks += 1
         now = RenderingInput.unpack(recorded)
-        self._output = self._rendering.step(now, None if now.touch is None else self._touch_of(now.touch))
+        touch = None if now.touch is None else self._touch_of(now.touch)
+        self._output = self._rendering.step(now, touch, self._coupling)
         return self._output
 
     def rendered(self, time_s: float, recorded: bytes) -> bytes:

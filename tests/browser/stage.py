@@ -208,6 +208,10 @@ class Stage:
         elif verb == "disengage":
             session["state"] = "paused"
             return {"text": "PAUSED. Outputs neutral."}
+        elif verb == "clutch":
+            self.scenario.state["coupling"]["open"] = details["open"]
+        elif verb == "scale":
+            self.scenario.state["coupling"]["scale"] = details["scale"]
         elif verb == "estop":
             session["state"] = "stopped"
             self.scenario.state["stop"] = synthetic.stop_of(dict.fromkeys(synthetic.DEVICES, 0.06), late=False)

@@ -137,6 +137,7 @@ BASE: dict[str, Any] = {
                {"name": "Link", "ready": True, "text": "23 ± 2 ms", "help": ""},
                {"name": "Disk", "ready": True, "text": "212 GB free", "help": ""}],
     "stop": None, "engage": {"wanted": False, "refusal": ""},
+    "coupling": {"open": False, "scale": 1, "edges": []},
     "map": {"frame": {"x_m": -0.128, "y_m": -0.128, "cell_m": 0.001, "columns": 256, "rows": 256},
             "ranges": {name: list(ends) for name, ends in RANGES.items()},
             "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0],
@@ -283,6 +284,13 @@ def engaged() -> Scenario:
     scenario.touching = {1, 2}
     scenario.state["fingers"][1] |= IDENTIFIED
     scenario.state["fingers"][2] |= IDENTIFIED | {"contact_s": 5.0}
+    return scenario
+
+
+def clutched() -> Scenario:
+    """The clutch is open at a scale of 1:5, close to two edges of the remote hand's workspace."""
+    scenario = engaged()
+    scenario.state["coupling"] = {"open": True, "scale": 5, "edges": ["x+", "low"]}
     return scenario
 
 
@@ -452,7 +460,7 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, lost, ambiguous, unknown, cannot_identify, paused, fault,
-        stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
+        disconnected, connected, ready, engaging, engaged, clutched, lost, ambiguous, unknown, cannot_identify, paused,
+        fault, stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip

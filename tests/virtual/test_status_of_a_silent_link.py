@@ -15,7 +15,7 @@ def states(session: VirtualSession) -> set[str]:
     """The state by each way in which a site says it."""
     operator, remote = session.operator, session.remote
     now_ns = session.operator_host.now_ns()
-    desk = answer_desk(operator.client, operator.attendance, now_ns, "", "status", {})["state"]
+    desk = answer_desk(operator.client, operator.attendance, operator.coupling, now_ns, "", "status", {})["state"]
     figures = [site.figures() for site in (operator, remote)]
     return {desk, *(str(each["state"]) for each in figures), *(in_words(each).split(":")[0] for each in figures)}
 

@@ -2,6 +2,7 @@
 import { hold, pause, release } from "./actions.js";
 import { acknowledge, quiet } from "./alarms.js";
 import { closeBody } from "./body.js";
+import { holdClutch, releaseClutch } from "./clutch.js";
 import { byId, make, remember, remembered, typing, write } from "./dom.js";
 import { fitMap, nextComparison, show, showBoth, showSure, widen, zoomBy } from "./map.js";
 import { begin, marked, markingKey } from "./marking.js";
@@ -13,6 +14,8 @@ import { press } from "./stop.js";
 import { otherTheme } from "./theme.js";
 import { KEYS, WORDS } from "./words.js";
 
+// A pedal sends a key that writes nothing, so that it works in a text field, too.
+const PEDAL = "F9";
 let plain = true;
 
 export function startKeys({ choose, details, listed }) {
@@ -27,12 +30,13 @@ export function startKeys({ choose, details, listed }) {
   });
   byId("theme-button").addEventListener("click", otherTheme);
   const letters = {
-    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, k: acknowledge, l: otherTheme, d: details,
+    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, k: acknowledge, l: otherTheme, d: details, g: holdClutch,
     t: () => show("temperature"), r: () => show("roughness"), s: () => show("stiffness"), m: () => show("material"), a: () => toggle("sheet-alarms", listed),
   };
   const signs = { "?": () => toggle("sheet-help"), "+": () => zoomBy(1.5), "=": () => zoomBy(1.5), "-": () => zoomBy(1 / 1.5), ",": () => widen(-1), ".": () => widen(1) };
   window.addEventListener("keydown", event => {
     if (stops(event)) { swallow(event); if (!event.repeat) press(); return; }
+    if (event.key === PEDAL) { event.preventDefault(); if (!event.repeat) holdClutch(); return; }
     if (event.ctrlKey || event.metaKey || typing()) return;
     if (playback() && !menu() && playbackKey(event)) return;
     if (document.activeElement !== byId("map-surface") || marked()) if (markingKey(event)) return;
@@ -47,6 +51,7 @@ export function startKeys({ choose, details, listed }) {
   }, { capture: true });
   window.addEventListener("keyup", event => {
     if (stops(event)) { swallow(event); return; }
+    if (event.key === PEDAL || event.key.toLowerCase() === "g") releaseClutch();
     if (["e", "c"].includes(event.key.toLowerCase())) release();
   }, { capture: true });
   window.addEventListener("blur", () => release(false));

@@ -2,6 +2,7 @@
 import { showActions, startActions } from "./actions.js";
 import { showAlarms, showList, soundAlarms, startAlarms } from "./alarms.js";
 import { showBar, stepMark } from "./bar.js";
+import { showClutch, startClutch } from "./clutch.js";
 import { drawChart, followChart, startChart } from "./chart.js";
 import { Connection } from "./connection.js";
 import { startDetails } from "./details.js";
@@ -87,6 +88,7 @@ function showNow() {
   showState();
   showStop();
   showActions();
+  showClutch();
   showSession();
   showFindings();
   showPlayback();
@@ -142,6 +144,7 @@ startTheme();
 startAlarms(connection, say);
 startStop(connection, showNow);
 startActions(connection, say);
+startClutch();
 startMarking(connection, say, openWithdraw);
 startFindings();
 startBody();

@@ -16,7 +16,7 @@ export const STATES = {
 
 // Texts of index.html.
 export const FIXED = {
-  console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", acknowledge: "Acknowledge", stopAnswers: "What the devices answered to STOP", actions: "Actions",
+  console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", acknowledge: "Acknowledge", scale: "Motion scale, hand to remote hand", stopAnswers: "What the devices answered to STOP", actions: "Actions",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
   zoomIn: "Zoom in", zoomOut: "Zoom out", fit: "Fit", compare: "Compare", both: "Two", sure: "± sd",
   photo: "Picture", photoChoose: "Choose a file", photoAdjust: "Move and size", photoSmaller: "Picture smaller", photoLarger: "Picture larger", photoRemove: "Remove", fingers: "Fingers", drawing: "Hand; the table below says the same",
@@ -38,6 +38,7 @@ export const WORDS = {
   noAlarms: "No alarms", pausedBy: why => `PAUSED. ${why}.`, more: count => `+${count} (A)`, alarmList: "List (A)",
   engage: "Engage", confirmEngage: "Confirm engage", resume: "Resume", confirmResume: "Confirm resume", pause: "Pause",
   clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Start session", hold: "hold 1 s",
+  clutch: "Clutch", closeClutch: "Close clutch", coupling: (open, scale, edges) => [...(scale > 1 ? [`1:${scale}`] : []), ...(open ? ["clutch open"] : []), ...(edges.length ? [`edge: ${edges.join(", ")}`] : [])],
   stopping: "STOPPING. Waiting for the devices.", stopNotSent: "STOP NOT SENT. Use the hardware switch.",
   stopConfirmed: (count, seconds) => `STOPPED. All ${count} devices confirmed in ${seconds.toFixed(2)} s.`,
   stopNotConfirmed: names => `STOP NOT CONFIRMED: ${names}. Use the hardware switch.`,
@@ -78,7 +79,7 @@ export const WORDS = {
   stripTable: ["finger", "force N", "contact N", "motor Hz", "plate °C", "skin °C"],
   chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "explored", "lowest", "highest"],
   since: clock, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `acknowledged by ${who}`, present: "now", waits: "over, not acknowledged", past: "over",
-  markKinds: { finding: "finding", alarm: "alarm", fault: "fault", mode: "state" }, marked: (at, kind, text) => `${clock(at)} ${kind}: ${text}`,
+  markKinds: { finding: "finding", clutch: "hand", alarm: "alarm", fault: "fault", mode: "state" }, marked: (at, kind, text) => `${clock(at)} ${kind}: ${text}`,
   partial: "Map and last 10 s follow.", play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,
   letters: on => (on ? "Letter keys: on" : "Letter keys: with Alt"), theme: dark => (dark ? "Light (L)" : "Dark (L)"),
   ready: "ready", notLive: "not live", notLiveFor: seconds => (seconds > 0 && Number.isFinite(seconds) ? `not live, ${seconds.toFixed(1)} s` : "not live"),
@@ -92,7 +93,7 @@ export const ANCHORS = {
 };
 
 export const KEYS = [
-  ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"],
+  ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"], ["G, F9 or pedal", "hold: clutch open, the remote hand stays"],
   ["C", "hold 1 s: clear a fault of a site"], ["K", "acknowledge alarms that are over"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
   ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"],
   ["LIMIT", "an output is at its limit: move slower, or lift"], ["∪ soft", "the surface is stiffer than the force displays; nothing to do"],

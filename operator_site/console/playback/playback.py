@@ -27,6 +27,7 @@ STREAMS = (
     "operator/skin",
     "operator/clock",
     "operator/session",
+    "operator/coupling",
     "operator/played",
     "operator/figures",
     "console/session",
@@ -43,7 +44,7 @@ MOST_CHECKPOINTS = 400
 """Maximum number of checkpoints."""
 PREVIEW_S = 1.2
 """Part of the recording before a moment that a preview plays, s; the site's figures come once a second."""
-_FEW = ("console/session", "console/finding", "operator/session")
+_FEW = ("console/session", "console/finding", "operator/session", "operator/coupling")
 """Streams of few messages, which a preview takes from the start."""
 _COMPRESSION = 1
 """Level of compression of a checkpoint, 0..9."""
@@ -60,7 +61,7 @@ C = TypeVar("C", bound=Console)
 
 
 class Mark(NamedTuple):
-    """A target for a jump: `kind` is "alarm", "fault", "finding" or "mode"; `at_s` is from the start, s.
+    """A target for a jump: `kind` is "alarm", "clutch", "fault", "finding" or "mode"; `at_s` is from the start, s.
 
     The text of a mode is the session's state from then on, a word of `session_display`.
     """
@@ -108,7 +109,10 @@ class Recording:
             yield channel.topic, message.log_time, message.data
 
     def marks(self) -> list[Mark]:
-        """Return the readable alarms, faults, findings and modes in order of time; a finding has its mark's time."""
+        """Return the readable alarms, faults, findings, changes of clutch and scale, and modes, in order of time.
+
+        A finding has its mark's time.
+        """
         marks: dict[object, Mark] = {}
         for stream, time_ns, payload in self.messages(self.start_ns, tuple(_MARKED)):
             with suppress(ValueError):  # the console counts unreadable messages
@@ -124,6 +128,8 @@ class Recording:
                     case _:
                         if entry.what == "fault":
                             marks["fault", time_ns] = Mark(at_s, "fault", said_fault(entry.fault))
+                        if entry.what in ("clutch", "scale"):
+                            marks[entry.what, time_ns] = Mark(at_s, "clutch", f"{entry.what} {entry.text}")
                         if entry.what in _MODES:
                             marks["mode", time_ns] = Mark(at_s, "mode", _MODES[entry.what])
         return sorted(marks.values())

@@ -26,6 +26,7 @@ from common.wire.packets import LinkState
 from common.wire.roughness_um import RoughnessUm
 from operator_site.console import texts
 from operator_site.console.state.bus_now import BusNow
+from operator_site.coupling.coupling import DIRECT, Coupling, Places, edges
 from operator_site.session.emergency_stop import REMOTE
 
 SILENT_S = 0.5
@@ -131,6 +132,8 @@ class SiteNow:
         ready: whether each device is ready.
         was_ready: devices that have ever been ready.
         whys: why each device is not ready; empty if it is.
+        coupling: coupling of the hand to the remote hand.
+        hand: place of the operator's hand; None if unknown.
     """
 
     def __init__(self) -> None:
@@ -154,11 +157,18 @@ class SiteNow:
         self.ready: dict[str, bool] = {}
         self.was_ready: set[str] = set()
         self.whys: dict[str, str] = {}
+        self.coupling: Coupling = DIRECT
+        self.hand: Places | None = None
 
     def silent_s(self, now_s: float) -> float:
         """Return the time since the newest message or answer, s; infinite before the first. Later times are ignored."""
         ages_s = [_age_s(now_s, at_s) for at_s in (self.heard_s, self.answered_s)]
         return min((age_s for age_s in ages_s if age_s >= 0.0), default=math.inf)
+
+    @property
+    def edges(self) -> list[str]:
+        """Edges of the remote hand's workspace that the command is close to; empty if it is unknown."""
+        return [] if self.hand is None else edges(self.coupling.command(*self.hand))
 
     @property
     def link_silent(self) -> bool:
@@ -232,6 +242,8 @@ class SiteNow:
         self.figures = figures
         self.calibrated = str(figures.get("calibrated", ""))
         self.roughness_um = RoughnessUm.of(figures.get("roughness_um"))
+        if isinstance(coupling := figures.get("coupling"), dict):
+            self.coupling = Coupling(**coupling)
         self.take_brief(t_s, figures)
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))

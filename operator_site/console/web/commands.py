@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from common.files.printable import one_line
+from common.limits import MOTION_SCALES
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused
 from common.runtime.containment import Containment
@@ -80,6 +81,8 @@ class Commands:
         self._verbs: dict[str, Act] = {
             "engage": self._engage,
             "disengage": self._disengage,
+            "clutch": self._clutch,
+            "scale": self._scale,
             "estop": self._stop,
             "clear_fault": self._clear,
             "acknowledge": self._acknowledge,
@@ -185,10 +188,10 @@ class Commands:
             self.contained.caught(f"act {_shown(verb)}", error, latches=False)
             return Answer(False, texts.FAILED_INSIDE)
 
-    def _ask(self, verb: str) -> "Future[dict[str, Any]]":
+    def _ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
         if self._site is None:
             raise Refused(texts.NO_SITE)
-        return self._site.ask(verb)
+        return self._site.ask(verb, details)
 
     async def _answered(self, asked: "Future[dict[str, Any]]", now_s: float) -> dict[str, Any]:
         """Wait for the site's answer to a request and show it on the console.
@@ -212,6 +215,20 @@ class Commands:
     async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         await self._answered(self._ask("disengage"), now_s)
         return Answer(True, texts.PAUSED)
+
+    async def _clutch(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        wanted = details.get("open")
+        if not isinstance(wanted, bool):
+            raise Refused(texts.CLUTCH_NEEDED)
+        await self._answered(self._ask("clutch", {"open": wanted}), now_s)
+        return Answer(True, texts.CLUTCH_OPEN if wanted else texts.CLUTCH_CLOSED)
+
+    async def _scale(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        scale = details.get("scale")
+        if type(scale) is not int or scale not in MOTION_SCALES:
+            raise Refused(texts.SCALE_NEEDED.format(scales=", ".join(f"1:{n}" for n in MOTION_SCALES)))
+        await self._answered(self._ask("scale", {"scale": scale}), now_s)
+        return Answer(True, texts.SCALE.format(scale=f"1:{scale}"))
 
     async def _stop(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if self._stopping is None or self._stopping.done():  # a pending stop is repeated already

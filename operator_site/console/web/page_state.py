@@ -58,6 +58,7 @@ def page_state(
         "checks": checks(console, now_s, operator),
         "stop": _stop(console, now_s),
         "engage": {"wanted": site.wanted, "refusal": refusal(console)},
+        "coupling": {"open": site.coupling.open, "scale": site.coupling.scale, "edges": site.edges},
         "map": _map(console),
         "findings": [
             finding_state(finding, is_saved(finding.ident), from_s) for finding in console.examination.findings.values()
@@ -283,6 +284,7 @@ def urgent(state: Mapping[str, Any]) -> object:
         state["devices"],
         state["stop"],
         state["engage"],
+        state["coupling"],
         state["findings"],
         state["map"]["frame"],
         state["map"]["number"],

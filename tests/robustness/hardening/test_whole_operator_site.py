@@ -249,7 +249,7 @@ class OperatorAgainstRemote(RuleBasedStateMachine):
     def person(self, verb: str, given: dict[str, Any]) -> None:
         """The person at the desk asks for something."""
         with suppress(Refused):
-            answer_desk(self.client, self.site.attendance, self.now_ns, "", verb, given)
+            answer_desk(self.client, self.site.attendance, self.site.coupling, self.now_ns, "", verb, given)
         self.tick(2)
 
     @rule()

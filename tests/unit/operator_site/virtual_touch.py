@@ -116,7 +116,7 @@ class Working:
         return self.go(0.5, z_m=-0.003) + self.go(0.5)
 
     def ask(self, verb: str, **details: Any) -> dict[str, Any]:
-        return answer_desk(self.client, self.site.attendance, self.now_ns, "", verb, details)
+        return answer_desk(self.client, self.site.attendance, self.site.coupling, self.now_ns, "", verb, details)
 
     @property
     def state(self) -> LinkState:

@@ -8,6 +8,7 @@ import pytest
 
 from common.link.session_state import Happening
 from common.recording.recorded_row import Row
+from operator_site.coupling.coupling import Coupling
 from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
@@ -28,6 +29,7 @@ ROWS: list[tuple[type[Row], list[Any]]] = [
     (SentEvent, [1, 0, 1, 2 * 10**15, 0.5, "pvc"]),
     (Thermal, [1, 3, "pvc", 0.9, 22.0, 0.3, None, None, None, None, 0.1, None]),
     (SensorFrame, [1.0, 0.0, 0.1, ONES, ONES, [b"\0\1", None, None, None, b""], PLATES, HAND]),
+    (Coupling, [True, 5, 0.1, 0.2, ONES, 0.1, 0.2, ONES]),
     (RenderingInput, [1.0, 7, False, True, 0, 5, 0.1, 0.2, ONES, -math.inf, 1.0, ONES, ONES, [FAULT]]),
 ]
 GOLDEN_ROWS: dict[str, type[Row]] = {

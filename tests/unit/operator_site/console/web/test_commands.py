@@ -72,7 +72,10 @@ def test_the_first_page_that_may_act_is_in_control(workplace: Workplace) -> None
 
 @pytest.mark.parametrize(
     "verb",
-    ["engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note", "edit", "withdraw", "undo"],
+    [
+        *("engage", "disengage", "estop", "clear_fault", "begin", "end"),
+        *("finding", "note", "edit", "withdraw", "undo", "clutch", "scale"),
+    ],
 )
 def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(workplace: Workplace, verb: str) -> None:
     answer = workplace.ask(verb, workplace.observer)
@@ -369,3 +372,40 @@ def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(
     assert not later.ok
     assert workplace.kept_acts[-1]["details"]["refused_before"] == 500 - kept
     assert workplace.ask("estop").ok
+
+
+def test_clutch_and_scale_are_asked_of_the_site_and_recorded(workplace: Workplace) -> None:
+    answer = workplace.ask("clutch", open=True)
+    assert (answer.ok, answer.text) == (True, "Clutch open. The remote hand stays.")
+    assert workplace.ask("clutch", open=False).text == "Clutch closed."
+    assert workplace.ask("scale", scale=5).text == "Motion scale 1:5."
+    assert workplace.site.asked == ["clutch", "clutch", "scale"]
+    assert workplace.kept == [(verb, ok) for verb in ("clutch", "clutch", "scale") for ok in (None, True)]
+    assert [act["details"] for act in workplace.kept_acts[::2]] == [{"open": True}, {"open": False}, {"scale": 5}]
+
+
+def test_clutch_and_scale_need_control(workplace: Workplace) -> None:
+    for verb, details in (("clutch", {"open": True}), ("scale", {"scale": 2})):
+        answer = workplace.ask(verb, workplace.second, **details)
+        assert (answer.ok, answer.text) == (False, "Control is at OR-1 1. Take control first.")
+    assert workplace.site.asked == []
+
+
+@pytest.mark.parametrize("wrong", [None, 1, "true", [], {}])
+def test_a_clutch_is_open_or_closed(workplace: Workplace, wrong: object) -> None:
+    answer = workplace.ask("clutch", open=wrong)
+    assert (answer.ok, answer.text) == (False, "The clutch is open or closed.")
+    assert workplace.site.asked == []
+
+
+@pytest.mark.parametrize("wrong", [None, 0, 3, 2.0, True, "2", []])
+def test_a_motion_scale_is_one_of_three(workplace: Workplace, wrong: object) -> None:
+    answer = workplace.ask("scale", scale=wrong)
+    assert (answer.ok, answer.text) == (False, "The motion scale is 1:1, 1:2, 1:5.")
+    assert workplace.site.asked == []
+
+
+def test_a_refusal_of_the_site_is_the_answer(workplace: Workplace) -> None:
+    workplace.site.fails = Refused("a finger presses: lift it, or open the clutch, then change the scale")
+    answer = workplace.ask("scale", scale=2)
+    assert (answer.ok, answer.text) == (False, "a finger presses: lift it, or open the clutch, then change the scale")

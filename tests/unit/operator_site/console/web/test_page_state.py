@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from common.faults.fault import Fault, FaultCode
 from common.faults.texts import fault_figures
@@ -16,6 +17,7 @@ from operator_site.console.map.lump_search import Searched
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.web.page_state import page_state
+from operator_site.coupling.coupling import Coupling
 from tests.unit.operator_site.console.fed import INDEX, TOUCHING, S, figures, happen, rendered, touch
 from tests.unit.operator_site.console.page_messages import read_frame
 from tests.unit.operator_site.console.touch_rows import sample
@@ -164,3 +166,19 @@ def test_the_patients_stop_is_shown_as_what_it_is_with_the_next_act(fault: Fault
     state = page_state(console, AT_S, lambda _: True, "operator.toml")
     assert [shown["text"] for shown in state["alarms"] if shown["priority"] == "high"] == [alarm]
     assert state["engage"]["refusal"] == "Cannot engage: patient's stop. Remote side clears it."
+
+
+def test_clutch_scale_and_edges_are_shown_as_the_site_reports_them() -> None:
+    console = engaged()
+    shown = page_state(console, AT_S, lambda _: True, "operator.toml")["coupling"]
+    assert shown == {"open": False, "scale": 1, "edges": []}
+    held = (0.0, 0.0, (0.0,) * 5)
+    coupling = Coupling(True, 5, *held, 0.65, -0.65, (0.0, 0.0, 0.0, 0.0, -0.0095))
+    console.take("operator/coupling", round(AT_S * S), coupling.pack())
+    shown = page_state(console, AT_S, lambda _: True, "operator.toml")["coupling"]
+    assert shown == {"open": True, "scale": 5, "edges": ["x+", "y-", "low"]}
+    figured = figures(coupling=structs.asdict(Coupling(False, 2, *held, *held)))
+    console.take("operator/figures", round(AT_S * S), figured)
+    shown = page_state(console, AT_S, lambda _: True, "operator.toml")["coupling"]
+    assert shown == {"open": False, "scale": 2, "edges": []}, "a console that starts late has it from the figures"
+    assert console.damaged == 0
