@@ -72,9 +72,11 @@ class WorkspaceEdge:
             rests: whether no force acts, because outputs rest or the clutch is open.
         """
         wall = self._walls[finger]
+        edge_m = coupling.hand_height_m(finger, REMOTE_LOW_M + EDGE_HEIGHT_M)
+        if z_m > edge_m + EDGE_HEIGHT_M and wall.force_n == 0.0:
+            return 0.0  # far above it
         if wall.force_n > pushed_n:
             wall.let_through(pushed_n)
         if rests:
             wall.rest()
-        edge_m = coupling.hand_height_m(finger, REMOTE_LOW_M + EDGE_HEIGHT_M)
         return wall.step(t_s, z_m, edge_m, 0.0 if rests else EDGE_N_M)

@@ -12,6 +12,8 @@ from common.link.session_state import Refused
 from common.wire.packets import LinkState
 from tests.virtual.session import VirtualSession
 
+RESOLUTION_N = 0.01
+"""Of a force on the exoskeleton's bus, N."""
 SETTLED_S = 0.3
 """Longest time in which the remote hand stands after the command does, s."""
 
@@ -25,13 +27,16 @@ def ask(session: VirtualSession, verb: str, **details: Any) -> dict[str, Any]:
 
 
 def test_an_open_clutch_holds_the_remote_hand_and_frees_the_finger(working: VirtualSession) -> None:
+    pressing = len(working.truth) - 1
     ask(working, "clutch", open=True)
-    forces = [truth.force_n for truth in working.run(0.5)]
+    working.run(0.5)
+    forces = [truth.force_n for truth in working.truth[pressing:]]
+    assert forces[0] > 0.3
     assert forces[-1] == 0.0
-    assert max(before - after for before, after in pairwise(forces)) <= 2 * COUPLING_STEP_N
+    assert max(before - after for before, after in pairwise(forces)) <= COUPLING_STEP_N + RESOLUTION_N
     hand = working.sim_operator.hand
     from_m, (first, *_, last) = hand.x_m, working.run(1.0)
-    assert abs(hand.x_m - from_m) > 0.02, "the operator's hand goes on"
+    assert abs(hand.x_m - from_m) > 0.02, "the operator's hand moves"
     assert abs(last.x_m - first.x_m) < 0.1e-3
     assert last.contact_n > 0.1, "the remote finger stays on the object"
     assert last.force_n == 0.0

@@ -50,7 +50,7 @@ def test_names_values_and_times_are_those_of_the_export(fed: list[Fed], exported
     live = LiveMessages(lambda: ClockAnchor("", begin_ns, exported[0].wall_ns, 0))
     assert live.take(begin_ns + HOUR_NS, fed) == exported
     assert live.counts == Counter(message.topic for message in exported)
-    assert live.counts.keys() >= STREAMS - {"operator/played", "operator/figures"}
+    assert live.counts.keys() >= STREAMS - {"operator/played", "operator/figures", "operator/coupling"}
 
 
 def test_values_of_the_status_file_are_fields(clocks: Clocks) -> None:
