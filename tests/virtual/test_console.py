@@ -100,10 +100,26 @@ def test_a_read_only_page_sees_all_and_may_do_nothing(consoles: Consoles, sessio
     work(acting, session)
     page.until(lambda: page.state and page.picture is not None, "a picture")
     assert page.state["you"]["role"] == "observe"
-    for verb in ("engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note", "take_control"):
+    verbs = ("engage", "disengage", "estop", "clear_fault", "begin", "end", "finding", "note", "take_control")
+    for verb in (*verbs, "clutch", "scale"):
         answer = page.ask(verb)
         assert (answer["ok"], answer["text"]) == (False, "OBSERVER. Control is at console 1.")
     assert page.ask("place", x_mm=0.0, y_mm=0.0)["ok"]
+    assert session.both_engaged
+
+
+def test_a_page_opens_the_clutch_changes_the_scale_and_sees_both(consoles: Consoles, session: VirtualSession) -> None:
+    page = consoles.page()
+    work(page, session)
+    assert page.state["coupling"] == {"open": False, "scale": 1, "edges": []}
+    answer = page.ask("scale", scale=2)
+    assert (answer["ok"], answer["text"].split(":")[0]) == (False, "a finger presses")
+    assert page.ask("clutch", open=True)["ok"]
+    page.until(lambda: page.state["coupling"]["open"], "the open clutch")
+    page.until(lambda: session.now.force_n == 0.0, "a free finger")
+    assert page.ask("scale", scale=2)["ok"]
+    assert page.ask("clutch", open=False)["ok"]
+    page.until(lambda: page.state["coupling"] == {"open": False, "scale": 2, "edges": []}, "the scale")
     assert session.both_engaged
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from teletaction.recordings.incidents import incomplete_recordings
+from teletaction.recordings.incidents import incomplete_recordings, interruptions
 from teletaction.recordings.session_data import SessionData
 from teletaction.report.report import write_report
 from teletaction.session import demo
@@ -35,6 +35,15 @@ def test_a_recording_that_stopped_or_lost_something_is_a_fault_with_its_time_and
     assert slow == {"site": "operator", "what": "recording", "fault": SLOW, "time_s": None}
     write_report(nothing(), summary(faults=found), tmp_path / "r.html")
     assert f"remote: {STOPPED}" in (tmp_path / "r.html").read_text("utf-8")
+
+
+def test_changes_of_clutch_and_scale_are_listed_with_what_interrupted() -> None:
+    data = session()
+    for time_s, what, text in ((11.0, "clutch", "open"), (12.0, "scale", "1:5"), (12.5, "engaged", "")):
+        happening = {"time_s": time_s, "site": "operator", "what": what, "text": text, "fault": None}
+        data.happenings.append(happening)
+    found = [(entry["what"], entry["fault"], entry["time_s"]) for entry in interruptions(data)]
+    assert found == [("clutch", "open", 1.0), ("scale", "1:5", 2.0)]
 
 
 @pytest.mark.parametrize(("stopped", "failure"), [(True, f"remote: {STOPPED}; operator: {SLOW}"), (False, "")])

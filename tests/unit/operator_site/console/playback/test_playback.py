@@ -46,6 +46,8 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 recorder.write(
                     "operator/session", time_ns, msgpack.packb(["fault", 1, "", Fault(FaultCode.OPERATOR_STOP)])
                 )
+            if tick == 260:
+                recorder.write("operator/session", time_ns, msgpack.packb(["scale", 1, "1:2", None]))
             if tick in {300, 320}:
                 alarm = {"id": "plate-index", "since_s": 22.0, "text": "Index: plate 42.3 °C"}
                 recorder.write("console/alarm", time_ns, msgpack.packb(alarm))
@@ -150,10 +152,11 @@ def test_marks_are_where_things_were(recording: Recording) -> None:
     assert [mark[1:] for mark in marks] == [
         ("fault", "emergency stop by the operator"),
         ("mode", "fault"),
+        ("clutch", "scale 1:2"),
         ("alarm", "Index: plate 42.3 °C"),
         ("finding", "1 warm, 36.4 ± 0.2 °C"),
     ]
-    assert [mark.at_s for mark in marks] == pytest.approx([10.0, 10.0, 15.0, 23.0])
+    assert [mark.at_s for mark in marks] == pytest.approx([10.0, 10.0, 13.0, 15.0, 23.0])
     assert recording.title() == "session.mcap"
 
 
