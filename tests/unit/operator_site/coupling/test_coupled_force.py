@@ -185,7 +185,7 @@ acts = st.lists(
 
 @given(acts)
 def test_no_change_makes_a_step_in_force_or_energy(sequence: list[tuple[str, float, int]]) -> None:
-    rig = Rig()
+    rig = Rig(z_m=SURFACE_M + 0.5e-3)
     engaged_s = 10.0
     for change, speed, ticks in sequence:
         was_engaged = rig.engaged
