@@ -154,30 +154,29 @@ class Fingertips:
             self._objects = [
                 touched_object(row.conductivity_w_mk, row.density_kg_m3, row.specific_heat_j_kgk) for row in rows
             ]
-        fresh: Sequence[Event] = ()
-        if events is not self._events:
-            self._events, fresh = events, self._played.new(events)
-        if not engaged:
-            self._groove_timing.clear()
-            self._taps |= {event.finger: (t_s, event) for event in fresh if event.kind is EventKind.TAP}
-            fresh = ()
-        elif self._taps:
-            fresh = [event for came_s, event in self._taps.values() if t_s - came_s <= LATEST_TAP_S] + list(fresh)
-            self._taps.clear()
-        if fresh or self._groove_timing.waits:
-            fresh = self._groove_timing.step(t_s, fresh)
+        fresh = self._fresh(t_s, engaged, events)
         self.impulses_played = []
-        if not coupling.direct:
-            self._ceiling.step(dt_s, coupling.open, pushed_n)
+        direct, ceiling = coupling.direct, self._ceiling
+        if not direct:
+            ceiling.step(dt_s, coupling.open, pushed_n)
         force, rpm = [], []
         for finger, row in enumerate(self._rows):
             height_m, stiffness_n_m = z_m[finger], row.stiffness_n_m
             approach_m_s = self._approaches[finger].step(t_s, height_m)
             surface_m = self._surface_m[finger] = _surface_below(row, x_m, y_m)
-            newton, wall_n = self._press(
-                t_s, finger, engaged, row, height_m, surface_m, approach_m_s, pushed_n[finger], coupling, hand_z_m
-            )
-            force.append(newton if newton > wall_n else wall_n)
+            contact = self._contacts[finger]
+            if contact.force_n > pushed_n[finger]:
+                contact.let_through(pushed_n[finger])
+            if not engaged:
+                contact.rest()
+            if direct:
+                newton = contact.step(t_s, height_m, surface_m, stiffness_n_m, row.damping_n_s_m, approach_m_s)
+                force.append(newton)
+            else:
+                own_m, pushed = hand_z_m[finger], pushed_n[finger]
+                newton = self._coupled(t_s, finger, row, own_m, surface_m, approach_m_s, coupling)
+                wall_n = self._edge.step(t_s, finger, own_m, coupling, pushed, rests=not engaged or ceiling.released)
+                force.append(max(newton, min(ceiling.force_n, wall_n)))
             # The displayed force sets the stroke's force; before a surface is known, the remote finger's force does.
             pressed, ahead_s = row.contact_force_n, math.inf
             if stiffness_n_m > 0.0:
@@ -233,53 +232,51 @@ class Fingertips:
                 self._drive[finger] = loop.step(t_s, set_c[finger], fresh_c, load_w_m2[finger])
         return set_c
 
-    def _press(
+    def _fresh(self, t_s: float, engaged: bool, events: Sequence[Event]) -> Sequence[Event]:
+        """Return the events to play in this tick; taps wait while outputs do not act."""
+        fresh: Sequence[Event] = ()
+        if events is not self._events:
+            self._events, fresh = events, self._played.new(events)
+        if not engaged:
+            self._groove_timing.clear()
+            self._taps |= {event.finger: (t_s, event) for event in fresh if event.kind is EventKind.TAP}
+            fresh = ()
+        elif self._taps:
+            fresh = [event for came_s, event in self._taps.values() if t_s - came_s <= LATEST_TAP_S] + list(fresh)
+            self._taps.clear()
+        if fresh or self._groove_timing.waits:
+            fresh = self._groove_timing.step(t_s, fresh)
+        return fresh
+
+    def _coupled(
         self,
         t_s: float,
         finger: int,
-        engaged: bool,
         row: TouchRow,
-        height_m: float,
+        hand_m: float,
         surface_m: float,
         approach_m_s: float,
-        pushed_n: float,
         coupling: Coupling,
-        hand_z_m: Sequence[float],
-    ) -> tuple[float, float]:
-        """Return the forces of the surface and of the workspace's edge on a finger of the hand, N.
+    ) -> float:
+        """Return the force of the surface on a finger of the hand, N, through its coupling.
 
         Args:
             t_s: time, s.
             finger: number of the finger.
-            engaged: whether outputs act.
             row: touch row of the remote finger.
-            height_m, surface_m: commanded height of the finger, and height of the surface below it, m.
+            hand_m: height of the hand's finger, m.
+            surface_m: height of the remote surface below the command, m.
             approach_m_s: smoothed speed of the command into the surface, m/s.
-            pushed_n: force that the gate let through since the last step, N.
             coupling: coupling of the hand.
-            hand_z_m: height of each fingertip of the hand, m.
         """
-        contact = self._contacts[finger]
-        if contact.force_n > pushed_n:
-            contact.let_through(pushed_n)
-        if not engaged:
+        contact, n = self._contacts[finger], coupling.scale
+        stiffness_n_m = row.stiffness_n_m / n
+        if self._ceiling.released:  # a free hand meets no surface
             contact.rest()
-        if coupling.direct:
-            return contact.step(t_s, height_m, surface_m, row.stiffness_n_m, row.damping_n_s_m, approach_m_s), 0.0
-        n, hand_m, most_n = coupling.scale, hand_z_m[finger], self._ceiling.force_n
-        free = self._ceiling.released
-        if free:
-            contact.rest()
-        newton = contact.step(
-            t_s,
-            hand_m,
-            coupling.hand_height_m(finger, surface_m),
-            0.0 if free else row.stiffness_n_m / n,
-            row.damping_n_s_m / n,
-            approach_m_s * n,
-        )
-        wall_n = self._edge.step(t_s, finger, hand_m, coupling, pushed_n, rests=free or not engaged)
-        return min(most_n, newton), min(most_n, wall_n)
+            stiffness_n_m = 0.0
+        height_m = coupling.hand_height_m(finger, surface_m)
+        newton = contact.step(t_s, hand_m, height_m, stiffness_n_m, row.damping_n_s_m / n, approach_m_s * n)
+        return min(self._ceiling.force_n, newton)
 
     def _heat_steps(self, t_s: float) -> int:
         """Return the number of due skin steps; after a standstill longer than MOST_STEPS only one is due."""

@@ -189,6 +189,29 @@ HAZARDS = (
         (),
     ),
     Hazard(
+        "clutch or motion scale makes the remote hand, or the force at a finger, jump",
+        (
+            "MOTION_SCALES",
+            "COUPLING_STEP_M",
+            "COUPLING_STEP_N",
+            "COUPLING_RAMP_N_S",
+            "REMOTE_PLANE_M",
+            "REMOTE_LOW_M",
+        ),
+        (
+            "operator_site.coupling.coupling",
+            "operator_site.coupling.motion_coupling",
+            "operator_site.force.coupled_contact",
+            "remote_site.safety.setpoints",
+        ),
+        (
+            "tests/unit/operator_site/coupling/test_coupling.py::test_the_command_never_steps",
+            "tests/unit/operator_site/coupling/test_coupled_force.py::test_no_change_makes_a_step_in_force_or_energy",
+            "tests/virtual/test_clutch.py",
+        ),
+        (),
+    ),
+    Hazard(
         "the remote hand jumps to where the operator's hand is",
         ("APPROACH_PLANE_M_S", "APPROACH_DOWN_M_S"),
         (
