@@ -31,6 +31,11 @@ class ExplorationMode(IntEnum):
     QUIESCENT = 2
     STROKING = 3
 
+    @property
+    def word(self) -> str:
+        """The mode's word for readers, such as `resting`."""
+        return "resting" if self is ExplorationMode.QUIESCENT else self.name.lower()
+
 
 class ThermalStatus(IntEnum):
     """Status of the identification of an object's material."""

@@ -12,7 +12,7 @@ from common.limits import PLATE_FAULT_C
 from common.wire.messages import ThermalReason, ThermalStatus
 from common.wire.touch_summary import TouchSummary
 
-LONGEST_ALARM = 60
+LONGEST_ALARM = 64
 """Maximum length of an alarm, characters."""
 _FAULTS = {
     FaultCode.TIME_NOT_FINITE: "time is no number",
@@ -74,7 +74,7 @@ _PATIENT_ACTS = {
     FaultCode.PATIENT_SWITCH_FAILED: "Remote side mends it.",
 }
 """What has to follow the patient's stop, which only the remote site may clear."""
-_DEVICES = {EXOSKELETON: "exoskeleton", TELEMANIPULATOR: "arm"}
+_DEVICES = {EXOSKELETON: "exoskeleton", TELEMANIPULATOR: "remote hand"}
 _REASONS = {
     ThermalReason.NONE: "no reason given",
     ThermalReason.NO_DIFFERENCE: "no temperature difference",
@@ -159,10 +159,10 @@ TIME_NEEDED = "seek has a time in s."
 PLAYBACK_PAUSED = "Paused."
 READING_AHEAD = "A preview. Map and last 10 s follow."
 
-SESSION = "Session {pseudonym}."
-SESSION_OPEN = "Session {pseudonym} is under way. End it first."
-NO_SESSION = "No session is under way."
-BEGIN_FIRST = "Begin a session first: findings need a study number."
+SESSION = "Examination {pseudonym}."
+SESSION_OPEN = "Examination {pseudonym} is under way. End it first."
+NO_SESSION = "No examination is under way."
+BEGIN_FIRST = "Begin an examination first: findings need a study number."
 STUDY_NUMBER_LENGTH = "A study number has 1 to {longest} characters."
 STUDY_NUMBER_PRINTABLE = "A study number has printable characters only."
 FINDING_NEEDS = "A finding has a finger and a kind: {kinds}."
@@ -177,6 +177,7 @@ REASON_NEEDED = "A withdrawal needs a reason of 1 to {longest} characters."
 NOTHING_TO_UNDO = "There is nothing to undo."
 NO_DIFFERENCE = "no different from its surroundings"
 NOT_COMPARED = "{quantity} not compared: too few touches here or around"
+ALSO_NOT_COMPARED = "; not compared: {quantities}"
 NOTHING_COMPARED = "not compared with its surroundings: too few touches here or around"
 BODY_NEEDS = "A place on the body has a region of the picture, and a side: left, right or both."
 LANDMARK_LENGTH = "A landmark has {longest} printable characters at most."
@@ -294,10 +295,9 @@ def no_data(for_s: float) -> str:
 
 def not_confirmed(devices: Sequence[str]) -> str:
     """Return the alarm for an unconfirmed emergency stop; it names as many devices as fit."""
-    names = ["arm" if name == "remote hand" else name for name in devices]
-    for shown in range(len(names), 0, -1):
-        more = f" + {len(names) - shown}" if shown < len(names) else ""
-        text = f"STOP NOT CONFIRMED: {capital(', '.join(names[:shown]))}{more}. Use the hardware switch."
+    for shown in range(len(devices), 0, -1):
+        more = f" + {len(devices) - shown}" if shown < len(devices) else ""
+        text = f"STOP NOT CONFIRMED: {capital(', '.join(devices[:shown]))}{more}. Use the hardware switch."
         if len(text) <= LONGEST_ALARM or shown == 1:
             return text
     return "STOP NOT CONFIRMED. Use the hardware switch."
@@ -345,7 +345,7 @@ def looks_like_a_name(pseudonym: str) -> bool:
 
 def cut_off(pseudonym: str, findings: int, files: Sequence[str]) -> str:
     """Return the summary of an examination that a restart of the machine has ended."""
-    return f"Session {pseudonym} was cut off: {count(findings, 'finding')} kept in {', '.join(files)}."
+    return f"Examination {pseudonym} was cut off: {count(findings, 'finding')} kept in {', '.join(files)}."
 
 
 def ended(

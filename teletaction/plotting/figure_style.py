@@ -93,7 +93,7 @@ def label_once(axes: Axes, **how: Any) -> None:
 
 def mode_keys() -> list[Patch]:
     """Return the legend entries of the modes."""
-    return [Patch(facecolor=colour, label=mode.name.lower()) for mode, colour in MODE_COLOURS.items()]
+    return [Patch(facecolor=colour, label=mode.word) for mode, colour in MODE_COLOURS.items()]
 
 
 def status_keys() -> list[Patch]:

@@ -8,7 +8,7 @@ import htpy as h
 from htpy import Element, Node
 
 from common.faults.texts import thermal_text
-from common.wire.messages import THERMAL_REASONS
+from common.wire.messages import THERMAL_REASONS, ExplorationMode
 from operator_site.console.examination.findings import UNCERTAIN_SD_K, UNIT, signed, with_sd
 from operator_site.console.map.roughness_shown import roughness_shown
 from teletaction.recordings.machine_verdict import WHAT_HELD_MEANS
@@ -149,13 +149,19 @@ def tally_table(contacts: Sequence[Mapping[str, Any]]) -> Element:
 def confusion_table(modes: Mapping[str, Any]) -> Element:
     """Write the table of true modes by row and identified ones by column, counted every 10 ms."""
     confusion: Mapping[str, Mapping[str, int]] = modes.get("confusion") or {}
-    names = ("free", "tapping", "quiescent", "stroking")
+    words = {mode.name.lower(): mode.word for mode in ExplorationMode}
     rows: list[list[Node]] = []
     for true, row in confusion.items():
         total = sum(row.values())
-        cells = [h.b[row.get(name, 0)] if name == true else row.get(name, 0) for name in names]
-        rows.append([f"true {shown(true)}", *cells, f"{100 * row.get(true, 0) / total:.1f} %" if total else "–"])
-    return table(["", *(f"identified {name}" for name in names), "agreement"], rows)
+        cells = [h.b[row.get(name, 0)] if name == true else row.get(name, 0) for name in words]
+        rows.append(
+            [
+                f"true {words.get(true, shown(true))}",
+                *cells,
+                f"{100 * row.get(true, 0) / total:.1f} %" if total else "–",
+            ]
+        )
+    return table(["", *(f"identified {word}" for word in words.values()), "agreement"], rows)
 
 
 def impulses_table(impulses: Mapping[str, Any]) -> Element:

@@ -144,7 +144,7 @@ class Stage:
             self.clients.remove(client)
 
     def _bin(self) -> int:
-        return 1000 + int((time.monotonic() - self._started) / SPAN_S)
+        return 24_000 + int((time.monotonic() - self._started) / SPAN_S)
 
     async def _send(self, client: Client) -> None:
         last_bin, sent_at, version, newest, since = 0, -1.0, 0, "", time.monotonic()

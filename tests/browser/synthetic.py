@@ -390,7 +390,7 @@ def stop_not_confirmed() -> Scenario:
     scenario.state["stop"] = stop_of(
         {name: 0.06 for name in DEVICES if name not in ("index", "remote hand")}, late=True
     )
-    return scenario.alarm("stop", "high", "STOP NOT CONFIRMED: Index, arm. Use the hardware switch.")
+    return scenario.alarm("stop", "high", "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch.")
 
 
 def missing_devices() -> Scenario:

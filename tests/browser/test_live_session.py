@@ -76,7 +76,7 @@ def test_a_whole_session_from_its_beginning_to_its_report(page: Any, picture_of:
     page.click("#session-button")
     page.wait_for_selector("#findings li", state="attached")
     page.click("#end-button")
-    page.click("#end-button:has-text('End session P-0417? 1 finding.')")
+    page.click("#end-button:has-text('End examination P-0417? 1 finding.')")
     page.wait_for_selector("#report-link:visible", timeout=LONGEST_S * 1000)
     picture_of(page, "live ended")
     with page.context.expect_page() as opening:

@@ -81,7 +81,7 @@ def test_a_whole_session_by_keyboard_alone(
     page.keyboard.press("Enter")
     tab_to(page, "end-button")
     page.keyboard.press("Enter")
-    page.wait_for_selector("#end-button:has-text('End session P-0417? 1 finding.')")
+    page.wait_for_selector("#end-button:has-text('End examination P-0417? 1 finding.')")
     page.keyboard.press("Enter")
     wait_for(stage, "end")
     page.wait_for_selector("#report-link:visible")

@@ -29,7 +29,9 @@ def test_pressing_acts_before_the_release_and_shows_what_the_devices_answered(st
     page.wait_for_selector("body[data-shown=stopped]")
     page.mouse.up()
     assert page.inner_text("#answers-title") == "STOPPED. All 7 devices confirmed in 0.06 s."
-    assert chips(page) == [f"{label} stopped 0.06 s" for label in ("D1", "D2", "D3", "D4", "D5", "exo", "arm")]
+    assert chips(page) == [
+        f"{label} stopped 0.06 s" for label in ("D1", "D2", "D3", "D4", "D5", "exoskeleton", "remote hand")
+    ]
 
 
 @pytest.mark.parametrize("key", ["Space", "Escape"])
@@ -108,7 +110,7 @@ def test_the_page_shows_what_the_site_says_and_never_its_own_wish(stage: Stage, 
     stage.scenario.state["stop"] = synthetic.stop_of({"thumb": 0.05}, late=False)
     page.wait_for_selector("#answers-list li.stopped")
     assert chips(page) == ["D1 stopped 0.05 s"] + [
-        f"{label} waiting" for label in ("D2", "D3", "D4", "D5", "exo", "arm")
+        f"{label} waiting" for label in ("D2", "D3", "D4", "D5", "exoskeleton", "remote hand")
     ]
     assert page.get_attribute("body", "data-shown") == "stopping"
     assert page.is_disabled("#act-button")
@@ -116,10 +118,10 @@ def test_the_page_shows_what_the_site_says_and_never_its_own_wish(stage: Stage, 
 
 def test_devices_that_do_not_answer_are_named_and_marked(open_page: Open) -> None:
     page = open_page("stop_not_confirmed")
-    said = "STOP NOT CONFIRMED: Index, arm. Use the hardware switch."
+    said = "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch."
     assert page.inner_text("#alarm-text") == said
     assert page.inner_text("#answers-title") == said
-    assert page.locator("#answers-list li.late").all_inner_texts() == ["D2\nwaiting", "arm\nwaiting"]
+    assert page.locator("#answers-list li.late").all_inner_texts() == ["D2\nwaiting", "remote hand\nwaiting"]
     assert not page.is_visible("#quiet-button")
     assert page.inner_text("#urgent") == said
 

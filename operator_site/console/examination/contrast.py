@@ -15,7 +15,7 @@ from operator_site.console.examination.findings import (
     with_sd,
 )
 from operator_site.console.map.tactile_map import ExploredPlace
-from operator_site.console.texts import NO_DIFFERENCE, NOT_COMPARED, NOTHING_COMPARED
+from operator_site.console.texts import ALSO_NOT_COMPARED, NO_DIFFERENCE, NOT_COMPARED, NOTHING_COMPARED
 
 CONFIDENCES = ("none", "low", "fair", "high")
 """Confidence that a place differs as its kind says: none without a contrast, low without a clear one."""
@@ -100,10 +100,10 @@ def propose(here: ExploredPlace, around: ExploredPlace) -> dict[str, Any]:
             "text": compared(kind, here, around) or NOT_COMPARED.format(quantity=quantity),
             "confidence": "none" if found is None else found.confidence,
         }
-    measured = [
-        f"{quantity} {found.text()}"
-        for kind, quantity in QUANTITY.items()
-        if kind not in _LESS and (found := contrast_of(kind, here, around)) is not None
-    ]
+    every = {quantity: contrast_of(kind, here, around) for kind, quantity in QUANTITY.items() if kind not in _LESS}
+    measured = [f"{quantity} {found.text()}" for quantity, found in every.items() if found is not None]
+    unknown = [quantity for quantity, found in every.items() if found is None]
     text = f"{NO_DIFFERENCE} ({', '.join(measured)})" if measured else NOTHING_COMPARED
+    if measured and unknown:
+        text += ALSO_NOT_COMPARED.format(quantities=", ".join(unknown))
     return {"kind": likely_kind(here, around), "kinds": kinds, "text": text}

@@ -50,11 +50,18 @@ export function showAlarms() {
   const text = top ? top.text : WORDS.noAlarms;
   write(byId("alarm-text"), text);
   byId("alarm-text").classList.toggle("long", text.length > LONG);
+  write(byId("alarm-age"), ageOf(top));
   write(byId("alarm-button"), more > 0 ? WORDS.more(more) : WORDS.alarmList);
   byId("acknowledge-button").hidden = !acknowledgeable();
   announce(top);
   showQuiet(all);
   if (!byId("sheet-alarms").hidden) showList();
+}
+
+// The time since the alarm began; one whose text counts the silence itself has none.
+function ageOf(alarm) {
+  const at_s = now.state?.session.playback?.at_s ?? now.picture?.time_s, since_s = at_s - alarm?.since_s;
+  return alarm?.id !== "feed" && since_s >= 0 ? WORDS.alarmAge(alarm.active, since_s) : "";
 }
 
 const acknowledgeable = () => acts() && known() && now.state.you.in_control && now.state.alarms.some(latched);

@@ -71,7 +71,8 @@ export function showStop() {
   const from = asked.map(([device]) => [device, times[device] ?? null, Boolean(stop && stop.late)]);
   remake(byId("answers-list"), from, () => asked.map(([device, label]) => {
     const time_s = times[device], stopped = typeof time_s === "number";
-    return make("li", { class: stopped ? "stopped" : stop && stop.late ? "late" : "" }, label, make("span", { text: stopped ? WORDS.stopped : WORDS.waiting }), ...(stopped ? [make("span", { text: WORDS.stoppedIn(time_s) })] : []));
+    const wide = label.length > 2 ? "wide " : "";
+    return make("li", { class: wide + (stopped ? "stopped" : stop && stop.late ? "late" : "") }, label, make("span", { text: stopped ? WORDS.stopped : WORDS.waiting }), ...(stopped ? [make("span", { text: WORDS.stoppedIn(time_s) })] : []));
   }));
 }
 

@@ -3,7 +3,7 @@ export const FINGERS = ["thumb", "index", "middle", "ring", "little"];
 export const capital = name => name[0].toUpperCase() + name.slice(1);
 export const FINGER_NAMES = FINGERS.map(capital);
 export const FINGER_IDS = FINGERS.map((_, finger) => `D${finger + 1}`); // as anatomy counts them
-export const DEVICE_LABELS = [...FINGERS.map((name, finger) => [name, FINGER_IDS[finger]]), ["exoskeleton", "exo"], ["remote hand", "arm"]];
+export const DEVICE_LABELS = [...FINGERS.map((name, finger) => [name, FINGER_IDS[finger]]), ["exoskeleton", "exoskeleton"], ["remote hand", "remote hand"]];
 export const MODES = ["free", "tapping", "resting", "stroking"];
 export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other"];
 export const BODY_SIDES = ["right", "left", "both", ""];
@@ -27,7 +27,7 @@ export const FIXED = {
   body: "Body", bodyMark: "Place on the body", bodyViews: "View", bodyRegions: "Region", bodySides: "Side of the examined person", landmark: "Landmark", landmarkMm: "mm from it",
   useBody: "Use this place", noBody: "No place", withdraw: "Withdraw", reason: "Reason", cancel: "Cancel", none: "No findings yet. F marks one.",
   noteTo: "Note to", saveNote: "Save note", close: "Close", details: "Details", playback: "Playback", position: "Position in the recording", timeLine: "Time line: states, findings, alarms, faults; [ and ] jump", speed: "Speed",
-  session: "Session", startSession: "Start a session", studyNumber: "Study number", mapTop: "Map: top is", mapRight: "right is",
+  session: "Examination", startSession: "Begin an examination", studyNumber: "Study number", mapTop: "Map: top is", mapRight: "right is",
   begin: "Begin", sound: "Alarm sound", playAlarm: "Play alarm sound", heard: "I heard it", withoutSound: "Work without sound", takeControl: "Take control",
   openReport: "Open report", checkList: "Check list", findings: "Findings", keys: "Keys", link: "link",
   noEmergencyStop: "STOP on this page is not an emergency-stop device. The hardware switch is. A hidden page has no STOP key.",
@@ -37,7 +37,7 @@ export const WORDS = {
   spaceKey: "Space", escapeKey: "Esc", stopKeyOff: "press here",
   noAlarms: "No alarms", pausedBy: why => `PAUSED. ${why}.`, more: count => `+${count} (A)`, alarmList: "List (A)",
   engage: "Engage", confirmEngage: "Confirm engage", resume: "Resume", confirmResume: "Confirm resume", pause: "Pause",
-  clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Start session", hold: "hold 1 s",
+  clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Begin", hold: "hold 1 s",
   clutch: "Clutch", closeClutch: "Close clutch", coupling: (open, scale, edges) => [...(scale > 1 ? [`1:${scale}`] : []), ...(open ? ["clutch open"] : []), ...(edges.length ? [`edge: ${edges.join(", ")}`] : [])],
   stopping: "STOPPING. Waiting for the devices.", stopNotSent: "STOP NOT SENT. Use the hardware switch.",
   stopConfirmed: (count, seconds) => `STOPPED. All ${count} devices confirmed in ${seconds.toFixed(2)} s.`,
@@ -46,9 +46,9 @@ export const WORDS = {
   noData: seconds => `No data for ${seconds.toFixed(1)} s. Screen is not live.`,
   noConnection: "No connection to the console. Trying again.", refused: "This address needs its token. Open the link that the console printed.",
   noAnswer: "No answer from the console. Nothing is repeated: check the state, then press again.", notSent: "Not sent: no connection.",
-  sessionOpen: (pseudonym, body) => `Session ${pseudonym} is open${body ? `: ${body}` : ""}.`,
-  noSession: "No session is open.", end: "End session",
-  confirmEnd: (pseudonym, findings) => `End session ${pseudonym}? ${count(findings, "finding")}.`,
+  sessionOpen: (pseudonym, body) => `Examination ${pseudonym} is open${body ? `: ${body}` : ""}.`,
+  noSession: "No examination is open.", end: "End examination",
+  confirmEnd: (pseudonym, findings) => `End examination ${pseudonym}? ${count(findings, "finding")}.`,
   observer: control => `OBSERVER. Control is at ${control}.`, controlElsewhere: control => `Control is at ${control}.`,
   quiet: "Sound off 60 s (Q)", quietFor: seconds => `Sound off ${seconds} s`,
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
@@ -78,6 +78,7 @@ export const WORDS = {
   lastTable: "Smallest and largest of the last 10 s",
   stripTable: ["finger", "force N", "contact N", "motor Hz", "plate °C", "skin °C"],
   chartTable: ["s since contact", "material", "probability"], mapTable: ["x mm", "y mm", "explored", "lowest", "highest"],
+  alarmAge: (active, since_s) => `${active ? "for " : ""}${since_s < 60 ? `${since_s.toFixed(0)} s` : `${Math.floor(since_s / 60)} min`}${active ? "" : " ago"}`,
   since: clock, lasted: seconds => `lasted ${seconds.toFixed(1)} s`, clearedBy: who => `acknowledged by ${who}`, present: "now", waits: "over, not acknowledged", past: "over",
   markKinds: { finding: "finding", clutch: "hand", alarm: "alarm", fault: "fault", mode: "state" }, marked: (at, kind, text) => `${clock(at)} ${kind}: ${text}`,
   partial: "Map and last 10 s follow.", play: "Play", pausePlay: "Pause", position: (at, length) => `${clock(at)} of ${clock(length)}`,

@@ -226,6 +226,8 @@ class SiteNow:
             case "cleared":
                 self.state, self.fault = LinkState.CONNECTED if session else LinkState.DISCONNECTED, None
                 self.stop_asked_s, self.stop_after_s = None, {}
+        if REMOTE in self.ready:
+            self._remote_hand()
 
     def take_rendered(self, t_s: float, both: bool, gap_s: float | None) -> None:
         """Take whether both sites are engaged, and the time since the last touch packet, s."""
@@ -248,8 +250,7 @@ class SiteNow:
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))
             self.bus.take(t_s, device_named(name), line)
-        remote = self.session != 0 and figures.get("remote_fault") is None
-        self._device(REMOTE, "" if remote else texts.NO_REMOTE_SITE)
+        self._remote_hand()
 
     def take_brief(self, t_s: float, report: Mapping[str, Any]) -> None:
         """Take state, faults and confirmations of a stop, from the figures or from an answer of the local control.
@@ -272,6 +273,13 @@ class SiteNow:
         self.stop_asked_s = None if asked_ns is None else asked_ns * 1e-9
         names = [device_named(name) for name in report.get("stop_devices", ())]
         self.stop_after_s = dict(zip(names, report.get("stop_after_s", ()), strict=False))
+        if REMOTE in self.ready:
+            self._remote_hand()
+
+    def _remote_hand(self) -> None:
+        """Take the remote hand's readiness from the newest report: figures alone come once a second, and lag behind."""
+        there = self.session != 0 and self.remote_fault is None
+        self._device(REMOTE, "" if there else texts.NO_REMOTE_SITE)
 
     def _device(self, name: str, why: str) -> None:
         self.ready[name], self.whys[name] = not why, why

@@ -29,7 +29,8 @@ def test_alarms_say_where_what_and_what_to_do() -> None:
     assert texts.no_data(0.7) == "No data for 0.7 s. Screen is not live."
     assert texts.device_lost("ring") == "Ring module lost. Ring feels nothing."
     assert texts.device_absent("ring") == "Ring module absent."
-    assert texts.not_confirmed(["index", "remote hand"]) == "STOP NOT CONFIRMED: Index, arm. Use the hardware switch."
+    said = "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch."
+    assert texts.not_confirmed(["index", "remote hand"]) == said
     assert texts.ended(761.0, 3, 0) == "Saved: 12 min 41 s, 3 findings, 0 gaps."
     assert texts.ended(59.6, 1, 1) == "Saved: 1 min 0 s, 1 finding, 1 gap."
 
@@ -94,7 +95,7 @@ def test_every_fault_is_an_alarm_that_names_its_place_its_value_and_its_limit(co
             assert text[0].isupper()
             assert text.endswith((".", "…"))
         if fault.device and not fault.where:
-            assert {"exoskeleton": "Exoskeleton", "telemanipulator": "Arm"}[fault.device] in texts.fault(fault)
+            assert {"exoskeleton": "Exoskeleton", "telemanipulator": "Remote hand"}[fault.device] in texts.fault(fault)
             assert "Remote " in texts.remote_fault(fault)
 
 

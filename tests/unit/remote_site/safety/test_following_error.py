@@ -101,7 +101,7 @@ def wild(t_s: float) -> Wanted:
 
 
 def pressing(t_s: float) -> Wanted:
-    """Rubs on the first objects and presses as deep as the gate lets it."""
+    """Strokes the first objects and presses as deep as the gate lets it."""
     return -0.17 + 0.03 * math.sin(4.0 * t_s), 0.0, -0.010 if math.sin(1.5 * t_s) > -0.3 else 0.004
 
 

@@ -88,6 +88,14 @@ def test_a_link_that_goes_while_nobody_is_engaged_is_no_alarm() -> None:
     assert shown(console, 100.2) == []
 
 
+def test_a_remote_hand_that_is_back_with_the_link_is_not_lost_until_the_next_figures(console: Console) -> None:
+    console.site.take_figures(101.0, {"state": "engaged", "session": 7, "devices": {}})
+    happen(console, 101.1, "disconnected", "the remote site is silent")
+    console.site.take_figures(102.0, {"state": "disconnected", "session": 0, "devices": {}})
+    happen(console, 102.1, "connected")
+    assert shown(console, 102.2) == []
+
+
 def test_a_slow_link_is_an_alarm_of_medium_priority(console: Console) -> None:
     console.take("operator/clock", 102 * S, msgpack.packb([200_000_000, 8_000_000, 400_000_000]))
     for n in range(150):
@@ -118,7 +126,7 @@ def test_a_fault_is_shown_until_it_is_cleared(console: Console) -> None:
 
 def stop(console: Console, at_s: float, now_s: float, **after_s: float | None) -> None:
     """Take the site's answer about a stop that was requested at `at_s`."""
-    names = {"index": "index tacttip", "arm": "remote hand", "exo": "exoskeleton"}
+    names = {"index": "index tacttip", "arm": "remote hand", "exoskeleton": "exoskeleton"}
     devices = [names[name] for name in after_s]
     said = {"state": "fault", "fault": Fault(FaultCode.OPERATOR_STOP), "session": 7}
     console.take_answer(
@@ -137,17 +145,18 @@ def test_an_overtaken_answer_of_the_site_is_not_taken(console: Console) -> None:
 
 
 def test_a_stop_that_is_confirmed_is_no_alarm(console: Console) -> None:
-    stop(console, 102.0, 102.05, index=None, exo=0.01)
+    stop(console, 102.0, 102.05, index=None, exoskeleton=0.01)
     assert shown(console, 102.05) == [], "the devices still have time"
-    stop(console, 102.0, 102.4, index=0.06, exo=0.01)
+    stop(console, 102.0, 102.4, index=0.06, exoskeleton=0.01)
     assert shown(console, 102.4) == []
 
 
 def test_a_stop_that_is_not_confirmed_names_who_has_not_and_cannot_be_silenced(console: Console) -> None:
-    stop(console, 101.6, 102.0, index=None, arm=None, exo=0.01)
-    assert shown(console, 102.0) == [(Priority.HIGH, "STOP NOT CONFIRMED: Index, arm. Use the hardware switch.")]
+    stop(console, 101.6, 102.0, index=None, arm=None, exoskeleton=0.01)
+    said = "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch."
+    assert shown(console, 102.0) == [(Priority.HIGH, said)]
     assert not console.alarms.quiet(102.0, "stop", 60.0)
-    stop(console, 101.6, 102.1, index=0.45, arm=0.47, exo=0.01)
+    stop(console, 101.6, 102.1, index=0.45, arm=0.47, exoskeleton=0.01)
     assert [alarm.ident for alarm in console.alarms.listed if alarm.waits] == []
     shown(console, 102.1)
     assert console.alarms.clear(102.2, "me") == 1

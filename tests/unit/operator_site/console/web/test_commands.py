@@ -143,11 +143,11 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(workplace: Wor
     assert workplace.ask("begin", pseudonym="Anna Meier").text == "Use a study number, not a name."
     assert not workplace.ask("finding", finger="index").ok
     assert workplace.ask("begin", pseudonym="P-0417", sides={"top": "head", "right": "left"}).ok
-    assert workplace.ask("begin", pseudonym="P-0418").text == "Session P-0417 is under way. End it first."
+    assert workplace.ask("begin", pseudonym="P-0418").text == "Examination P-0417 is under way. End it first."
     assert workplace.ask("finding", finger="index", kind="warm", at_s=101.0).ok
     ended = workplace.ask("end")
     assert ended.text == "1 finding not yet on disk. Report has 1 finding without a place."
-    assert workplace.ask("end").text == "No session is under way."
+    assert workplace.ask("end").text == "No examination is under way."
     assert [record["what"] for record in workplace.journal.of("console/session")] == ["begin", "end"]
 
 
