@@ -106,6 +106,20 @@ def test_the_kind_is_proposed_and_no_contrast_is_said_before_saving(stage: Stage
     assert saved["details"]["kind"] == "stiff"
 
 
+def test_a_place_that_moved_has_no_proposal_of_the_old_place(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.click("#finding-button")
+    page.wait_for_selector("#marking-contrast:has-text('Proposed warm')")
+    asked = len(wait_for(stage, "propose"))
+    stage.answers["propose"] = lambda _: {"ok": None}
+    page.keyboard.press("ArrowRight")
+    assert kinds_pressed(page) == []
+    assert page.inner_text("#marking-contrast") == ""
+    wait_for(stage, "propose", asked + 2)
+    del stage.answers["propose"]
+    page.wait_for_selector("#marking-contrast:has-text('Proposed warm')")
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_a_place_on_the_body_goes_with_a_finding(stage: Stage, open_page: Open, way: str) -> None:
     page = open_page("engaged", has_touch=way == "touch")

@@ -15,6 +15,7 @@ export function startPointer(canvas, acts) {
   let far = false;
   const inside = ({ clientX, clientY }) => { const box = canvas.getBoundingClientRect(); return { x: clientX - box.left, y: clientY - box.top }; };
   const place = event => { const at = viewOf(canvas), { x, y } = inside(event); return { x: at.x_mm(x), y: at.y_mm(y) }; };
+  const whole = ({ x, y }) => ({ x: Math.round(x), y: Math.round(y) }); // as shown, and as marked
   const middle = all => ({ x: all.reduce((sum, p) => sum + p.x, 0) / all.length, y: all.reduce((sum, p) => sum + p.y, 0) / all.length });
   const apart = all => (all.length < 2 ? 1 : Math.hypot(all[0].x - all[1].x, all[0].y - all[1].y));
 
@@ -26,7 +27,7 @@ export function startPointer(canvas, acts) {
   });
   canvas.addEventListener("pointermove", event => {
     const pointer = pointers.get(event.pointerId);
-    if (!pointer) { if (event.pointerType === "mouse") acts.cursor(place(event)); return; }
+    if (!pointer) { if (event.pointerType === "mouse") acts.cursor(whole(place(event))); return; }
     const before = [...pointers.values()].map(({ x, y }) => ({ x, y }));
     Object.assign(pointer, inside(event));
     const after = [...pointers.values()];
@@ -35,7 +36,7 @@ export function startPointer(canvas, acts) {
   });
   const ended = event => {
     const tapped = pointers.delete(event.pointerId) && pointers.size === 0 && !far && event.type === "pointerup";
-    if (tapped) { acts.cursor(place(event)); acts.pick(place(event)); }
+    if (tapped) { acts.cursor(whole(place(event))); acts.pick(whole(place(event))); }
   };
   canvas.addEventListener("pointerup", ended);
   canvas.addEventListener("pointercancel", ended);

@@ -61,16 +61,16 @@ function openTray() {
   byId("marking").focus({ preventScroll: false });
 }
 
-// Asks for the contrast at the place, at most four times a second.
+// Asks for the contrast at the place, at most four times a second, until it is answered.
 async function propose() {
   if (!finding || finding.x_mm === null || asking) return;
   const { x_mm, y_mm } = finding;
   asking = setTimeout(() => {
     asking = null;
-    if (finding && (finding.x_mm !== x_mm || finding.y_mm !== y_mm)) propose();
+    if (!proposed) propose();
   }, PROPOSE_MS);
   const answer = await connection.ask("propose", { x_mm, y_mm });
-  if (!finding || !answer.ok) return;
+  if (!finding || !answer.ok || finding.x_mm !== x_mm || finding.y_mm !== y_mm) return;
   proposed = answer.details;
   if (!finding.chosen) finding.kind = proposed.kind ?? null;
   showMarking();
@@ -86,6 +86,8 @@ export function moveTo(place) {
   if (!finding) return;
   finding.x_mm = Math.round(place.x);
   finding.y_mm = Math.round(place.y);
+  proposed = null; // the old one is of another place
+  if (!finding.chosen) finding.kind = null;
   showMarking();
   propose();
 }
