@@ -22,7 +22,7 @@ export function showBar() {
   write(byId("pseudonym"), session.pseudonym ?? WORDS.startSession);
   write(byId("delay"), isLive ? delay(state.link) : "--");
   write(byId("link-more"), linkMore(isLive ? state.link : null));
-  write(byId("wall-clock"), state.wall_clock ?? "--");
+  write(byId("wall-clock"), (isLive && state.wall_clock) || "--");
   const recording = session.playback ? session.title ?? "" : session.recording ? WORDS.recording : WORDS.notRecording;
   write(byId("recording"), isLive ? recording : "--");
   byId("recording").className = session.recording ? "small" : "small off";

@@ -10,7 +10,7 @@ import { startPointer } from "./map_pointer.js";
 import { forgetTiles, keepTile, Painting, QUANTITIES, regions } from "./map_tiles.js";
 import { numberOf, unitOf } from "./map_units.js";
 import { fitAgain, followFelt, forgetFelt, frame, isFitted, moveTo, viewOf, zoomAt } from "./map_view.js";
-import { now } from "./now.js";
+import { known, now } from "./now.js";
 import { onTheme } from "./theme.js";
 import { capital, WORDS } from "./words.js";
 
@@ -236,6 +236,7 @@ export function drawMap(finding, at_ms = performance.now()) {
 // Shows the values at the cursor; requests them at most four times a second.
 export async function readOut(said, place = cursor) {
   if (said) { write(byId("read-out"), said); return; }
+  if (!known()) { looked = ""; write(byId("read-out"), "--"); return; }
   if (comparison === "before" && !hasBefore(panes[0].quantity)) { write(byId("read-out"), WORDS.nothingBefore); return; }
   if (!place) { looked = ""; write(byId("read-out"), WORDS.pointAtMap); return; }
   const key = `${Math.round(place.x)} ${Math.round(place.y)} ${panes[0].quantity} ${comparison}`, at_ms = performance.now();
