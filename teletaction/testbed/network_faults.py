@@ -19,10 +19,11 @@ class NetworkFaults:
     During a partition TCP retransmits until its end, so packets arrive late, as after a stall.
     """
 
-    def __init__(self, network: Network) -> None:
-        """Start with a good network."""
+    def __init__(self, network: Network, timetable: Timetable | None = None) -> None:
+        """Start now with a timetable, whose faults of connections are left out; without one, with a good network."""
         self._network = network
-        self._live = LiveNetwork(Timetable("test bed", lambda _: Conditions()))
+        self._live = LiveNetwork(timetable or Timetable("test bed", lambda _: Conditions()))
+        self._live.start_s = None if timetable is None else network.now_s
 
     def obey(self, command: str) -> str:
         """Execute a command of `LiveNetwork.obey`; return a description of its effect.

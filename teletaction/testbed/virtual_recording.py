@@ -7,6 +7,7 @@ from pathlib import Path
 from common.config.file import to_toml
 from common.recording.clock_anchor import ClockAnchor
 from common.recording.recorder import Recorder
+from operator_site.session.console_feed import ConsoleFeed
 from operator_site.site_recording import SCHEMAS
 from remote_site.site_recording import open_recorder
 from teletaction.recordings.merge import merge_recordings
@@ -20,7 +21,7 @@ PATIENCE_S = 20.0
 
 @contextmanager
 def recorded_testbed(
-    configs: SessionConfigs, seed: int = 0, remote_clock: SiteClock | None = None
+    configs: SessionConfigs, seed: int = 0, remote_clock: SiteClock | None = None, feed: ConsoleFeed | None = None
 ) -> Iterator[Testbed]:
     """Yield a test bed whose sites record to the files that their configurations name.
 
@@ -30,6 +31,7 @@ def recorded_testbed(
         configs: configurations, with a file to record to for each site.
         seed: seed of the network's randomness.
         remote_clock: monotonic clock of the remote site's host; without one, both sites are on one host.
+        feed: feed of the operator's site to a console.
 
     Raises:
         ValueError: a configuration is unusable or names no file.
@@ -44,9 +46,8 @@ def recorded_testbed(
         raise ValueError("record: a site has no file to record to")
     facts = {"configuration": to_toml(configs.operator), **here.metadata()}
     with remote, Recorder(configs.operator.record, SCHEMAS, facts) as operator:
-        bed = Testbed(
-            configs, seed, Extras(remote_clock or SiteClock(), recorders={"remote": remote, "operator": operator})
-        )
+        recorders = {"remote": remote, "operator": operator}
+        bed = Testbed(configs, seed, Extras(remote_clock or SiteClock(), recorders=recorders, feed=feed))
         try:
             yield bed
         finally:

@@ -5,6 +5,7 @@ from pathlib import Path
 from common.config.models import ConsoleConfig
 from operator_site.console.web.access import Role, Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
+from teletaction.testbed.testbed import Testbed
 from teletaction.testbed.testbed_console import MemorySocket, TestbedConsole
 from tests.system.page import Page
 from tests.virtual.session import VirtualSession
@@ -13,7 +14,7 @@ from tests.virtual.session import VirtualSession
 class VirtualConnection:
     """A page's socket; virtual time passes while the page waits for a message."""
 
-    def __init__(self, session: VirtualSession, socket: MemorySocket) -> None:
+    def __init__(self, session: Testbed, socket: MemorySocket) -> None:
         self._session, self._socket = session, socket
 
     def now_s(self) -> float:

@@ -1,6 +1,7 @@
 """The console beside a session: content and rights of its pages, and their effect at the actuators."""
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -14,8 +15,10 @@ from operator_site.console.map.map_tiles import UNEXPLORED
 from operator_site.console.state.fingers_now import FIELDS
 from operator_site.console.state.frame import Kind
 from operator_site.console.web.clients import CREDIT
+from sim_sensors.network.file import load_network
 from teletaction.session.demo_files import WATCHED_S
 from teletaction.testbed.memory_feed import MemoryFeed
+from teletaction.testbed.network_faults import NetworkFaults
 from tests.system.page import HOSTILE, Page, engage, newest_tiles, ready
 from tests.system.truth import written
 from tests.virtual.conftest import MakeSession
@@ -29,6 +32,12 @@ IN_USE = {"index", "exoskeleton", "remote hand"}
 PICTURES_PER_S = 30
 HEARD_S = 2 * TICK_S
 """Time from a page's request until the operator's site has it, s."""
+CAUSE_AND_ACT = re.compile(
+    r"LINK LOST\. .*Wait for the link\.|Link was lost: .*Acknowledge \(K\)\.|Link slow: \d+ ± \d+ ms\. Move slowly\."
+)
+"""Texts of the alarms of a network: the cause, then the act."""
+EVENING_S, SLOWEST_S = 20.0, 0.15
+"""Duration of the network `bad_evening`, and more than its largest delay, s."""
 YOUNG_S = 0.020
 """Greatest age of the touch in a picture, s: one comes every 10 ms, and the console looks every 8 ms."""
 
@@ -273,3 +282,28 @@ def test_work_over_a_calm_link_raises_no_alarm(consoles: Consoles, session: Virt
         # A disk of this machine may be nearly full, which needs an act.
         raised |= {alarm["text"] for alarm in page.state["alarms"] if alarm["id"] != "disk"}
     assert raised == set()
+
+
+def test_each_alarm_of_a_bad_evening_names_cause_age_and_act(
+    make_session: MakeSession, feed: MemoryFeed, tmp_path: Path
+) -> None:
+    session = make_session(feed=feed, clocks_agree_s=SLOWEST_S)
+    with closing(Consoles(session, feed, tmp_path)) as consoles:
+        page = consoles.page()
+        work(page, session)
+        session.beside.append(NetworkFaults(session.network, load_network("bad_evening")).step)
+        raised, begun_s, until_s = set[str](), session.time_s, session.time_s + EVENING_S
+        while session.time_s < until_s:
+            page.turn()
+            for alarm in page.state["alarms"]:
+                if alarm["id"] == "disk" or not (alarm["active"] or alarm["waits"]):
+                    continue
+                raised.add(alarm["text"].split(":")[0].split(".")[0])
+                assert CAUSE_AND_ACT.fullmatch(alarm["text"]), alarm
+                assert begun_s < alarm["since_s"] <= session.operator_clock.now_ns(session.time_s) * 1e-9
+                assert re.fullmatch(r"\d\d:\d\d:\d\d", alarm["since"])
+        assert {"LINK LOST", "Link was lost"} <= raised
+        assert page.ask("acknowledge")["ok"]
+        page.look(1.0)
+        standing = [alarm for alarm in page.state["alarms"] if alarm["active"] or alarm["waits"]]
+        assert [alarm["text"] for alarm in standing if alarm["id"] != "disk"] == []
