@@ -76,22 +76,26 @@ def test_an_examination_is_printed_on_three_pages_with_the_numbers_of_the_record
 
 
 def test_the_pdf_says_what_the_recording_says_on_three_pages(tmp_path: Path) -> None:
-    if shutil.which("pdftotext") is None:
-        pytest.skip("no pdftotext: install poppler-utils")
     recording, pdf = record_lump(tmp_path / "session.mcap"), tmp_path / "report.pdf"
     assert command("report", recording, "--out", pdf).code == 0
+    assert len(messages_of(recording, "console/finding")) == 4
+    assert_printed(recording, pdf, "3, and 1 withdrawn")
+
+
+def assert_printed(recording: Path, pdf: Path, count: str) -> None:
+    """The report on paper has three pages with the numbers of the recording; `count` is how it counts the findings."""
+    if shutil.which("pdftotext") is None:
+        pytest.skip("no pdftotext: install poppler-utils")
     pages = subprocess.run(["pdftotext", "-raw", pdf, "-"], capture_output=True, text=True, check=True).stdout
     signed, *others, end = [" ".join(page.split()) for page in pages.split("\f")]
     assert (len(others), end) == (2, "")
     begun = next(one for one in messages_of(recording, "console/session") if one["what"] == "begin")
-    findings = messages_of(recording, "console/finding")
-    body = begun["body"]
     assert begun["pseudonym"] in signed
-    assert f"{body['side']} {body['region']}, {body['landmark_mm']:.0f} mm from {body['landmark']}" in signed
-    assert "3, and 1 withdrawn" in signed
-    assert len(findings) == 4
-    for finding in findings:
-        place = f"{1e3 * finding['x_m']:.0f}, {1e3 * finding['y_m']:.0f}"
+    if (body := begun["body"]) is not None:
+        assert f"{body['side']} {body['region']}, {body['landmark_mm']:.0f} mm from {body['landmark']}" in signed
+    assert count in signed
+    for finding in {one["id"]: one for one in messages_of(recording, "console/finding")}.values():
+        place = f"{1e3 * finding['x_m']:.0f}, {1e3 * finding['y_m']:.0f}".replace("-", "−")
         assert f"{finding['id']} {finding['kind']} {place} {finding['text']}" in signed
         assert (finding["withdrawn"] or finding["note"] or "–") in signed
         named = f"Finding {finding['id']}: {finding['text']}" in " ".join(others)

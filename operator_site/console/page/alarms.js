@@ -4,7 +4,7 @@ import { acts, driven, known, now, playback, silent_s } from "./now.js";
 import { AGAIN_S, burst } from "./sound.js";
 import { WORDS } from "./words.js";
 
-const QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 52;
+const QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 44;
 const RANK = { high: 3, medium: 2, low: 1 };
 const quietUntil_ms = new Map(), sounded = new Map();
 let connection = null, say = null, announced = "", announcedAt_ms = -Infinity;
