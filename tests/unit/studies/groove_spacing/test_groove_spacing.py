@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import pytest
+
 from studies.groove_spacing.run import AS_THEY_COME, AT_THEIR_TIME, plot, run
 from tests.unit.studies.written import draw_figure
 
 
+@pytest.mark.long
 def test_at_their_time_grooves_stay_apart_as_they_are_whatever_the_jitter(tmp_path: Path) -> None:
     data = run(quick=True, seed=1, progress=lambda _: None)
     rows = {(row["way"], row["jitter_ms"], row["loss"]): row for row in data["spacing"]}

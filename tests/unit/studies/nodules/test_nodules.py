@@ -131,6 +131,7 @@ def test_area_under_curve_counts_ties_half() -> None:
     assert area_under_curve([], [0.5]) is None
 
 
+@pytest.mark.long
 def test_the_truth_is_perfect_and_nothing_is_chance() -> None:
     perfect = [judge(phantom, truth(phantom)) for phantom in phantoms()]
     figures = overall(perfect, by_cell(perfect))
@@ -170,6 +171,7 @@ def test_any_detector_can_be_judged() -> None:
     assert not set(judged_seeds(0)) & set(judged_seeds(1))
 
 
+@pytest.mark.long
 def test_the_reference_finds_a_plain_nodule_in_its_place() -> None:
     for seed in range(3):
         phantom = draw_phantom(seed, CALM)

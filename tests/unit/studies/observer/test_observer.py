@@ -104,6 +104,7 @@ def test_an_ideal_plate_that_is_faster_is_nearer_to_the_object() -> None:
     assert errors[-1] < 0.2 * errors[0]
 
 
+@pytest.mark.long
 def test_a_remote_object_is_felt_later_than_a_virtual_one() -> None:
     felt = remote_touch("wood", OBJECT_C, 3.0, seed=1)
     assert virtual()["wood"][100] < felt[100] < 0.0
@@ -163,6 +164,7 @@ def test_features_of_real_surfaces_are_those_of_their_kind() -> None:
     assert (rough.pattern, plain.pattern) == (0.0, 0.0)
 
 
+@pytest.mark.long
 def test_a_remote_stroke_reaches_the_motor_through_sensor_and_identification() -> None:
     course = remote_stroke("sandpaper", seed=1)
     assert measured(course.speed_rad_s, TICK_S).mean() == pytest.approx(
@@ -186,6 +188,7 @@ def data() -> dict[str, Any]:
     return findings(sides, [one], ablation_rows(), seed=0, draws=500)
 
 
+@pytest.mark.long
 def test_every_real_cell_of_table_2_is_inside_the_paper_s_interval() -> None:
     rows = [row for row in data()["answers"] if row["side"] == "real" and row["paper_count"] is not None]
     assert len(rows) == 4 * len(DWELLS_S) * 3
@@ -193,6 +196,7 @@ def test_every_real_cell_of_table_2_is_inside_the_paper_s_interval() -> None:
     assert {row["pair"] for row in data()["answers"]} == set(PAIRS)
 
 
+@pytest.mark.long
 def test_oak_feels_like_pvc_and_a_faster_plate_distinguishes_more() -> None:
     def colder(varied: str, pair: str, side: str, value: str) -> float:
         (row,) = (
@@ -209,6 +213,7 @@ def test_oak_feels_like_pvc_and_a_faster_plate_distinguishes_more() -> None:
     assert rates[-1] < colder("as it is", "a-p", "real", "") + 2.0
 
 
+@pytest.mark.long
 def test_foam_that_is_soft_is_always_found() -> None:
     found = {
         row["features"]: row["predicted_percent"]
@@ -230,6 +235,7 @@ def test_constants_by_roughness_and_slow_strokes_reproduce_table_1() -> None:
     assert all(row["inside"] for row in rows), rows
 
 
+@pytest.mark.long
 def test_a_prediction_holds_where_what_is_found_is_enough() -> None:
     rows = data()["predictions"]
     assert len(rows) == 4
@@ -237,6 +243,7 @@ def test_a_prediction_holds_where_what_is_found_is_enough() -> None:
     assert rows[-1]["found"] == rows[-1]["at_least"] == 12.0
 
 
+@pytest.mark.long
 def test_it_is_written_and_drawn(tmp_path: Path) -> None:
     write_tables(tables(data()), tmp_path)
     draw_figure(plot, data(), tmp_path, 50_000)

@@ -17,6 +17,7 @@ def read_c(hand: Hand) -> list[float]:
     return [float(finger.trace.sensor_c[-1]) for finger in hand.fingers]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("world", ["A", "B"])
 def test_no_touch_is_used_twice(world: World) -> None:
     hands = [

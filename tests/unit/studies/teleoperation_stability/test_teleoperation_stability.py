@@ -115,6 +115,7 @@ def test_the_local_model_feels_right_at_any_delay_up_to_its_cap():
         assert row["felt_n_m"] == pytest.approx(min(500.0, row["wall_n_m"]), rel=0.05)  # 2 b / T = 500 N/m
 
 
+@pytest.mark.long
 def test_waves_feel_soft_when_late():
     felt = {(row["round_trip_ms"], row["wall_n_m"]): row["felt_n_m"] for row in of(WAVES)}
     assert felt[100.0, 5000.0] < 0.5 * felt[0.0, 5000.0]
@@ -160,6 +161,7 @@ class Still:
         return 0.0 * depth_m + 0.003, 0.0 * depth_m, packet
 
 
+@pytest.mark.long
 def test_a_wall_breathes_once_and_stands():
     runs = cases([(HANDS["light"], 500.0, 0.002)])
     none = np.zeros(1)

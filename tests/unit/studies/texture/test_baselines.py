@@ -30,6 +30,7 @@ def test_a_flat_or_short_signal_has_finite_features():
         moments(np.zeros(15))
 
 
+@pytest.mark.long
 def test_both_classifiers_tell_loud_from_soft():
     chance = np.random.default_rng(1)
     loud = [k % 2 for k in range(40)]

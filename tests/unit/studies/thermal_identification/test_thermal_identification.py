@@ -93,6 +93,7 @@ def test_the_papers_way_is_the_products(calibration: Calibration, hands: list[Ha
         assert product.answer.exponential_material == rates.likeliest(late, fit)
 
 
+@pytest.mark.long
 def test_drawing_answers_less_often_changes_none_of_them(calibration: Calibration, hands: list[Hand]) -> None:
     knowledge = knowledge_of(calibration.table)
     for hand in hands:
