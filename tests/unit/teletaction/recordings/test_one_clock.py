@@ -128,18 +128,14 @@ def test_rerun_has_both_sites_on_one_monotonic_time_line(hosts: SimpleNamespace,
     assert max(begins_s.values()) - min(begins_s.values()) < SESSION_S + PATIENCE_S
 
 
-def test_replay_states_times_on_the_one_clock(hosts: SimpleNamespace, tmp_path: Path) -> None:
-    replay(hosts.session, tmp_path)
+def test_replay_states_times_on_the_one_clock_and_uses_each_sites_own(hosts: SimpleNamespace, tmp_path: Path) -> None:
+    result = replay(hosts.session, tmp_path)
     lines = map(json.loads, (tmp_path / "identification.jsonl").read_text("utf-8").splitlines())
     replayed_s = [line["time_s"] for line in lines if "event" in line]
     with hosts.session.open("rb") as file:
         start_s = RecordingReader(hosts.session, file).start_ns * 1e-9
     recorded_s = [log_s - start_s for log_s, _ in times_s(hosts.session, "remote/event")]
     np.testing.assert_allclose(replayed_s, recorded_s, atol=1e-6)
-
-
-def test_replay_uses_each_sites_own_clock(hosts: SimpleNamespace, tmp_path: Path) -> None:
-    result = replay(hosts.session, tmp_path)
     for part in (*result["remote"].values(), *result["operator"].values()):
         packets = part.get("touch_packets", part.get("rendered_rows"))
         assert packets > 100
