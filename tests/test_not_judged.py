@@ -107,9 +107,9 @@ NOT_JUDGED = {"test_disturbed": STOOD_STILL, "test_quick": STOOD_STILL, "test_co
 """Of MIXED, with the beginning of the reason."""
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "1")], ids=["in one process", "shared"])
-def test_only_a_failure_that_the_machine_may_have_made_is_not_judged(tmp_path: Path, options: tuple[str, ...]) -> None:
-    code, said = run(tmp_path, MIXED, *options)
+def test_only_a_failure_that_the_machine_may_have_made_is_not_judged(tmp_path: Path) -> None:
+    """Shared among processes, as the tests of sessions run; those below run in one process."""
+    code, said = run(tmp_path, MIXED, "-n", "1")
     assert code == 1
     assert f"6 failed, 1 passed, {len(NOT_JUDGED)} skipped" in said
     lines = [line.partition("::")[2] for line in said.splitlines() if line.startswith("NOT JUDGED")]
