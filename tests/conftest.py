@@ -63,6 +63,11 @@ def golden() -> dict[str, bytes]:
 @pytest.fixture
 def base_port() -> int:
     """First of five TCP ports on loopback that were free a moment ago."""
+    return five_free_ports()
+
+
+def five_free_ports() -> int:
+    """First of five TCP ports in a row on loopback that were free a moment ago."""
     for _ in range(100):
         with socket.create_server(("127.0.0.1", 0)) as first, ExitStack() as others:
             port: int = first.getsockname()[1]

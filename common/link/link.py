@@ -6,6 +6,7 @@ that its role may use.
 
 import contextlib
 import itertools
+import time
 from typing import Any
 
 import zmq
@@ -28,6 +29,7 @@ from common.link.curve import (
 )
 from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
 from common.link.keys import KeyPair, Role, TrustedKeys
+from common.link.rate_limiter import RateLimiter
 from common.link.subscriptions import Subscriptions
 from common.link.tcp_connections import end_connection, is_open
 from common.wire.streams import STREAMS, Direction, Stream
@@ -47,6 +49,10 @@ _CLIENT_TYPE = {
 }
 _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 """Directions that an observer's key may use; the session judges an observer's requests."""
+_ENDS = zmq.EVENT_DISCONNECTED | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+_ATTEMPTS = zmq.EVENT_CONNECT_DELAYED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_CONNECTED
+_OPEN_PER_S = 2.0
+"""Maximum long-term rate at which streams are connected again, 1/s."""
 _LAST_REQUEST_MS = 100
 _UNSENT = 8
 """Maximum number of requests that wait to be sent; further ones fail."""
@@ -185,6 +191,7 @@ class OperatorLink(CurveSockets):
         super().__init__()
         self._base_port, self._keys, self._remote_key = base_port, keys, remote_public_key
         self._resolver = Resolver(host, base_port)
+        self._reopens = RateLimiter(_OPEN_PER_S, len(STREAMS))
         self._streams = [
             stream
             for stream in STREAMS.values()
@@ -194,19 +201,23 @@ class OperatorLink(CurveSockets):
 
     def _connect(self) -> None:
         self._address = self._resolver.address
-        self._monitors: list[zmq.Socket[bytes]] = []
+        self._monitors: dict[str, zmq.Socket[bytes]] = {}
+        self._ended: set[str] = set()
         for stream in self._streams:
-            socket = self._socket(stream, _CLIENT_TYPE[stream.direction])
-            use_curve(socket, self._keys, self._remote_key)
-            if stream.direction is Direction.BOTH:
-                # A request to an absent remote must fail now instead of arriving minutes later.
-                socket.setsockopt(zmq.IMMEDIATE, 1)
-                socket.setsockopt(zmq.SNDHWM, _UNSENT)
-            self._monitors.append(socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH))
-            if self._address is not None:
-                socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
-                socket.connect(tcp_endpoint(self._address, self._base_port + stream.port))
-            self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
+            self._open(stream)
+
+    def _open(self, stream: Stream) -> None:
+        socket = self._socket(stream, _CLIENT_TYPE[stream.direction])
+        use_curve(socket, self._keys, self._remote_key)
+        if stream.direction is Direction.BOTH:
+            # A request to an absent remote must fail now instead of arriving minutes later.
+            socket.setsockopt(zmq.IMMEDIATE, 1)
+            socket.setsockopt(zmq.SNDHWM, _UNSENT)
+        self._monitors[stream.name] = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH | _ENDS | _ATTEMPTS)
+        if self._address is not None:
+            socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
+            socket.connect(tcp_endpoint(self._address, self._base_port + stream.port))
+        self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
 
     def reconnect(self) -> None:
         """Connect again after a refusal, because the library does not."""
@@ -214,12 +225,14 @@ class OperatorLink(CurveSockets):
         self._connect()
 
     def _disconnect(self, linger_ms: int = 0) -> None:
-        for socket in self._sockets.values():
-            socket.disable_monitor()
-        for monitor in self._monitors:
-            monitor.close()
-        for socket in self._sockets.values():
-            socket.close(linger=linger_ms)
+        for name in self._monitors:
+            self._close(name, linger_ms)
+
+    def _close(self, name: str, linger_ms: int = 0) -> None:
+        socket = self._sockets[name]
+        socket.disable_monitor()
+        self._monitors[name].close()
+        socket.close(linger=linger_ms)
 
     def send(self, stream: str, packet: bytes) -> bool:
         """Send on a request stream; return False when no peer is connected."""
@@ -241,14 +254,29 @@ class OperatorLink(CurveSockets):
         return found
 
     def key_refused(self) -> bool:
-        """Return whether the remote site has refused this side's key on any stream since the last call."""
+        """Return whether the remote site has refused this side's key on any stream since the last call.
+
+        A stream whose connection has ended, without a new attempt of the library since the call before, is connected
+        again. So it is after bytes that are no packet, which somebody on the way has changed.
+        """
         refused = False
-        for monitor in self._monitors:
+        for stream in self._streams:
+            name, monitor = stream.name, self._monitors[stream.name]
+            given_up = name in self._ended
             while monitor.poll(0):
                 event: dict[str, Any] = dict(zmq.utils.monitor.recv_monitor_message(monitor))
                 # After status 300 the library retries by itself; 400 is a refusal.
                 final = event["event"] == zmq.EVENT_HANDSHAKE_FAILED_AUTH and event["value"] == 400
                 refused = refused or final
+                if event["event"] & _ENDS:
+                    self._ended.add(name)
+                elif event["event"] & _ATTEMPTS:
+                    self._ended.discard(name)
+                    given_up = False
+            if given_up and self._reopens.allows(time.monotonic()):
+                self._ended.discard(name)
+                self._close(name)
+                self._open(stream)
         return refused
 
     def close(self) -> None:

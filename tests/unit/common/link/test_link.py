@@ -1,5 +1,6 @@
 import errno
 import socket
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, cast
 
@@ -20,8 +21,9 @@ from common.link.link import OperatorLink, RemoteLink
 from common.link.subscriptions import subscriptions
 from common.link.tcp_connections import end_connection
 from common.wire.streams import STREAMS, Stream
-from tests.conftest import Keys
+from tests.conftest import Keys, five_free_ports
 from tests.unit.common.link.links import ask, operator_link, remote_link, touched
+from tests.unit.common.link.listener import CHANGES, Listener
 from tests.waiting import wait_until
 
 OBSERVED_STREAMS = 3
@@ -40,6 +42,24 @@ def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> 
         wait_until(moved)
         wait_until(lambda: touched(remote, operator))
         assert not operator.key_refused()
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_stream_returns_after_bytes_that_were_changed_on_the_way(
+    keys: Keys, base_port: int, change: Callable[[bytes], bytes]
+) -> None:
+    touch = STREAMS["touch"].port
+    listener = Listener(base_port + touch, five_free_ports() + touch)
+    with (
+        remote_link(keys, base_port) as remote,
+        listener.listening(),
+        operator_link(keys, listener.port - touch) as operator,
+    ):
+        wait_until(lambda: touched(remote, operator))
+        before, listener.change = listener.pieces, change
+        wait_until(lambda: touched(remote, operator, b"changed") or listener.pieces > before)
+        listener.change = bytes
+        wait_until(lambda: operator.key_refused() or touched(remote, operator, b"sound again"))
 
 
 def test_an_unknown_key_is_refused_and_reported_and_does_no_harm(keys: Keys, base_port: int) -> None:
