@@ -11,9 +11,11 @@ from common.config.models import (
     ObserverConfig,
     OperatorConfig,
     RemoteConfig,
+    RendezvousConfig,
     SimNetworkConfig,
     SimOperatorConfig,
     SimRemoteConfig,
+    TunnelConfig,
 )
 from common.files.printable import printable
 
@@ -22,6 +24,8 @@ COMMANDS: dict[str, type[BaseModel]] = {
     "operator": OperatorConfig,
     "console": ConsoleConfig,
     "observe": ObserverConfig,
+    "rendezvous": RendezvousConfig,
+    "tunnel": TunnelConfig,
     "sim-remote": SimRemoteConfig,
     "sim-operator": SimOperatorConfig,
     "sim-network": SimNetworkConfig,

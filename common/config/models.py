@@ -222,6 +222,39 @@ class ObserverConfig(_Section):
     link: OperatorLinkConfig
 
 
+RoomName = Annotated[str, Field(pattern=r"^[a-z0-9-]{1,32}$")]
+"""Name of a room of a rendezvous: lower-case letters, digits and hyphens."""
+
+
+class RendezvousConfig(_Section):
+    """A rendezvous, at which two sites meet that cannot connect to each other. It carries encrypted bytes only."""
+
+    bind: str = "127.0.0.1"
+    port: int = Field(default=5640, ge=1, le=65535)
+    rooms: dict[RoomName, Path] = Field(min_length=1)
+    """File with the secret of each room; a room is for the two sites of one link."""
+    status: Path | None = None
+    log: LogForm = "text"
+
+
+class TunnelConfig(_Section):
+    """One site's end of a tunnel over a rendezvous."""
+
+    side: Literal["remote", "operator"]
+    host: str
+    """Host of the rendezvous."""
+    port: int = Field(default=5640, ge=1, le=65535)
+    room: RoomName
+    secret: Path
+    """File with the room's secret."""
+    site_host: str = "127.0.0.1"
+    """Address of the site: the remote site is reached there, the operator site connects there."""
+    base_port: int = Field(default=5600, ge=1, le=65530)
+    """First port of the link at that address."""
+    status: Path | None = None
+    log: LogForm = "text"
+
+
 class _SimulationConfig(_Section):
     fingers: Fingers = Field(default=FINGERS, validate_default=True)
     scene: str = "materials"

@@ -61,6 +61,14 @@ def keys_revoke(name: str, keys: KeyFolder = None) -> None:
     typer.echo(f"revoked {count} key{'s' if count != 1 else ''} of {name}", err=True)
 
 
+@app.command("secret")
+def keys_secret(file: Path) -> None:
+    """Make the secret of a room, for a rendezvous and both ends of a tunnel over it."""
+    from teletaction.tunnel.greeting import create_secret
+
+    create_secret(file)
+
+
 def _folder(given: Path | None, *, make: bool = False) -> Path:
     """Return the given key folder, or else the user's; `make` creates the folders above the user's."""
     if given is not None:

@@ -86,6 +86,26 @@ def observe(config: OwnConfigFile = None) -> None:
 
 
 @app.command()
+def rendezvous(config: OwnConfigFile = None) -> None:
+    """Run a rendezvous, at which two sites meet that cannot connect to each other."""
+    from common.config.models import RendezvousConfig
+    from common.process import run_process
+    from teletaction.tunnel.rendezvous import run_rendezvous
+
+    run_process("rendezvous", own_config(config, "rendezvous"), RendezvousConfig, run_rendezvous)
+
+
+@app.command()
+def tunnel(config: OwnConfigFile = None) -> None:
+    """Run one site's end of a tunnel over a rendezvous."""
+    from common.config.models import TunnelConfig
+    from common.process import run_process
+    from teletaction.tunnel.tunnel_end import run_tunnel
+
+    run_process("tunnel", own_config(config, "tunnel"), TunnelConfig, run_tunnel)
+
+
+@app.command()
 def sim_remote(config: ConfigFile) -> None:
     """Run the simulated devices of the remote site."""
     from common.config.models import SimRemoteConfig

@@ -14,18 +14,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+from common.config.file import to_toml
+from common.config.models import RendezvousConfig, TunnelConfig
 from common.limits import GAP_S
 from common.link.keys import load_keys
 from common.link.packet_filter import FUTURE_TOLERANCE_NS
+from teletaction.tunnel.greeting import create_secret
 from tests.conftest import Keys
 from tests.network.operator_end import EVERY
 from tests.network.remote_end import CLOCK_APART_NS
-from tests.network.two_hosts import REMOTE, Program, TwoHosts, namespace_of, two_hosts, why_not
+from tests.network.two_hosts import OPERATOR, REMOTE, Program, TwoHosts, namespace_of, two_hosts, why_not
 from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.netns, pytest.mark.timeout(180)]
 
-BASE_PORT = 5600
+BASE_PORT, RENDEZVOUS_PORT = 5600, 5640
 MEASURED = 2500
 """Packets accepted in each measurement: 5 s of an undisturbed link."""
 PARTITION_S = 2.0
@@ -71,18 +74,37 @@ class Bench:
         self._keys = keys
         self._counted = 0
 
-    def connect(self) -> None:
-        """Start both ends and wait until packets are accepted."""
+    def connect(self, address: str = REMOTE) -> None:
+        """Start both ends and wait until packets are accepted; the remote site is at `address` for both."""
         end = (sys.executable, "-m")
         self.remote = self.hosts.remote.start(
-            *end, "tests.network.remote_end", REMOTE, str(BASE_PORT), str(self._keys.remote)
+            *end, "tests.network.remote_end", address, str(BASE_PORT), str(self._keys.remote)
         )
         assert self.remote.hear() == "bound"
         public = load_keys(self._keys.remote).public
         self.operator: Program = self.hosts.operator.start(
-            *end, "tests.network.operator_end", REMOTE, str(BASE_PORT), str(self._keys.operator), public
+            *end, "tests.network.operator_end", address, str(BASE_PORT), str(self._keys.operator), public
         )
         self.accept(EVERY)
+
+    def tunnel(self, folder: Path) -> None:
+        """Let the remote host connect only outwards, and only to a rendezvous; run that one at the operator's host."""
+        fire = ("iptables", "-I")
+        self.hosts.remote.run(*fire, "INPUT", "-i", "cable", "-p", "tcp", "--syn", "-j", "DROP")
+        other = ("-p", "tcp", "--syn", "!", "--dport", str(RENDEZVOUS_PORT))
+        self.hosts.remote.run(*fire, "OUTPUT", "-o", "cable", *other, "-j", "DROP")
+        create_secret(folder / "secret")
+        room = {"host": OPERATOR, "port": RENDEZVOUS_PORT, "room": "ward-3", "secret": folder / "secret"}
+        parts = (
+            (self.hosts.operator, "rendezvous", RendezvousConfig(bind=OPERATOR, rooms={"ward-3": folder / "secret"})),
+            (self.hosts.remote, "tunnel", TunnelConfig.model_validate(room | {"side": "remote"})),
+            (self.hosts.operator, "tunnel", TunnelConfig.model_validate(room | {"side": "operator"})),
+        )
+        for number, (host, name, config) in enumerate(parts):
+            file = folder / f"{number}.toml"
+            file.write_text(to_toml(config))
+            run = (sys.executable, "-m", "tests.network.host_process", "0", "0")
+            host.start(*run, name, "--config", str(file)).hear()
 
     def accept(self, packets: int) -> None:
         """Wait until this number of further packets was accepted."""
@@ -155,6 +177,21 @@ def test_packets_accepted_over_an_impaired_network_are_young_and_in_order(
     if packets is not None:
         share = packets.dropped / (packets.passed + packets.dropped)
         assert loss / 2 <= share <= 2 * loss, "the packets were not lost as asked"
+
+
+@pytest.mark.parametrize("delay_ms", [0.0, 20.0])
+def test_a_remote_site_with_one_outbound_port_is_reached_over_a_rendezvous(
+    bench: Bench, table: list[str], tmp_path: Path, delay_ms: float
+) -> None:
+    if delay_ms:
+        bench.hosts.impair(delay_ms, 0.1 * delay_ms, 0.01)
+    bench.tunnel(tmp_path)
+    bench.connect("127.0.0.1")
+    bench.accept(MEASURED)
+    measured = bench.finish()
+    table.append(measured.row(f"over a rendezvous, {delay_ms:g} ms{', loss 1%' * bool(delay_ms)}"))
+    assert_sound(measured)
+    assert np.median(measured.true_age_ns) >= 0.9e6 * delay_ms
 
 
 @pytest.mark.parametrize(

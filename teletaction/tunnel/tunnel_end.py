@@ -1,0 +1,248 @@
+"""One site's end of a tunnel: it connects outwards to the rendezvous, and needs no open port.
+
+The remote site's end keeps connections ready there. When the operator's end asks for a stream, one of them is joined to
+it, and the remote site's end connects to the site. Each connection of the link has a connection of its own all the way,
+so that no stream waits behind another.
+"""
+
+import asyncio
+import logging
+import random
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+
+from common.config.models import TunnelConfig
+from common.files.printable import printable
+from common.link.host_name import bare_host
+from common.runtime.status_file import StatusFile
+from common.wire.streams import STREAMS
+from teletaction.tunnel.connection import Connection, close_all
+from teletaction.tunnel.greeting import (
+    REACHED,
+    read_hello,
+    read_secret,
+    read_stream,
+    refusal,
+    request,
+)
+from teletaction.tunnel.rendezvous import STOP_EACH_S
+
+log = logging.getLogger(__name__)
+
+READY = 8
+"""Number of connections that the remote site's end keeps ready: the link of an operator and an observer has 8."""
+AGAIN_S = 0.5
+"""Mean time between two attempts to reach the rendezvous, s."""
+CONNECT_S = 2.0
+"""Maximum time of an attempt, s."""
+_PORTS = tuple(stream.port for stream in STREAMS.values())
+
+
+class _Outward(Connection):
+    """A connection to the rendezvous: it answers the first line with a request, and takes the answer."""
+
+    def __init__(self, end: "TunnelEnd", port: int | None) -> None:
+        super().__init__(end.connections)
+        self._end, self._port = end, port
+        self._greeted = False
+
+    def take_line(self, line: str) -> None:
+        try:
+            if self._greeted:
+                self.answered(line)
+            else:
+                self._greeted = True
+                config = self._end.config
+                self.say(request(self._end.secret, read_hello(line), config.room, self._port))
+        except ValueError as error:
+            self._end.notice(str(error))
+            self.transport.close()
+
+    def answered(self, line: str) -> None:
+        """Take the answer; raises ValueError for a refusal."""
+        raise NotImplementedError
+
+
+class _Ready(_Outward):
+    """A connection of the remote site's end."""
+
+    def __init__(self, end: "TunnelEnd") -> None:
+        super().__init__(end, None)
+
+    def answered(self, line: str) -> None:
+        port = read_stream(line)
+        if port not in _PORTS:
+            raise ValueError(f"the link has no port {port}")
+        self._end.notice("")
+        self._end.release(self)
+        self.transport.pause_reading()
+        self._end.begin(self._connect(port))
+
+    async def _connect(self, port: int) -> None:
+        config = self._end.config
+        local = await self._end.connect(
+            partial(Connection, self._end.connections), bare_host(config.site_host), config.base_port + port
+        )
+        if local is None or self.transport.is_closing():
+            self.transport.close()
+        else:
+            Connection.join(self, local)
+
+    def closed(self) -> None:
+        self._end.release(self)
+
+
+class _Reaching(_Outward):
+    """A connection of the operator's end, for one that the site has opened."""
+
+    def __init__(self, end: "TunnelEnd", port: int, local: Connection) -> None:
+        super().__init__(end, port)
+        self._local = local
+
+    def answered(self, line: str) -> None:
+        if line != REACHED:
+            raise ValueError(refusal(line))
+        self._end.notice("")
+        if self._local.transport.is_closing():
+            self.transport.close()
+        else:
+            Connection.join(self, self._local)
+
+    def closed(self) -> None:
+        if not self._local.joined:
+            self._local.transport.close()
+
+
+class _Local(Connection):
+    """A connection that the operator's site has opened."""
+
+    def __init__(self, end: "TunnelEnd", port: int) -> None:
+        super().__init__(end.connections)
+        self._end, self._port = end, port
+
+    def opened(self) -> None:
+        self.transport.pause_reading()
+        self._end.begin(self._reach())
+
+    async def _reach(self) -> None:
+        config = self._end.config
+        if (
+            await self._end.connect(
+                partial(_Reaching, self._end, self._port, self), bare_host(config.host), config.port
+            )
+            is None
+        ):
+            self.transport.close()
+
+
+class TunnelEnd:
+    """An end of a tunnel. Needs a running event loop.
+
+    Attributes:
+        config: its configuration.
+        secret: the room's secret.
+        problem: what keeps it from working; empty when nothing does.
+        connections: all open connections.
+    """
+
+    def __init__(self, config: TunnelConfig, secret: bytes) -> None:
+        self.config, self.secret = config, secret
+        self.problem = ""
+        self.connections: set[Connection] = set()
+        self._ready: set[_Ready] = set()
+        self._fewer = asyncio.Event()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._servers: list[asyncio.Server] = []
+
+    def notice(self, problem: str) -> None:
+        """Log a new problem once; an empty one means that there is none any more."""
+        if problem and problem != self.problem:
+            log.warning("%s:%d: %s", self.config.host, self.config.port, printable(problem))
+        self.problem = problem
+
+    def begin(self, work: "asyncio._CoroutineLike[None]") -> None:
+        """Do some work beside everything else."""
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def release(self, ready: _Ready) -> None:
+        """Count a connection no longer as ready."""
+        self._ready.discard(ready)
+        self._fewer.set()
+
+    async def connect(self, protocol: Callable[[], Connection], host: str, port: int) -> Connection | None:
+        """Open a connection; return None, and note the problem, where that fails."""
+        loop = asyncio.get_running_loop()
+        try:
+            async with asyncio.timeout(CONNECT_S):
+                _, connection = await loop.create_connection(protocol, host, port)
+        except (OSError, UnicodeError, TimeoutError) as error:  # UnicodeError: not a valid host name
+            self.notice(f"{host}:{port}: {error or 'no answer'}")
+            return None
+        return connection
+
+    async def keep_ready(self) -> None:
+        """Keep READY connections waiting at the rendezvous, for ever."""
+        while True:
+            self._fewer.clear()
+            while len(self._ready) < READY:
+                opened = await self.connect(partial(_Ready, self), self.config.host, self.config.port)
+                if opened is None:
+                    break
+                assert isinstance(opened, _Ready)
+                self._ready.add(opened)
+            with suppress(TimeoutError):
+                async with asyncio.timeout(AGAIN_S):
+                    await self._fewer.wait()
+            if self.problem:
+                await asyncio.sleep(AGAIN_S * random.uniform(0.5, 1.5))
+
+    async def close(self) -> None:
+        """End all connections and all work."""
+        for server in self._servers:
+            server.close()
+        for task in tuple(self._tasks):
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await close_all(self.connections)
+
+    async def listen(self) -> None:
+        """Listen at the ports of the link; raises OSError where one is taken."""
+        loop, config = asyncio.get_running_loop(), self.config
+        for port in _PORTS:
+            host = bare_host(config.site_host)
+            self._servers.append(await loop.create_server(partial(_Local, self, port), host, config.base_port + port))
+
+    def figures(self) -> dict[str, object]:
+        """Return the number of connections that are ready, and the problem."""
+        return {"side": self.config.side, "room": self.config.room, "ready": len(self._ready), "missing": self.problem}
+
+
+def run_tunnel(config: TunnelConfig, stop: Callable[[], bool]) -> None:
+    """Run one end of a tunnel until `stop()`.
+
+    Raises:
+        KeyProblem: the file of the room's secret cannot be used.
+        OSError: at the operator's end, a port of the link is taken.
+    """
+    asyncio.run(_run(TunnelEnd(config, read_secret(config.secret)), stop))
+
+
+async def _run(end: TunnelEnd, stop: Callable[[], bool]) -> None:
+    loop, config = asyncio.get_running_loop(), end.config
+    try:
+        if config.side == "remote":
+            end.begin(end.keep_ready())
+        else:
+            await end.listen()
+        log.info("room %s over %s:%d, %s side", config.room, config.host, config.port, config.side)
+        status = StatusFile(config.status, "tunnel")
+        while not stop():
+            if status.due(loop.time()):
+                status.write(loop.time(), end.figures())
+            await asyncio.sleep(STOP_EACH_S)
+        status.write(loop.time(), end.figures())
+    finally:
+        await end.close()
