@@ -83,7 +83,7 @@ class Connection(asyncio.Protocol):
             self._peer.transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """Go on."""
+        """Let it continue."""
         if self._peer is not None:
             self._peer.transport.resume_reading()
 

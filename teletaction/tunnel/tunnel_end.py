@@ -184,7 +184,7 @@ class TunnelEnd:
         return connection
 
     async def keep_ready(self) -> None:
-        """Keep READY connections waiting at the rendezvous, for ever."""
+        """Keep READY connections waiting at the rendezvous until it is cancelled."""
         while True:
             self._fewer.clear()
             while len(self._ready) < READY:

@@ -9,23 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
+from common.config.advice import COMMANDS
 from common.config.file import load_config
-from common.config.models import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
 from common.scenes.scene import load_scene
 from tests.docs.pages import LASTING, NAMES, NOT_RUN, PRINTED, RUN_BY, Block, blocks
 from tests.places import ROOT
 
 BLOCKS = [block for name in NAMES for block in blocks(name)]
-KINDS: dict[str, type[BaseModel]] = {
-    "console": ConsoleConfig,
-    "operator": OperatorConfig,
-    "remote": RemoteConfig,
-    "sim-operator": SimOperatorConfig,
-    "sim-remote": SimRemoteConfig,
-}
-"""Second word behind a fence of `toml`: what reads it. A third is the file's name, or `part`: not all of the file."""
 OTHER = {"golden", "text", "nginx", "{literalinclude}", "{toctree}", "{eval-rst}"}
 """Blocks with tests of their own, or nothing to test."""
 
@@ -57,21 +49,22 @@ def test_every_named_make_target_exists() -> None:
 
 @named(of("toml"))
 def test_toml_blocks_are_read_by_the_program(block: Block, tmp_path: Path) -> None:
+    # The second word behind the fence says what reads it; a third is the file's name, or `part`: not all of the file.
     kind, *rest = block.info[1:] or ("",)
     path = tmp_path / "file.toml"
     path.write_text(block.text, "utf-8")
     if kind == "scene":
         load_scene(str(path))
         return
-    assert kind in KINDS, f"{block.where}: say behind the fence what reads it"
+    assert kind in COMMANDS, f"{block.where}: say behind the fence what reads it"
     if rest != ["part"]:
         for table in re.findall(r'"([\w./-]+\.(?:json|toml))"', block.text):
             (tmp_path / table).parent.mkdir(exist_ok=True, parents=True)
             shutil.copy(ROOT / "remote_site/tables/materials.json", tmp_path / table)
-        load_config(path, KINDS[kind])
+        load_config(path, COMMANDS[kind])
         return
     with pytest.raises(ValidationError) as wrong:  # what it names is right; the rest of the file is missing
-        KINDS[kind].model_validate(tomllib.loads(block.text) | {"not a field": 0})
+        COMMANDS[kind].model_validate(tomllib.loads(block.text) | {"not a field": 0})
     assert {error["type"] for error in wrong.value.errors()} <= {"missing", "extra_forbidden"}
     assert [error["loc"] for error in wrong.value.errors() if error["type"] == "extra_forbidden"] == [("not a field",)]
 
