@@ -25,6 +25,7 @@ from teletaction.tunnel.greeting import (
     refused,
     stream_line,
 )
+from teletaction.tunnel.until_stopped import until_stopped
 
 log = logging.getLogger(__name__)
 
@@ -38,8 +39,6 @@ MOST_WAITING = 16
 """Maximum number of a room's connections that wait, of each site."""
 MOST_JOINED = 64
 """Maximum number of a room's pairs."""
-STOP_EACH_S = 0.2
-"""Interval between two checks of the stop signal, s."""
 
 
 class _Room:
@@ -190,15 +189,12 @@ def run_rendezvous(config: RendezvousConfig, stop: Callable[[], bool]) -> None:
 
 
 async def _serve(config: RendezvousConfig, secrets: Mapping[str, bytes], stop: Callable[[], bool]) -> None:
-    loop = asyncio.get_running_loop()
     rendezvous = Rendezvous(secrets)
+    loop = asyncio.get_running_loop()
     server = await loop.create_server(rendezvous.visitor, bare_host(config.bind), config.port)
     log.info("%s:%d, rooms: %s", config.bind, config.port, ", ".join(sorted(secrets)))
-    status = StatusFile(config.status, "rendezvous")
-    while not stop():
-        if status.due(loop.time()):
-            status.write(loop.time(), rendezvous.figures())
-        await asyncio.sleep(STOP_EACH_S)
-    status.write(loop.time(), rendezvous.figures())
-    server.close()
-    await close_all(rendezvous.connections)
+    try:
+        await until_stopped(stop, StatusFile(config.status, "rendezvous"), rendezvous.figures)
+    finally:
+        server.close()
+        await close_all(rendezvous.connections)

@@ -8,7 +8,7 @@ so that no stream waits behind another.
 import asyncio
 import logging
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from functools import partial
 
@@ -26,7 +26,7 @@ from teletaction.tunnel.greeting import (
     refusal,
     request,
 )
-from teletaction.tunnel.rendezvous import STOP_EACH_S
+from teletaction.tunnel.until_stopped import until_stopped
 
 log = logging.getLogger(__name__)
 
@@ -161,7 +161,7 @@ class TunnelEnd:
             log.warning("%s:%d: %s", self.config.host, self.config.port, printable(problem))
         self.problem = problem
 
-    def begin(self, work: "asyncio._CoroutineLike[None]") -> None:
+    def begin(self, work: Coroutine[None, None, None]) -> None:
         """Do some work beside everything else."""
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
@@ -231,18 +231,13 @@ def run_tunnel(config: TunnelConfig, stop: Callable[[], bool]) -> None:
 
 
 async def _run(end: TunnelEnd, stop: Callable[[], bool]) -> None:
-    loop, config = asyncio.get_running_loop(), end.config
+    config = end.config
     try:
         if config.side == "remote":
             end.begin(end.keep_ready())
         else:
             await end.listen()
         log.info("room %s over %s:%d, %s side", config.room, config.host, config.port, config.side)
-        status = StatusFile(config.status, "tunnel")
-        while not stop():
-            if status.due(loop.time()):
-                status.write(loop.time(), end.figures())
-            await asyncio.sleep(STOP_EACH_S)
-        status.write(loop.time(), end.figures())
+        await until_stopped(stop, StatusFile(config.status, "tunnel"), end.figures)
     finally:
         await end.close()

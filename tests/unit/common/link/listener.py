@@ -55,6 +55,7 @@ class Listener:
         self.change: Callable[[bytes], bytes] = bytes
         self.port = port or free_port()
         self._to_port = to_port
+        self._clients: set[asyncio.Task[None]] = set()
 
     @contextmanager
     def listening(self) -> Iterator[None]:
@@ -66,18 +67,32 @@ class Listener:
         while not stop():
             await asyncio.sleep(0.05)
         server.close()
+        await asyncio.sleep(0.0)  # connections that were just accepted begin
+        for client in (clients := tuple(self._clients)):
+            client.cancel()
+        await asyncio.gather(*clients, return_exceptions=True)
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        self._clients.add(task)
+        writers = [writer]
         try:
             to_reader, to_writer = await asyncio.open_connection("127.0.0.1", self._to_port)
+            writers.append(to_writer)
+            ways = [asyncio.create_task(self._carry(*way)) for way in ((reader, to_writer), (to_reader, writer))]
+            await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
+            for way in ways:
+                way.cancel()
+            await asyncio.wait(ways)
         except OSError:
-            writer.close()
-            return
-        ways = [asyncio.create_task(self._carry(*way)) for way in ((reader, to_writer), (to_reader, writer))]
-        await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
-        for end in (writer, to_writer):
-            end.close()
-        await asyncio.wait(ways)
+            pass
+        finally:
+            for end in writers:
+                end.transport.abort()
+                with suppress(OSError):
+                    await end.wait_closed()
+            self._clients.discard(task)
 
     async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(OSError):
