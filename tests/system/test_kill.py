@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, MOTOR_SAFE_S, MOTOR_STILL_S, THERMAL_SAFE_S
+from robustness.fault_judge import FELT_N
 from robustness.fault_session import read_figures
 from robustness.stroking_scene import write_stroking_scene
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
@@ -50,7 +51,7 @@ def test_actuators_are_safe_within_their_hold_times(killed: tuple[str, float, Pa
     if name != "sim-operator":
         entries = written(out / "sim-operator.mcap", "truth_fingertips", may_be_cut=True)
         before = [entry for t, entry in entries if killed_s - 0.1 <= t <= killed_s]
-        assert max(entry["force_n"][INDEX] for entry in before) > 0.2, "the finger must feel force before the kill"
+        assert max(entry["force_n"][INDEX] for entry in before) > FELT_N, "the finger must feel force before the kill"
         assert max(entry["motor_mv"][INDEX] for entry in before) > 0, "and vibration"
         after = {t - killed_s: entry for t, entry in entries if t > killed_s}
         assert max(after) > 0.6
