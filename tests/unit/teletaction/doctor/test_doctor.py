@@ -80,6 +80,7 @@ def test_missing_devices_are_reported(configs: dict[str, Path]) -> None:
     assert [line.split(":")[0] for line in lines if line.startswith("FAIL")] == [
         "FAIL index texture sensor",
         "FAIL index thermal sensor",
+        "FAIL patient switch",
         "FAIL telemanipulator",
     ]
     assert "Connection refused" in result.out
