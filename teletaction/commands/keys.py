@@ -64,7 +64,7 @@ def keys_revoke(name: str, keys: KeyFolder = None) -> None:
 @app.command("secret")
 def keys_secret(file: Path) -> None:
     """Make the secret of a room, for a rendezvous and both ends of a tunnel over it."""
-    from teletaction.tunnel.greeting import create_secret
+    from teletaction.tunnel.room_secret import create_secret
 
     create_secret(file)
 

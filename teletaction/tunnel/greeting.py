@@ -7,16 +7,10 @@ it knows the room's secret (HMAC-SHA256, RFC 2104, over number and request). The
 import hmac
 import re
 import secrets
-from pathlib import Path
 from typing import NamedTuple
-
-from common.files.private_file import create_private
-from common.link.key_folder import KeyProblem, read_own, shown
 
 LONGEST_LINE = 200
 """Maximum length of a line, bytes."""
-LEAST_SECRET = 32
-"""Minimum length of a room's secret, characters."""
 REACHED = "joined"
 """Line of the rendezvous to the operator's end: bytes follow."""
 _HELLO = "teletaction-rendezvous 1 "
@@ -98,27 +92,6 @@ def refused(reason: str) -> str:
 def refusal(line: str) -> str:
     """Return the reason of a refusal, or that a line is none."""
     return line.removeprefix(_REFUSED) if line.startswith(_REFUSED) else "the rendezvous sent an unknown answer"
-
-
-def read_secret(path: Path) -> bytes:
-    """Return the secret of a room from its file.
-
-    Raises:
-        KeyProblem: the file does not exist, others can read or change it, or the secret is too short.
-    """
-    try:
-        secret = read_own(path, secret=True).strip()
-    except FileNotFoundError:
-        raise KeyProblem(f"{shown(path)}: no such file: `teletaction keys secret {shown(path)}` makes it") from None
-    if len(secret) < LEAST_SECRET:
-        raise KeyProblem(f"{shown(path)}: the secret has {len(secret)} characters, at least {LEAST_SECRET} are needed")
-    return secret
-
-
-def create_secret(path: Path) -> None:
-    """Make the file of a new room's secret, which only its owner can read; raises OSError where one exists."""
-    with create_private(path) as file:
-        file.write(secrets.token_hex(LEAST_SECRET).encode() + b"\n")
 
 
 def _proof(secret: bytes, number: str, text: str) -> str:

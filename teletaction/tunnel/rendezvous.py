@@ -21,10 +21,10 @@ from teletaction.tunnel.greeting import (
     is_proved,
     new_hello,
     read_request,
-    read_secret,
     refused,
     stream_line,
 )
+from teletaction.tunnel.room_secret import read_secret
 from teletaction.tunnel.until_stopped import until_stopped
 
 log = logging.getLogger(__name__)

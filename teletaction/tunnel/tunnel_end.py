@@ -21,11 +21,11 @@ from teletaction.tunnel.connection import Connection, close_all
 from teletaction.tunnel.greeting import (
     REACHED,
     read_hello,
-    read_secret,
     read_stream,
     refusal,
     request,
 )
+from teletaction.tunnel.room_secret import read_secret
 from teletaction.tunnel.until_stopped import until_stopped
 
 log = logging.getLogger(__name__)
@@ -56,7 +56,7 @@ class _Outward(Connection):
                 config = self._end.config
                 self.say(request(self._end.secret, read_hello(line), config.room, self._port))
         except ValueError as error:
-            self._end.notice(str(error))
+            self._end.notice(f"{self._end.config.host}:{self._end.config.port}: {error}")
             self.transport.close()
 
     def answered(self, line: str) -> None:
@@ -80,14 +80,12 @@ class _Ready(_Outward):
         self._end.begin(self._connect(port))
 
     async def _connect(self, port: int) -> None:
-        config = self._end.config
-        local = await self._end.connect(
-            partial(Connection, self._end.connections), bare_host(config.site_host), config.base_port + port
-        )
-        if local is None or self.transport.is_closing():
+        config, local = self._end.config, partial(Connection, self._end.connections)
+        site = await self._end.connect(local, bare_host(config.site_host), config.base_port + port)
+        if site is None or self.transport.is_closing():
             self.transport.close()
         else:
-            Connection.join(self, local)
+            Connection.join(self, site)
 
     def closed(self) -> None:
         self._end.release(self)
@@ -126,13 +124,8 @@ class _Local(Connection):
         self._end.begin(self._reach())
 
     async def _reach(self) -> None:
-        config = self._end.config
-        if (
-            await self._end.connect(
-                partial(_Reaching, self._end, self._port, self), bare_host(config.host), config.port
-            )
-            is None
-        ):
+        config, outward = self._end.config, partial(_Reaching, self._end, self._port, self)
+        if await self._end.connect(outward, bare_host(config.host), config.port) is None:
             self.transport.close()
 
 
@@ -158,7 +151,7 @@ class TunnelEnd:
     def notice(self, problem: str) -> None:
         """Log a new problem once; an empty one means that there is none any more."""
         if problem and problem != self.problem:
-            log.warning("%s:%d: %s", self.config.host, self.config.port, printable(problem))
+            log.warning("%s", printable(problem))
         self.problem = problem
 
     def begin(self, work: Coroutine[None, None, None]) -> None:
@@ -179,7 +172,8 @@ class TunnelEnd:
             async with asyncio.timeout(CONNECT_S):
                 _, connection = await loop.create_connection(protocol, host, port)
         except (OSError, UnicodeError, TimeoutError) as error:  # UnicodeError: not a valid host name
-            self.notice(f"{host}:{port}: {error or 'no answer'}")
+            refused = isinstance(error, ConnectionRefusedError)
+            self.notice(f"{host}:{port}: {'connection refused' if refused else error or 'no answer'}")
             return None
         return connection
 

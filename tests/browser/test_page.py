@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from common.limits import MOTION_SCALES
 from operator_site.console.web.server import PAGE
 from tests.browser.conftest import Open
 from tests.browser.stage import Stage
@@ -25,6 +26,10 @@ def test_it_weighs_at_most_220_kb_and_names_no_outside_address() -> None:
     assert sum(len(text.encode()) for text in files()) <= MOST_BYTES
     for text in files():
         assert set(re.findall(r"\b(?:https?|wss?)://[\w./-]*", text)) <= {"http://www.w3.org/2000/svg"}
+
+
+def test_it_offers_the_motion_scales_of_the_limits() -> None:
+    assert f"const SCALES = {list(MOTION_SCALES)};" in (PAGE / "clutch.js").read_text("utf-8")
 
 
 def test_it_writes_text_and_never_markup() -> None:

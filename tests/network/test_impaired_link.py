@@ -19,7 +19,7 @@ from common.config.models import RendezvousConfig, TunnelConfig
 from common.limits import GAP_S
 from common.link.keys import load_keys
 from common.link.packet_filter import FUTURE_TOLERANCE_NS
-from teletaction.tunnel.greeting import create_secret
+from teletaction.tunnel.room_secret import create_secret
 from tests.conftest import Keys
 from tests.network.operator_end import EVERY
 from tests.network.remote_end import CLOCK_APART_NS

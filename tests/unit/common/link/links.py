@@ -36,3 +36,16 @@ def touched(remote: RemoteLink, operator: OperatorLink, packet: bytes = b"t") ->
     """Whether a touch that is sent now has come."""
     remote.send_latest("touch", packet)
     return operator.receive_latest("touch") == packet
+
+
+def exchange(remote: RemoteLink, operator: OperatorLink) -> None:
+    """Return when something has crossed on each of the operator's streams."""
+    ask(remote, operator)
+    ask(remote, operator, b"beat", "heartbeat")
+
+    def moved() -> bool:
+        operator.send_latest("motion", b"m")
+        return remote.receive_latest("motion") == b"m"
+
+    wait_until(moved)
+    wait_until(lambda: touched(remote, operator))

@@ -22,7 +22,7 @@ from common.link.subscriptions import subscriptions
 from common.link.tcp_connections import end_connection
 from common.wire.streams import STREAMS, Stream
 from tests.conftest import Keys, five_free_ports
-from tests.unit.common.link.links import ask, operator_link, remote_link, touched
+from tests.unit.common.link.links import ask, exchange, operator_link, remote_link, touched
 from tests.unit.common.link.listener import CHANGES, Listener
 from tests.waiting import wait_until
 
@@ -32,15 +32,7 @@ OBSERVED_STREAMS = 3
 
 def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
-        ask(remote, operator)
-        ask(remote, operator, b"beat", "heartbeat")
-
-        def moved() -> bool:
-            operator.send_latest("motion", b"m")
-            return remote.receive_latest("motion") == b"m"
-
-        wait_until(moved)
-        wait_until(lambda: touched(remote, operator))
+        exchange(remote, operator)
         assert not operator.key_refused()
 
 

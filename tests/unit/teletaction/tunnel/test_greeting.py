@@ -1,17 +1,12 @@
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.link.key_folder import KeyProblem
 from teletaction.tunnel.greeting import (
-    create_secret,
     is_proved,
     new_hello,
     read_hello,
     read_request,
-    read_secret,
     read_stream,
     refused,
     request,
@@ -44,20 +39,3 @@ def test_a_refusal_gives_its_reason() -> None:
     assert read_stream(stream_line(3)) == 3
     with pytest.raises(ValueError, match=r"^not here$"):
         read_stream(refused("not here"))
-
-
-def test_a_secret_is_made_once_and_for_its_owner_only(tmp_path: Path) -> None:
-    file = tmp_path / "ward-3.secret"
-    with pytest.raises(KeyProblem, match=r"no such file: `teletaction keys secret"):
-        read_secret(file)
-    create_secret(file)
-    assert len(read_secret(file)) == 64
-    with pytest.raises(FileExistsError):
-        create_secret(file)
-    file.chmod(0o644)
-    with pytest.raises(KeyProblem, match=r"lets others read it"):
-        read_secret(file)
-    file.write_text("short\n")
-    file.chmod(0o600)
-    with pytest.raises(KeyProblem, match=r"has 5 characters, at least 32 are needed"):
-        read_secret(file)

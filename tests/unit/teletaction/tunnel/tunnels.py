@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from common.config.models import RendezvousConfig, TunnelConfig
-from teletaction.tunnel.greeting import create_secret
 from teletaction.tunnel.rendezvous import run_rendezvous
+from teletaction.tunnel.room_secret import create_secret
 from teletaction.tunnel.tunnel_end import run_tunnel
 from tests.unit.common.link.listener import free_port, running
 

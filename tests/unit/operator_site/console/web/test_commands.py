@@ -394,14 +394,14 @@ def test_clutch_and_scale_need_control(workplace: Workplace) -> None:
 @pytest.mark.parametrize("wrong", [None, 1, "true", [], {}])
 def test_a_clutch_is_open_or_closed(workplace: Workplace, wrong: object) -> None:
     answer = workplace.ask("clutch", open=wrong)
-    assert (answer.ok, answer.text) == (False, "The clutch is open or closed.")
+    assert (answer.ok, answer.text) == (False, "Say whether the clutch opens or closes.")
     assert workplace.site.asked == []
 
 
 @pytest.mark.parametrize("wrong", [None, 0, 3, 2.0, True, "2", []])
 def test_a_motion_scale_is_one_of_three(workplace: Workplace, wrong: object) -> None:
     answer = workplace.ask("scale", scale=wrong)
-    assert (answer.ok, answer.text) == (False, "The motion scale is 1:1, 1:2, 1:5.")
+    assert (answer.ok, answer.text) == (False, "The motion scale is one of 1:1, 1:2, 1:5.")
     assert workplace.site.asked == []
 
 
