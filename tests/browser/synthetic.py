@@ -217,6 +217,7 @@ class Scenario:
             "priority": priority,
             "text": text,
             "since_s": 700.0,
+            "age_s": 61.2,
             "active": True,
             "ended_s": None,
             "cleared_by": None,

@@ -60,8 +60,7 @@ export function showAlarms() {
 
 // The time since the alarm began; one whose text counts the silence itself has none.
 function ageOf(alarm) {
-  const at_s = now.state?.session.playback?.at_s ?? now.picture?.time_s, since_s = at_s - alarm?.since_s;
-  return alarm?.id !== "feed" && since_s >= 0 ? WORDS.alarmAge(alarm.active, since_s) : "";
+  return alarm?.id !== "feed" && alarm?.age_s >= 0 ? WORDS.alarmAge(alarm.active, alarm.age_s) : "";
 }
 
 const acknowledgeable = () => acts() && known() && now.state.you.in_control && now.state.alarms.some(latched);

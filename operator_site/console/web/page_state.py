@@ -50,7 +50,7 @@ def page_state(
     return {
         "session": _session(console, now_s),
         "link": site.link.shown(now_s),
-        "alarms": [_alarm(alarm, from_s, wall_clock) for alarm in console.alarms.listed[:_MOST_ALARMS]],
+        "alarms": [_alarm(alarm, now_s, from_s, wall_clock) for alarm in console.alarms.listed[:_MOST_ALARMS]],
         "fingers": [
             console.calm.step(now_s, finger, finger_state(console, finger, now_s)) for finger in range(len(FINGERS))
         ],
@@ -99,7 +99,7 @@ def _session(console: Console, now_s: float) -> dict[str, Any]:
     }
 
 
-def _alarm(alarm: Alarm, from_s: float, wall_clock: Callable[[float], str] | None) -> dict[str, Any]:
+def _alarm(alarm: Alarm, now_s: float, from_s: float, wall_clock: Callable[[float], str] | None) -> dict[str, Any]:
     over = alarm.waits or alarm.ended_s is not None
     return {
         "id": alarm.ident,
@@ -108,6 +108,7 @@ def _alarm(alarm: Alarm, from_s: float, wall_clock: Callable[[float], str] | Non
         "what": alarm.cause.text,
         "since_s": round(alarm.since_s - from_s, 2),
         "since": None if wall_clock is None else wall_clock(alarm.since_s),
+        "age_s": round(now_s - alarm.since_s, 1),
         "active": not over,
         "waits": alarm.waits,
         "ended_s": None if alarm.gone_s is None or not over else round(alarm.gone_s - from_s, 2),

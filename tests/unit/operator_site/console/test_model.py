@@ -208,3 +208,4 @@ def test_devices_have_their_readable_names(console: Console) -> None:
     assert state["engage"]["refusal"] == "Cannot engage: Index module absent."
     assert state["alarms"][0]["text"] == "Index module lost. Index feels nothing."
     assert math.isfinite(state["alarms"][0]["since_s"])
+    assert shown(console, 105.0)["alarms"][0]["age_s"] == 3.0, "whatever the origin of the examination's times is"
