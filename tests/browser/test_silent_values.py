@@ -11,6 +11,8 @@ from tests.browser.stage import Stage
 
 pytestmark = [pytest.mark.console, pytest.mark.real_time(stall_s=math.inf)]
 
+SILENT_MS = 500
+"""Age at which a value must show that it is old, ms."""
 ROUND_MS = 300
 """A round of the numbers, which are written four times a second, ms."""
 AGED = {
@@ -68,9 +70,11 @@ def test_no_value_looks_live_half_a_second_after_the_data_stop(
     } <= places
     if stops == "console":
         stage.scenario.sends = False
+        page.wait_for_selector("body[data-shown=unknown]")
     else:
         stage.cut()
-    page.wait_for_selector("body[data-shown=unknown]")
+        page.wait_for_selector("body[data-shown=unknown]")
+        page.wait_for_timeout(SILENT_MS)  # a cut connection is seen at once, when the values are still young
     page.wait_for_timeout(ROUND_MS)
     assert [value for value in values(page) if not any(map(is_silent_or_aged, value[1:]))] == []
 
