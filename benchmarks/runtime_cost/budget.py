@@ -1,7 +1,7 @@
 """Compares the cost of each stage of a tick with its budget in `budget.toml`, in reference steps.
 
 `python -m benchmarks.runtime_cost.budget` measures and rewrites the budget. Raise a budget only by decision. The
-shipped one has the larger of two machines' numbers (decision 42).
+shipped one has the largest number of several machines (decision 42).
 """
 
 import tempfile
