@@ -134,6 +134,24 @@ class RemoteConfig(SiteConfig):
         return self
 
 
+class CameraConfig(_Section):
+    """The camera's process at the remote site."""
+
+    link: RemoteLinkConfig
+    """The remote site's link: the camera listens on the port of the stream `camera`, with the same keys."""
+    source: str = Field(min_length=1)
+    """A video device such as `/dev/video0`, or an address such as `rtsp://host/stream` or `tcp://host:port`."""
+    width: int = Field(default=640, ge=64, le=1920, multiple_of=8)
+    height: int = Field(default=360, ge=64, le=1088, multiple_of=8)
+    rate_hz: float = Field(default=15.0, ge=1.0, le=30.0)
+    bit_s: int = Field(default=400_000, ge=20_000, le=10_000_000)
+    """Bit rate of the best picture, bit/s."""
+    delay_s: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Time from the exposure of a picture to its arrival from the camera, s."""
+    status: Path | None = None
+    log: LogForm = "text"
+
+
 VibrationScale = Literal["speed", "intensity"]
 """Quantity in which Eq. 1 and 2 are linear: motor speed, as in the paper, or perceived intensity."""
 
@@ -177,6 +195,19 @@ class OperatorConfig(SiteConfig):
         return self
 
 
+class ConsoleCameraConfig(_Section):
+    """The camera that the console shows."""
+
+    host: str = "127.0.0.1"
+    """Host of the remote site."""
+    base_port: int = Field(default=5600, ge=1, le=65530)
+    """First port of the remote site's link."""
+    remote_key: str | None = Field(default=None, min_length=KEY_LENGTH, max_length=KEY_LENGTH)
+    """Public key of the remote site; by default the key that the key folder trusts under the name `remote`."""
+    required: bool = False
+    """Whether the session pauses while the picture is late or frozen."""
+
+
 class ConsoleConfig(_Section):
     """The console: a web page at the operator site, served by a separate process on the same machine."""
 
@@ -197,6 +228,8 @@ class ConsoleConfig(_Section):
     """Whether a reverse proxy in front of the console serves TLS."""
     address: str | None = None
     """Address of the page in browsers where it differs from `bind`, such as `https://console.example`."""
+    camera: ConsoleCameraConfig | None = None
+    """The remote site's camera; by default there is none."""
     operator: Path | None = None
     """The operator site's configuration file, named in advice on the page."""
     record: Path | None = None
@@ -277,12 +310,23 @@ class SimPatientSwitchConfig(_Section):
     """Times at which the patient presses it, s, from the first movement of the telemanipulator."""
 
 
+class SimCameraConfig(_Section):
+    """The simulated network camera, which sends YUV4MPEG2."""
+
+    port: str
+    """`tcp:HOST:PORT` to listen on."""
+    width: int = Field(default=640, ge=64, le=1920, multiple_of=8)
+    height: int = Field(default=360, ge=64, le=1088, multiple_of=8)
+    rate_hz: int = Field(default=15, ge=1, le=30)
+
+
 class SimRemoteConfig(_SimulationConfig):
     """Simulated devices of the remote site; addresses are `pty` or `tcp:HOST:PORT` to listen on."""
 
     texture: Addresses
     thermal_sensors: Addresses
     patient_switch: SimPatientSwitchConfig | None = None
+    camera: SimCameraConfig | None = None
 
 
 class SimOperatorConfig(_SimulationConfig):

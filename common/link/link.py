@@ -32,7 +32,7 @@ from common.link.keys import KeyPair, Role, TrustedKeys
 from common.link.rate_limiter import RateLimiter
 from common.link.subscriptions import Subscriptions
 from common.link.tcp_connections import end_connection, is_open
-from common.wire.streams import STREAMS, Direction, Stream
+from common.wire.streams import SITE_STREAMS, Direction, Stream
 
 # Motion and touch have one sender and one reader; only the stream for observers may have several readers.
 _REMOTE_TYPE = {
@@ -76,8 +76,8 @@ class RemoteLink(CurveSockets):
         self.handshakes = self._authenticator.answers
         """Number of handshakes by result: `admitted`, `refused`, `too_many`, `expelled`, `failed`."""
         self._subscribers: dict[str, Subscriptions] = {}
-        self._turns = itertools.cycle(STREAMS)
-        for stream in STREAMS.values():
+        self._turns = itertools.cycle(SITE_STREAMS)
+        for stream in SITE_STREAMS.values():
             try:
                 self._bind(stream)
             except zmq.ZMQError as error:
@@ -90,7 +90,7 @@ class RemoteLink(CurveSockets):
         Each call also checks one stream for readers that subscribe repeatedly. A check after each packet would delay
         its sending by 10 to 20 us.
         """
-        if len(self._sockets) < len(STREAMS):
+        if len(self._sockets) < len(SITE_STREAMS):
             self._bind_missing()
         if (subscribers := self._subscribers.get(next(self._turns))) is not None:
             subscribers.step()
@@ -107,7 +107,7 @@ class RemoteLink(CurveSockets):
         """
         if refuse_s > 0.0:
             self._authenticator.refuse(stream, sender.key, refuse_s)
-        end_connection(sender.connection, self._base_port + STREAMS[stream].port)
+        end_connection(sender.connection, self._base_port + SITE_STREAMS[stream].port)
 
     def forgive(self, key: str) -> None:
         """Serve a key again that was refused for a while."""
@@ -115,7 +115,7 @@ class RemoteLink(CurveSockets):
 
     def is_open(self, stream: str, connection: int) -> bool:
         """Return whether the connection that a packet of this stream came on is still open."""
-        return is_open(connection, self._base_port + STREAMS[stream].port)
+        return is_open(connection, self._base_port + SITE_STREAMS[stream].port)
 
     def answer(self, stream: str, who: bytes, packet: bytes) -> None:
         """Answer one client; a client that is gone gets no answer."""
@@ -150,7 +150,7 @@ class RemoteLink(CurveSockets):
         return set().union(*revoked.values())
 
     def _bind_missing(self) -> None:
-        for stream in STREAMS.values():
+        for stream in SITE_STREAMS.values():
             if stream.name not in self._sockets:
                 with contextlib.suppress(zmq.ZMQError):  # the old socket still holds the port
                     self._bind(stream)
@@ -175,7 +175,7 @@ class RemoteLink(CurveSockets):
 
     def _admits(self, domain: str, key: str) -> bool:
         role = self._trusted.role(key)
-        return role is Role.PARTNER or (role is Role.OBSERVER and STREAMS[domain].direction in _MAY_OBSERVE)
+        return role is Role.PARTNER or (role is Role.OBSERVER and SITE_STREAMS[domain].direction in _MAY_OBSERVE)
 
     def close(self) -> None:
         """Close all sockets and end the authenticator."""
@@ -191,10 +191,10 @@ class OperatorLink(CurveSockets):
         super().__init__()
         self._base_port, self._keys, self._remote_key = base_port, keys, remote_public_key
         self._resolver = Resolver(host, base_port)
-        self._reopens = RateLimiter(_OPEN_PER_S, len(STREAMS))
+        self._reopens = RateLimiter(_OPEN_PER_S, len(SITE_STREAMS))
         self._streams = [
             stream
-            for stream in STREAMS.values()
+            for stream in SITE_STREAMS.values()
             if (stream.direction in _MAY_OBSERVE if role is Role.OBSERVER else stream.name != "observed")
         ]
         self._connect()

@@ -26,6 +26,7 @@ class Stream:
         latest_only: whether a newer packet replaces an unread one instead of queueing behind it.
         port: TCP port, counted from the link's first port.
         recorded: whether the sender records every packet.
+        process: process of the remote site that serves it.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Stream:
     latest_only: bool
     port: int
     recorded: bool
+    process: str = "site"
 
     def __post_init__(self) -> None:
         if self.latest_only and not 3.0 / self.rate_hz <= GAP_S:
@@ -49,5 +51,8 @@ STREAMS = {
         Stream("control", Direction.BOTH, 0.0, latest_only=False, port=3, recorded=False),
         # The same packets as touch, on a separate socket: disconnecting an observer does not disturb the operator.
         Stream("observed", Direction.TO_OBSERVERS, 500.0, latest_only=True, port=4, recorded=False),
+        Stream("camera", Direction.BOTH, 0.0, latest_only=False, port=5, recorded=False, process="camera"),
     )
 }
+SITE_STREAMS = {name: stream for name, stream in STREAMS.items() if stream.process == "site"}
+"""Streams that the sites' own processes serve and read."""
