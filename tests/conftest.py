@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from common.link.keys import TrustedKeys, create_keys
 from common.runtime.containment import NAMED_IN
+from common.wire.streams import STREAMS
 from tests.not_judged import NotJudged
 
 LONG_S = 600.0
@@ -62,22 +63,22 @@ def golden() -> dict[str, bytes]:
 
 @pytest.fixture
 def base_port() -> int:
-    """First of five TCP ports on loopback that were free a moment ago."""
-    return five_free_ports()
+    """First port of a link on loopback; its ports were free a moment ago."""
+    return free_ports()
 
 
-def five_free_ports() -> int:
-    """First of five TCP ports in a row on loopback that were free a moment ago."""
+def free_ports() -> int:
+    """First of as many TCP ports in a row on loopback as a link has; they were free a moment ago."""
     for _ in range(100):
         with socket.create_server(("127.0.0.1", 0)) as first, ExitStack() as others:
             port: int = first.getsockname()[1]
             try:
-                for number in range(port + 1, port + 5):
+                for number in range(port + 1, port + len(STREAMS)):
                     others.enter_context(socket.create_server(("127.0.0.1", number)))
             except (OSError, OverflowError):
                 continue
             return port
-    raise AssertionError("no five free ports in a row")
+    raise AssertionError("no free ports in a row")
 
 
 class Contained:

@@ -32,7 +32,7 @@ class CameraState(IntEnum):
     NO_CAMERA = 2
 
 
-class CameraAsk(Packet):
+class CameraAsk(Packet, frozen=True):
     """What a reader has received, and how old its data are; `time_ns` is the reader's clock.
 
     Attributes:
@@ -47,7 +47,7 @@ class CameraAsk(Packet):
     wants_key: bool
 
 
-class PictureHeader(Packet):
+class PictureHeader(Packet, frozen=True):
     """Header of a picture, or of a message without one; `time_ns` is when the picture was captured.
 
     Attributes:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from common.link.keys import Role, TrustedKeys, create_keys, load_keys
-from common.wire.streams import STREAMS
+from common.wire.streams import SITE_STREAMS
 from teletaction.session.processes import die_with_parent
 
 STRANGER, OBSERVER, SECOND, COPY = "stranger", "observer", "second", "copy"
@@ -95,4 +95,4 @@ def report(attacker: "subprocess.Popen[str]") -> dict[str, Any]:
 
 def link_ports(base_port: int) -> dict[str, int]:
     """The ports of a link's streams."""
-    return {stream.name: base_port + stream.port for stream in STREAMS.values()}
+    return {stream.name: base_port + stream.port for stream in SITE_STREAMS.values()}

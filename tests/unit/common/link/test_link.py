@@ -20,8 +20,8 @@ from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.link.subscriptions import subscriptions
 from common.link.tcp_connections import end_connection
-from common.wire.streams import STREAMS, Stream
-from tests.conftest import Keys, five_free_ports
+from common.wire.streams import SITE_STREAMS, Stream
+from tests.conftest import Keys, free_ports
 from tests.unit.common.link.links import ask, exchange, operator_link, remote_link, touched
 from tests.unit.common.link.listener import CHANGES, Listener
 from tests.waiting import wait_until
@@ -40,8 +40,8 @@ def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> 
 def test_a_stream_returns_after_bytes_that_were_changed_on_the_way(
     keys: Keys, base_port: int, change: Callable[[bytes], bytes]
 ) -> None:
-    touch = STREAMS["touch"].port
-    listener = Listener(base_port + touch, five_free_ports() + touch)
+    touch = SITE_STREAMS["touch"].port
+    listener = Listener(base_port + touch, free_ports() + touch)
     with (
         remote_link(keys, base_port) as remote,
         listener.listening(),
@@ -206,7 +206,7 @@ def test_a_port_that_was_in_use_is_bound_at_the_next_read(
         assert remote.recheck_keys() == {student}
         assert held not in remote._sockets
         # The operating system, too, may hold a port for a moment: each reading tries again.
-        wait_until(lambda: remote.requests("heartbeat") == [] and set(remote._sockets) == set(STREAMS))
+        wait_until(lambda: remote.requests("heartbeat") == [] and set(remote._sockets) == set(SITE_STREAMS))
 
 
 def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys: Keys, base_port: int) -> None:
@@ -343,7 +343,7 @@ def test_a_reader_with_endless_subscriptions_is_refused(keys: Keys, base_port: i
         reader = context.socket(zmq.XSUB)
         prepare_socket(reader)
         use_curve(reader, load_keys(keys.operator), load_keys(keys.remote).public)
-        reader.connect(f"tcp://127.0.0.1:{base_port + STREAMS['touch'].port}")
+        reader.connect(f"tcp://127.0.0.1:{base_port + SITE_STREAMS['touch'].port}")
 
         def subscribed_often() -> bool:
             nonlocal made, most

@@ -9,7 +9,7 @@ from common.link.keys import Role, TrustedKeys, load_keys
 from teletaction.tunnel import rendezvous
 from teletaction.tunnel.greeting import read_hello, request
 from teletaction.tunnel.room_secret import create_secret, read_secret
-from tests.conftest import Keys, five_free_ports
+from tests.conftest import Keys, free_ports
 from tests.unit.common.link.links import ask, exchange, operator_link, remote_link, touched
 from tests.unit.common.link.listener import CHANGES, Listener
 from tests.unit.teletaction.tunnel.tunnels import ROOM, Way
@@ -18,7 +18,7 @@ from tests.waiting import wait_until
 
 @pytest.fixture
 def way(tmp_path: Path, base_port: int) -> Way:
-    return Way(tmp_path, base_port, five_free_ports())
+    return Way(tmp_path, base_port, free_ports())
 
 
 @pytest.fixture
