@@ -18,8 +18,10 @@ from sim_sensors.devices.thermal_sensor import ThermalSensor
 from sim_sensors.faults.fault_port import FaultPort
 from sim_sensors.faults.faults import Faults
 from sim_sensors.faults.kinds import device_faults, remote_faults
+from sim_sensors.physics.camera_view import CameraView
 from sim_sensors.physics.remote_world import RemoteWorld
 from sim_sensors.ports.announce import announce
+from sim_sensors.ports.camera_server import CameraServer
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S, run_world
@@ -52,7 +54,8 @@ class RemoteDevices:
         Raises:
             ValueError: unknown scene, an address that is taken or malformed, a recording that cannot be written.
         """
-        self.world = RemoteWorld(load_scene(config.scene), config.seed, config.fingers)
+        scene = load_scene(config.scene)
+        self.world = RemoteWorld(scene, config.seed, config.fingers)
         self.robot = Telemanipulator()
         self.step_s = STEP_S
         serving = SocketServing(sockets) if serving is None else serving
@@ -86,6 +89,11 @@ class RemoteDevices:
             if switch is not None and self.patient_switch is not None:
                 server = serving.line(self.patient_switch, switch.port, "patient_switch")
                 self.patient_switch_server = opened.enter_context(closing(server))
+            self.camera: CameraServer | None = None
+            if config.camera is not None:
+                self._view = CameraView(scene, config.fingers, config.camera.width, config.camera.height)
+                self.camera = CameraServer(config.camera, sockets, self._draw, start_s)
+                opened.enter_context(closing(self.camera))
             self.bus = opened.enter_context(closing(serving.bus(config.can_host, config.can_port, [self.robot])))
             self.faults = self._faults()
             if config.fault_port is not None:
@@ -120,6 +128,8 @@ class RemoteDevices:
             self._press_switch(now_s)
         for server in self._servers:
             server.pump(now_s)
+        if self.camera is not None:
+            self.camera.pump(now_s)
         self._write_truth(now_s)
 
     def figures(self) -> dict[str, object]:
@@ -153,9 +163,16 @@ class RemoteDevices:
                     intruder=self.bus.intruder,
                     hang=self.hang,
                 ),
-                **remote_faults(self.robot, self.servos, self.force_sensors, self.piezos, self.patient_switch),
+                **remote_faults(
+                    self.robot, self.servos, self.force_sensors, self.piezos, self.patient_switch, self.camera
+                ),
             }
         )
+
+    def _draw(self, now_s: float) -> bytes:
+        """Return what the camera sees at `now_s`, s."""
+        world = self.world
+        return self._view.draw(now_s, world.x_m, world.y_m, world.force_n)
 
     def _press_switch(self, now_s: float) -> None:
         """Press the patient's switch at the times of the configuration, from the hand's first movement."""
@@ -216,4 +233,6 @@ def run_sim_remote(config: SimRemoteConfig, stop: Callable[[], bool]) -> None:
         announce({f"thermal_sensors {finger}": server.address for finger, server in devices.thermal_servers.items()})
         if devices.patient_switch_server is not None:
             announce({"patient_switch": devices.patient_switch_server.address})
+        if devices.camera is not None:
+            announce({"camera": devices.camera.address})
         run_world(devices, sockets, stop, "sim-remote", config.status)

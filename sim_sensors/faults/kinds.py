@@ -20,6 +20,7 @@ from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.faults.faults import End, Fault
 from sim_sensors.physics.finger_plate import FingerPlates
+from sim_sensors.ports.camera_server import CameraServer
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.node_bus import NodeBus
 from sim_sensors.ports.serial_server import SerialServer
@@ -78,6 +79,7 @@ def remote_faults(
     force_sensors: Mapping[Finger, ForceSensor],
     piezos: Mapping[Finger, Piezo],
     patient_switch: PatientSwitch | None = None,
+    camera: CameraServer | None = None,
 ) -> Kinds:
     """Return the faults of the remote devices alone.
 
@@ -87,13 +89,16 @@ def remote_faults(
         force_sensors: its force sensors by finger.
         piezos: piezo elements of the texture sensors by finger.
         patient_switch: the patient's stop switch; the patient can press it, and it can repeat its last report.
+        camera: the camera; it can stay connected and send nothing.
     """
+    cameras = {} if camera is None else {"": camera}
     switch = {} if patient_switch is None else {"": patient_switch}
     targets: dict[str, tuple[Servos, int | None]] = {name: (servos, index) for index, name in enumerate(FINGERS)}
     return {
         "cling": Fault("", {"": robot}, _setting("clings", _no_argument, False)),
         "disobey": Fault("[FINGER|drift]", {**targets, "": (servos, None)}, _disobey),
         "force": _of_parts(force_sensors, "frozen", "biased"),
+        "freeze": Fault("", cameras, _setting("frozen", _no_argument, False)),
         "press": Fault("", switch, _setting("pressed", _no_argument, False)),
         "repeat": Fault("", switch, _setting("hung", _no_argument, False)),
         "piezo": _of_parts(piezos, "saturated", "clipped", "cut", "loose"),

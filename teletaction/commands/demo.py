@@ -28,6 +28,9 @@ def demo(
         str | None,
         typer.Option(help="Ticks a second, REMOTE,OPERATOR; by default the fastest that this machine can hold now."),
     ] = None,
+    camera: Annotated[
+        bool, typer.Option("--camera", help="Show a simulated camera at the console; needs the extra `camera`.")
+    ] = False,
     patient_stop: Annotated[
         float | None,
         typer.Option(min=0.0, help="Time at which the patient presses the stop switch, s, from the first movement."),
@@ -47,6 +50,7 @@ def demo(
         seed=seed,
         fingers=fingers,
         network=network,
+        camera=camera,
         patient_stop_s=patient_stop,
         out=out,
         console=not headless,

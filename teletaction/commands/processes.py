@@ -21,6 +21,20 @@ def remote(config: OwnConfigFile = None) -> None:
 
 
 @app.command()
+def camera(config: OwnConfigFile = None) -> None:
+    """Run the remote site's camera."""
+    from importlib.util import find_spec
+
+    if find_spec("av") is None:
+        raise ValueError("the camera needs `pip install teletaction[camera]`")
+    from common.config.models import CameraConfig
+    from common.process import run_process
+    from remote_site.camera.camera import run_camera
+
+    run_process("camera", own_config(config, "camera"), CameraConfig, run_camera)
+
+
+@app.command()
 def operator(config: OwnConfigFile = None) -> None:
     """Run the operator site."""
     from common.config.models import OperatorConfig

@@ -16,7 +16,7 @@ from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal
 from common.scenes.scene import load_scene
-from teletaction.session.demo_files import CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
+from teletaction.session.demo_files import CAMERA, CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
 from teletaction.session.launcher_figures import LAUNCHER, LauncherFigures
 from teletaction.session.ping import BarePing
 from teletaction.session.processes import KILLED_S, SessionProcesses
@@ -120,7 +120,7 @@ def _watch(processes: SessionProcesses, options: DemoOptions, stop: StopSignal, 
         _Failure: a process has ended, or the session did not begin in time.
         KeyboardInterrupt: it was stopped before it began.
     """
-    announced, restarts = False, Restarts()
+    announced, restarts = False, {CONSOLE: Restarts(), CAMERA: Restarts()}
     started_s: float | None = None
     begin_s = shown_s = time.monotonic()
     first: dict[str, tuple[float, float]] = {}
@@ -130,8 +130,8 @@ def _watch(processes: SessionProcesses, options: DemoOptions, stop: StopSignal, 
         ping.once()
         now_s = time.monotonic()
         ended = processes.ended()
-        if announced and CONSOLE in ended:
-            _restart_console(processes, restarts, ended.pop(CONSOLE), now_s)
+        for name in ended.keys() & restarts if announced else ():
+            _restart(processes, name, restarts[name], ended.pop(name), now_s)
         if ended:
             name = next(iter(ended))
             raise _Failure(f"{name} ended with exit code {ended[name]}: {processes.last_words(name)}")
@@ -164,18 +164,18 @@ def _watch(processes: SessionProcesses, options: DemoOptions, stop: StopSignal, 
     return LauncherFigures(usage, wall_s, ping.round_trips_s)
 
 
-def _restart_console(processes: SessionProcesses, restarts: Restarts, code: int, now_s: float) -> None:
-    """Restart a console that has ended, after a pause. The end of a console never ends its session."""
+def _restart(processes: SessionProcesses, name: str, restarts: Restarts, code: int, now_s: float) -> None:
+    """Restart a console or camera that has ended, after a pause; its end never ends the session."""
     count = restarts.count
     pause_s = restarts.ended(now_s)
     if pause_s is None:
-        del processes.running[CONSOLE]
-        say(f"the console ended with exit code {code} and is not started again: it ended {count} times in a row")
+        del processes.running[name]
+        say(f"the {name} ended with exit code {code} and is not started again: it ended {count} times in a row")
     elif pause_s <= 0.0:
-        processes.restart(CONSOLE)
+        processes.restart(name)
         restarts.started(now_s)
     elif restarts.count != count:
-        say(f"the console ended with exit code {code}: {processes.last_words(CONSOLE)}; it is started again")
+        say(f"the {name} ended with exit code {code}: {processes.last_words(name)}; it is started again")
 
 
 def _announce_address(out: Path) -> bool:
@@ -239,7 +239,7 @@ def _output_folder(options: DemoOptions) -> Path:
             raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
-    for name in (*PROCESSES, NETWORK, CONSOLE):
+    for name in (*PROCESSES, NETWORK, CAMERA, CONSOLE):
         for part in out.glob(f"{name}-*.mcap"):
             part.unlink()
         for suffix in (".json", ".mcap", ".log"):

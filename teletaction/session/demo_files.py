@@ -6,6 +6,7 @@ import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 
 from pydantic import BaseModel
@@ -14,11 +15,14 @@ from common.buses.can_address import CanAddress
 from common.config.file import to_toml
 from common.config.models import (
     CalibrationConfig,
+    CameraConfig,
+    ConsoleCameraConfig,
     ConsoleConfig,
     OperatorConfig,
     OperatorLinkConfig,
     RemoteConfig,
     RemoteLinkConfig,
+    SimCameraConfig,
     SimNetworkConfig,
     SimOperatorConfig,
     SimRemoteConfig,
@@ -35,6 +39,8 @@ PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
 """Names of the processes of every session."""
 CONSOLE = "console"
 """Name of the further process of a session that a person runs in a browser."""
+CAMERA = "camera"
+"""Name of the further process of a session with a camera."""
 NETWORK = "network"
 """Name of the further process of a session with a simulated network between the sites."""
 WATCHED_S = 3.0
@@ -58,6 +64,8 @@ class DemoOptions:
     out: Path | None = None
     console: bool = False
     """True if a person runs the session at the console; otherwise it engages by itself."""
+    camera: bool = False
+    """Whether the console shows a simulated camera at the remote site."""
     rates: Rates = DEFAULT
     patient_switch: bool = True
     """Whether the patient has a stop switch."""
@@ -118,8 +126,13 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     """Write keys and configurations of a session into `out`; return each process's configuration file.
 
     Raises:
-        ValueError: invalid number of fingers, no calibration for the scene, unknown network or invalid network file.
+        ValueError: invalid number of fingers, no calibration for the scene, unknown network or invalid network file,
+            or a camera that nothing shows or reads.
     """
+    if options.camera and not options.console:
+        raise ValueError("--camera: only the console shows pictures; leave out --headless or --camera")
+    if options.camera and find_spec("av") is None:
+        raise ValueError("--camera: needs `pip install teletaction[camera]`")
     out = out.resolve()  # Relative paths would count from the configuration's folder.
     fingers = chosen_fingers(options.fingers)
     materials, surfaces = calibrated_tables(options.scene)
@@ -132,7 +145,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
     TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
     assert operator_key
-    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 10
+    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 11
     base_port = free_port_block(streams + others)
     ports = iter(range(base_port + streams, base_port + streams + others))
     texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
@@ -167,6 +180,9 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             fault_port=next(ports),
             status=out / f"{NETWORK}.json",
         )
+    camera_port = next(ports)
+    sim_camera = {"camera": SimCameraConfig(port=f"tcp:{HOST}:{camera_port}")} if options.camera else {}
+    remote_link = RemoteLinkConfig(bind=HOST, base_port=base_port, keys=remote_keys)
     models: dict[str, BaseModel] = {
         "sim-remote": SimRemoteConfig.model_validate(
             simulation
@@ -177,6 +193,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
                 "texture": listening(texture),
                 "thermal_sensors": listening(thermal),
                 **sim_switch,
+                **sim_camera,
             }
         ),
         "sim-operator": SimOperatorConfig.model_validate(
@@ -195,7 +212,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             | files("remote")
             | {
                 "rate_hz": options.rates.remote_hz,
-                "link": RemoteLinkConfig(bind=HOST, base_port=base_port, keys=remote_keys),
+                "link": remote_link,
                 "texture": reaching(texture),
                 "thermal_sensors": reaching(thermal),
                 "telemanipulator": CanAddress(interface="socketcand", host=HOST, port=robot_port),
@@ -219,8 +236,14 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             }
         ),
     }
+    shown: ConsoleCameraConfig | None = None
+    if options.camera:
+        source = f"tcp://{HOST}:{camera_port}"
+        models[CAMERA] = CameraConfig(link=remote_link, source=source, status=out / f"{CAMERA}.json")
+        shown = ConsoleCameraConfig(host=HOST, base_port=operator_port)
     if options.console:
         models[CONSOLE] = ConsoleConfig(
+            camera=shown,
             keys=operator_keys,
             desk_port=desk_port,
             feed_port=feed_port,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from teletaction.session import processes
-from teletaction.session.demo import _restart_console
+from teletaction.session.demo import _restart
 from teletaction.session.demo_files import CONSOLE
 from teletaction.session.processes import SessionProcesses
 from teletaction.session.restarts import FIRST_PAUSE_S, MOST, SETTLED_S, Restarts
@@ -62,7 +62,7 @@ def test_a_dead_console_is_restarted_and_never_ends_the_session(
         process = session.running[CONSOLE]
         pids.add(process.pid)
         code = process.wait(10)
-        _restart_console(session, restarts, code, now_s)
+        _restart(session, CONSOLE, restarts, code, now_s)
         now_s += 0.05
         assert now_s < 60.0
     assert len(pids) == 1 + MOST

@@ -1,0 +1,85 @@
+"""The camera's socket: serves readers of the stream `camera` with the remote site's keys."""
+
+import contextlib
+
+import zmq
+
+from common.config.models import RemoteLinkConfig
+from common.link.authenticator import Authenticator
+from common.link.bind_address import check_bind
+from common.link.curve import Inbox, LinkProblem, Received, prepare_socket, receive_requests, serve_curve
+from common.link.host_name import is_ipv6, tcp_endpoint
+from common.link.keys import Role, TrustedKeys, load_keys
+from common.wire.streams import STREAMS
+
+_STREAM = STREAMS["camera"]
+_WAITING = 16
+"""Maximum number of pictures that wait to be sent to one reader."""
+
+
+class CameraLink:
+    """Serves trusted keys only; never blocks."""
+
+    def __init__(self, config: RemoteLinkConfig) -> None:
+        """Bind the stream's port.
+
+        Raises:
+            LinkProblem: the port is in use, the address is not this machine's, or it is open to a network and no key
+                is trusted.
+            KeyProblem, OSError: the keys are damaged or missing.
+        """
+        self._keys, self._trusted = load_keys(config.keys), TrustedKeys(config.keys)
+        check_bind(config.bind, self._trusted)
+        self._host, self._address = config.bind, tcp_endpoint(config.bind, config.base_port + _STREAM.port)
+        self.socket: zmq.Socket[bytes] | None = None
+        """Socket to poll; None for a moment after a key was revoked."""
+        self._context = zmq.Context()
+        self._authenticator = Authenticator(self._context, lambda _, key: self._trusted.role(key) is not None)
+        try:
+            self._bind()
+        except zmq.ZMQError as error:
+            self.close()
+            raise LinkProblem(f"{self._address} ({_STREAM.name}): {error.strerror}") from None
+
+    def _bind(self) -> None:
+        socket = self._context.socket(zmq.ROUTER)
+        prepare_socket(socket)
+        socket.setsockopt(zmq.SNDHWM, _WAITING)
+        socket.setsockopt(zmq.IPV6, is_ipv6(self._host))
+        serve_curve(socket, self._keys, _STREAM.name)
+        try:
+            socket.bind(self._address)
+        except zmq.ZMQError:
+            socket.close(linger=0)
+            raise
+        self.socket, self._inbox = socket, Inbox(socket)
+
+    def receive(self) -> list[Received]:
+        """Return the readers' packets since the last call."""
+        if self.socket is None:
+            with contextlib.suppress(zmq.ZMQError):  # the old socket still holds the port
+                self._bind()
+        return [] if self.socket is None else receive_requests(self._inbox)
+
+    def may_operate(self, key: str) -> bool:
+        """Return whether the owner of this key may be a session's operator."""
+        return self._trusted.role(key) is Role.PARTNER
+
+    def send(self, who: bytes, header: bytes, picture: bytes) -> None:
+        """Send a message to one reader; a reader that is gone or reads nothing gets none."""
+        if self.socket is not None:
+            with contextlib.suppress(zmq.Again):
+                self.socket.send_multipart([who, header, picture], zmq.DONTWAIT)
+            self._inbox.stale()
+
+    def recheck_keys(self) -> None:
+        """Cut every connection if a key that was admitted is no longer trusted; trusted readers connect again."""
+        if self.socket is not None and self._authenticator.revoked():
+            self.socket.close(linger=0)
+            self.socket = None
+            self.receive()
+
+    def close(self) -> None:
+        """Release the port."""
+        self._authenticator.close()
+        self._context.destroy(linger=0)

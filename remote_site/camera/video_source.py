@@ -1,0 +1,112 @@
+"""Reads a camera in a thread, and keeps only its newest picture.
+
+PyAV opens what FFmpeg opens: V4L2 devices, RTSP, HTTP and TCP addresses.
+"""
+
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import av
+from av.error import FFmpegError
+
+log = logging.getLogger(__name__)
+
+AGAIN_S = 1.0
+"""Time between two attempts to open the camera, s."""
+_OPEN_S, _SILENT_S = 5.0, 2.0
+"""Longest wait for a camera that opens, and for its next picture, s."""
+_BEHIND_S = 0.5
+"""Time after opening in which pictures are dropped, s: the library read them to learn the format."""
+
+
+class Captured(NamedTuple):
+    """A picture with its time of capture, ns of the monotonic clock."""
+
+    time_ns: int
+    frame: av.VideoFrame
+
+
+class VideoSource:
+    """The newest picture of a camera.
+
+    Attributes:
+        news: socket that becomes readable at each new picture.
+        problem: why there is no picture; empty while there is one.
+    """
+
+    def __init__(self, source: str, size: tuple[int, int], rate_hz: float, delay_s: float) -> None:
+        """Start reading.
+
+        Args:
+            source: a video device such as `/dev/video0`, or an address.
+            size: width and height that a video device is asked for, pixels.
+            rate_hz: rate that a video device is asked for, Hz.
+            delay_s: time from the exposure to the arrival of a picture, s.
+        """
+        self.problem = "the camera was not opened yet"
+        self.news, self._wake = socket.socketpair()
+        self.news.setblocking(False)
+        self._wake.setblocking(False)
+        self._source, self._delay_ns = source, round(delay_s * 1e9)
+        self._options = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "0"}
+        self._format = None
+        if source.startswith("/dev/"):
+            self._format = "v4l2"
+            self._options = {"video_size": f"{size[0]}x{size[1]}", "framerate": f"{rate_hz:g}"}
+        elif source.startswith("tcp:"):
+            self._format = "yuv4mpegpipe"
+        self._newest: Captured | None = None
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._read, name="camera", daemon=True)
+        self._thread.start()
+
+    def take(self) -> Captured | None:
+        """Return the newest picture, once; None where there is no new one."""
+        with suppress(BlockingIOError):
+            self.news.recv(4096)
+        newest, self._newest = self._newest, None
+        return newest
+
+    def close(self) -> None:
+        """End the thread with its next picture or error, without waiting for it."""
+        self._stopping.set()
+        self.news.close()
+
+    def _read(self) -> None:
+        with self._wake:
+            while not self._stopping.is_set():
+                try:
+                    self._read_pictures()
+                    self._lost("the camera has ended its pictures")
+                except (FFmpegError, OSError, ValueError) as error:
+                    self._lost(f"{self._source}: {error}")
+                self._stopping.wait(AGAIN_S)
+
+    def _lost(self, problem: str) -> None:
+        if problem != self.problem:
+            log.warning("no picture: %s", problem)
+        self.problem = problem
+
+    def _read_pictures(self) -> None:
+        keywords: dict[str, Any] = {"options": self._options, "timeout": (_OPEN_S, _SILENT_S)}
+        with av.open(self._source, format=self._format, **keywords) as container:
+            opened_s = time.monotonic()
+            for frame in container.decode(video=0):
+                now_ns = time.monotonic_ns()
+                if self._stopping.is_set():
+                    return
+                if now_ns * 1e-9 - opened_s < _BEHIND_S:
+                    continue
+                self.problem = ""
+                self._newest = Captured(now_ns - self._delay_ns, frame)
+                with suppress(OSError):  # full, or closed on the other side
+                    self._wake.send(b"\0")
+
+
+MakeSource = Callable[[str, tuple[int, int], float, float], VideoSource]
+"""Opens a camera; see `VideoSource`."""
