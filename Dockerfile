@@ -6,12 +6,14 @@ FROM ${BASE} AS packages
 ENV PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore PIP_DISABLE_PIP_VERSION_CHECK=1
 # Constraints count for what packages are built with, too.
 ENV PIP_CONSTRAINT=/build/constraints.txt PIP_BUILD_CONSTRAINT=/build/constraints.txt
+# What is installed: run.txt, or camera.txt for the camera's process as well.
+ARG LOCK=run.txt
 WORKDIR /build
 # What the project needs changes less often than the project: a layer of its own.
-COPY pyproject.toml constraints.txt locks/run.txt ./
+COPY pyproject.toml constraints.txt locks/${LOCK} ./
 # Left out: what only the libraries' own tests and compilers need.
 RUN python -m venv --without-pip /opt/teletaction \
-    && pip --python /opt/teletaction install --no-compile --only-binary=:all: --no-deps --require-hashes -r run.txt \
+    && pip --python /opt/teletaction install --no-compile --only-binary=:all: --no-deps --require-hashes -r ${LOCK} \
     && find /opt/teletaction -depth -type d \( -name tests -o -name sample_data \) -exec rm -r {} + \
     && find /opt/teletaction \( -name '*.pyi' -o -name '*.pxd' -o -name '*.h' -o -name '*.a' \) -delete
 COPY LICENSE README.md ./

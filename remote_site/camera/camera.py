@@ -132,7 +132,7 @@ class Camera:
     def figures(self) -> dict[str, object]:
         """Return the figures for the status file."""
         return {
-            "problem": self._source.problem,
+            "missing": self._source.problem,
             "readers": len(self._readers.present),
             "rung": self._ladder.number,
             "bytes": self._bytes,

@@ -1,8 +1,8 @@
 """Delays, jitters and drops the packets of the netfilter queue whose number is its argument.
 
-A program of its own: it needs NetfilterQueue and nothing else. Each line `DELAY_MS JITTER_MS LOSS` on its input sets
-what happens to packets from then on and is answered with the numbers of packets passed on and dropped so far. Packets
-keep their order. It ends with its input.
+A program of its own: it needs NetfilterQueue and nothing else. Each line `DELAY_MS JITTER_MS LOSS RATE_KBIT_S` on its
+input sets what happens to packets from then on (rate 0: no limit), and is answered with the numbers of packets passed
+on and dropped so far. Packets keep their order. It ends with its input.
 """
 
 import random
@@ -23,10 +23,13 @@ class Impairment:
     delay_s: float = 0.0
     jitter_s: float = 0.0
     loss: float = 0.0
+    rate_bit_s: float = 0.0
     passed: int = 0
     dropped: int = 0
     _waiting: deque[tuple[float, Packet]] = field(default_factory=deque)
     _last_s: float = 0.0
+    _sent_s: float = 0.0
+    """When the last bit has left at the limited rate."""
 
     def take(self, packet: Packet) -> None:
         """Decide on one packet: it is dropped, or due at a time, never before the one ahead of it."""
@@ -35,7 +38,10 @@ class Impairment:
             packet.drop()
             return
         delay_s = max(0.0, self.rng.gauss(self.delay_s, self.jitter_s))
-        self._last_s = max(self._last_s, time.monotonic() + delay_s)
+        now_s = time.monotonic()
+        takes_s = 8 * packet.get_payload_len() / self.rate_bit_s if self.rate_bit_s else 0.0
+        self._sent_s = max(self._sent_s, now_s) + takes_s
+        self._last_s = max(self._last_s, self._sent_s + delay_s)
         self._waiting.append((self._last_s, packet))
 
     def release(self) -> float | None:
@@ -62,8 +68,9 @@ def main() -> None:
             line = sys.stdin.readline()
             if not line:
                 return
-            delay_ms, jitter_ms, impairment.loss = (float(word) for word in line.split())
+            delay_ms, jitter_ms, impairment.loss, rate_kbit_s = (float(word) for word in line.split())
             impairment.delay_s, impairment.jitter_s = delay_ms / 1e3, jitter_ms / 1e3
+            impairment.rate_bit_s = 1e3 * rate_kbit_s
             print(impairment.passed, impairment.dropped, flush=True)
 
 

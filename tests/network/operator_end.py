@@ -2,14 +2,17 @@
 
     operator_end.py ADDRESS BASE_PORT KEYS REMOTE_PUBLIC_KEY
 
-Prints how many packets it has accepted, every hundred, and at the end all that the test judges.
+Prints how many packets it has accepted, every hundred, and at the end all that the test judges. It sends the age of
+each accepted packet, ns, to the UDP port AGES of its host, where a picture's end may listen.
 """
 
 import json
 import select
+import socket
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +31,7 @@ from common.wire.streams import STREAMS
 
 SESSION = 1
 EVERY = 100
+AGES = 5650
 
 
 @dataclass(slots=True)
@@ -73,10 +77,14 @@ def run(end: OperatorEnd, stop: Callable[[], bool]) -> None:
     """Step at the site's rate until `stop()`."""
     become_timely()
     loop = PeriodicLoop(1.0 / STREAMS["motion"].rate_hz)
-    while not stop():
-        loop.wait()
-        if end.step(time.monotonic_ns()) and len(end.accepted) % EVERY == 0:
-            print(len(end.accepted), flush=True)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ages:
+        while not stop():
+            loop.wait()
+            if end.step(time.monotonic_ns()):
+                with suppress(OSError):  # nobody listens
+                    ages.sendto(str(end.acceptance.age_ns).encode(), ("127.0.0.1", AGES))
+                if len(end.accepted) % EVERY == 0:
+                    print(len(end.accepted), flush=True)
 
 
 def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> None:

@@ -136,13 +136,13 @@ class Host:
         """Start a program in here; it ends with the two hosts at the latest."""
         return self._ends.enter_context(Program(*self._inside, *command))
 
-    def impair(self, delay_ms: float, jitter_ms: float, loss: float) -> Passed:
-        """Delay each packet that arrives by a normal distribution and lose a share of them, from now on."""
+    def impair(self, delay_ms: float, jitter_ms: float, loss: float, rate_kbit_s: float = 0.0) -> Passed:
+        """Delay each packet that arrives by a normal distribution, lose a share of them, and limit their rate."""
         if self._impairment is None:
             self._impairment = self.start(os.environ["IMPAIRMENT_PYTHON"], str(_IMPAIRMENT), self._queue)
             assert self._impairment.hear() == "ready"
             self.run("iptables", "-A", *self._arriving, "-j", "NFQUEUE", "--queue-num", self._queue)
-        self._impairment.say(f"{delay_ms} {jitter_ms} {loss}")
+        self._impairment.say(f"{delay_ms} {jitter_ms} {loss} {rate_kbit_s}")
         return Passed(*(int(word) for word in self._impairment.hear().split()))
 
     def cut(self) -> None:
@@ -168,9 +168,9 @@ class TwoHosts:
     remote: Host
     operator: Host
 
-    def impair(self, delay_ms: float, jitter_ms: float, loss: float) -> Passed:
+    def impair(self, delay_ms: float, jitter_ms: float, loss: float, rate_kbit_s: float = 0.0) -> Passed:
         """Impair both directions, each by itself; the numbers are of both together."""
-        both = [host.impair(delay_ms, jitter_ms, loss) for host in (self.remote, self.operator)]
+        both = [host.impair(delay_ms, jitter_ms, loss, rate_kbit_s) for host in (self.remote, self.operator)]
         return Passed(sum(one.passed for one in both), sum(one.dropped for one in both))
 
 

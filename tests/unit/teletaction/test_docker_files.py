@@ -8,7 +8,16 @@ import pytest
 from pydantic import BaseModel
 
 from common.config.file import load_config
-from common.config.models import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.models import (
+    CameraConfig,
+    ConsoleConfig,
+    OperatorConfig,
+    RemoteConfig,
+    RendezvousConfig,
+    SimOperatorConfig,
+    SimRemoteConfig,
+    TunnelConfig,
+)
 from tests.places import ROOT
 
 DOCKER = ROOT / "docker"
@@ -35,6 +44,31 @@ def test_the_sites_look_for_the_devices_where_the_simulators_serve_them() -> Non
 def service(name: str) -> str:
     """A service of the composition, as it is written."""
     return (ROOT / "docker-compose.yml").read_text("utf-8").split(f"\n  {name}:\n")[1].split("\n\n")[0]
+
+
+@pytest.mark.parametrize("folder", ["", "hardware"])
+def test_the_camera_is_beside_its_site(folder: str) -> None:
+    camera = load_config(DOCKER / folder / "camera.toml", CameraConfig)
+    remote = load_config(DOCKER / folder / "remote.toml", RemoteConfig)
+    assert (camera.link.base_port, camera.link.keys) == (remote.link.base_port, remote.link.keys)
+
+
+def test_the_camera_looks_for_pictures_where_the_simulator_serves_them() -> None:
+    camera, bench = (
+        load_config(DOCKER / "camera.toml", CameraConfig),
+        load_config(DOCKER / "sim-remote.toml", SimRemoteConfig),
+    )
+    assert bench.camera is not None
+    assert camera.source.rsplit(":", 1)[1] == bench.camera.port.rsplit(":", 1)[1]
+
+
+def test_both_ends_of_a_tunnel_meet_in_a_room_of_the_rendezvous() -> None:
+    rendezvous = load_config(DOCKER / "hardware" / "rendezvous.toml", RendezvousConfig)
+    tunnel = load_config(DOCKER / "hardware" / "tunnel.toml", TunnelConfig)
+    assert rendezvous.rooms[tunnel.room] == tunnel.secret
+    assert rendezvous.port == tunnel.port
+    for name in ("rendezvous", "tunnel"):
+        assert "secrets: [room-secret]" in service(name)
 
 
 @pytest.mark.parametrize("folder", ["", "hardware"])

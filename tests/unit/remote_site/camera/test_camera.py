@@ -204,7 +204,7 @@ def test_a_camera_that_is_gone_is_named_and_returns(stage: Stage) -> None:
         return reader.headers[-1].state is wanted
 
     stage.until(lambda: state(CameraState.NO_CAMERA))
-    assert stage.camera.figures()["problem"]
+    assert stage.camera.figures()["missing"]
     stage.server = CameraServer(
         SimCameraConfig(port=f"tcp:127.0.0.1:{address}", width=WIDTH, height=HEIGHT, rate_hz=RATE_HZ),
         stage._sockets,
