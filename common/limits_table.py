@@ -86,6 +86,8 @@ def _limits() -> Mapping[str, str]:
         f"{limits.COUPLING_STEP_N:g} N",
         "gap without an accepted packet": f"{limits.GAP_S * 1e3:g} ms, then safe state",
         "age of a packet": f"{limits.AGE_DEFAULT_S * 1e3:g} ms by default, at most {limits.AGE_MAX_S * 1e3:g} ms",
+        "age of the camera's picture": f"{limits.FROZEN_S * 1e3:g} ms, then it is named late or frozen; the session "
+        "pauses where the console's configuration requires the picture",
         "from the last valid input": f"force 0 within {limits.FORCE_SAFE_S * 1e3:g} ms, "
         f"motor drive 0 within {limits.MOTOR_SAFE_S * 1e3:g} ms (below its floor within "
         f"{limits.MOTOR_STILL_S * 1e3:g} ms), Peltier and heater drive 0 within {limits.THERMAL_SAFE_S * 1e3:g} ms",

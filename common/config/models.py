@@ -206,6 +206,8 @@ class ConsoleCameraConfig(_Section):
     """Public key of the remote site; by default the key that the key folder trusts under the name `remote`."""
     required: bool = False
     """Whether the session pauses while the picture is late or frozen."""
+    record: bool = False
+    """Whether the console records the picture, which needs the examined person's consent."""
 
 
 class ConsoleConfig(_Section):

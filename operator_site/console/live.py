@@ -15,6 +15,7 @@ from typing import Any
 
 from common.config.models import ConsoleConfig
 from operator_site.console import texts
+from operator_site.console.camera.camera import Camera
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.examination.resume import Unfinished
@@ -25,6 +26,7 @@ from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.state.site_time import SiteTime
 from operator_site.console.state.wall_clock import WallClock
+from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands, SiteControl
 from operator_site.console.web.page_state import page_state
 from operator_site.console.web.pages import Pages
@@ -54,6 +56,7 @@ class LiveConsole:
         site: SiteControl,
         journal: Journal,
         clock_s: Callable[[], float] = time.monotonic,
+        camera: Camera | None = None,
     ):
         """Show the site that feeds `feed`.
 
@@ -63,6 +66,7 @@ class LiveConsole:
             site: the site's local control.
             journal: records actions and findings; an unfinished examination in it is continued.
             clock_s: this machine's monotonic clock, s.
+            camera: the remote site's camera; None without one.
         """
         self._feed, self._site, self._journal, self._clock_s = feed, site, journal, clock_s
         self.console = Console()
@@ -71,6 +75,9 @@ class LiveConsole:
         reporting = Reporting(config.report_command, config.reports)
         self._commands = Commands(self.console, journal, site, reporting=reporting)
         self.pages = Pages(self._commands, self._site_s, clock_s)
+        self.camera_pages = CameraPages(self.pages.contain, clock_s)
+        self._camera, self._seen_s = camera, -math.inf
+        self._records_pictures = config.camera is not None and config.camera.record
         self._resume(self._journal.unfinished)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
         self._folder = config.record.parent if config.record is not None else Path.cwd()
@@ -87,6 +94,9 @@ class LiveConsole:
             self._time.heard(here_s, time_ns * 1e-9)
             self.console.take(stream, time_ns, payload)
         now_s = self._time.now_s(here_s)
+        if self._camera is not None:
+            with self.pages.contain.step("camera", latches=False):
+                self._see(self._camera, now_s)
         stopping = self.console.site.stop_asked_s is not None and None in self.console.site.stop_after_s.values()
         if not self._answering and self._attend(here_s, _STOPPING_S if stopping else None):
             self._report_presence()
@@ -106,6 +116,21 @@ class LiveConsole:
             self.console.step(now_s)
             self._commands.step(now_s)
             self.pages.show(self._shown(now_s) if self._state(here_s) else None)
+
+    def _see(self, camera: Camera, now_s: float) -> None:
+        """Relay and record the arrived pictures; pause the session where a required picture is not live."""
+        site = self.console.site
+        touch_age_s = max(site.link.largest_age_s(self._seen_s), site.gap_s or 0.0)
+        self._seen_s = now_s
+        for taken in camera.step(site.session, touch_age_s, wants_key=self.camera_pages.wants_key):
+            picture = replace(taken, captured_s=taken.captured_s + self._time.ahead_s)
+            self.camera_pages.show(picture)
+            if self._records_pictures:
+                self._journal.write_picture(now_s, picture.record())
+        now = camera.now
+        self.console.around = replace(self.console.around, camera=now)
+        if now.holds:
+            self._commands.pause(now_s, texts.camera(now.seen, now.age_s, pauses=True))
 
     def _resume(self, before: Unfinished) -> None:
         """Continue the unfinished examination of an earlier run, or show that this is not possible."""
@@ -148,6 +173,7 @@ class LiveConsole:
             "pictures_skipped": sum(client.skipped for client in self.pages.clients),
             "damaged": self.console.damaged,
             "unsaved": self._journal.unsaved,
+            **({} if self._camera is None else self._camera.figures()),
         }
 
     def _shown(self, now_s: float) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import logging
 import socket as sockets
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,13 @@ import uvicorn
 from starlette.applications import Starlette
 
 from common.config.file import to_toml
-from common.config.models import ConsoleConfig
-from common.link.keys import fingerprint, load_keys
+from common.config.models import ConsoleCameraConfig, ConsoleConfig, OperatorLinkConfig
+from common.link.keys import KeyPair, fingerprint, load_keys
 from common.runtime.containment import Containment
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
+from operator_site.console.camera.camera import Camera
+from operator_site.console.camera.camera_socket import CameraSocket
 from operator_site.console.examination.journal import Journal
 from operator_site.console.interval import Interval
 from operator_site.console.live import LiveConsole
@@ -30,6 +32,7 @@ from operator_site.console.web.connections import IDLE_S, Connections, most_conn
 from operator_site.console.web.door import Door, Stages
 from operator_site.console.web.server import application
 from operator_site.session.console_feed import FeedReader
+from operator_site.session.remote_key import remote_public_key
 
 log = logging.getLogger(__name__)
 
@@ -73,7 +76,16 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
         opened.callback(site.close)
         journal = Journal(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
         opened.callback(journal.close)
-        _serve(LiveConsole(config, feed, site, journal), config, access, stop, opened)
+        camera = None if config.camera is None else opened.enter_context(closing(_camera(config, config.camera, keys)))
+        _serve(LiveConsole(config, feed, site, journal, camera=camera), config, access, stop, opened)
+
+
+def _camera(config: ConsoleConfig, camera: ConsoleCameraConfig, keys: KeyPair) -> Camera:
+    link = OperatorLinkConfig(
+        keys=config.keys, host=camera.host, base_port=camera.base_port, remote_key=camera.remote_key
+    )
+    line = CameraSocket(camera.host, camera.base_port, keys, remote_public_key(link))
+    return Camera(line, required=camera.required)
 
 
 def run_playback(path: Path, port: int, stop: Callable[[], bool]) -> None:
@@ -100,7 +112,7 @@ def _serve(
     address = config.address or f"{scheme}://{host}:{port}"
     status = StatusFile(config.status, "console")
     about = {"address": address}
-    app = application(access, shown.pages, config.reports, lambda: {"ok": True})
+    app = application(access, shown.pages, shown.camera_pages, config.reports, lambda: {"ok": True})
     log.info("the page is at %s", address)
 
     def each_second() -> None:

@@ -11,6 +11,7 @@ from common.faults.texts import filled
 from common.limits import PLATE_FAULT_C
 from common.wire.messages import ThermalReason, ThermalStatus
 from common.wire.touch_summary import TouchSummary
+from operator_site.console.camera.camera_now import Seen
 
 LONGEST_ALARM = 64
 """Maximum length of an alarm, characters."""
@@ -94,6 +95,14 @@ _REASONS = {
     ThermalReason.SENSOR_JUMPS: "sensor jumps",
     ThermalReason.SENSOR_FROZEN: "sensor frozen",
 }
+_CAMERA = {
+    Seen.LATE: ("Picture {age_s:.1f} s late.", "Move slowly."),
+    Seen.FROZEN: ("Picture frozen for {age_s:.1f} s.", "Do not rely on it."),
+    Seen.NO_CAMERA: ("No camera at the remote site.", "Check its cable."),
+    Seen.SILENT: ("No picture for {age_s:.1f} s.", "Start the camera."),
+    Seen.REFUSED: ("Camera refuses the key.", "Trust it at the remote site."),
+}
+"""What is wrong with the picture, and what to do."""
 _ABBREVIATED = frozenset(("abs", "ptfe", "pu", "pvc"))
 _SURE = 0.995
 """Smallest probability that is shown as above 99 %."""
@@ -112,6 +121,7 @@ RESTARTED = "Console was restarted. Findings and map are kept."
 NOTHING_HERE = "Nothing was felt here."
 DISK_FILLS = "Disk {percent:.0f} % full. Make room soon."
 SOUND_OFF = "Sound is off. Watch the alarm line."
+CAMERA_NEEDED = "Cannot engage: no live picture."
 CONSOLE_SLOW = "Console slow. Close other programs."
 PLATE_BACK = "{finger}: plate is back. Acknowledge (K)."
 NO_REMOTE_SITE = "no remote site is connected"
@@ -286,6 +296,12 @@ def device_absent(name: str) -> str:
 def bus_trouble(name: str, what: str) -> str:
     """Return the alarm for a CAN controller that reports errors; its device may still work."""
     return short(f"{capital(name)}: CAN bus {what}. Check its cable.")
+
+
+def camera(seen: Seen, age_s: float, *, pauses: bool) -> str:
+    """Return the alarm for a picture that is not live; `pauses` is whether the session pauses for it."""
+    what, act = _CAMERA[seen]
+    return f"{what.format(age_s=age_s)} {'Session pauses.' if pauses else act}"
 
 
 def no_data(for_s: float) -> str:

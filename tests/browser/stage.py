@@ -1,6 +1,7 @@
 """A stage for the page: a server that speaks the console's websocket with made-up data, and does what a test says."""
 
 import asyncio
+import itertools
 import json
 import threading
 import time
@@ -13,15 +14,19 @@ from starlette.types import Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from common.config.models import ConsoleConfig
+from common.runtime.containment import Containment
+from operator_site.console.camera.picture import Picture
 from operator_site.console.state.frame import Kind
 from operator_site.console.state.signals import BINS, SPAN_S
 from operator_site.console.texts import looks_like_a_name
 from operator_site.console.web.access import Access, Visitor
+from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.clients import CREDIT
 from operator_site.console.web.pages import Pages
 from operator_site.console.web.server import REFUSED, application
 from tests.browser import synthetic
 from tests.browser.synthetic import SCENARIOS, Scenario
+from tests.vp8_stream import HEIGHT, HZ, WIDTH, pictures
 
 STATE_S = 0.09
 TILES_A_PICTURE = 4
@@ -64,7 +69,11 @@ class Stage:
         """Whether connections are closed for want of a token."""
         self._started = time.monotonic()
         access = Access(ConsoleConfig(keys=Path()))
-        self._app = application(access, cast(Pages, self), None, lambda: {"ok": True})
+        self.camera = CameraPages(Containment())
+        self.films = True
+        """Whether the camera takes pictures while the scenario has one."""
+        self._filming: asyncio.Task[None] | None = None
+        self._app = application(access, cast(Pages, self), self.camera, None, lambda: {"ok": True})
         config = uvicorn.Config(
             self._serve,
             interface="asgi3",
@@ -129,6 +138,7 @@ class Stage:
     async def serve(self, socket: WebSocket, _: Visitor) -> None:
         """Serve one page, as `Pages.serve` does."""
         self._loop = asyncio.get_running_loop()
+        self._filming = self._filming or asyncio.create_task(self._film())
         client = Client(socket)
         client.ask_for_tiles(["temperature"])
         self.clients.append(client)
@@ -142,6 +152,17 @@ class Stage:
         finally:
             sender.cancel()
             self.clients.remove(client)
+
+    async def _film(self) -> None:
+        """Show the test stream again and again, each picture captured when it is sent."""
+        coded = pictures()
+        for number in itertools.count(1):
+            await asyncio.sleep(1.0 / HZ)
+            while not (self.films and self.scenario.state["camera"]):
+                await asyncio.sleep(0.01)
+            is_key, content = coded[(number - 1) % len(coded)]
+            captured_s = 24_000 * SPAN_S + time.monotonic() - self._started
+            self.camera.show(Picture(number, captured_s, 0.001, is_key, WIDTH, HEIGHT, content))
 
     def _bin(self) -> int:
         return 24_000 + int((time.monotonic() - self._started) / SPAN_S)

@@ -146,6 +146,7 @@ BASE: dict[str, Any] = {
             "lumps": [], "next_mm": None, "roughness_um": None,
             "felt_mm": [-70.0, -48.0, 95.0, 48.0],
             "felt_cells": {"temperature": 12_000, "roughness": 12_000, "stiffness": 12_000, "material": 12_000}},
+    "camera": None,
     "findings": [], "undo": None, "meaning": "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %",
     "decide_at": 0.9,
     "console": {"pictures_skipped": 0, "clients": 1},
@@ -293,6 +294,20 @@ def clutched() -> Scenario:
     scenario = engaged()
     scenario.state["coupling"] = {"open": True, "scale": 5, "edges": ["x+", "low"]}
     return scenario
+
+
+def watching() -> Scenario:
+    """The camera's picture is seen, reduced for touch."""
+    scenario = engaged()
+    scenario.state["camera"] = {"seen": "live", "reduced": True}
+    return scenario
+
+
+def unseen() -> Scenario:
+    """The remote site has no camera, and the configuration requires one."""
+    scenario = paused()
+    scenario.state["camera"] = {"seen": "no_camera", "reduced": False}
+    return scenario.alarm("camera", "medium", "No camera at the remote site. Session pauses.")
 
 
 def ambiguous() -> Scenario:
@@ -461,7 +476,8 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, clutched, lost, ambiguous, unknown, cannot_identify, paused,
+        disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, lost, ambiguous,
+        unknown, cannot_identify, paused,
         fault, stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip

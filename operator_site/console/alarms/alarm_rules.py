@@ -9,6 +9,7 @@ from common.limits import PLATE_FAULT_C, PLATE_PROFILES
 from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.alarms.alarms import Cause
+from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Priority
 from operator_site.console.state.site_now import SILENT_S, SiteNow
@@ -32,6 +33,7 @@ class Surroundings:
         sound: the user's answer to the test sound, `heard` or `refused`; empty before it.
         page_slow: whether the page in control skips pictures.
         resumed: whether the examination was begun in an earlier run of the console.
+        camera: what the camera shows; None without a camera.
     """
 
     disk_used: float = 0.0
@@ -39,6 +41,7 @@ class Surroundings:
     sound: str = ""
     page_slow: bool = False
     resumed: bool = False
+    camera: CameraNow | None = None
 
 
 def causes(
@@ -136,7 +139,7 @@ def _recording(site: SiteNow, around: Surroundings) -> dict[str, Cause]:
 
 
 def _lesser(around: Surroundings, live: bool) -> dict[str, Cause]:
-    """Return the low-priority causes in the console's process."""
+    """Return the causes in the console's process, of low priority but for a required picture."""
     if not live:
         return {}
     found = {}
@@ -146,6 +149,10 @@ def _lesser(around: Surroundings, live: bool) -> dict[str, Cause]:
         found["sound"] = Cause(Priority.LOW, texts.SOUND_OFF)
     if around.resumed:
         found["resumed"] = Cause(Priority.LOW, texts.RESTARTED)
+    if around.camera is not None and around.camera.seen is not Seen.LIVE:
+        priority = Priority.MEDIUM if around.camera.required else Priority.LOW
+        text = texts.camera(around.camera.seen, around.camera.age_s, pauses=around.camera.required)
+        found["camera"] = Cause(priority, text)
     if around.page_slow:
         found["slow"] = Cause(Priority.LOW, texts.CONSOLE_SLOW)
     return found

@@ -39,6 +39,11 @@ SCHEMAS: dict[str, dict[str, object]] = {
         "description": "samples: quantity, key, touch, finger, x_m, y_m, t_s, value, variance, name of each that the "
         "map took since the record before; a console that continues the examination shows them again",
     },
+    "console/camera": {
+        "type": "object",
+        "description": "sequence, captured_s (operator site's clock), uncertainty_s, is_key, width, height, content "
+        "(VP8, RFC 6386): a picture of the camera as the console relayed it",
+    },
     "console/session": {
         "type": "object",
         "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides, body (region, side, landmark, "
@@ -115,6 +120,10 @@ class Journal:
             lesser = next((n for n, entry in enumerate(self._unsaved) if entry[3] is None), 0)
             del self._unsaved[lesser]
         self._hand(kept)
+
+    def write_picture(self, now_s: float, record: dict[str, Any]) -> None:
+        """Write one picture; a failed recording loses it, because none is kept in memory."""
+        self._hand(("console/camera", round(max(0.0, now_s) * 1e9), msgpack.packb(record), None))
 
     def forget(self) -> None:
         """Forget the saved findings and earlier files, because another examination begins."""

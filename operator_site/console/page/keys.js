@@ -2,6 +2,7 @@
 import { hold, pause, release } from "./actions.js";
 import { acknowledge, quiet } from "./alarms.js";
 import { closeBody } from "./body.js";
+import { nextSize } from "./camera.js";
 import { holdClutch, releaseClutch } from "./clutch.js";
 import { byId, make, remember, remembered, typing, write } from "./dom.js";
 import { fitMap, nextComparison, show, showBoth, showSure, widen, zoomBy } from "./map.js";
@@ -30,7 +31,7 @@ export function startKeys({ choose, details, listed }) {
   });
   byId("theme-button").addEventListener("click", otherTheme);
   const letters = {
-    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, k: acknowledge, l: otherTheme, d: details, g: holdClutch,
+    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, k: acknowledge, l: otherTheme, d: details, g: holdClutch, w: nextSize,
     t: () => show("temperature"), r: () => show("roughness"), s: () => show("stiffness"), m: () => show("material"), a: () => toggle("sheet-alarms", listed),
   };
   const signs = { "?": () => toggle("sheet-help"), "+": () => zoomBy(1.5), "=": () => zoomBy(1.5), "-": () => zoomBy(1 / 1.5), ",": () => widen(-1), ".": () => widen(1) };

@@ -2,6 +2,7 @@
 import { showActions, startActions } from "./actions.js";
 import { showAlarms, showList, soundAlarms, startAlarms } from "./alarms.js";
 import { showBar, stepMark } from "./bar.js";
+import { showCamera, startCamera } from "./camera.js";
 import { showClutch, startClutch } from "./clutch.js";
 import { drawChart, followChart, startChart } from "./chart.js";
 import { Connection } from "./connection.js";
@@ -81,6 +82,7 @@ function draw() {
 function showState() {
   showBar();
   showAlarms();
+  showCamera();
   dropSaid();
 }
 
@@ -145,6 +147,7 @@ startAlarms(connection, say);
 startStop(connection, showNow);
 startActions(connection, say);
 startClutch();
+startCamera();
 startMarking(connection, say, openWithdraw);
 startFindings();
 startBody();

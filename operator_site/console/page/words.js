@@ -17,6 +17,7 @@ export const STATES = {
 // Texts of index.html.
 export const FIXED = {
   console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", acknowledge: "Acknowledge", scale: "Motion scale, hand to remote hand", stopAnswers: "What the devices answered to STOP", actions: "Actions",
+  camera: "Camera:",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
   zoomIn: "Zoom in", zoomOut: "Zoom out", fit: "Fit", compare: "Compare", both: "Two", sure: "± sd",
   photo: "Picture", photoChoose: "Choose a file", photoAdjust: "Move and size", photoSmaller: "Picture smaller", photoLarger: "Picture larger", photoRemove: "Remove", fingers: "Fingers", drawing: "Hand; the table below says the same",
@@ -73,6 +74,11 @@ export const WORDS = {
   withdrawn: reason => `withdrawn: ${reason}`, withdrawAsk: id => `Withdraw finding ${id}? It stays in the record, struck out.`, reasonNeeded: "Give a reason.",
   proposed: kind => `Proposed ${kind}`, confident: step => `Confidence: ${step}.`, chooseBody: "Choose", bodyAsk: "Choose a region.", noSide: "no side",
   noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", softened: "∪ soft", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
+  camera: {
+    live: age_s => `Picture ${age_s.toFixed(2)} s`, late: age_s => `Picture late by ${age_s.toFixed(1)} s`, frozen: age_s => `Picture frozen for ${age_s.toFixed(1)} s`,
+    waiting: "No picture yet", no_camera: "No camera", refused: "Camera refuses the key", reduced: "Reduced for touch",
+  },
+  cameraNeeds: "No picture: this browser decodes none here. HTTPS or localhost is needed.",
   rows: { force_n: "force N", plate_c: "plate °C", motor_hz: "vibration Hz", mode: "mode", remarks: "limit, age" },
   strips: [["force", "N"], ["contact", "N"], ["motor", "Hz"], ["plate", "°C"]],
   lastTable: "Smallest and largest of the last 10 s",
@@ -96,7 +102,7 @@ export const ANCHORS = {
 export const KEYS = [
   ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"], ["G, F9 or pedal", "hold: clutch open, the remote hand stays"],
   ["C", "hold 1 s: clear a fault of a site"], ["K", "acknowledge alarms that are over"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
-  ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"],
+  ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"], ["W", "camera: small, large, off"],
   ["LIMIT", "an output is at its limit: move slower, or lift"], ["∪ soft", "the surface is stiffer than the force displays; nothing to do"],
   ["L", "light or dark"], ["?", "keys"], ["Playback", "Space plays, arrows 1 s, Shift 10 s, [ ] events, Home, End"],
 ];

@@ -36,6 +36,8 @@ STREAMS = (
     "console/act",
 )
 """Streams that a console shows, live or from a recording."""
+CAMERA = "console/camera"
+"""Stream of the camera's pictures, which a console relays beside its own state."""
 SPEEDS = (0.5, 8.0)
 """Slowest and fastest speed, as multiples of the recorded one."""
 CHECKPOINT_S = 2.0
@@ -107,6 +109,11 @@ class Recording:
         """Yield stream, time and payload of each message from `from_ns` on, in order of time."""
         for _, channel, message in self._reader.messages(streams, from_ns):
             yield channel.topic, message.log_time, message.data
+
+    @property
+    def has_pictures(self) -> bool:
+        """Whether the recording has pictures of the camera."""
+        return bool(self._reader.counts.get(CAMERA))
 
     def marks(self) -> list[Mark]:
         """Return the readable alarms, faults, findings, changes of clutch and scale, and modes, in order of time.

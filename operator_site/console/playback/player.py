@@ -7,6 +7,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from operator_site.console.camera.camera_now import CameraNow, Seen
+from operator_site.console.camera.picture_reader import KEY_S
 from operator_site.console.examination.journal import Journal
 from operator_site.console.interval import Interval
 from operator_site.console.live import STATE_S
@@ -14,8 +16,10 @@ from operator_site.console.map.lump_search import LumpSearch
 from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import Playback, Recording
+from operator_site.console.playback.played_pictures import PlayedPictures
+from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands
-from operator_site.console.web.page_state import page_state
+from operator_site.console.web.page_state import camera_state, page_state
 from operator_site.console.web.pages import Pages
 from operator_site.session.console_feed import BATCH_S
 
@@ -51,6 +55,11 @@ class Player:
     def now_s(self) -> float:
         """Present moment on the clock of the recording, s."""
         return self._playback.time_s
+
+    @property
+    def now_ns(self) -> int:
+        """Present moment on the clock of the recording, ns."""
+        return self._playback.now_ns
 
     def step(self, wall_s: float) -> bool:
         """Advance the playback; return whether its time has jumped since the last call."""
@@ -115,9 +124,11 @@ class PlayedConsole:
         recording = Recording(path)
         opened.callback(recording.close)
         self._player = Player(recording, Checkpoints(path, opened))
+        self._recorded = PlayedPictures(recording) if recording.has_pictures else None
         self._commands = Commands(self._player.console, Journal(None, {}), player=self._player)
         self.pages = Pages(self._commands, lambda: self._player.now_s)
-        self._picture, self._state = Interval(BATCH_S), Interval(STATE_S)
+        self.camera_pages = CameraPages(self.pages.contain)
+        self._picture, self._state, self._again = Interval(BATCH_S), Interval(STATE_S), Interval(KEY_S)
         self._lumps, self._jumped = LumpSearch(), 0
 
     def step(self, now_s: float) -> None:
@@ -125,7 +136,11 @@ class PlayedConsole:
         if not self._picture(now_s):
             return
         player = self._player
-        if player.step(now_s):
+        jumped = player.step(now_s)
+        if self._recorded is not None:
+            with self.pages.contain.step("camera", latches=False):
+                self._see(self._recorded, now_s, jumped=jumped)
+        if jumped:
             self._commands.console = player.console
             self.pages.send_everything()
             self._jumped += 1
@@ -133,7 +148,24 @@ class PlayedConsole:
         with self.pages.contain.step("lumps", latches=False):
             self._lumps.step(now_s, console.tactile_map, (self._jumped, console.map_number))
             console.searched = self._lumps.found
-        self.pages.show(player.state() if self._state(now_s) else None)
+        self.pages.show(self._shown() if self._state(now_s) else None)
+
+    def _shown(self) -> dict[str, Any]:
+        state = self._player.state()
+        if self._recorded is not None:
+            state["camera"] = camera_state(CameraNow(Seen.LIVE, 0.0))
+        return state
+
+    def _see(self, recorded: PlayedPictures, now_s: float, *, jumped: bool) -> None:
+        """Relay the pictures up to the present moment; after a jump, from the last key picture before it."""
+        now_ns = self._player.now_ns
+        if jumped:
+            self.camera_pages.restart(recorded.jump(now_ns))
+            return
+        for picture in recorded.play(now_ns):
+            self.camera_pages.show(picture)
+        if self.camera_pages.wants_key and self._again(now_s):
+            self.camera_pages.restart(recorded.jump(now_ns), waiting=True)
 
     def figures(self) -> dict[str, object]:
         """Return the values for the status file."""

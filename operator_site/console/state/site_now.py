@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Mapping
+from itertools import takewhile
 from typing import Any
 
 from common.faults.fault import STOPS, Fault, FaultCode, read_fault
@@ -95,6 +96,13 @@ class LinkNow:
             self._counts.append((second, 1, missed))
         while second - self._counts[0][0] > _LOSS_WINDOW_S:
             self._counts.popleft()
+
+    def largest_age_s(self, after_s: float) -> float:
+        """Return the largest delay of the touch packets accepted after a time, s; 0 where it is unknown."""
+        if self.uncertainty_ms is None:
+            return 0.0
+        delays_ms = takewhile(lambda delay: delay[0] > after_s, reversed(self._delays))
+        return max(0.0, max((delay_ms for _, delay_ms in delays_ms), default=0.0)) * 1e-3
 
     def shown(self, now_s: float) -> dict[str, float | None]:
         """Return delay, its standard deviation and age, ms, and the lost share of packets; None if unknown."""

@@ -5,6 +5,7 @@ import logging
 import math
 from collections import Counter
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
@@ -20,6 +21,7 @@ from operator_site.console import texts
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
+from operator_site.console.interval import Interval
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.answer import Act, Answer
@@ -31,6 +33,8 @@ from operator_site.console.web.playback_requests import Playing, pause, play, se
 
 log = logging.getLogger(__name__)
 
+PAUSE_AGAIN_S = 0.5
+"""Interval between two requests of the console to pause, s."""
 CLEARING_S = 2.0
 """Time after clearing a fault in which its alarm is cleared too, once both sites report the fault gone, s."""
 SETTLE_S = 0.15
@@ -72,6 +76,7 @@ class Commands:
         self.saved: dict[str, Any] | None = None
         """Summary of the last examination and the address of its report."""
         self._clearing = (-math.inf, "")
+        self._pausing = Interval(PAUSE_AGAIN_S)
         self._stopping: Future[dict[str, Any]] | None = None
         """The newest emergency stop; pages that stop at the same time share it."""
         self.contained = Containment()
@@ -215,6 +220,24 @@ class Commands:
     async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         await self._answered(self._ask("disengage"), now_s)
         return Answer(True, texts.PAUSED)
+
+    def pause(self, now_s: float, why: str) -> None:
+        """Pause an engaged session on the console's own account, with the request of a page's Pause."""
+        site = self.console.site
+        if not (site.wanted or site.state is LinkState.ENGAGED) or not self._pausing(now_s):
+            return
+        pausing = asyncio.create_task(self._pause(now_s, why))
+        self._writing.add(pausing)
+        pausing.add_done_callback(self._writing.discard)
+
+    async def _pause(self, now_s: float, why: str) -> None:
+        record = {"at_s": now_s, "who": "console", "verb": "disengage", "details": {"why": why}}
+        answer = Answer(False, texts.SITE_SILENT)
+        with suppress(Refused, LocalControlSilent, TimeoutError):
+            await self._answered(self._ask("disengage"), now_s)
+            answer = Answer(True, texts.PAUSED)
+        self._record({**record, "ok": answer.ok, "answer": answer.text})
+        log.info("console: disengage, %s, %s", why, answer.text)
 
     async def _clutch(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         wanted = details.get("open")

@@ -11,6 +11,7 @@ from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import DISK_NEARLY_FULL, unconfirmed
 from operator_site.console.alarms.alarms import Alarm
+from operator_site.console.camera.camera_now import CameraNow
 from operator_site.console.examination.contrast import contrast_of, contrast_text
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import UNCERTAIN_SD_K
@@ -66,7 +67,13 @@ def page_state(
         "undo": _undo(console),
         "meaning": site.calibrated or None,
         "decide_at": DECIDE_AT,
+        "camera": None if console.around.camera is None else camera_state(console.around.camera),
     }
+
+
+def camera_state(now: CameraNow) -> dict[str, Any]:
+    """Return what the camera shows for a page."""
+    return {"seen": now.seen, "reduced": now.reduced}
 
 
 def refusal(console: Console) -> str:
@@ -81,6 +88,8 @@ def refusal(console: Console) -> str:
         return texts.CANNOT_ENGAGE.format(why=texts.device_absent(absent[0]))
     if site.refusal:
         return texts.short(texts.CANNOT_ENGAGE.format(why=site.refusal))
+    if console.around.camera is not None and console.around.camera.holds:
+        return texts.CAMERA_NEEDED
     return "" if console.around.sound else texts.NOT_SOUNDED
 
 
@@ -286,6 +295,7 @@ def urgent(state: Mapping[str, Any]) -> object:
         state["stop"],
         state["engage"],
         state["coupling"],
+        state["camera"],
         state["findings"],
         state["map"]["frame"],
         state["map"]["number"],

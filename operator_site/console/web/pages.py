@@ -164,7 +164,7 @@ class Pages:
     async def _read(self, socket: PageSocket, client: Client) -> None:
         asked: dict[int, asyncio.Task[bool]] = {}
         while True:
-            text = await _text(socket)
+            text = await text_of(socket)
             now_s = self._now_s()
             allowed = self._messages.allows(client.name, now_s)
             if not (allowed or (client.acts and _STOP in text)):
@@ -280,7 +280,7 @@ class Pages:
         return {"kind": "state", "version": self._version, **self._state, "you": you, "console": about}
 
 
-async def _text(socket: PageSocket) -> str:
+async def text_of(socket: PageSocket) -> str:
     """Return the next text of a page; empty for a binary message, which no page sends.
 
     Raises:

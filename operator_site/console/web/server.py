@@ -14,6 +14,7 @@ from starlette.websockets import WebSocket
 
 from operator_site.console import texts
 from operator_site.console.web.access import COOKIE, Access, Visitor
+from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import Pages
 
 PAGE = Path(str(resources.files("operator_site"))) / "console" / "page"
@@ -38,12 +39,15 @@ _TYPES = {
 }
 
 
-def application(access: Access, pages: Pages, reports: Path | None, health: Callable[[], dict[str, Any]]) -> Starlette:
+def application(
+    access: Access, pages: Pages, camera: CameraPages, reports: Path | None, health: Callable[[], dict[str, Any]]
+) -> Starlette:
     """Return the web application.
 
     Args:
         access: checks the visitors.
-        pages: serves the websockets.
+        pages: serves the websockets of the session.
+        camera: serves the websockets of the camera's pictures.
         reports: folder of finished reports; None for no reports.
         health: returns the contents of `/health`.
     """
@@ -88,20 +92,24 @@ def application(access: Access, pages: Pages, reports: Path | None, health: Call
     async def healthy(request: Request) -> Response:
         return JSONResponse(health())
 
-    async def session(socket: WebSocket) -> None:
-        who = visitor(socket)
-        await socket.accept()
-        if who is None:
-            await socket.close(REFUSED)
-            return
-        await pages.serve(socket, who)
+    def websocket(serve: Callable[[WebSocket, Visitor], Awaitable[None]]) -> Callable[[WebSocket], Awaitable[None]]:
+        async def served(socket: WebSocket) -> None:
+            who = visitor(socket)
+            await socket.accept()
+            if who is None:
+                await socket.close(REFUSED)
+                return
+            await serve(socket, who)
+
+        return served
 
     routes = [
         Route("/", index),
         Route("/page/{name}", guarded(file)),
         Route("/report/{name}.html", guarded(report)),
         Route("/health", healthy),
-        WebSocketRoute("/session", session),
+        WebSocketRoute("/session", websocket(pages.serve)),
+        WebSocketRoute("/camera", websocket(camera.serve)),
     ]
     app = Starlette(routes=routes)
     app.add_middleware(_Headers)

@@ -2,14 +2,15 @@
 
 import asyncio
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
 from common.config.models import ConsoleConfig
 from operator_site.console.web.access import Access
-from operator_site.console.web.pages import Pages
+from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.server import application
+from tests.unit.operator_site.console.page_room import Room
 
 TOKEN = "a" * 40
 
@@ -44,7 +45,8 @@ def get(access: Access, path: str, host: str, query: str = "") -> tuple[int, dic
         "server": ("127.0.0.1", 8090),
         "client": ("127.0.0.1", 5000),
     }
-    app = application(access, cast(Pages, None), None, lambda: {"ok": True})
+    pages = Room().pages
+    app = application(access, pages, CameraPages(pages.contain), None, lambda: {"ok": True})
     asyncio.run(app(scope, receive, send))
     start = next(message for message in sent if message["type"] == "http.response.start")
     return start["status"], {name.decode(): value.decode() for name, value in start["headers"]}

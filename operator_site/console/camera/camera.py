@@ -1,0 +1,86 @@
+"""Follows the remote site's camera: one step reads what has arrived and answers it."""
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from operator_site.console.camera.camera_now import CameraNow
+from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.picture_reader import PictureReader
+
+RECONNECT_S = 3.0
+"""Silence after which the socket connects again, s."""
+_AT_ONCE = 16
+"""Maximum number of messages of one step."""
+
+
+class CameraLine(Protocol):
+    """Connection with the camera's process."""
+
+    refused: bool
+
+    def receive(self) -> list[bytes]:
+        """Return the parts of the next message; empty if none waits."""
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet."""
+
+    def reconnect(self) -> None:
+        """Connect again."""
+
+    def close(self) -> None:
+        """Disconnect."""
+
+
+class Camera:
+    """The remote site's camera as the console sees it."""
+
+    def __init__(
+        self, line: CameraLine, *, required: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
+    ) -> None:
+        """Read `line`.
+
+        Args:
+            line: connection with the camera's process.
+            required: whether the session pauses without a live picture.
+            clock_ns: this machine's monotonic clock, ns.
+        """
+        self._line, self._clock_ns = line, clock_ns
+        self._reader = PictureReader(clock_ns(), required=required)
+        self._connected_ns = clock_ns()
+
+    def step(self, session: int, touch_age_s: float, *, wants_key: bool) -> list[Picture]:
+        """Return the arrived pictures that can be decoded, oldest first, and send the due packet."""
+        found = []
+        for _ in range(_AT_ONCE):
+            if not (parts := self._line.receive()):
+                break
+            if (picture := self._reader.take(parts, self._clock_ns())) is not None:
+                found.append(picture)
+        now_ns = self._clock_ns()
+        silent_s = self._reader.silent_s(now_ns)
+        if silent_s > RECONNECT_S and now_ns - self._connected_ns > RECONNECT_S * 1e9:
+            self._connected_ns = now_ns
+            self._line.reconnect()
+        if (ask := self._reader.ask(self._clock_ns(), session, touch_age_s, wants_key=wants_key)) is not None:
+            self._line.send(ask.encode())
+        return found
+
+    @property
+    def now(self) -> CameraNow:
+        """What is seen now."""
+        return self._reader.now(self._clock_ns(), refused=self._line.refused)
+
+    def figures(self) -> dict[str, object]:
+        """Return the values for the status file."""
+        now, clock = self.now, self._reader.clock
+        return {
+            "camera": str(now.seen),
+            "camera_age_s": round(now.age_s, 3),
+            "camera_damaged": self._reader.damaged,
+            "camera_clock_uncertainty_us": None if clock.uncertainty_ns is None else clock.uncertainty_ns // 1000,
+        }
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._line.close()

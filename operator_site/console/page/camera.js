@@ -1,0 +1,127 @@
+// The remote site's camera over a part of the map: VP8 over a websocket of its own, decoded by the browser.
+import { byId, write } from "./dom.js";
+import { now, playback } from "./now.js";
+import { WORDS } from "./words.js";
+
+export const FROZEN_S = 0.5;
+const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, AGAIN_MS = 2000, SIZES = ["small", "large", "off"], NO_TOKEN = 4401;
+let socket = null, decoder = null, waits = true, size = 0, drawn = null, drawnAt_ms = -Infinity, failed = false;
+const sent = new Map(); // header of each picture in the decoder, by its time stamp
+let stamp = 0, timer = null;
+
+export function decodePicture(buffer) {
+  if (buffer.byteLength <= HEADER) throw new RangeError(`${buffer.byteLength} bytes`);
+  const view = new DataView(buffer);
+  const picture = {
+    isKey: Boolean(view.getUint8(3) & 1), sequence: view.getUint32(4, true), captured_s: view.getFloat64(8, true),
+    uncertainty_s: view.getFloat32(16, true), width: view.getUint16(20, true), height: view.getUint16(22, true), content: new Uint8Array(buffer, HEADER),
+  };
+  if (view.getUint16(0, true) !== MAGIC || view.getUint8(2) !== VERSION) throw new RangeError("not a picture of version 1");
+  if (!(Math.abs(picture.captured_s) < 1e12) || !(picture.uncertainty_s >= 0) || !picture.width || !picture.height) throw new RangeError("range");
+  return picture;
+}
+
+export function startCamera() {
+  byId("camera").addEventListener("click", nextSize);
+}
+
+export function nextSize() {
+  if (byId("camera").hidden) return;
+  size = (size + 1) % SIZES.length;
+  showCamera();
+}
+
+// WebCodecs exist on HTTPS and on localhost only.
+const decodes = () => typeof VideoDecoder !== "undefined" && !failed;
+
+function open() {
+  const address = new URL("camera", document.baseURI);
+  address.search = location.search;
+  address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+  socket = new WebSocket(address);
+  socket.binaryType = "arraybuffer";
+  socket.onmessage = event => take(event.data);
+  socket.onclose = event => {
+    end();
+    if (event.code !== NO_TOKEN) setTimeout(() => { socket = null; }, AGAIN_MS);
+  };
+}
+
+function end() {
+  if (decoder?.state === "configured") decoder.close();
+  decoder = null;
+  waits = true;
+  sent.clear();
+}
+
+const say = message => { if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
+
+function lost() {
+  end();
+  say({ kind: "lost" });
+}
+
+function take(data) {
+  let picture;
+  try { picture = decodePicture(data); } catch { return; } // such as of a newer version
+  if (waits && !picture.isKey) return;
+  try {
+    if (!decoder) {
+      decoder = new VideoDecoder({ output: draw, error: lost });
+      decoder.configure({ codec: "vp8", optimizeForLatency: true });
+    }
+    stamp += 1;
+    sent.set(stamp, picture);
+    decoder.decode(new EncodedVideoChunk({ type: picture.isKey ? "key" : "delta", timestamp: stamp, data: picture.content }));
+    waits = false;
+  } catch (error) {
+    failed = error.name === "NotSupportedError";
+    lost();
+  }
+}
+
+function draw(frame) {
+  const picture = sent.get(frame.timestamp), canvas = byId("camera-picture");
+  sent.delete(frame.timestamp);
+  if (canvas.width !== frame.displayWidth || canvas.height !== frame.displayHeight) { canvas.width = frame.displayWidth; canvas.height = frame.displayHeight; }
+  canvas.getContext("2d").drawImage(frame, 0, 0);
+  frame.close();
+  if (!picture) return;
+  drawn = picture;
+  drawnAt_ms = performance.now();
+  say({ kind: "drawn", sequence: picture.sequence });
+  showCamera();
+  clearTimeout(timer);
+  timer = setTimeout(showCamera, Math.max(0, 1000 * (FROZEN_S - age_s())) + 5);
+}
+
+// Age of the drawn picture on the site's clock, s; a paused recording stands still.
+function age_s() {
+  if (!drawn || !now.picture) return Infinity;
+  if (playback()) return Math.max(0, now.picture.time_s - drawn.captured_s);
+  const at_ms = performance.now();
+  return Math.max((at_ms - drawnAt_ms) / 1000, now.picture.time_s + (at_ms - now.pictureAt_ms) / 1000 - drawn.captured_s);
+}
+
+export const frozen = () => age_s() > FROZEN_S;
+
+function said(camera) {
+  if (!decodes()) return WORDS.cameraNeeds;
+  if (["no_camera", "refused"].includes(camera.seen)) return WORDS.camera[camera.seen];
+  const age = age_s();
+  if (age === Infinity) return WORDS.camera.waiting;
+  if (age > FROZEN_S) return WORDS.camera[camera.seen === "late" ? "late" : "frozen"](age);
+  return `${WORDS.camera.live(age)}${camera.reduced ? ` · ${WORDS.camera.reduced}` : ""}`;
+}
+
+// Runs ten times a second and with each picture.
+export function showCamera() {
+  const camera = now.state?.camera, button = byId("camera");
+  button.hidden = !camera;
+  if (!camera) return;
+  if (!socket && decodes() && now.connected) open();
+  byId("map-view").dataset.camera = SIZES[size];
+  byId("camera-picture").hidden = !drawn || SIZES[size] === "off";
+  button.classList.toggle("frozen", !decodes() || frozen());
+  write(byId("camera-said"), said(camera));
+}

@@ -1,0 +1,178 @@
+"""The camera's picture on the page: decoded, with its age, named when it stands still, large or off."""
+
+import re
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.limits import FROZEN_S
+from operator_site.console.camera.picture import Picture
+from tests.browser.conftest import Open
+from tests.browser.stage import Stage
+from tests.vp8_stream import HEIGHT, HZ, WIDTH
+
+pytestmark = [pytest.mark.console, pytest.mark.timeout(120)]
+
+LIVE_TEXT = "#camera-said:has-text('Picture 0.')"
+PIXELS = """() => {
+  const canvas = document.getElementById('camera-picture'), pen = canvas.getContext('2d');
+  const row = pen.getImageData(0, 48, canvas.width, 1).data, bright = [];
+  for (let x = 0; x < canvas.width; x += 1) if (row[4 * x] > 150) bright.push(x);
+  return [canvas.width, canvas.height, bright.length, bright[0] ?? -1];
+}"""
+NAMED = """() => new Promise(resolve => {
+  const said = document.getElementById('camera-said'), canvas = document.getElementById('camera-picture');
+  let drawn = performance.now();
+  const draw = CanvasRenderingContext2D.prototype.drawImage;
+  CanvasRenderingContext2D.prototype.drawImage = function (...given) {
+    if (this.canvas === canvas) drawn = performance.now();
+    return draw.apply(this, given);
+  };
+  new MutationObserver((_, watch) => {
+    if (!said.textContent.includes('frozen')) return;
+    watch.disconnect();
+    const marked = document.getElementById('camera').classList.contains('frozen');
+    resolve([performance.now() - drawn, marked, said.textContent]);
+  }).observe(said, { characterData: true, childList: true, subtree: true });
+})"""
+
+
+MOVED = f"async before => {{ while (({PIXELS})()[3] === before) await new Promise(requestAnimationFrame); }}"
+
+
+def test_the_picture_is_shown_with_its_age(stage: Stage, open_page: Open) -> None:
+    page = open_page("watching")
+    page.wait_for_selector(LIVE_TEXT)
+    age_s = float(re.findall(r"Picture (\d\.\d\d) s", page.inner_text("#camera-said"))[0])
+    assert age_s < FROZEN_S
+    width, height, bright, first = page.evaluate(PIXELS)
+    assert (width, height) == (WIDTH, HEIGHT)
+    assert 28 <= bright <= 36
+    page.evaluate(MOVED, first)
+    assert "Reduced for touch" in page.inner_text("#camera-said")
+    stage.scenario.state["camera"]["reduced"] = False
+    page.wait_for_selector("#camera-said:not(:has-text('Reduced'))")
+
+
+@pytest.mark.real_time(stall_s=0.05)
+def test_a_frozen_picture_is_named_and_marked_within_half_a_second(stage: Stage, open_page: Open) -> None:
+    page = open_page("watching")
+    page.wait_for_selector(LIVE_TEXT)
+    page.evaluate(f"() => {{ window.named = ({NAMED})(); }}")
+    page.wait_for_timeout(500)
+    stage.films = False
+    named_ms, marked, text = page.evaluate("() => window.named")
+    assert marked
+    assert re.fullmatch(r"Picture frozen for 0\.\d s", text)
+    assert named_ms <= 1e3 * FROZEN_S + 1e3 / HZ
+    print(f"frozen picture named {named_ms:.0f} ms after the last drawn one")
+    stage.films = True
+    page.wait_for_selector(LIVE_TEXT)
+    assert not page.evaluate("document.getElementById('camera').classList.contains('frozen')")
+
+
+def test_it_is_named_while_the_console_is_silent_and_followed_when_it_returns(stage: Stage, open_page: Open) -> None:
+    page = open_page("watching")
+    page.wait_for_selector(LIVE_TEXT)
+    stage.scenario.sends = stage.films = False
+    page.wait_for_selector("#camera.frozen #camera-said:has-text('frozen for')")
+    stage.scenario.sends = stage.films = True
+    page.wait_for_selector(LIVE_TEXT)
+
+
+def test_it_is_small_large_or_off_and_hidden_without_a_camera(stage: Stage, open_page: Open) -> None:
+    page = open_page("watching")
+    page.wait_for_selector(LIVE_TEXT)
+    wide = [page.eval_on_selector("#camera", "e => e.clientWidth")]
+    page.keyboard.press("w")
+    page.wait_for_selector("#map-view[data-camera=large]")
+    wide.append(page.eval_on_selector("#camera", "e => e.clientWidth"))
+    assert wide[1] > 2 * wide[0]
+    page.click("#camera")
+    page.wait_for_selector("#camera-picture", state="hidden")
+    assert "Picture 0." in page.inner_text("#camera-said")
+    page.keyboard.press("w")
+    page.wait_for_selector("#camera-picture", state="visible")
+    stage.show("engaged")
+    page.wait_for_selector("#camera", state="hidden")
+
+
+def test_what_is_missing_is_named(stage: Stage, open_page: Open) -> None:
+    page = open_page("unseen")
+    page.wait_for_selector("#camera.frozen #camera-said:has-text('No camera')")
+    for seen, text in (("refused", "Camera refuses the key"), ("silent", "No picture yet")):
+        stage.scenario.state["camera"]["seen"] = seen
+        page.wait_for_selector(f"#camera-said:has-text('{text}')")
+
+
+def test_a_browser_without_a_decoder_says_so(stage: Stage, open_page: Open) -> None:
+    page = open_page("watching", script="delete window.VideoDecoder;")
+    page.wait_for_selector("#camera.frozen #camera-said:has-text('HTTPS or localhost')")
+    assert page.is_hidden("#camera-picture")
+
+
+def test_damaged_pictures_are_skipped_and_the_next_key_picture_is_shown(stage: Stage, open_page: Open) -> None:
+    page = open_page("watching")
+    page.wait_for_selector(LIVE_TEXT)
+
+    async def damage() -> None:
+        for content in (b"\xff" * 50, b""):
+            stage.camera.restart([Picture(10**6, 0.0, 0.0, True, WIDTH, HEIGHT, content)])
+
+    drawn = page.evaluate(PIXELS)[3]
+    stage._on_loop(damage())
+    page.evaluate(MOVED, drawn)
+    page.wait_for_selector(LIVE_TEXT)
+
+
+@given(
+    st.tuples(
+        st.integers(0, 2**32 - 1),
+        st.floats(0.0, 1e9),
+        st.floats(0.0, 10.0, width=32),
+        st.booleans(),
+        st.integers(16, 4096),
+        st.integers(16, 4096),
+        st.binary(min_size=1, max_size=20),
+    )
+)
+def made(values: Any) -> None:
+    """Keep an example of a picture."""
+    MADE.append(Picture(*values))
+
+
+MADE: list[Picture] = []
+
+
+def test_the_page_reads_what_the_console_packs(stage: Stage, open_page: Open) -> None:
+    page = open_page("connected")
+    made()
+    read = page.evaluate(
+        """async packed => {
+          const { decodePicture } = await import('/page/camera.js');
+          return packed.map(bytes => {
+            const p = decodePicture(new Uint8Array(bytes).buffer);
+            return [p.sequence, p.captured_s, p.uncertainty_s, p.isKey, p.width, p.height, [...p.content]];
+          });
+        }""",
+        [list(picture.encode()) for picture in MADE],
+    )
+    assert [tuple(values[:6]) for values in read] == [
+        (one.sequence, one.captured_s, one.uncertainty_s, one.is_key, one.width, one.height) for one in MADE
+    ]
+    assert [bytes(values[6]) for values in read] == [one.content for one in MADE]
+    whole = MADE[0].encode()
+    broken = [whole[:24], b"", whole[:10], b"\0" + whole[1:], whole[:2] + b"\2" + whole[3:]]
+    refused = page.evaluate(
+        """async packed => {
+          const { decodePicture } = await import('/page/camera.js');
+          return packed.map(bytes => {
+            try { decodePicture(new Uint8Array(bytes).buffer); } catch { return true; }
+            return false;
+          });
+        }""",
+        [list(bytes_) for bytes_ in broken],
+    )
+    assert refused == [True] * len(broken)
