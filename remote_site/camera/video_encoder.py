@@ -6,8 +6,8 @@ from typing import NamedTuple
 import av
 from av.video.frame import PictureType
 
-_NO_KEY_EVERY = 100_000
-"""Pictures between two key pictures by themselves; readers ask for them where they need one."""
+KEY_S = 5.0
+"""Longest time between two key pictures, s: a recording can be entered at each of them."""
 
 
 class Encoded(NamedTuple):
@@ -42,7 +42,7 @@ class VideoEncoder:
             "lag-in-frames": "0",
             "auto-alt-ref": "0",
             "error-resilient": "1",
-            "g": str(_NO_KEY_EVERY),
+            "g": str(max(1, round(KEY_S * rate_hz))),
             "minrate": str(bit_s),
             "maxrate": str(bit_s),
             "bufsize": str(bit_s // 2),

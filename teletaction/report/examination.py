@@ -3,6 +3,8 @@
 import hashlib
 import json
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,8 +13,10 @@ from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import Map, map_of, read_map
 from common.recording.recorded_row import Finite, Whole
 from common.wire.messages import Touch
+from operator_site.console.camera.picture import Picture
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.recorded_rows import Clock
+from teletaction.report.finding_stills import Still, stills
 
 _MAPS: dict[str, Map] = {
     "operator/figures": map_of(),
@@ -44,6 +48,8 @@ _MAPS: dict[str, Map] = {
 }
 STREAMS = ("operator/touch", "operator/clock", *_MAPS)
 """Names of the recorded streams that an examination reads."""
+PICTURES = "console/camera"
+"""Name of the recorded stream of the camera."""
 
 
 @dataclass(slots=True)
@@ -64,6 +70,8 @@ class Examination:
         clocks: fields of the `ClockLine` by which the remote host's times were converted; empty for one host.
         facts: metadata of each recording: configuration, hashes, version.
         tables: name, kind, date, sensor, number of touches and hash of each calibrated table.
+        stills: the camera's picture at the moment of each finding, by number.
+        pictures: number of recorded pictures of the camera.
         damaged: number of unreadable messages, by stream.
     """
 
@@ -80,6 +88,8 @@ class Examination:
     facts: dict[str, dict[str, str]] = field(default_factory=dict)
     clocks: dict[str, str] = field(default_factory=dict)
     tables: list[dict[str, Any]] = field(default_factory=list)
+    stills: dict[int, Still] = field(default_factory=dict)
+    pictures: int = 0
     damaged: Counter[str] = field(default_factory=Counter)
 
     @classmethod
@@ -103,7 +113,20 @@ class Examination:
                     made.take(channel.topic, message.log_time * 1e-9, message.data)
                 except ValueError:
                     made.damaged[channel.topic] += 1
+            with suppress(ModuleNotFoundError):  # the report says so
+                moments_s = {number: finding["at_s"] for number, finding in made.findings.items()}
+                made.stills = stills(made._pictures(reader), moments_s)
         return made
+
+    def _pictures(self, reader: RecordingReader) -> Iterator[Picture]:
+        for _, _, message in reader.messages((PICTURES,)):
+            try:
+                picture = Picture.of_record(message.data)
+            except ValueError:
+                self.damaged[PICTURES] += 1
+                continue
+            self.pictures += 1
+            yield picture
 
     def take(self, stream: str, t_s: float, payload: bytes) -> None:
         """Take one message of a stream, recorded at `t_s` (s).

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from datetime import datetime
+from importlib.util import find_spec
 from typing import Any
 
 import htpy as h
@@ -20,7 +21,7 @@ from teletaction.report.found_lumps import suggested_lumps
 from teletaction.report.map_coverage import Coverage, coverage
 from teletaction.report.map_figure import UNITS, cutout_figure, map_figure
 from teletaction.report.report_limits import reached
-from teletaction.report.report_parts import fact_list, figure, section
+from teletaction.report.report_parts import embedded, fact_list, figure, section
 from teletaction.report.report_words import shown, table
 from teletaction.report.session_curves import SessionCurves
 
@@ -190,10 +191,21 @@ def finding_blocks(examination: Examination, session: SessionCurves) -> Element 
             h.div(".finding")[
                 h.h3[f"Finding {number}: {shown(finding.get('text'))}"],
                 h.p[_in_words(finding, here)],
-                h.div(".pair")[h.div[surroundings], h.div[curves]],
+                h.div(".pair")[h.div[surroundings, _seen(examination, finding)], h.div[curves]],
             ]
         )
     return section("Findings, one by one", blocks) if blocks else None
+
+
+def _seen(examination: Examination, finding: Mapping[str, Any]) -> Element | None:
+    """Write what the camera showed when a finding was marked; None without a recorded picture."""
+    number = shown(finding.get("id"))
+    still = examination.stills.get(finding["id"])
+    if still is None:
+        missing = examination.pictures and find_spec("av") is None
+        return h.p["The recording has pictures: install the extra `camera` to see them here."] if missing else None
+    caption = f"Camera {still.before_s:.2f} s before the mark, ± {1e3 * still.uncertainty_s:.0f} ms"
+    return embedded(f"Camera at finding {number}", "jpeg", still.jpeg, caption)
 
 
 def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> Node:

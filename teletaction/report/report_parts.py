@@ -34,8 +34,13 @@ def figure(title: str, drawn: Figure | None, caption: str) -> Element:
     """Embed a figure with its caption; write "none" without a figure."""
     if drawn is None:
         return h.p[NONE]
-    source = base64.b64encode(png(drawn, DPI)).decode("ascii")
-    return h.figure[h.img(alt=title, src=f"data:image/png;base64,{source}"), h.figcaption[caption]]
+    return embedded(title, "png", png(drawn, DPI), caption)
+
+
+def embedded(title: str, form: str, content: bytes, caption: str) -> Element:
+    """Embed a picture file with its caption; `form` is its format, such as "png"."""
+    source = base64.b64encode(content).decode("ascii")
+    return h.figure[h.img(alt=title, src=f"data:image/{form};base64,{source}"), h.figcaption[caption]]
 
 
 def png(drawn: Figure, dpi: int) -> bytes:

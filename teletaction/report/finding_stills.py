@@ -1,0 +1,65 @@
+"""Finds the camera's picture at the moment of each finding in a recording."""
+
+from collections.abc import Iterable, Mapping
+from io import BytesIO
+from typing import NamedTuple
+
+from operator_site.console.camera.picture import Picture, follows
+
+LATE_S = 1.0
+"""Largest age of a picture at the moment that it shows, s."""
+_QUALITY = 85
+
+
+class Still(NamedTuple):
+    """A picture of the camera.
+
+    Attributes:
+        jpeg: the picture as a JPEG file.
+        before_s: time from its capture to the finding, s.
+        uncertainty_s: bound of the error of the time of capture, s.
+    """
+
+    jpeg: bytes
+    before_s: float
+    uncertainty_s: float
+
+
+def stills(pictures: Iterable[Picture], moments_s: Mapping[int, float]) -> dict[int, Still]:
+    """Return the newest picture at each moment, by the moment's key; a moment without one is left out.
+
+    Args:
+        pictures: recorded pictures in order; only those since the last key picture are kept.
+        moments_s: times of the operator site's clock, s.
+
+    Raises:
+        ModuleNotFoundError: the extra `camera` is not installed.
+    """
+    left = sorted(moments_s.items(), key=lambda moment: moment[1])
+    found: dict[int, Still] = {}
+    since_key: list[Picture] = []
+    for picture in pictures:
+        while left and picture.captured_s > left[0][1]:
+            _decode(since_key, *left.pop(0), found)
+        if picture.is_key or not since_key or not follows(picture, since_key[-1].sequence):
+            since_key = []
+        if picture.is_key or since_key:
+            since_key.append(picture)
+    for moment in left:
+        _decode(since_key, *moment, found)
+    return found
+
+
+def _decode(since_key: list[Picture], key: int, at_s: float, found: dict[int, Still]) -> None:
+    """Decode the newest of these pictures, unless it is too old."""
+    if not since_key or at_s - since_key[-1].captured_s > LATE_S:
+        return
+    import av  # noqa: PLC0415 - an extra, and only some recordings have pictures
+
+    decoder = av.VideoCodecContext.create("vp8", "r")
+    frames = [frame for picture in since_key for frame in decoder.decode(av.Packet(picture.content))]
+    jpeg = BytesIO()
+    image = frames[-1].to_image()  # type: ignore[no-untyped-call]
+    image.save(jpeg, "JPEG", quality=_QUALITY)
+    newest = since_key[-1]
+    found[key] = Still(jpeg.getvalue(), at_s - newest.captured_s, newest.uncertainty_s)

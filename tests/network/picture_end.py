@@ -1,0 +1,63 @@
+"""The console's end of the camera under test: receives and decodes pictures, until its input ends.
+
+    picture_end.py ADDRESS BASE_PORT KEYS REMOTE_PUBLIC_KEY
+
+Prints a line at the first picture, and at the end all that the test judges.
+"""
+
+import json
+import select
+import socket
+import sys
+import time
+from contextlib import closing, suppress
+from pathlib import Path
+
+import av
+
+from common.link.keys import load_keys
+from operator_site.console.camera.camera import Camera
+from operator_site.console.camera.camera_socket import CameraSocket
+from operator_site.console.camera.picture import Picture
+from sim_sensors.physics.camera_stamp import read_stamp
+from tests.network.operator_end import AGES
+
+_STEP_S = 0.008
+"""Interval between two steps, as the console's, s."""
+
+
+def newest_age_s(ages: socket.socket) -> float:
+    """The largest age of touch that the operator's end has sent since the last call, s; 0 without one."""
+    largest_ns = 0
+    with suppress(BlockingIOError):
+        while True:
+            largest_ns = max(largest_ns, int(ages.recv(64)))
+    return largest_ns * 1e-9
+
+
+def judged(picture: Picture, arrived_s: float, decoder: av.VideoCodecContext) -> tuple[float, ...]:
+    """When a picture arrived, its time of capture as known and as stamped, s; its bytes, and its width in pixels."""
+    frame = decoder.decode(av.Packet(picture.content))[0]
+    stamp = read_stamp(frame.to_ndarray()[: picture.height], arrived_s)
+    stamped_s = float("nan") if stamp is None else stamp[0]
+    return arrived_s, picture.captured_s, stamped_s, float(len(picture.content)), float(picture.width)
+
+
+def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> None:
+    """Receive until the input ends."""
+    found = []
+    decoder = av.VideoCodecContext.create("vp8", "r")
+    line = CameraSocket(address, base_port, load_keys(keys), remote_public_key)
+    with closing(Camera(line)) as camera, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ages:
+        ages.setblocking(False)
+        ages.bind(("127.0.0.1", AGES))
+        while not select.select([sys.stdin], [], [], _STEP_S)[0]:
+            for picture in camera.step(1, newest_age_s(ages), wants_key=False):
+                found.append(judged(picture, time.monotonic(), decoder))
+                if len(found) == 1:
+                    print("first picture", flush=True)
+    print(json.dumps(found), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]), sys.argv[4])

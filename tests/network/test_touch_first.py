@@ -1,0 +1,136 @@
+"""Touch with and without a picture beside it, over one network of limited rate: touch comes first."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from common.config.file import to_toml
+from common.config.models import CameraConfig, RemoteLinkConfig
+from common.link.keys import load_keys
+from tests.conftest import Keys
+from tests.network.test_impaired_link import BASE_PORT, Bench, Measured
+from tests.network.two_hosts import REMOTE, why_not
+
+pytestmark = [pytest.mark.netns, pytest.mark.timeout(300)]
+
+MEASURED = 7500
+"""Packets of touch in each measurement: 15 s."""
+SOURCE_PORT = 5660
+ALIGNED_S = 0.005
+"""Largest error of a picture's time of capture, s."""
+YOUNG = 1.10
+"""Largest ratio of touch's age at 99 % with a picture to that without one."""
+NETWORKS = {
+    "lan": (0.3, 0.1, 0.0, 100_000.0),
+    "mobile": (40.0, 15.0, 0.01, 20_000.0),
+    "bad evening's slowest phase": (90.0, 30.0, 0.005, 4_000.0),
+    "6 Mbit/s": (20.0, 2.0, 0.0, 6_000.0),
+}
+"""Delay, jitter (ms), loss and rate (kbit/s) of networks as in `sim_sensors/networks`."""
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """The pictures of a measurement: times of the operator's clock, s."""
+
+    arrived_s: np.ndarray
+    captured_s: np.ndarray
+    stamped_s: np.ndarray
+    size_bytes: np.ndarray
+    width: np.ndarray
+
+    def row(self) -> str:
+        """Ages in ms at the median and 95 %, errors of the time of capture, pictures and bits a second."""
+        age_ms, error_ms = 1e3 * (self.arrived_s - self.captured_s), 1e3 * (self.captured_s - self.stamped_s)
+        seconds = self.arrived_s[-1] - self.arrived_s[0]
+        return (
+            f"picture age {np.percentile(age_ms, 50):.1f} / {np.percentile(age_ms, 95):.1f} ms, "
+            f"time of capture off by {np.percentile(np.abs(error_ms), 95):.1f} ms at 95 %, "
+            f"{len(age_ms) / seconds:.1f} pictures/s, {8e-3 * self.size_bytes.sum() / seconds:.0f} kbit/s, "
+            f"widths {sorted(set(self.width.astype(int).tolist()))}"
+        )
+
+
+class CameraBench(Bench):
+    """The two hosts with the link's ends, and a camera and its reader beside them."""
+
+    def show(self, folder: Path, keys: Keys, width: int = 640, height: int = 360, rate_hz: int = 15) -> None:
+        """Start camera and reader, and wait for the first picture."""
+        run = (sys.executable, "-m")
+        scene = self.hosts.remote.start(
+            *run, "tests.network.camera_scene", *map(str, (SOURCE_PORT, width, height, rate_hz))
+        )
+        assert scene.hear() == "bound"
+        config = CameraConfig(
+            link=RemoteLinkConfig(bind=REMOTE, base_port=BASE_PORT, keys=keys.remote),
+            source=f"tcp://127.0.0.1:{SOURCE_PORT}",
+            width=width,
+            height=height,
+            rate_hz=rate_hz,
+        )
+        (folder / "camera.toml").write_text(to_toml(config))
+        self.hosts.remote.start(
+            *run, "tests.network.host_process", "0", "0", "camera", "--config", str(folder / "camera.toml")
+        ).hear()
+        public = load_keys(keys.remote).public
+        self.pictures = self.hosts.operator.start(
+            *run, "tests.network.picture_end", REMOTE, str(BASE_PORT), str(keys.operator), public
+        )
+        assert self.pictures.hear() == "first picture"
+
+
+def measure(
+    keys: Keys, network: tuple[float, float, float, float], folder: Path | None
+) -> tuple[Measured, Pictures | None]:
+    """Measure touch over a network, with a camera beside it where there is a folder for its configuration."""
+    with ExitStack() as ends:
+        bench = CameraBench(keys, ends)
+        bench.hosts.impair(*network)
+        bench.connect()
+        if folder is not None:
+            bench.show(folder, keys)
+        bench.accept(MEASURED)
+        pictures = None
+        if folder is not None:
+            found = json.loads(bench.pictures.end().splitlines()[-1])
+            pictures = Pictures(*np.array(found).T)
+        return bench.finish(), pictures
+
+
+@pytest.fixture(scope="module", autouse=True)
+def possible() -> None:
+    """Skip where it cannot be done."""
+    if reason := why_not():
+        pytest.skip(reason)
+
+
+@pytest.fixture(scope="module")
+def table() -> Iterator[list[str]]:
+    """Rows of all networks, printed at the end."""
+    rows: list[str] = []
+    yield rows
+    print("\n".join(rows))
+
+
+@pytest.mark.parametrize("network", NETWORKS)
+def test_touch_is_as_young_with_a_picture_as_without(
+    keys: Keys, table: list[str], tmp_path: Path, network: str
+) -> None:
+    alone, _ = measure(keys, NETWORKS[network], None)
+    beside, pictures = measure(keys, NETWORKS[network], tmp_path)
+    assert pictures is not None
+    ages_ms = [np.percentile(found.age_ns[-MEASURED:], [50, 99]) / 1e6 for found in (alone, beside)]
+    table.append(
+        f"{network}: touch alone {ages_ms[0][0]:.2f} / {ages_ms[0][1]:.2f} ms, "
+        f"beside a picture {ages_ms[1][0]:.2f} / {ages_ms[1][1]:.2f} ms; {pictures.row()}"
+    )
+    assert ages_ms[1][1] <= YOUNG * ages_ms[0][1]
+    error_s = np.abs(pictures.captured_s - pictures.stamped_s)
+    assert not np.isnan(error_s).any(), "a stamp could not be read"
+    assert np.percentile(error_s, 95) <= ALIGNED_S
