@@ -1,0 +1,1 @@
+"""Cost of the camera's pictures: `python -m benchmarks.camera_cost.run`."""
