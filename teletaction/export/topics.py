@@ -23,6 +23,7 @@ from common.wire.messages import (
     columns,
 )
 from common.wire.touch_summary import TouchSummary
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.examination.journal import SCHEMAS as CONSOLE_STREAMS
 from operator_site.coupling.coupling import Coupling
 from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
@@ -192,6 +193,26 @@ def _note(payload: bytes) -> Named:
     return {"text": str(unpack(payload))}
 
 
+def _camera(payload: bytes) -> Named:
+    named = Picture.of_record(payload).record()
+    return named | {"content": len(named["content"])}
+
+
+_CAMERA = Topic(
+    _camera,
+    object_schema(
+        {
+            "sequence": {"type": "integer"},
+            "captured_s": number_schema("captured_s", meaning="operator site's clock"),
+            "uncertainty_s": number_schema("uncertainty_s"),
+            "is_key": {"type": "boolean"},
+            "width": {"type": "integer", "unit": "pixel"},
+            "height": {"type": "integer", "unit": "pixel"},
+            "content": {"type": "integer", "unit": "byte", "description": "size of the picture, which is left out"},
+        },
+        {},
+    ),
+)
 _FREE = Topic(_map, {"type": "object"})
 TOPICS: dict[str, Topic] = {
     "remote/motion": _MOTION,
@@ -203,5 +224,6 @@ TOPICS: dict[str, Topic] = {
     **{stream: _row(kind) for stream, kind in _ROWS.items()},
     **{stream: _truth(stream, schema) for stream, schema in (OPERATOR_STREAMS | REMOTE_STREAMS).items()},
     **dict.fromkeys(CONSOLE_STREAMS, _FREE),
+    "console/camera": _CAMERA,
 }
 """All streams that the processes of a session record, by name."""

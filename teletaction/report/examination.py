@@ -13,7 +13,7 @@ from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import Map, map_of, read_map
 from common.recording.recorded_row import Finite, Whole
 from common.wire.messages import Touch
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.recorded_rows import Clock
 from teletaction.report.finding_stills import Still, stills

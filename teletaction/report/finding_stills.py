@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from io import BytesIO
 from typing import NamedTuple
 
-from operator_site.console.camera.picture import Picture, follows
+from operator_site.console.camera.camera_picture import Picture, follows
 
 LATE_S = 1.0
 """Largest age of a picture at the moment that it shows, s."""

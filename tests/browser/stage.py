@@ -15,7 +15,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from common.config.models import ConsoleConfig
 from common.runtime.containment import Containment
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.state.frame import Kind
 from operator_site.console.state.signals import BINS, SPAN_S
 from operator_site.console.texts import looks_like_a_name

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FROZEN_S
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from tests.browser.conftest import Open
 from tests.browser.stage import Stage
 from tests.vp8_stream import HEIGHT, HZ, WIDTH

@@ -17,8 +17,8 @@ import av
 
 from common.link.keys import load_keys
 from operator_site.console.camera.camera import Camera
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.camera_socket import CameraSocket
-from operator_site.console.camera.picture import Picture
 from sim_sensors.physics.camera_stamp import read_stamp
 from tests.network.operator_end import AGES
 

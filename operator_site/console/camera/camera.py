@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from operator_site.console.camera.camera_now import CameraNow
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.picture_reader import PictureReader
 
 RECONNECT_S = 3.0

@@ -7,7 +7,7 @@ from common.link.clock_offset import ClockOffset
 from common.wire.camera_messages import ASK_S, CameraAsk, CameraState, PictureHeader, read_picture
 from common.wire.packets import BadPacket
 from operator_site.console.camera.camera_now import CameraNow, Seen
-from operator_site.console.camera.picture import Picture, follows
+from operator_site.console.camera.camera_picture import Picture, follows
 
 SILENT_S = 1.0
 """Longest silence of a camera's process that answers, s."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import suppress
 
-from operator_site.console.camera.picture import Picture, follows
+from operator_site.console.camera.camera_picture import Picture, follows
 from operator_site.console.playback.playback import CAMERA, Recording
 
 _BACK_S = (2.0, 10.0, 60.0, 600.0)

@@ -12,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from common.link.rate_limiter import RateLimiter
 from common.runtime.containment import Containment
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.pages import (
     FULL,

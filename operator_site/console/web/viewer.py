@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass, field
 
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.web.access import Visitor
 
 CREDIT = 4

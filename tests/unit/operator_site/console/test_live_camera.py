@@ -14,7 +14,7 @@ from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import Surroundings
 from operator_site.console.camera.camera import Camera
 from operator_site.console.camera.camera_now import CameraNow, Seen
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.examination.journal import Journal
 from operator_site.console.live import LiveConsole
 from operator_site.console.web.page_state import refusal

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from remote_site.camera.video_encoder import VideoEncoder
 from teletaction.report.finding_stills import LATE_S, stills
 

@@ -9,8 +9,8 @@ from common.wire.camera_messages import MAX_PICTURE
 from operator_site.console.camera import camera as camera_module
 from operator_site.console.camera.camera import Camera
 from operator_site.console.camera.camera_now import Seen
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.camera_socket import CameraSocket
-from operator_site.console.camera.picture import Picture
 from tests.conftest import Keys
 from tests.unit.operator_site.console.camera.fake_camera import FakeCamera, until
 

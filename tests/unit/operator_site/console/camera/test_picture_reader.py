@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from common.limits import FROZEN_S
 from common.wire.camera_messages import ASK_S, MAX_PICTURE, CameraState
 from operator_site.console.camera.camera_now import Seen
-from operator_site.console.camera.picture import Picture
+from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.picture_reader import KEY_S, SILENT_S, PictureReader
 from tests.unit.operator_site.console.camera.made_pictures import message
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.recording.recorder import Recorder
-from operator_site.console.camera.picture import Picture, follows
+from operator_site.console.camera.camera_picture import Picture, follows
 from operator_site.console.playback.playback import CAMERA, Recording
 from operator_site.console.playback.played_pictures import PlayedPictures
 

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.camera.picture import Picture, follows
+from operator_site.console.camera.camera_picture import Picture, follows
 from operator_site.console.web.access import Visitor
 from operator_site.console.web.viewer import CREDIT, Viewer
 

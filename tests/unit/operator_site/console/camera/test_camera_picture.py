@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.camera.picture import HEADER, MAGIC, VERSION, Picture, follows
+from operator_site.console.camera.camera_picture import HEADER, MAGIC, VERSION, Picture, follows
 
 PICTURES = st.builds(
     Picture,
