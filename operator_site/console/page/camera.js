@@ -4,10 +4,10 @@ import { now, playback } from "./now.js";
 import { WORDS } from "./words.js";
 
 export const FROZEN_S = 0.5;
-const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, AGAIN_MS = 2000, SIZES = ["small", "large", "off"], NO_TOKEN = 4401;
+const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, AGAIN_MS = 2000, LEAD_MS = 5000, SIZES = ["small", "large", "off"], NO_TOKEN = 4401;
 let socket = null, decoder = null, waits = true, size = 0, drawn = null, drawnAt_ms = -Infinity, failed = false;
 const sent = new Map(); // header of each picture in the decoder, by its time stamp
-let stamp = 0, timer = null;
+let stamp = 0, timer = null, leads = [-Infinity, -Infinity], begun_ms = 0;
 
 export function decodePicture(buffer) {
   if (buffer.byteLength <= HEADER) throw new RangeError(`${buffer.byteLength} bytes`);
@@ -95,12 +95,18 @@ function draw(frame) {
   timer = setTimeout(showCamera, Math.max(0, 1000 * (FROZEN_S - age_s())) + 5);
 }
 
+// The site's clock ahead of the page's, s: a delay only lowers what a message shows, so the largest of 5 to 10 s is kept.
+export function followClock(message) {
+  if (message.came_ms - begun_ms > LEAD_MS) { leads = [leads[1], -Infinity]; begun_ms = message.came_ms; }
+  leads[1] = Math.max(leads[1], message.time_s - message.came_ms / 1000);
+}
+
 // Age of the drawn picture on the site's clock, s; a paused recording stands still.
 function age_s() {
   if (!drawn || !now.picture) return Infinity;
   if (playback()) return Math.max(0, now.picture.time_s - drawn.captured_s);
   const at_ms = performance.now();
-  return Math.max((at_ms - drawnAt_ms) / 1000, now.picture.time_s + (at_ms - now.pictureAt_ms) / 1000 - drawn.captured_s);
+  return Math.max((at_ms - drawnAt_ms) / 1000, at_ms / 1000 + Math.max(...leads) - drawn.captured_s);
 }
 
 export const frozen = () => age_s() > FROZEN_S;

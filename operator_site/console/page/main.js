@@ -2,7 +2,7 @@
 import { showActions, startActions } from "./actions.js";
 import { showAlarms, showList, soundAlarms, startAlarms } from "./alarms.js";
 import { showBar, stepMark } from "./bar.js";
-import { showCamera, startCamera } from "./camera.js";
+import { followClock, showCamera, startCamera } from "./camera.js";
 import { showClutch, startClutch } from "./clutch.js";
 import { drawChart, followChart, startChart } from "./chart.js";
 import { Connection } from "./connection.js";
@@ -46,6 +46,7 @@ const connection = new Connection({
   },
   picture(picture) {
     picture.came_ms = performance.now(); // a later state may be drawn first
+    followClock(picture);
     pending.push(picture);
     if (!framed) { framed = true; requestAnimationFrame(draw); }
   },
