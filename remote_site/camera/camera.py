@@ -17,7 +17,7 @@ from common.runtime.systemd_notify import Supervisor
 from common.wire.camera_messages import ASK_S, MAX_PICTURE, CameraAsk, CameraState, PictureHeader
 from common.wire.packets import BadPacket
 from remote_site.camera.camera_link import CameraLink
-from remote_site.camera.picture_ladder import PictureLadder
+from remote_site.camera.picture_ladder import LEAST_HZ, PictureLadder
 from remote_site.camera.picture_readers import PictureReaders, Reader
 from remote_site.camera.video_encoder import VideoEncoder
 from remote_site.camera.video_source import Captured, VideoSource
@@ -81,7 +81,8 @@ class Camera:
     def _show(self, captured: Captured, now_ns: int) -> None:
         """Encode and send a picture if it is due and a reader has credit."""
         rung = self._ladder.rung
-        period_ns = round(1e9 / (self._config.rate_hz * rung.rate))
+        rate_hz = self._config.rate_hz
+        period_ns = round(1e9 / max(rate_hz * rung.rate, min(rate_hz, LEAST_HZ)))
         now_s = now_ns * 1e-9
         ready = self._readers.ready(now_s)
         if not ready or captured.time_ns < self._due_ns:

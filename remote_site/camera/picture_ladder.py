@@ -20,8 +20,10 @@ class Rung(NamedTuple):
     bits: float
 
 
-RUNGS = (Rung(1.0, 1.0, 1.0), Rung(1.0, 0.67, 0.5), Rung(0.5, 0.67, 0.2), Rung(0.5, 0.34, 0.1), Rung(0.5, 0.07, 0.05))
+RUNGS = (Rung(1.0, 1.0, 1.0), Rung(1.0, 0.67, 0.5), Rung(0.5, 0.67, 0.2), Rung(0.5, 0.4, 0.1), Rung(0.25, 0.4, 0.04))
 """Steps from the best picture to the smallest."""
+LEAST_HZ = 4.0
+"""Least rate of pictures at any step, 1/s: a picture older than `common.limits.FROZEN_S` is no live one."""
 WINDOW_S = 1.0
 """Time over which the median of the ages is taken, s; a lost packet alone moves no median."""
 CALM_WINDOW_S = 60.0
