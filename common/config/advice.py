@@ -7,6 +7,7 @@ from typing import get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from common.config.models import (
+    CameraConfig,
     ConsoleConfig,
     ObserverConfig,
     OperatorConfig,
@@ -24,6 +25,7 @@ COMMANDS: dict[str, type[BaseModel]] = {
     "operator": OperatorConfig,
     "console": ConsoleConfig,
     "observe": ObserverConfig,
+    "camera": CameraConfig,
     "rendezvous": RendezvousConfig,
     "tunnel": TunnelConfig,
     "sim-remote": SimRemoteConfig,
