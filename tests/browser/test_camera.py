@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from common.limits import FROZEN_S
 from operator_site.console.camera.camera_picture import Picture
-from tests.browser.conftest import Open
+from tests.browser.conftest import SIZES, Open
 from tests.browser.stage import Stage
+from tests.browser.test_every_state import LOOK, axe_findings
 from tests.vp8_stream import HEIGHT, HZ, WIDTH
 
 pytestmark = [pytest.mark.console, pytest.mark.timeout(120)]
@@ -99,6 +100,20 @@ def test_it_is_small_large_or_off_and_hidden_without_a_camera(stage: Stage, open
     page.wait_for_selector("#camera", state="hidden")
 
 
+@pytest.mark.parametrize("size", SIZES)
+def test_the_large_picture_and_its_tools_fit_and_are_accessible(open_page: Open, size: str) -> None:
+    page = open_page("watching", SIZES[size])
+    page.wait_for_selector(LIVE_TEXT)
+    page.keyboard.press("w")
+    page.wait_for_selector("#map-view[data-camera=large]")
+    assert page.evaluate(LOOK) + axe_findings(page) == []
+    page.keyboard.press("w")
+    page.click("#photo-button")
+    page.click("#photo-camera")
+    page.wait_for_selector("#photo-adjust[aria-pressed=true]")
+    assert page.evaluate(LOOK) + axe_findings(page) == []
+
+
 def test_what_is_missing_is_named(stage: Stage, open_page: Open) -> None:
     page = open_page("unseen")
     page.wait_for_selector("#camera.frozen #camera-said:has-text('No camera')")
@@ -176,3 +191,49 @@ def test_the_page_reads_what_the_console_packs(stage: Stage, open_page: Open) ->
         [list(bytes_) for bytes_ in broken],
     )
     assert refused == [True] * len(broken)
+
+
+FITTED = """async marks => {
+  const { fitMarks } = await import('/page/camera_marks.js');
+  return fitMarks(marks);
+}"""
+
+
+@pytest.mark.parametrize("off_mm", [0.0, 4.0])
+def test_four_marks_register_the_picture_and_say_the_error(open_page: Open, off_mm: float) -> None:
+    page = open_page("connected")
+    matrix = [180.0, 20.0, 15.0, -90.0, -70.0, 40.0]
+    a, d, b, e, c, f = matrix
+    places = [(0.2, 0.2), (0.8, 0.2), (0.8, 0.8), (0.2, 0.8)]
+    marks = [
+        {"u": u, "v": v, "x": a * u + b * v + c + (off_mm if at % 2 else -off_mm), "y": d * u + e * v + f}
+        for at, (u, v) in enumerate(places)
+    ]
+    fitted = page.evaluate(FITTED, marks)
+    assert fitted["matrix"] == pytest.approx(matrix, abs=1e-6)
+    assert fitted["error_mm"] == pytest.approx(2.0 * off_mm, abs=1e-6)  # each mark is off by as much
+    on_a_line = [mark | {"v": mark["u"]} for mark in marks]
+    assert page.evaluate(FITTED, on_a_line) is None
+    assert page.evaluate(FITTED, marks[:3]) is None
+
+
+def test_the_map_is_laid_over_the_camera_by_touched_marks(stage: Stage, open_page: Open) -> None:
+    page = open_page("watching")
+    page.wait_for_selector(LIVE_TEXT)
+    page.click("#photo-button")
+    page.click("#photo-camera")
+    page.wait_for_selector("#photo-adjust[aria-pressed=true]")
+    page.click("#photo-marks")
+    page.wait_for_selector("#map-view[data-camera=large]")
+    box = page.locator("#camera-picture").bounding_box()
+    for number, (across, down) in enumerate(((0.3, 0.4), (0.7, 0.4), (0.7, 0.6), (0.3, 0.6)), 1):
+        page.wait_for_selector(f"#photo-said:has-text('Mark {number} of 4')")
+        page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
+    page.wait_for_selector("#photo-said:has-text('Registered: error')")
+    page.wait_for_selector("#map-view[data-camera=small]")
+    stage.scenario.touching = set()
+    page.click("#photo-marks")
+    page.wait_for_timeout(300)  # several pictures without a touch
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_selector("#photo-said:has-text('No finger touches')")
+    page.click("#photo-remove")

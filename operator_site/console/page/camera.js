@@ -7,7 +7,7 @@ export const FROZEN_S = 0.5;
 const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, AGAIN_MS = 2000, LEAD_MS = 5000, SIZES = ["small", "large", "off"], NO_TOKEN = 4401;
 let socket = null, decoder = null, waits = true, size = 0, drawn = null, drawnAt_ms = -Infinity, failed = false;
 const sent = new Map(); // header of each picture in the decoder, by its time stamp
-let stamp = 0, timer = null, leads = [-Infinity, -Infinity], begun_ms = 0;
+let stamp = 0, timer = null, leads = [-Infinity, -Infinity], begun_ms = 0, changed = () => {}, picks = null;
 
 export function decodePicture(buffer) {
   if (buffer.byteLength <= HEADER) throw new RangeError(`${buffer.byteLength} bytes`);
@@ -21,8 +21,23 @@ export function decodePicture(buffer) {
   return picture;
 }
 
-export function startCamera() {
-  byId("camera").addEventListener("click", nextSize);
+export function startCamera(redraw) {
+  changed = redraw;
+  byId("camera").addEventListener("click", event => (picks && event.detail ? pick(event) : nextSize())); // a key has no place
+}
+
+// Shows the picture large and gives each tapped place, 0 to 1 of width and height, to `taken`; null ends this.
+export function pickInPicture(taken) {
+  picks = taken;
+  size = taken ? SIZES.indexOf("large") : 0;
+  showCamera();
+}
+
+// The picture is as large as fits into its canvas.
+function pick({ clientX, clientY }) {
+  const canvas = byId("camera-picture"), box = canvas.getBoundingClientRect(), scale = Math.min(box.width / canvas.width, box.height / canvas.height);
+  const u = 0.5 + (clientX - box.left - box.width / 2) / (canvas.width * scale), v = 0.5 + (clientY - box.top - box.height / 2) / (canvas.height * scale);
+  if (Math.abs(u - 0.5) <= 0.5 && Math.abs(v - 0.5) <= 0.5) picks(u, v);
 }
 
 export function nextSize() {
@@ -91,6 +106,7 @@ function draw(frame) {
   drawnAt_ms = performance.now();
   say({ kind: "drawn", sequence: picture.sequence });
   showCamera();
+  changed();
   clearTimeout(timer);
   timer = setTimeout(showCamera, Math.max(0, 1000 * (FROZEN_S - age_s())) + 5);
 }
@@ -128,6 +144,7 @@ export function showCamera() {
   if (!socket && decodes() && now.connected) open();
   byId("map-view").dataset.camera = SIZES[size];
   byId("camera-picture").hidden = !drawn || SIZES[size] === "off";
-  button.classList.toggle("frozen", !decodes() || frozen());
+  const is = !decodes() || frozen();
+  if (is !== button.classList.contains("frozen")) { button.classList.toggle("frozen", is); changed(); }
   write(byId("camera-said"), said(camera));
 }

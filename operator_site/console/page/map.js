@@ -5,7 +5,7 @@ import { drawLegend } from "./legend.js";
 import { comparable, COMPARISONS, differences, forgetBefore, hasBefore, keepBefore, SPAN } from "./map_compare.js";
 import { drawOver } from "./map_over.js";
 import { paintPane } from "./map_paint.js";
-import { dragPhoto, endAdjusting, startPhoto } from "./map_photo.js";
+import { dragPhoto, endAdjusting, offerCamera, startPhoto } from "./map_photo.js";
 import { startPointer } from "./map_pointer.js";
 import { forgetTiles, keepTile, Painting, QUANTITIES, regions } from "./map_tiles.js";
 import { numberOf, unitOf } from "./map_units.js";
@@ -150,6 +150,7 @@ function showTools() {
 function togglePhoto() {
   const tray = byId("photo");
   tray.hidden = !tray.hidden;
+  offerCamera();
   if (tray.hidden) endAdjusting();
   byId("photo-button").setAttribute("aria-expanded", String(!tray.hidden));
 }

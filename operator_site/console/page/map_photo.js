@@ -1,9 +1,13 @@
-// A still picture under the map, chosen from a file. It stays in this page. While it is adjusted, a drag moves and a pinch scales it.
+// A picture under the map: a still one from a file, which stays in this page, or the camera's. While it is adjusted, a drag
+// moves and a pinch scales it. The camera's may be registered by marks instead.
+import { frozen } from "./camera.js";
+import { askMarks } from "./camera_marks.js";
 import { byId, write } from "./dom.js";
+import { now } from "./now.js";
 import { WORDS } from "./words.js";
 
-const WIDTH_MM = 150, STEP = 1.05;
-let photo = null; // {image, x, y, width} with centre and width in mm
+const WIDTH_MM = 150, STEP = 1.05, FADED = 0.4;
+let photo = null; // {image, x, y, width} with centre and width in mm, live: of the camera, matrix: of its registration
 let adjusting = false, changed = () => {};
 
 export function startPhoto(redraw, centre) {
@@ -16,6 +20,8 @@ export function startPhoto(redraw, centre) {
     write(byId("photo-said"), "");
     adjust(true);
   });
+  byId("photo-camera").addEventListener("click", () => { photo = { image: byId("camera-picture"), ...centre(), width: WIDTH_MM, live: true, matrix: null }; adjust(true); });
+  byId("photo-marks").addEventListener("click", () => { adjust(false); askMarks(text => write(byId("photo-said"), text), fit => { if (photo?.live) photo.matrix = fit?.matrix ?? null; changed(); }); });
   byId("photo-choose").addEventListener("click", () => byId("photo-file").click());
   byId("photo-adjust").addEventListener("click", () => adjust(!adjusting));
   byId("photo-smaller").addEventListener("click", () => scale(1 / STEP));
@@ -25,8 +31,18 @@ export function startPhoto(redraw, centre) {
 
 export const hasPhoto = () => photo !== null;
 
+export function cameraDrew() {
+  if (photo?.live) changed();
+}
+
+export function offerCamera() {
+  for (const id of ["photo-camera", "photo-marks"]) byId(id).hidden = !now.state?.camera;
+}
+
 function adjust(on) {
   adjusting = on && photo !== null;
+  if (adjusting) photo.matrix = null;
+  byId("photo-marks").disabled = !photo?.live;
   for (const id of ["photo-adjust", "photo-smaller", "photo-larger", "photo-remove"]) byId(id).disabled = photo === null;
   byId("photo-adjust").setAttribute("aria-pressed", String(adjusting));
   changed();
@@ -51,6 +67,13 @@ export function endAdjusting() {
 }
 
 export function drawPhoto(pen, at, scale) {
-  const { image, x, y, width } = photo, high = width * image.height / image.width, px = scale * at.scale;
-  pen.drawImage(image, at.toX(x - width / 2) * scale, at.toY(y + high / 2) * scale, width * px, high * px);
+  const { image, x, y, width, matrix } = photo, high = width * image.height / image.width, px = scale * at.scale;
+  pen.save();
+  if (photo.live && frozen()) { pen.filter = "grayscale(1)"; pen.globalAlpha = FADED; }
+  if (matrix) {
+    const [a, d, b, e, c, f] = matrix;
+    pen.transform(px * a, -px * d, px * b, -px * e, at.toX(c) * scale, at.toY(f) * scale);
+    pen.drawImage(image, 0, 0, 1, 1);
+  } else pen.drawImage(image, at.toX(x - width / 2) * scale, at.toY(y + high / 2) * scale, width * px, high * px);
+  pen.restore();
 }
