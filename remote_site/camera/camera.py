@@ -92,11 +92,12 @@ class Camera:
         if encoder is None or self._rung != self._ladder.number:
             encoder = self._encoder = self._open(period_ns)
         encoded = encoder.encode(captured.frame, captured.time_ns, self._readers.key_is_due(now_s, ready))
-        if encoded is None or len(encoded.data) > MAX_PICTURE:
+        if encoded is None:
             self.counts["pictures left out"] += 1
             return
         self._sequence += 1
-        for reader in self._readers.sent(self._sequence, now_s, encoded.is_key, ready):
+        fits = len(encoded.data) <= MAX_PICTURE  # otherwise no reader gets it, and all need a key picture
+        for reader in self._readers.sent(self._sequence, now_s, encoded.is_key, ready if fits else []):
             self._send(reader, self._header(reader, captured.time_ns, encoded.is_key), encoded.data)
             self.counts["pictures"] += 1
             self._bytes += len(encoded.data)
@@ -136,6 +137,7 @@ class Camera:
             "missing": self._source.problem,
             "readers": len(self._readers.present),
             "rung": self._ladder.number,
+            "sequence": self._sequence,
             "bytes": self._bytes,
             "counts": dict(self.counts),
         }

@@ -226,6 +226,19 @@ def test_the_picture_shrinks_while_touch_grows_older(stage: Stage) -> None:
     stage.until(smaller)
 
 
+def test_after_a_picture_that_is_too_large_a_key_picture_follows(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    reader = stage.reader()
+    reader.ask()
+    stage.until(lambda: len(reader.pictures) >= 3)
+    with monkeypatch.context() as tight:
+        tight.setattr("remote_site.camera.camera.MAX_PICTURE", 0)
+        before = stage.camera.figures()["sequence"]
+        stage.until(lambda: stage.camera.figures()["sequence"] != before)
+    count = len(reader.pictures)
+    stage.until(lambda: len(reader.pictures) > count)
+    assert reader.pictures[count][0].is_key
+
+
 def test_a_taken_port_is_a_link_problem(stage: Stage, keys: Keys, base_port: int) -> None:
     with pytest.raises(LinkProblem, match=r"\(camera\): .*in use"):
         CameraLink(RemoteLinkConfig(base_port=base_port, keys=keys.remote))
