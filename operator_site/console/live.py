@@ -122,6 +122,9 @@ class LiveConsole:
         site = self.console.site
         touch_age_s = max(site.link.largest_age_s(self._seen_s), site.gap_s or 0.0)
         self._seen_s = now_s
+        if site.link.clock is not None:
+            offset_ns, uncertainty_ns = site.link.clock
+            camera.site_clock = offset_ns + round(self._time.ahead_s * 1e9), uncertainty_ns
         for taken in camera.step(site.session, touch_age_s, wants_key=self.camera_pages.wants_key):
             picture = replace(taken, captured_s=taken.captured_s + self._time.ahead_s)
             self.camera_pages.show(picture)

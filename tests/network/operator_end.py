@@ -3,7 +3,8 @@
     operator_end.py ADDRESS BASE_PORT KEYS REMOTE_PUBLIC_KEY
 
 Prints how many packets it has accepted, every hundred, and at the end all that the test judges. It sends the age of
-each accepted packet, ns, to the UDP port AGES of its host, where a picture's end may listen.
+each accepted packet, and offset and uncertainty of the remote machine's clock, ns, to the UDP port AGES of its host,
+where a picture's end may listen.
 """
 
 import json
@@ -28,6 +29,7 @@ from common.wire.messages import Touch
 from common.wire.packets import LinkState
 from common.wire.session_messages import Heartbeat
 from common.wire.streams import STREAMS
+from tests.network.remote_end import CLOCK_APART_NS
 
 SESSION = 1
 EVERY = 100
@@ -82,7 +84,8 @@ def run(end: OperatorEnd, stop: Callable[[], bool]) -> None:
             loop.wait()
             if end.step(time.monotonic_ns()):
                 with suppress(OSError):  # nobody listens
-                    ages.sendto(str(end.acceptance.age_ns).encode(), ("127.0.0.1", AGES))
+                    known = end.acceptance.age_ns, end.clock.offset_ns - CLOCK_APART_NS, end.clock.uncertainty_ns
+                    ages.sendto(json.dumps(known).encode(), ("127.0.0.1", AGES))
                 if len(end.accepted) % EVERY == 0:
                     print(len(end.accepted), flush=True)
 

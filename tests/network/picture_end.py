@@ -26,21 +26,30 @@ _STEP_S = 0.008
 """Interval between two steps, as the console's, s."""
 
 
-def newest_age_s(ages: socket.socket) -> float:
-    """The largest age of touch that the operator's end has sent since the last call, s; 0 without one."""
+def take_touch(camera: Camera, ages: socket.socket) -> float:
+    """Give the camera the site's clock; return the largest age of touch since the last call, s, 0 without one."""
     largest_ns = 0
     with suppress(BlockingIOError):
         while True:
-            largest_ns = max(largest_ns, int(ages.recv(64)))
+            age_ns, *site_clock = json.loads(ages.recv(256))
+            largest_ns = max(largest_ns, age_ns)
+            camera.site_clock = site_clock[0], site_clock[1]
     return largest_ns * 1e-9
 
 
-def judged(picture: Picture, arrived_s: float, decoder: av.VideoCodecContext) -> tuple[float, ...]:
-    """When a picture arrived, its time of capture as known and as stamped, s; its bytes, and its width in pixels."""
+def judged(picture: Picture, camera: Camera, decoder: av.VideoCodecContext) -> tuple[float, ...]:
+    """What is known of a picture that has just arrived.
+
+    When it arrived, its time of capture as known and as stamped, and the error of touch's clock, s; its bytes, and its
+    width in pixels.
+    """
+    arrived_s = time.monotonic()
     frame = decoder.decode(av.Packet(picture.content))[0]
     stamp = read_stamp(frame.to_ndarray()[: picture.height], arrived_s)
     stamped_s = float("nan") if stamp is None else stamp[0]
-    return arrived_s, picture.captured_s, stamped_s, float(len(picture.content)), float(picture.width)
+    offset_ns = 0 if camera.site_clock is None else camera.site_clock[0]
+    touch_error_s = -offset_ns * 1e-9  # both hosts of the test have one clock
+    return arrived_s, picture.captured_s, stamped_s, touch_error_s, float(len(picture.content)), float(picture.width)
 
 
 def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> None:
@@ -52,8 +61,8 @@ def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> No
         ages.setblocking(False)
         ages.bind(("127.0.0.1", AGES))
         while not select.select([sys.stdin], [], [], _STEP_S)[0]:
-            for picture in camera.step(1, newest_age_s(ages), wants_key=False):
-                found.append(judged(picture, time.monotonic(), decoder))
+            for picture in camera.step(1, take_touch(camera, ages), wants_key=False):
+                found.append(judged(picture, camera, decoder))
                 if len(found) == 1:
                     print("first picture", flush=True)
     print(json.dumps(found), flush=True)

@@ -46,12 +46,15 @@ class Camera:
             clock_ns: this machine's monotonic clock, ns.
         """
         self._line, self._clock_ns = line, clock_ns
+        self.site_clock: tuple[int, int] | None = None
+        """Offset of the remote site's clock from this machine's and its uncertainty, ns; None while unknown."""
         self._reader = PictureReader(clock_ns(), required=required)
         self._connected_ns = clock_ns()
 
     def step(self, session: int, touch_age_s: float, *, wants_key: bool) -> list[Picture]:
         """Return the arrived pictures that can be decoded, oldest first, and send the due packet."""
         found = []
+        self._reader.site_clock = self.site_clock
         for _ in range(_AT_ONCE):
             if not (parts := self._line.receive()):
                 break

@@ -22,12 +22,14 @@ class PictureReader:
     Attributes:
         damaged: number of unreadable messages, which are dropped.
         clock: offset of the camera's clock.
+        site_clock: offset of the remote site's clock and its uncertainty, ns; None while it is unknown.
     """
 
     def __init__(self, now_ns: int, *, required: bool = False):
         """Begin without a picture."""
         self.damaged = 0
         self.clock = ClockOffset()
+        self.site_clock: tuple[int, int] | None = None
         self._required = required
         self._heard_ns = self._arrived_ns = self._captured_ns = now_ns
         self._state = CameraState.SHOWING
@@ -48,13 +50,14 @@ class PictureReader:
             self.damaged += 1
             return None
         self._heard_ns, self._state = now_ns, header.state
-        if not content or self.clock.uncertainty_ns is None:
+        if not content or (dating := self._dating()) is None:
             return None
-        captured_ns = header.time_ns - self.clock.offset_ns
+        offset_ns, uncertainty_ns = dating
+        captured_ns = header.time_ns - offset_ns
         picture = Picture(
             header.sequence,
             captured_ns * 1e-9,
-            self.clock.uncertainty_ns * 1e-9,
+            uncertainty_ns * 1e-9,
             header.is_key,
             header.width,
             header.height,
@@ -67,6 +70,21 @@ class PictureReader:
             return None
         self._arrived_ns, self._captured_ns = now_ns, captured_ns
         return picture
+
+    def _dating(self) -> tuple[int, int] | None:
+        """Return the offset that dates the pictures and its uncertainty, ns; None while it is unknown.
+
+        A camera on the site's host has the site's clock. Its pictures are then dated as touch is, so that an error of
+        the offset, which may be half a round trip, is the same for both. Another clock contradicts that offset.
+        """
+        own = self.clock
+        if own.uncertainty_ns is None:
+            return None
+        if self.site_clock is not None:
+            offset_ns, uncertainty_ns = self.site_clock
+            if abs(offset_ns - own.offset_ns) <= uncertainty_ns + own.uncertainty_ns:
+                return self.site_clock
+        return own.offset_ns, own.uncertainty_ns
 
     def _compare(self, header: PictureHeader, now_ns: int) -> None:
         if header.asked_ns == 0:

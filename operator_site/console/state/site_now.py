@@ -75,6 +75,11 @@ class LinkNow:
         self._offset_ns = offset_ns
         self.uncertainty_ms = None if uncertainty_ns is None else uncertainty_ns * 1e-6
 
+    @property
+    def clock(self) -> tuple[int, int] | None:
+        """Offset of the remote site's clock from the operator site's and its uncertainty, ns; None while unknown."""
+        return None if self.uncertainty_ms is None else (self._offset_ns, round(self.uncertainty_ms * 1e6))
+
     def take_touch(self, t_s: float, touch: Touch) -> None:
         """Take an accepted touch packet."""
         late, self._touch_s = t_s - self._touch_s > LATE_S, t_s

@@ -53,6 +53,17 @@ def test_a_picture_has_its_time_on_this_side_within_the_uncertainty(told: Told) 
     assert told.reader.now(told.now_ns).age_s == pytest.approx(0.05, abs=0.015)
 
 
+@pytest.mark.parametrize(("apart_ns", "same"), [(9 * MS, True), (-9 * MS, True), (40 * MS, False), (-3 * S, False)])
+def test_a_camera_with_the_sites_clock_is_dated_as_touch_is(told: Told, apart_ns: int, same: bool) -> None:
+    """The site's offset counts unless it contradicts the camera's: 5 ms of error each way, 15 ms of uncertainty."""
+    told.reader.site_clock = AHEAD_NS + apart_ns, 5 * MS
+    picture = told.picture(1)
+    assert picture is not None
+    captured_ns = told.now_ns - 50 * MS
+    assert (abs(picture.captured_s - (captured_ns - apart_ns) * 1e-9) < 1e-6) is same
+    assert picture.uncertainty_s == pytest.approx(0.005 if same else 0.015, abs=1e-4)
+
+
 def test_it_asks_first_for_a_key_picture_and_once_a_second_until_it_comes(told: Told) -> None:
     assert told.asked is not None
     assert (told.asked.sequence, told.asked.wants_key) == (0, True)
