@@ -78,6 +78,10 @@ SWITCH_LOST_S = 0.500
 """Silence of the patient's stop switch that is a fault, s."""
 SWITCH_HOLD_S = 1.000
 """Minimum time for which the patient's stop switch reports a press, s: longer than a silence, which could hide it."""
+PAIN_SHARE = 0.8
+"""Limit of the contact force after a report of pain, as a share of the patient's own threshold."""
+PAIN_LEAST_N = 0.5
+"""Lowest limit that a report of pain sets, N; a finger must still find the surface."""
 APPROACH_PLANE_M_S, APPROACH_DOWN_M_S = 0.15, 0.020
 """Maximum speeds of the remote hand, m/s, along the bench and of fingers downwards, until it meets the operator's."""
 REMOTE_PLANE_M = 0.655

@@ -1,0 +1,123 @@
+"""Joins contact forces and the patient's pain answers into presses."""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+PAINFUL = 0.5
+"""Lowest pain answer that counts as pain, on the scale 0..10."""
+PRESSED_N, LEFT_N = 0.3, 0.15
+"""Forces at which a press begins and ends, N."""
+SOONEST_S, LATEST_S = 0.3, 1.2
+"""Shortest and longest reaction time of a patient, s."""
+SAMPLE_S = 0.02
+"""Shortest time between two kept samples, s."""
+LONGEST_S = 20.0
+"""Longest press, s; a longer one is split."""
+
+
+@dataclass(slots=True)
+class Press:
+    """One contact, from the first touch of a finger to the last.
+
+    Attributes:
+        time_s: times of the samples, s, increasing.
+        force_n: force of each finger in each sample, N.
+        x_m, y_m: place of each finger at its greatest force, m.
+        peak_n: greatest force of each finger, N.
+        risen_s: time at which the patient began to report pain, s; NaN without a report.
+        fallen_s: time at which the report ended, s; NaN before.
+        answer: highest pain answer of the report, 0..10.
+    """
+
+    time_s: list[float]
+    force_n: list[tuple[float, ...]]
+    x_m: list[float]
+    y_m: list[float]
+    peak_n: list[float]
+    risen_s: float = math.nan
+    fallen_s: float = math.nan
+    answer: float = 0.0
+
+    @property
+    def painful(self) -> bool:
+        """Whether the patient reported pain."""
+        return not math.isnan(self.risen_s)
+
+    def forces_n(self, t_s: Floats) -> Floats:
+        """Return the force of each finger at given times, s, shape (times, fingers); 0 N outside the press."""
+        known = np.array(self.force_n)
+        columns = [np.interp(t_s, self.time_s, column, left=0.0, right=0.0) for column in known.T]
+        return np.stack(columns, axis=-1)
+
+
+class PressFinder:
+    """Finds presses, sample by sample.
+
+    Attributes:
+        presses: the newest presses, oldest first; the newest may not have ended.
+    """
+
+    def __init__(self, presses: int) -> None:
+        """Keep a number of presses."""
+        self.presses: deque[Press] = deque(maxlen=presses)
+        self._open = self._painful = False
+        self._reported: Press | None = None
+
+    def step(
+        self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
+    ) -> Press | None:
+        """Take a sample; return the press whose report begins or ends with it.
+
+        Args:
+            t_s: time, s, increasing.
+            force_n: contact force of each finger, N, finite.
+            x_m, y_m: place of each finger, m.
+            answer: newest pain answer, 0..10; NaN where it is unknown, which changes no report.
+        """
+        self._touch(t_s, force_n, x_m, y_m)
+        if self._reported is not None and answer > self._reported.answer:
+            self._reported.answer = answer
+        if math.isnan(answer) or (answer >= PAINFUL) == self._painful:
+            return None
+        self._painful = answer >= PAINFUL
+        if self._painful:
+            self._reported = self._felt(t_s)
+            if self._reported is not None:
+                self._reported.risen_s, self._reported.answer = t_s, answer
+            return self._reported
+        ended, self._reported = self._reported, None
+        if ended is not None:
+            ended.fallen_s = t_s
+        return ended
+
+    def _touch(self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float]) -> None:
+        strongest_n = max(force_n)
+        if not self._open:
+            if strongest_n < PRESSED_N:
+                return
+            self._open = True
+            self.presses.append(Press([t_s], [tuple(force_n)], [*x_m], [*y_m], [*force_n]))
+            return
+        press = self.presses[-1]
+        for finger, pressed_n in enumerate(force_n):
+            if pressed_n > press.peak_n[finger]:
+                press.peak_n[finger], press.x_m[finger], press.y_m[finger] = pressed_n, x_m[finger], y_m[finger]
+        self._open = strongest_n >= LEFT_N and t_s - press.time_s[0] < LONGEST_S
+        if not self._open or t_s - press.time_s[-1] >= SAMPLE_S:
+            press.time_s.append(t_s)
+            press.force_n.append(tuple(force_n))
+
+    def _felt(self, t_s: float) -> Press | None:
+        """Return the press that a report at this time is about; None where none can be."""
+        for press in reversed(self.presses):
+            if press.time_s[0] <= t_s - SOONEST_S:
+                late = not (press is self.presses[-1] and self._open) and press.time_s[-1] < t_s - LATEST_S
+                return None if late or press.painful else press
+        return None

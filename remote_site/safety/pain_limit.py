@@ -1,0 +1,49 @@
+"""Lowers the remote force limit to the patient's own pain threshold.
+
+The limit is a share of the lowest force at which the patient has reported pain. Only a person ends it.
+"""
+
+import math
+from collections.abc import Sequence
+
+from common.limits import PAIN_LEAST_N, PAIN_SHARE
+from common.tenderness.presses import PressFinder
+from common.tenderness.reaction import ReactionTime
+
+REPORTED_SHARE, ENDED_SHARE = 0.9, 0.5
+"""Quantiles of the patient's threshold that count when a report begins, and when it has ended.
+
+The reaction time is known better after the end. The first limit is high enough for the second one to lower it."""
+
+
+class PainLimit:
+    """Follows the patient's threshold.
+
+    Attributes:
+        limit_n: greatest contact force, N; infinite before the first report of pain.
+        finder: the newest presses.
+        reaction: the patient's reaction time.
+    """
+
+    def __init__(self, presses: int = 8) -> None:
+        """Keep a number of presses."""
+        self.limit_n = math.inf
+        self.reaction = ReactionTime()
+        self.finder = PressFinder(presses)
+
+    def step(
+        self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
+    ) -> None:
+        """Take forces, N, places, m, and the newest pain answer, 0..10 or NaN, at a time, s."""
+        press = self.finder.step(t_s, force_n, x_m, y_m, answer)
+        if press is None:
+            return
+        share = REPORTED_SHARE
+        if not math.isnan(press.fallen_s):
+            self.reaction.learn(press)
+            share = ENDED_SHARE
+        self.limit_n = min(self.limit_n, max(PAIN_LEAST_N, PAIN_SHARE * self.reaction.threshold_n(press, share)))
+
+    def end(self) -> None:
+        """Return to the default limit: a deliberate act of a person. What is known of the reaction is kept."""
+        self.limit_n = math.inf

@@ -1,0 +1,78 @@
+"""The patient's pain lowers the force limit, and nothing but a person raises it again."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from common.limits import PAIN_LEAST_N, PAIN_SHARE
+from remote_site.safety.pain_limit import PainLimit
+from tests.unit.common.tenderness.made import press
+
+
+class Recorded(PainLimit):
+    """Keeps every limit."""
+
+    def __init__(self):
+        super().__init__()
+        self.limits_n = []
+
+    def step(self, *values):
+        super().step(*values)
+        self.limits_n.append(self.limit_n)
+
+
+def test_no_pain_no_limit():
+    limit = Recorded()
+    press(limit, start_s=0.0, level_n=3.0, threshold_n=4.0)
+    assert set(limit.limits_n) == {math.inf}
+
+
+def test_the_limit_follows_the_patients_threshold():
+    limit = Recorded()
+    press(limit, start_s=0.0, level_n=4.0, threshold_n=2.0, reaction_s=0.6)
+    reported_n, ended_n = dict.fromkeys(limit.limits_n).keys() - {math.inf}, limit.limit_n
+    assert max(reported_n) > ended_n, "at the report the reaction time is not known yet"
+    assert max(reported_n) <= PAIN_SHARE * 2.6, "it is below the force at the report"
+    assert ended_n == pytest.approx(PAIN_SHARE * 2.0, abs=0.2)
+
+
+def test_a_higher_threshold_does_not_raise_it_and_a_lower_one_lowers_it():
+    limit = Recorded()
+    press(limit, start_s=0.0, level_n=4.0, threshold_n=2.0)
+    before_n = limit.limit_n
+    press(limit, start_s=20.0, level_n=4.0, threshold_n=3.0)
+    assert limit.limit_n == before_n
+    press(limit, start_s=40.0, level_n=4.0, threshold_n=1.0)
+    assert limit.limit_n < before_n
+
+
+def test_the_lowest_limit_still_finds_the_surface():
+    limit = PainLimit()
+    press(limit, start_s=0.0, level_n=1.0, threshold_n=0.35)
+    assert limit.limit_n == PAIN_LEAST_N
+
+
+def test_only_an_act_ends_it():
+    limit = PainLimit()
+    press(limit, start_s=0.0, level_n=4.0, threshold_n=2.0)
+    mean_s = limit.reaction.mean_s
+    limit.end()
+    assert limit.limit_n == math.inf
+    assert limit.reaction.mean_s == mean_s
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0.001, 1.0), st.floats(0.0, 5.0), st.sampled_from([0.0, 1.0, 10.0, math.nan])),
+        max_size=200,
+    )
+)
+def test_whatever_happens_the_limit_never_rises(samples):
+    limit, t_s, before_n = PainLimit(), 0.0, math.inf
+    for dt_s, force_n, answer in samples:
+        t_s += dt_s
+        limit.step(t_s, [force_n, 0.5 * force_n], [0.0, 0.02], [0.0, 0.0], answer)
+        assert PAIN_LEAST_N <= limit.limit_n <= before_n
+        before_n = limit.limit_n
