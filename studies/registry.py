@@ -55,6 +55,7 @@ STUDIES = {
     "observer": "studies.observer.run",
     "tactile-map": "studies.tactile_map.run",
     "nodules": "studies.nodules.run",
+    "tenderness": "studies.tenderness.run",
     "consoles": "benchmarks.consoles.run",
     "sessions": "benchmarks.sessions.run",
     "rates": "benchmarks.rates.run",
