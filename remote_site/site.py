@@ -27,6 +27,7 @@ from common.recording.recorder import Recorder
 from common.runtime.containment import Containment, MakeContainment
 from common.runtime.site_loop import run_site_loop
 from common.site_status import recording_stopped, site_figures, staleness
+from common.tenderness.presses import PAINFUL
 from common.timing.standstill import HostClock
 from common.timing.timeouts import TICK_AGE_S
 from common.wire.messages import Motion, Touch
@@ -75,6 +76,7 @@ class RemoteSite:
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None else SiteRecording(recorder)
+        self._pain_recorded = config.consent.pain
         self._desk = desk
         materials, surfaces = load_tables(config)
         self.gate = PatientGate(config.patient.contact_force_n)
@@ -92,6 +94,7 @@ class RemoteSite:
         self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
         self.contain = self.server.contain = containment(self.server.session.latch)
         self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
+        self.server.patient = self._patient
         self.perception = Perception(config.fingers, materials, surfaces, self.contain, 1.0 / config.rate_hz)
         self.heating = Heating(config.fingers)
         self._sensed = SensorFrame(-math.inf, 0.0, 0.0, _ZEROS, _ZEROS, _NOTHING_NEW, _NOTHING_NEW, None)
@@ -137,6 +140,8 @@ class RemoteSite:
             with contain.step("record", latches=False):
                 self._recording.tick(now_ns, server.motion, sensed_now, packet, happened, command, touches)
                 self._recording.session(now_ns, happenings, notes)
+                if self._pain_recorded:
+                    self._recording.patient(now_ns, self._pain(now_ns * 1e-9), self.gate.patient_limit_n)
         self.perception.work()
 
     def _read(self, now_s: float) -> SensorFrame:
@@ -162,7 +167,32 @@ class RemoteSite:
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):
-            return answer_desk(self.server, now_ns, not_ready, verb, details, held=self._devices.patient_presses)
+            pain = self._pain(now_ns * 1e-9)
+            may_restore = pain is None or pain < PAINFUL
+            return answer_desk(
+                self.server,
+                now_ns,
+                not_ready,
+                verb,
+                details,
+                held=self._devices.patient_presses,
+                restore_force=self.gate.end_pain_limit if may_restore else None,
+            )
+
+    def _pain(self, t_s: float) -> float | None:
+        """Return the patient's answer, 0..10; NaN while it is too old, None without a pain slider."""
+        return self._devices.pain_reading(t_s)
+
+    def _patient(self) -> dict[str, Any]:
+        """Return what the patient reports, for the operator's site; empty without a pain slider."""
+        pain = self._pain(self._now_ns * 1e-9)
+        if pain is None:
+            return {}
+        return {
+            "pain": None if math.isnan(pain) else pain,
+            "patient_limit_n": self.gate.patient_limit_n,
+            "pain_reports": [value for report in self.gate.pain_limit.reports for value in report],
+        }
 
     def _commanded(
         self, now: SensorFrame, followed: tuple[float, Places] | None, heater_drive: list[float]
@@ -200,6 +230,7 @@ class RemoteSite:
             ),
             "texture_faults": faults,
             "postponed": self.perception.postponed,
+            **self._patient(),
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
             "observers": len(server.observers),
             "expelled": dict(server.expelled),
@@ -259,6 +290,7 @@ class RemoteSite:
             sensor_age_s=[now.time_s - s for s in devices.sensor_s],
             in_contact=in_contact,
             patient_switch=devices.switch_reading(now.time_s),
+            pain=devices.pain_reading(now.time_s),
         )
 
     def _touch(self, now_ns: int) -> bytes | None:

@@ -1,5 +1,6 @@
 """Records the remote site: each tick's exact input and output, and at 10 Hz what it identifies."""
 
+import math
 from collections.abc import Iterable, Mapping
 
 import msgpack
@@ -12,7 +13,7 @@ from common.wire.streams import STREAMS
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.finger_identification import FingerIdentification
-from remote_site.recorded_rows import Gate, SentEvent, Thermal
+from remote_site.recorded_rows import Gate, Patient, SentEvent, Thermal
 from remote_site.safety.setpoints import GatedCommand
 
 SCHEMAS: dict[str, dict[str, object]] = {
@@ -25,6 +26,8 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "remote/event": SentEvent.schema(),
     "remote/thermal": Thermal.schema(),
 }
+PATIENT_SCHEMAS: dict[str, dict[str, object]] = {"remote/patient": Patient.schema()}
+"""Schemas that a recording has in addition where the patient consents to recorded pain."""
 _THERMAL_EVERY = 25
 """Ticks between two records of each finger's identification: 10 a second at the usual rate."""
 
@@ -48,15 +51,17 @@ def open_recorder(config: RemoteConfig, metadata: Mapping[str, str]) -> Recorder
         "materials.json": config.calibration.materials.read_bytes(),
         "surfaces.json": config.calibration.surfaces.read_bytes(),
     }
-    return Recorder(config.record, SCHEMAS, {**metadata, **hashes}, tables)
+    schemas = SCHEMAS | PATIENT_SCHEMAS if config.consent.pain else SCHEMAS
+    return Recorder(config.record, schemas, {**metadata, **hashes}, tables)
 
 
 class SiteRecording:
     """Writes one tick after the other."""
 
     def __init__(self, recorder: Recorder):
-        """Write to a recorder that was opened with SCHEMAS."""
+        """Write to a recorder that was opened by `open_recorder`."""
         self._recorder = recorder
+        self._patient: Patient | None = None
         self._ticks = 0
         self._motion: Motion | None = None
 
@@ -66,6 +71,15 @@ class SiteRecording:
             self._recorder.write("remote/session", now_ns, happening.pack())
         for note in notes:
             self._recorder.write("remote/note", now_ns, msgpack.packb(note))
+
+    def patient(self, now_ns: int, pain: float | None, limit_n: float | None) -> None:
+        """Write what the patient reports, 0..10, NaN while unknown, None without a slider; and the force limit, N."""
+        if pain is None:
+            return
+        row = Patient(None if math.isnan(pain) else pain, limit_n)
+        if row != self._patient:
+            self._patient = row
+            self._recorder.write("remote/patient", now_ns, row.pack())
 
     def tick(
         self,

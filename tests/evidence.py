@@ -152,6 +152,23 @@ HAZARDS = (
         ("sim-remote-force-middle-frozen", "sim-remote-force-middle-biased", "sim-remote-encoder-middle-glitch"),
     ),
     Hazard(
+        "a remote finger presses harder than this patient bears",
+        ("PAIN_SHARE", "PAIN_LEAST_N"),
+        (
+            "remote_site.safety.pain_limit",
+            "remote_site.safety.patient_gate",
+            "remote_site.devices.patient_switch",
+            "common.tenderness.reaction",
+        ),
+        (
+            "tests/unit/remote_site/safety/test_pain_limit.py",
+            "tests/unit/remote_site/safety/test_pain_at_the_gate.py",
+            "tests/unit/common/tenderness/test_reaction.py",
+            "tests/virtual/test_patient_pain.py",
+        ),
+        (),
+    ),
+    Hazard(
         "the patient wants it to stop, and nothing stops",
         ("PATIENT_STOP_S", "LIFT_OFF_S", "RETREAT_M_S", "SWITCH_SILENCE_S", "SWITCH_LOST_S", "SWITCH_HOLD_S"),
         (

@@ -291,31 +291,61 @@ class TactTipState:
         return cls(time_us, plate, hot, flags, motor, peltier)
 
 
+SLIDER_FULL = 1000
+"""End of the pain slider, thousandths: the worst pain, 10 on the scale 0..10."""
+
+
 @dataclass(slots=True)
 class PatientSwitchState:
-    """State of the patient's stop switch, whose contact is normally closed: an open one is a press."""
+    """State of the patient's stop switch, whose contact is normally closed: an open one is a press.
+
+    A device with a pain slider adds the slider's position, 0..1000 thousandths; None without a slider.
+    """
 
     device_time_us: int
     closed: bool
+    pain_permille: int | None = None
     ID: ClassVar[MessageId] = MessageId.PATIENT_SWITCH_STATE
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<IB")
+    WITH_SLIDER: ClassVar[struct.Struct] = struct.Struct("<IBH")
 
     def encode(self) -> bytes:
-        """Payload bytes."""
-        return self.LAYOUT.pack(self.device_time_us & 0xFFFFFFFF, self.closed)
+        """Payload bytes.
+
+        Raises:
+            ValueError: the slider is beyond its end.
+        """
+        head = (self.device_time_us & 0xFFFFFFFF, self.closed)
+        if self.pain_permille is None:
+            return self.LAYOUT.pack(*head)
+        _check_slider(self.pain_permille)
+        return self.WITH_SLIDER.pack(*head, self.pain_permille)
 
     @classmethod
     def decode(cls, payload: bytes) -> "PatientSwitchState":
-        """Check and unpack; raises BadPayload on a wrong length or a contact that is neither 0 nor 1."""
-        time_us, contact = _unpack(cls.LAYOUT, payload, "patient switch state")
+        """Check and unpack.
+
+        Raises:
+            BadPayload: a wrong length, a contact that is neither 0 nor 1, or a slider beyond its end.
+        """
+        if len(payload) == cls.WITH_SLIDER.size:
+            time_us, contact, pain = cls.WITH_SLIDER.unpack(payload)
+            _check_slider(pain, BadPayload)
+        else:
+            (time_us, contact), pain = _unpack(cls.LAYOUT, payload, "patient switch state"), None
         if contact > 1:
             raise BadPayload(f"patient switch state: contact {contact} is neither 0 nor 1")
-        return cls(time_us, bool(contact))
+        return cls(time_us, bool(contact), pain)
 
 
 def _check_drive(permille: int, error: type[ValueError] = ValueError) -> None:
     if not -DRIVE_FULL <= permille <= DRIVE_FULL:
         raise error(f"Peltier drive {permille} is outside -{DRIVE_FULL}..{DRIVE_FULL} thousandths")
+
+
+def _check_slider(permille: int, error: type[ValueError] = ValueError) -> None:
+    if not 0 <= permille <= SLIDER_FULL:
+        raise error(f"pain slider {permille} is outside 0..{SLIDER_FULL} thousandths")
 
 
 def _check_motor(motor_mv: int, error: type[ValueError] = ValueError) -> None:

@@ -106,6 +106,13 @@ class PatientSwitchConfig(_Section):
     """A tty path or `socket://host:port`."""
 
 
+class ConsentConfig(_Section):
+    """What the patient agrees to have recorded, asked before the session."""
+
+    touch: bool = True
+    pain: bool = False
+
+
 class RemoteConfig(SiteConfig):
     """The remote site."""
 
@@ -122,6 +129,8 @@ class RemoteConfig(SiteConfig):
     patient: PatientConfig = PatientConfig()
     patient_switch: PatientSwitchConfig | None = None
     """The patient's stop switch; by default there is none. Once named, nothing moves without it."""
+    consent: ConsentConfig = ConsentConfig()
+    """What may be recorded. Without consent to pain, answers still lower the force limit."""
 
     @model_validator(mode="after")
     def _between_fields(self) -> "RemoteConfig":
@@ -131,6 +140,8 @@ class RemoteConfig(SiteConfig):
         switch = self.patient_switch
         if switch is not None and switch.port in (*self.texture.values(), *self.thermal_sensors.values()):
             raise ValueError(f"address {switch.port} is given to two devices")
+        if self.record is not None and not self.consent.touch:
+            raise ValueError("record names a file, but consent.touch is false: remove record")
         return self
 
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+WORST_PAIN = 10.0
+"""End of the scale of pain answers."""
 PAINFUL = 0.5
 """Lowest pain answer that counts as pain, on the scale 0..10."""
 PRESSED_N, LEFT_N = 0.3, 0.15

@@ -11,7 +11,12 @@ LONGEST_REFUSAL = 400
 """Maximum length of an answer's reason, characters."""
 DESK_REQUESTS = ("attend", "clutch", "scale")
 """Requests that only the local control of the operator site takes."""
-REQUESTS = ("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate", *DESK_REQUESTS, "goodbye")
+REMOTE_DESK_REQUESTS = ("restore_force",)
+"""Requests that only the local control of the remote site takes."""
+REQUESTS = (
+    *("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate"),
+    *(*DESK_REQUESTS, *REMOTE_DESK_REQUESTS, "goodbye"),
+)
 _Plain = None | bool | int | Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)] | str
 Details = dict[str, _Plain | list[_Plain]]
 """A flat map of null, booleans, finite numbers, texts, or lists of these."""

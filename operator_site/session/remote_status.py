@@ -1,10 +1,40 @@
-"""Reads the state of the remote site's recording from its answer to a status request."""
+"""Reads the remote site's recording and its patient from the answer to a status request."""
 
+import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from common.files.printable import one_line
+from common.tenderness.presses import WORST_PAIN
 from common.wire.packets import BadPacket
 from common.wire.session_messages import LONGEST_REFUSAL
+
+MOST_REPORTS = 20
+"""Maximum number of reports of pain in an answer."""
+_COLUMNS = 4
+
+
+class PainReport(NamedTuple):
+    """A report of pain: the place, m, the force at which it began, N, and the highest answer, 0..10."""
+
+    x_m: float
+    y_m: float
+    threshold_n: float
+    answer: float
+
+
+class RemotePatient(NamedTuple):
+    """What the remote site reports of its patient.
+
+    Attributes:
+        pain: answer of the pain slider, 0..10; None while it is unknown.
+        limit_n: force limit that follows the patient, N; None while the default limit holds.
+        reports: the newest reports of pain, oldest first.
+    """
+
+    pain: float | None
+    limit_n: float | None
+    reports: tuple[PainReport, ...]
 
 
 def recording_stopped(details: Mapping[str, object]) -> str:
@@ -17,3 +47,30 @@ def recording_stopped(details: Mapping[str, object]) -> str:
     if not isinstance(said, str):
         raise BadPacket("recording is no text")
     return one_line(said, LONGEST_REFUSAL).strip() or ("the remote site does not say why" if said else "")
+
+
+def remote_patient(details: Mapping[str, object]) -> RemotePatient | None:
+    """Return what is reported of the patient; None from a site without a pain slider.
+
+    Raises:
+        BadPacket: a value is no number or beyond its range, or a report is not complete.
+    """
+    if "pain" not in details:
+        return None
+    listed = details.get("pain_reports", [])
+    if not isinstance(listed, list) or len(listed) % _COLUMNS or len(listed) > MOST_REPORTS * _COLUMNS:
+        raise BadPacket("pain_reports is no list of whole reports")
+    numbers = [_number("pain_reports", value, math.inf) for value in listed]
+    rows = [numbers[at : at + _COLUMNS] for at in range(0, len(numbers), _COLUMNS)]
+    pain, limit_n = details["pain"], details.get("patient_limit_n")
+    return RemotePatient(
+        None if pain is None else _number("pain", pain, WORST_PAIN, 0.0),
+        None if limit_n is None else _number("patient_limit_n", limit_n, math.inf, 0.0),
+        tuple(PainReport(*row) for row in rows),
+    )
+
+
+def _number(name: str, value: object, high: float, low: float = -math.inf) -> float:
+    if not isinstance(value, float) or not low <= value <= high:
+        raise BadPacket(f"{name} is no number in its range")
+    return value

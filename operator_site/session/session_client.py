@@ -23,7 +23,7 @@ from common.wire.roughness_um import RoughnessUm
 from common.wire.session_messages import Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
-from operator_site.session.remote_status import recording_stopped
+from operator_site.session.remote_status import RemotePatient, recording_stopped, remote_patient
 
 log = logging.getLogger(__name__)
 
@@ -35,6 +35,8 @@ _ASK_NS = 200_000_000
 """Time between two tries of a request, ns."""
 _STATUS_NS = 1_000_000_000
 """Time between two requests for the status of a remote site without a fault, ns."""
+_PATIENT_NS = 200_000_000
+"""The same where the remote site has a pain slider, ns."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
 _LONG_AGO_NS = -(10**18)
 _PACKETS_PER_S, _PACKETS_AT_ONCE = 100.0, 200
@@ -73,6 +75,10 @@ class SessionClient:
     remote_fault: Fault | None = None
     """The fault latched at the remote site; None without one."""
     remote_recording: str = ""
+    remote_patient: RemotePatient | None = None
+    """What the remote site last reported of its patient; None without a pain slider."""
+    patient_ns: int = 0
+    """Time of that report, ns."""
     """Reason why the remote site's recording stopped; empty while it works or if unknown."""
     acceptance: PacketFilter = field(init=False)
     stopping: SessionEmergencyStop = field(init=False)
@@ -173,7 +179,8 @@ class SessionClient:
                 self._ask("status", now_ns, {})
         elif self.remote_fault:
             self.remote_fault, self.refusal = None, ""
-        if now_ns - self._asked_ns.get("status", _LONG_AGO_NS) >= _STATUS_NS:
+        interval_ns = _STATUS_NS if self.remote_patient is None else _PATIENT_NS
+        if now_ns - self._asked_ns.get("status", _LONG_AGO_NS) >= interval_ns:
             self._ask("status", now_ns, {})
         if self._remote_let_go():
             self.session.disengage("the remote site is no longer engaged")
@@ -272,7 +279,7 @@ class SessionClient:
     def _end(self, why: str) -> None:
         self.session.disconnect(why)
         self.want_engaged = self.want_engaged and self.engages_itself
-        self.remote_fault, self.remote_recording = None, ""
+        self.remote_fault, self.remote_recording, self.remote_patient = None, "", None
         self.stopping.remote_gone(why)
 
     def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
@@ -313,22 +320,23 @@ class SessionClient:
         elif verb == "estop":
             self.stopping.answered(answer)
         elif verb == "status" and not answer.refused:
-            self._status(answer.details)
+            self._status(answer.details, now_ns)
         elif verb == "clear_fault" and answer.refused:
             self.refusal = answer.refused
             log.warning("clear_fault refused: %s", answer.refused)
 
-    def _status(self, details: dict[str, Any]) -> None:
+    def _status(self, details: dict[str, Any], now_ns: int) -> None:
         try:
             if self.touch is not None and self.touch.state is LinkState.FAULT:
                 self.remote_fault = read_fault(details.get("fault"))
-            recording = recording_stopped(details)
+            recording, patient = recording_stopped(details), remote_patient(details)
         except BadPacket as error:
             self._count_damaged("control", error)
             return
         if recording and recording != self.remote_recording:
             log.warning("the remote site's recording stopped: %s", recording)
         self.remote_recording = recording
+        self.remote_patient, self.patient_ns = patient, now_ns
 
     def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
         """Take a granted hello or engage; return why this site refuses it, empty when it accepts."""
@@ -360,7 +368,7 @@ class SessionClient:
         self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
         self.clock = ClockOffset()
         self.touch = None
-        self.remote_fault, self.remote_recording = None, ""
+        self.remote_fault, self.remote_recording, self.remote_patient = None, "", None
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = 0

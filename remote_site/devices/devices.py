@@ -124,6 +124,10 @@ class RemoteDevices:
         """Return what is known of the patient's stop switch at `t_s`, s; None at a site without one."""
         return None if self.patient_switch is None else self.patient_switch.reading(t_s)
 
+    def pain_reading(self, t_s: float) -> float | None:
+        """Return the patient's pain answer at `t_s`, s, 0..10; NaN while it is too old, None without a slider."""
+        return None if self.patient_switch is None else self.patient_switch.pain_reading(t_s)
+
     @property
     def patient_presses(self) -> bool:
         """Whether the patient presses the stop switch now."""

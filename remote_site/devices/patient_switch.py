@@ -1,11 +1,13 @@
-"""Driver of the patient's stop switch: its contact, and whether its line and frames are sound."""
+"""Driver of the patient's stop switch: its contact, its pain slider, and whether its line and frames are sound."""
 
 import math
 
 from common.buses.serial_device import SerialDevice
-from common.buses.serial_messages import DeviceKind, FrameReader, PatientSwitchState
+from common.buses.serial_messages import SLIDER_FULL, DeviceKind, FrameReader, PatientSwitchState
 from common.buses.wiring import SYSTEM, Wiring
 from common.fingers import FINGERS
+from common.limits import SWITCH_LOST_S
+from common.tenderness.presses import WORST_PAIN
 from remote_site.safety.patient_stop import SwitchReading
 
 _BYTES_PER_S = 100 * 11
@@ -20,6 +22,8 @@ class PatientSwitch:
         self.line = SerialDevice(port, DeviceKind.PATIENT_SWITCH, FINGERS[0], wiring)
         self.measured_s = -math.inf
         """Time of arrival of the last report, s; -inf before the first."""
+        self.pain: float | None = None
+        """Newest pain answer, 0..10; None from a device without a slider."""
         self._closed = True
         self._wrong = ""
         self._reader: FrameReader | None = None
@@ -31,11 +35,19 @@ class PatientSwitch:
         if reports:
             self._closed = all(report.closed for report in reports)
             self.measured_s = t_s
+            pain = reports[-1].pain_permille
+            self.pain = None if pain is None else WORST_PAIN * pain / SLIDER_FULL
         self._wrong = self._inspect(bool(reports))
 
     def reading(self, t_s: float) -> SwitchReading:
         """Return what is known of the switch at `t_s`, s."""
         return SwitchReading(self._closed, t_s - self.measured_s, self._wrong)
+
+    def pain_reading(self, t_s: float) -> float | None:
+        """Return the pain answer at `t_s`, 0..10; NaN while it is too old, None without a slider."""
+        if self.pain is None:
+            return None
+        return self.pain if 0.0 <= t_s - self.measured_s <= SWITCH_LOST_S else math.nan
 
     @property
     def pressed(self) -> bool:

@@ -4,16 +4,37 @@ The limit is a share of the lowest force at which the patient has reported pain.
 """
 
 import math
+from collections import deque
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from common.limits import PAIN_LEAST_N, PAIN_SHARE
-from common.tenderness.presses import PressFinder
+from common.tenderness.presses import Press, PressFinder
 from common.tenderness.reaction import ReactionTime
 
 REPORTED_SHARE, ENDED_SHARE = 0.9, 0.5
 """Quantiles of the patient's threshold that count when a report begins, and when it has ended.
 
 The reaction time is known better after the end. The first limit is high enough for the second one to lower it."""
+
+
+KEPT_REPORTS = 20
+"""Number of kept reports."""
+
+
+class PainReport(NamedTuple):
+    """A report of pain.
+
+    Attributes:
+        x_m, y_m: place of the finger that pressed most, m.
+        threshold_n: force at which the pain began, N.
+        answer: highest answer so far, 0..10.
+    """
+
+    x_m: float
+    y_m: float
+    threshold_n: float
+    answer: float
 
 
 class PainLimit:
@@ -23,6 +44,7 @@ class PainLimit:
         limit_n: greatest contact force, N; infinite before the first report of pain.
         finder: the newest presses.
         reaction: the patient's reaction time.
+        reports: the newest reports of pain, oldest first.
     """
 
     def __init__(self, presses: int = 8) -> None:
@@ -30,6 +52,7 @@ class PainLimit:
         self.limit_n = math.inf
         self.reaction = ReactionTime()
         self.finder = PressFinder(presses)
+        self.reports: deque[PainReport] = deque(maxlen=KEPT_REPORTS)
 
     def step(
         self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
@@ -42,7 +65,14 @@ class PainLimit:
         if not math.isnan(press.fallen_s):
             self.reaction.learn(press)
             share = ENDED_SHARE
+            self.reports.pop()
+        self.reports.append(self._report(press))
         self.limit_n = min(self.limit_n, max(PAIN_LEAST_N, PAIN_SHARE * self.reaction.threshold_n(press, share)))
+
+    def _report(self, press: Press) -> PainReport:
+        finger = press.peak_n.index(max(press.peak_n))
+        threshold_n = self.reaction.threshold_n(press, ENDED_SHARE)
+        return PainReport(press.x_m[finger], press.y_m[finger], threshold_n, press.answer)
 
     def end(self) -> None:
         """Return to the default limit: a deliberate act of a person. What is known of the reaction is kept."""

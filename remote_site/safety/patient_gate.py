@@ -1,16 +1,16 @@
 """The patient-side gate: limits every command to the telemanipulator and the thermal sensors' heaters.
 
 A warm plate and a robot touch a person here. For any input, set-points stay within range and speed, and a finger that
-presses too hard rises. A silent operator causes a stop, then a retreat. The patient's own stop causes a retreat at
-once. No plate is heated on skin. A telemanipulator that does not obey is a fault. Pure: numbers and a time in, numbers
-out. A fault latches; only `clear_fault` ends it.
+presses too hard rises. A report of pain lowers the force limit until `end_pain_limit`. A silent operator causes a stop,
+then a retreat. The patient's own stop causes a retreat at once. No plate is heated on skin. A telemanipulator that does
+not obey is a fault. Pure: numbers and a time in, numbers out. A fault latches; only `clear_fault` ends it.
 """
 
 import math
 from collections.abc import Sequence
 
 from common.faults.fault import OF_THE_PATIENT, TELEMANIPULATOR, Fault, FaultCode
-from common.fingers import FINGERS
+from common.fingers import FINGER_Y_M, FINGERS
 from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
 from common.timing.timeouts import TICK_AGE_S
 from remote_site.safety.following_error import FollowingError
@@ -25,6 +25,7 @@ from remote_site.safety.limit_flags import (
     SENSOR_TEMPERATURE,
     SENSOR_UNKNOWN,
 )
+from remote_site.safety.pain_limit import PainLimit
 from remote_site.safety.patient_stop import SwitchReading, patient_stop
 from remote_site.safety.servo import LONGEST_TICK_S
 from remote_site.safety.setpoints import STOP_S, TOUCHING_N, GatedCommand, HeightSetpoint, PlaneSetpoint
@@ -43,6 +44,8 @@ class PatientGate:
         """
         if not 0.0 < contact_force_n <= CONTACT_FORCE_N:
             raise ValueError(f"contact_force_n must be above 0 and at most {CONTACT_FORCE_N} N, not {contact_force_n}")
+        self._contact_force_n = self._force_limit_n = contact_force_n
+        self.pain_limit = PainLimit()
         self._t_s = math.nan
         self._fault: Fault | None = None
         self._ready = False
@@ -64,6 +67,16 @@ class PatientGate:
     def left_mj(self) -> list[float]:
         """Work that each finger has left in the touched object beyond the permitted permanent power, mJ."""
         return [1e3 * finger.left.left_j for finger in self._fingers]
+
+    @property
+    def patient_limit_n(self) -> float | None:
+        """Force limit that follows the patient's own threshold, N; None while the default limit holds."""
+        return self._force_limit_n if self._force_limit_n < self._contact_force_n else None
+
+    def end_pain_limit(self) -> None:
+        """Return to the default force limit, by a deliberate act of a person who has asked the patient."""
+        self.pain_limit.end()
+        self._limit_force(self._contact_force_n)
 
     def trip(self, fault: Fault) -> None:
         """Latch a fault; the first one is kept, but the patient's stop takes the place of any other.
@@ -106,6 +119,7 @@ class PatientGate:
         sensor_age_s: Sequence[float],
         in_contact: Sequence[bool],
         patient_switch: SwitchReading | None = None,
+        pain: float | None = None,
     ) -> GatedCommand:
         """Pass wanted motion and heat through every limit.
 
@@ -122,11 +136,14 @@ class PatientGate:
             sensor_age_s: age of each reading, s; infinite for a finger without a sensor, which takes no part.
             in_contact: whether each finger touches an object.
             patient_switch: the patient's stop switch; None at a site without one.
+            pain: the patient's answer, 0..10; NaN while it is unknown, None at a site without a pain slider.
         """
         dt_s = self._elapsed(t_s)
         self._inspect_motion(wanted_x_m + wanted_y_m + sum(wanted_z_m) + sum(heater_drive))
         measured = (measured_x_m, measured_y_m, *measured_z_m)
         known = self._inspect_measured(dt_s, force_age_s, measured, force_n, sensor_age_s)
+        if pain is not None and known:
+            self._follow_pain(measured_x_m, measured_y_m, force_n, pain)
         self._watch_forces(dt_s, known, measured_z_m, force_n)
         for number, plate_c in enumerate(sensor_c):
             if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
@@ -207,6 +224,18 @@ class PatientGate:
         if fault is not None:
             self.trip(fault)
         return leave
+
+    def _follow_pain(self, x_m: float, y_m: float, force_n: Sequence[float], pain: float) -> None:
+        """Lower the force limit when the patient reports pain."""
+        places_y_m = [y_m + beside_m for beside_m in FINGER_Y_M]
+        self.pain_limit.step(self._t_s, force_n, [x_m] * len(FINGERS), places_y_m, pain)
+        if self.pain_limit.limit_n < self._force_limit_n:
+            self._limit_force(self.pain_limit.limit_n)
+
+    def _limit_force(self, limit_n: float) -> None:
+        self._force_limit_n = limit_n
+        for finger in self._fingers:
+            finger.limit_force(limit_n)
 
     def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:
         t_s, live = self._t_s, self._live

@@ -156,14 +156,18 @@ class HeightSetpoint:
 
     def __init__(self, force_limit_n: float) -> None:
         """Start clear of the object, with a force limit, N."""
-        self._force_limit_n = force_limit_n
-        self._brake_n = BRAKE_SHARE * force_limit_n
-        self._reach_m = force_limit_n / SERVO_N_M
+        self.limit_force(force_limit_n)
         self._approach = ApproachLimiter(APPROACH_DOWN_M_S, HEIGHT_SPEED_M_S)
         self._oscillation = OscillationDetector()
         self._drained = False
         self.left = ResidualWork()
         self.z_m = CLEAR_HEIGHT_M
+
+    def limit_force(self, force_limit_n: float) -> None:
+        """Use a force limit, N, from the next step on."""
+        self._force_limit_n = force_limit_n
+        self._brake_n = BRAKE_SHARE * force_limit_n
+        self._reach_m = force_limit_n / SERVO_N_M
 
     def let_go(self, z_m: float) -> None:
         """Start at the finger's measured height, m."""

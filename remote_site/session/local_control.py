@@ -1,5 +1,6 @@
 """Carries out the requests of a person at the remote site."""
 
+from collections.abc import Callable
 from typing import Any
 
 from common.link.session_state import Refused
@@ -8,7 +9,14 @@ from remote_site.session.session_server import SessionServer
 
 
 def answer_desk(
-    server: SessionServer, now_ns: int, not_ready: str, verb: str, details: dict[str, Any], *, held: bool = False
+    server: SessionServer,
+    now_ns: int,
+    not_ready: str,
+    verb: str,
+    details: dict[str, Any],
+    *,
+    held: bool = False,
+    restore_force: Callable[[], None] | None = None,
 ) -> dict[str, Any]:
     """Carry out a request; return the state of the session afterwards.
 
@@ -19,6 +27,7 @@ def answer_desk(
         verb: verb of the request.
         details: its arguments; no request here uses any.
         held: whether the patient presses the stop switch now.
+        restore_force: ends the force limit that follows the patient; None while the patient reports pain.
 
     Raises:
         Refused: the request is not allowed now, or not at this site.
@@ -34,6 +43,10 @@ def answer_desk(
             if held:
                 raise Refused("the patient still presses the stop switch: it has to be released first")
             server.session.clear()
+        case "restore_force":
+            if restore_force is None:
+                raise Refused("the patient reports pain: the slider has to be at 0 first")
+            restore_force()
         case _:
             raise Refused(f"{verb} is for the operator's site to ask")
-    return desk_answer(verb, server, not_ready)
+    return desk_answer(verb, server, not_ready) | server.patient()

@@ -23,7 +23,14 @@ from common.runtime.containment import Containment
 from common.timing.timeouts import SESSION_SILENCE_S
 from common.wire.messages import Motion
 from common.wire.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
-from common.wire.session_messages import DESK_REQUESTS, LONGEST_REFUSAL, Answer, Heartbeat, Request
+from common.wire.session_messages import (
+    DESK_REQUESTS,
+    LONGEST_REFUSAL,
+    REMOTE_DESK_REQUESTS,
+    Answer,
+    Heartbeat,
+    Request,
+)
 from remote_site.session.operator_connections import OperatorConnections
 
 log = logging.getLogger(__name__)
@@ -63,6 +70,8 @@ class SessionServer:
     """Keys of the observers, with the time of the last packet, ns."""
     recording_stopped: Callable[[], str] = str
     """Returns why this site's recording stopped; empty while it works."""
+    patient: Callable[[], dict[str, Any]] = dict
+    """Returns what the patient reports, and the limit that follows it; empty without a pain slider."""
     contain: Containment = field(default_factory=Containment)
     """Counts exceptions of requests."""
     expelled: Counter[str] = field(default_factory=Counter)
@@ -313,7 +322,7 @@ class SessionServer:
             return self._observe(sender.key, now_ns) if observes else self._hello(request, sender, now_ns)
         if request.verb == "status":
             status = {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
-            return {**status, "recording": self.recording_stopped()[:LONGEST_REFUSAL]}
+            return {**status, "recording": self.recording_stopped()[:LONGEST_REFUSAL], **self.patient()}
         self._check(request, sender.key)
         if request.verb == "estop":  # accepted with any sequence and connection
             self.stop(now_ns, here=False)
@@ -349,6 +358,8 @@ class SessionServer:
             raise Refused("only the session's operator may ask for that: observers look on")
         if request.verb in DESK_REQUESTS:
             raise Refused("that is for the desk of the operator's own site")
+        if request.verb in REMOTE_DESK_REQUESTS:
+            raise Refused("that is for a person at the remote site, who sees the patient")
 
     def _agree_on_age(self, request: Request) -> float:
         """Return the stricter of both sites' limits on the age of packets, s, which holds for both."""

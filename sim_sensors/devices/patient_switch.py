@@ -2,7 +2,15 @@
 
 import math
 
-from common.buses.serial_messages import BadPayload, DeviceKind, Frame, Identity, MessageId, PatientSwitchState
+from common.buses.serial_messages import (
+    SLIDER_FULL,
+    BadPayload,
+    DeviceKind,
+    Frame,
+    Identity,
+    MessageId,
+    PatientSwitchState,
+)
 from common.limits import SWITCH_HOLD_S
 from sim_sensors.devices.plate_module import RATE_HZ, ReportClock
 from sim_sensors.devices.serial_module import SerialModule
@@ -14,12 +22,14 @@ class PatientSwitch(SerialModule):
     Attributes:
         pressed: whether the patient presses it.
         hung: fault; the module repeats the bytes of its last report.
+        pain: position of the pain slider, 0..1; None for a device without one.
     """
 
     def __init__(self, powered_s: float = 0.0) -> None:
         super().__init__(Identity(DeviceKind.PATIENT_SWITCH, 0, "PS0000", 1, RATE_HZ, 0.0, 1.0), powered_s)
         self.pressed = False
         self.hung = False
+        self.pain: float | None = None
         self._reports = ReportClock(1.0 / RATE_HZ, powered_s)
         self._pressed_s = -math.inf
         self._last = b""
@@ -41,7 +51,8 @@ class PatientSwitch(SerialModule):
             return
         before = len(self._output)
         closed = now_s - self._pressed_s > SWITCH_HOLD_S
-        self._say(MessageId.PATIENT_SWITCH_STATE, PatientSwitchState(self._time_us(now_s), closed).encode())
+        pain = None if self.pain is None else round(SLIDER_FULL * self.pain)
+        self._say(MessageId.PATIENT_SWITCH_STATE, PatientSwitchState(self._time_us(now_s), closed, pain).encode())
         self._last = self._output[before:]
 
     def _next_s(self) -> float:

@@ -71,6 +71,12 @@ def session_clear(config: SiteFile = None) -> None:
         raise Failed(f"clear: {refusal}") from None
 
 
+@app.command("restore-force")
+def session_restore_force(config: SiteFile = None) -> None:
+    """End the force limit that follows the patient's pain, at the remote site, after asking the patient."""
+    _ask_desk(config, "restore_force")
+
+
 @app.command("note")
 def session_note(text: str, config: SiteFile = None) -> None:
     """Write a note into the session's recording, at the operator's site."""

@@ -28,7 +28,7 @@ from operator_site.console.examination.journal import SCHEMAS as CONSOLE_STREAMS
 from operator_site.coupling.coupling import Coupling
 from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from remote_site.devices.sensor_frame import SensorFrame
-from remote_site.recorded_rows import Gate, SentEvent, Thermal
+from remote_site.recorded_rows import Gate, Patient, SentEvent, Thermal
 from sim_sensors.truth_log import OPERATOR_STREAMS, REMOTE_STREAMS
 from teletaction.export.named_fields import (
     Named,
@@ -78,6 +78,7 @@ _ROWS: dict[str, type[Row]] = {
     "remote/sensed": SensorFrame,
     "remote/gate": Gate,
     "remote/event": SentEvent,
+    "remote/patient": Patient,
     "remote/thermal": Thermal,
     "operator/session": Happening,
     "operator/coupling": Coupling,

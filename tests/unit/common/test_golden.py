@@ -68,6 +68,7 @@ SERIAL: dict[str, tuple[MessageId, int, Any]] = {
     ),
 }
 SERIAL["patient_switch_state"] = (MessageId.PATIENT_SWITCH_STATE, 3, PatientSwitchState(1_000_000, closed=True))
+SERIAL["patient_switch_with_slider"] = (MessageId.PATIENT_SWITCH_STATE, 4, PatientSwitchState(1_000_000, True, 420))
 POSES = {"HandPose": (0, -170.0, 2.0), "HandSetpoint": (15, 655.34, -655.36), "HandPoseMeasured": (9, 100.0, -0.02)}
 FIVES = {
     "FingerHeights": (1, (6.0, -2.0, 0.0, 0.005, -10.24)),

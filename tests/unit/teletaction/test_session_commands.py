@@ -137,6 +137,7 @@ def test_the_status_is_json(site: Site, configs: dict[str, Path]) -> None:
         ("engage", ("engage", {})),
         ("disengage", ("disengage", {})),
         ("clear", ("clear_fault", {})),
+        ("restore-force", ("restore_force", {})),
         ("note", ("annotate", {"text": "a rough spot"})),
     ],
 )

@@ -145,3 +145,29 @@ def test_a_contact_comes_back(time_us: int, closed: bool) -> None:
 def test_a_contact_is_open_or_closed() -> None:
     with pytest.raises(BadPayload, match="contact 2 is neither 0 nor 1"):
         PatientSwitchState.decode(bytes((0, 0, 0, 0, 2)))
+
+
+@given(u32, st.booleans(), st.none() | st.integers(0, 1000))
+def test_a_switch_comes_back_with_and_without_a_slider(time_us: int, closed: bool, pain: int | None) -> None:
+    state = PatientSwitchState(time_us, closed, pain)
+    assert PatientSwitchState.decode(state.encode()) == state
+    assert len(state.encode()) == (5 if pain is None else 7)
+
+
+@given(st.binary(min_size=7, max_size=7))
+def test_a_switch_with_a_slider_decodes_or_is_refused(payload: bytes) -> None:
+    try:
+        state = PatientSwitchState.decode(payload)
+    except BadPayload:
+        return
+    assert state.pain_permille is not None
+    assert 0 <= state.pain_permille <= 1000
+    assert state.encode() == payload
+
+
+@pytest.mark.parametrize("pain", [-1, 1001])
+def test_a_slider_beyond_its_end_is_neither_sent_nor_taken(pain: int) -> None:
+    with pytest.raises(ValueError, match="pain slider"):
+        PatientSwitchState(0, True, pain).encode()
+    with pytest.raises(BadPayload, match="pain slider"):
+        PatientSwitchState.decode(PatientSwitchState.WITH_SLIDER.pack(0, 1, pain & 0xFFFF))

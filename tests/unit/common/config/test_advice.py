@@ -26,7 +26,7 @@ def problem_of(path: Path, text: str, model: type[BaseModel]) -> str:
             f"{REMOTE}[safty]\n",
             RemoteConfig,
             "FILE:18: safty: no such table; there are [link], [texture], [thermal_sensors], [telemanipulator], "
-            "[calibration], [patient], [patient_switch]",
+            "[calibration], [patient], [patient_switch], [consent]",
         ),
         (
             REMOTE.replace("[link]", "[remote.link]"),

@@ -139,3 +139,24 @@ def test_a_new_connection_may_begin_within_a_frame(line: Line) -> None:
     line.server.unread[:0] = b"\7\1\0"
     assert {reading.wrong for reading in line.run(1.0)} == {""}
     assert not stops(line.step())
+
+
+def test_a_device_without_a_slider_reports_no_pain(line: Line) -> None:
+    line.run(1.0)
+    assert line.driver.pain_reading(line.t_s) is None
+
+
+def test_the_slider_is_read_and_an_old_answer_is_unknown(line: Line) -> None:
+    line.emulator.pain = 0.42
+    line.run(0.1)
+    assert line.driver.pain_reading(line.t_s) == pytest.approx(4.2)
+    line.server.silent = True
+    line.run(SWITCH_LOST_S + 0.1)
+    reading = line.driver.pain_reading(line.t_s)
+    assert reading is not None
+    assert reading != reading, "NaN"
+
+
+def test_pain_is_no_press(line: Line) -> None:
+    line.emulator.pain = 1.0
+    assert not any(stops(reading) for reading in line.run(1.0))

@@ -54,6 +54,14 @@ def test_the_lowest_limit_still_finds_the_surface():
     assert limit.limit_n == PAIN_LEAST_N
 
 
+def test_reports_keep_place_threshold_and_answer():
+    limit = PainLimit()
+    press(limit, start_s=0.0, level_n=4.0, threshold_n=2.0, reaction_s=0.6, x_m=0.01, y_m=0.02, lightly_n=0.1)
+    (report,) = limit.reports
+    assert (report.x_m, report.y_m, report.answer) == (0.01, 0.02, 4.0)
+    assert report.threshold_n == pytest.approx(2.0, abs=0.25)
+
+
 def test_only_an_act_ends_it():
     limit = PainLimit()
     press(limit, start_s=0.0, level_n=4.0, threshold_n=2.0)

@@ -27,7 +27,8 @@ def messages(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def test_no_recorded_stream_is_without_a_topic() -> None:
-    recorded = [remote_recording.SCHEMAS, operator_recording.SCHEMAS, CONSOLE, OPERATOR_STREAMS, REMOTE_STREAMS]
+    remote = remote_recording.SCHEMAS | remote_recording.PATIENT_SCHEMAS
+    recorded = [remote, operator_recording.SCHEMAS, CONSOLE, OPERATOR_STREAMS, REMOTE_STREAMS]
     assert {stream for schemas in recorded for stream in schemas} == set(TOPICS)
 
 
