@@ -8,6 +8,7 @@ from common.site_status import desk_answer
 from common.wire.packets import LinkState
 from operator_site.coupling.motion_coupling import MotionCoupling
 from operator_site.session.console_presence import ConsolePresence
+from operator_site.session.remote_status import patient_details
 from operator_site.session.session_protocol import SessionProtocol
 
 
@@ -66,4 +67,5 @@ def answer_desk(
         "refusal": client.refusal,
         "wanted": client.want_engaged,
         "session": client.session.ident,
+        **patient_details(client.remote_patient, client.patient_ns),
     }

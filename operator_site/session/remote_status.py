@@ -70,6 +70,18 @@ def remote_patient(details: Mapping[str, object]) -> RemotePatient | None:
     )
 
 
+def patient_details(patient: RemotePatient | None, time_ns: int) -> dict[str, object]:
+    """Return the details from which `remote_patient` reads the same patient, and the time of the report, ns."""
+    if patient is None:
+        return {}
+    return {
+        "pain": patient.pain,
+        "patient_limit_n": patient.limit_n,
+        "pain_reports": [value for report in patient.reports for value in report],
+        "pain_ns": time_ns,
+    }
+
+
 def _number(name: str, value: object, high: float, low: float = -math.inf) -> float:
     if not isinstance(value, float) or not low <= value <= high:
         raise BadPacket(f"{name} is no number in its range")

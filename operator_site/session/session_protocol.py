@@ -8,6 +8,7 @@ from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import Unconfirmed
 from common.site_status import SessionEnd
 from common.wire.messages import Touch
+from operator_site.session.remote_status import RemotePatient
 
 
 class SessionProtocol(SessionEnd, Protocol):
@@ -35,6 +36,14 @@ class SessionProtocol(SessionEnd, Protocol):
     @property
     def remote_recording(self) -> str:
         """Reason why the recording at the other end stopped; empty while it works or if unknown."""
+
+    @property
+    def remote_patient(self) -> RemotePatient | None:
+        """What the other end last reported of its patient; None without a pain slider."""
+
+    @property
+    def patient_ns(self) -> int:
+        """Time of that report, ns."""
 
     @property
     def refusal(self) -> str:

@@ -12,6 +12,7 @@ from common.link.packet_filter import PacketFilter
 from common.link.session_state import Session
 from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
 from common.wire.packets import LinkState
+from operator_site.session.remote_status import RemotePatient
 from operator_site.virtual.virtual_environment import VirtualEnvironment
 
 _IDENT = 1
@@ -40,6 +41,8 @@ class VirtualSession:
     """Result of the last emergency stop; empty while it is under way."""
     remote_fault: Fault | None = None
     remote_recording: str = ""
+    remote_patient: RemotePatient | None = None
+    patient_ns: int = 0
     refusal: str = ""
     calibrated: str = "Virtual: everything is as its scene says."
     roughness_um: dict[str, float] | None = None

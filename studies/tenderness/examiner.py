@@ -2,7 +2,7 @@
 
 Levels rise over the whole square until the first report of pain. Then all presses stay within the limit that follows
 the patient. Rounds of presses around the estimated place find its centre. Where these do not find it, the examiner ends
-the limit and continues.
+the limit and continues, up to a number of presses.
 """
 
 from collections.abc import Iterator
@@ -20,6 +20,8 @@ AROUND_M = 0.005
 """Distance of the presses around a reported place, m."""
 PLACE_ERROR_M = 0.0005
 """Standard deviation of the stated place of a press, m."""
+MOST_PRESSES = 800
+"""Number of presses after which the examiner gives up."""
 SURE, SURE_M = 0.9, 0.003
 """Probability of the place, and standard deviation of its centre, m, at which the examiner stops the search."""
 
@@ -78,6 +80,8 @@ def examine(patient: Patient, kind: Kind, seed: int) -> Examination:
     done = Examination(patient, np.random.default_rng([seed, 741]))
     for level_n in LEVELS_N:
         for x_m, y_m in _raster(kind.presses_a_side):
+            if done.presses >= MOST_PRESSES:
+                return done
             if done.press(x_m, y_m, level_n) and _found(done, kind.rounds):
                 for place in _raster(kind.presses_a_side):
                     done.press(*place, LEVELS_N[-1])

@@ -138,6 +138,7 @@ BASE: dict[str, Any] = {
                {"name": "Disk", "ready": True, "text": "212 GB free", "help": ""}],
     "stop": None, "engage": {"wanted": False, "refusal": ""},
     "coupling": {"open": False, "scale": 1, "edges": []},
+    "patient": None,
     "map": {"frame": {"x_m": -0.128, "y_m": -0.128, "cell_m": 0.001, "columns": 256, "rows": 256},
             "ranges": {name: list(ends) for name, ends in RANGES.items()},
             "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0],
@@ -310,6 +311,19 @@ def unseen() -> Scenario:
     return scenario.alarm("camera", "medium", "No camera at the remote site. Session pauses.")
 
 
+def painful() -> Scenario:
+    """The patient has reported pain, and the force is limited."""
+    scenario = engaged()
+    scenario.state["patient"] = {
+        "pain": 6.0,
+        "age_s": 0.2,
+        "limit": "Force limited to 2.1 N by the patient's threshold.",
+        "ends": "Remote side asks patient, then: teletaction session restore-force.",
+        "reports": [[20.0, 10.0, 2.6, 6.0]],
+    }
+    return scenario
+
+
 def ambiguous() -> Scenario:
     """Two materials that cannot be distinguished."""
     scenario = engaged()
@@ -476,7 +490,7 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, lost, ambiguous,
+        disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, painful, lost, ambiguous,
         unknown, cannot_identify, paused,
         fault, stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )

@@ -19,6 +19,7 @@ import { cameraDrew } from "./map_photo.js";
 import { marked, moveTo, showMarking, startMarking } from "./marking.js";
 import { showNotes, startNotes } from "./notes.js";
 import { followContact, live, now, shownState } from "./now.js";
+import { showPatient } from "./patient.js";
 import { showPlayback, startPlayback } from "./playback.js";
 import { showSession, startSession } from "./session.js";
 import { startSheets } from "./sheets.js";
@@ -93,6 +94,7 @@ function showNow() {
   showStop();
   showActions();
   showClutch();
+  showPatient();
   showSession();
   showFindings();
   showPlayback();

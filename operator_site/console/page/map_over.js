@@ -1,5 +1,5 @@
 // Region D, over the map: a cross for each finger, names of lumps, the marked finding, the cursor; on the map itself:
-// findings as flags, lumps, the next place to press, a scale bar of 10 mm, the sides of the body.
+// findings as flags, reports of pain with the force at which they began, lumps, the next place to press, a scale bar of 10 mm, the sides of the body.
 import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
@@ -22,6 +22,7 @@ export function drawStill(canvas, at) {
   for (const lump of lumps()) outline(pen, at, lump);
   const next = now.state?.map?.next_mm;
   if (next) { const x = at.toX(next[0]), y = at.toY(next[1]); lines(pen, x, y, 8, 2, 4); word(pen, "next", x, y + 22, 0.8); }
+  for (const [x_mm, y_mm, threshold_n] of now.state?.patient?.reports ?? []) { const x = at.toX(x_mm), y = at.toY(y_mm); ring(pen, x, y, 7, 3); word(pen, `pain ${threshold_n.toFixed(1)} N`, x, y + 24, 0.8); }
   for (const found of now.state?.findings ?? []) if (!found.withdrawn && typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
 }
 

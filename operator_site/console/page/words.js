@@ -40,6 +40,7 @@ export const WORDS = {
   engage: "Engage", confirmEngage: "Confirm engage", resume: "Resume", confirmResume: "Confirm resume", pause: "Pause",
   clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Begin", hold: "hold 1 s",
   clutch: "Clutch", closeClutch: "Close clutch", coupling: (open, scale, edges) => [...(scale > 1 ? [`1:${scale}`] : []), ...(open ? ["clutch open"] : []), ...(edges.length ? [`edge: ${edges.join(", ")}`] : [])],
+  pain: (pain, age_s) => (typeof pain === "number" ? `Pain ${pain.toFixed(1)} of 10, ${age_s.toFixed(1)} s old` : "Pain: no answer"),
   stopping: "STOPPING. Waiting for the devices.", stopNotSent: "STOP NOT SENT. Use the hardware switch.",
   stopConfirmed: (count, seconds) => `STOPPED. All ${count} devices confirmed in ${seconds.toFixed(2)} s.`,
   stopNotConfirmed: names => `STOP NOT CONFIRMED: ${names}. Use the hardware switch.`,

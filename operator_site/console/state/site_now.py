@@ -29,6 +29,7 @@ from operator_site.console import texts
 from operator_site.console.state.bus_now import BusNow
 from operator_site.coupling.coupling import DIRECT, Coupling, Places, edges
 from operator_site.session.emergency_stop import REMOTE
+from operator_site.session.remote_status import RemotePatient, remote_patient
 
 SILENT_S = 0.5
 """Longest silence of the site, s; after it the shown values are not live."""
@@ -147,6 +148,8 @@ class SiteNow:
         whys: why each device is not ready; empty if it is.
         coupling: coupling of the hand to the remote hand.
         hand: place of the operator's hand; None if unknown.
+        patient: what the remote site last reported of its patient; None without a pain slider.
+        patient_s: time of that report, s.
     """
 
     def __init__(self) -> None:
@@ -172,6 +175,8 @@ class SiteNow:
         self.whys: dict[str, str] = {}
         self.coupling: Coupling = DIRECT
         self.hand: Places | None = None
+        self.patient: RemotePatient | None = None
+        self.patient_s = -math.inf
 
     def silent_s(self, now_s: float) -> float:
         """Return the time since the newest message or answer, s; infinite before the first. Later times are ignored."""
@@ -286,6 +291,11 @@ class SiteNow:
         self.stop_asked_s = None if asked_ns is None else asked_ns * 1e-9
         names = [device_named(name) for name in report.get("stop_devices", ())]
         self.stop_after_s = dict(zip(names, report.get("stop_after_s", ()), strict=False))
+        patient = remote_patient(report)
+        if patient is not None:
+            self.patient, self.patient_s = patient, int(report.get("pain_ns", 0)) * 1e-9
+        elif self.session == 0:
+            self.patient = None
         if REMOTE in self.ready:
             self._remote_hand()
 

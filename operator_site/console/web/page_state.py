@@ -24,6 +24,8 @@ from operator_site.console.state.site_now import DEVICES, SILENT_S
 
 _PRIORITIES = ("none", "low", "medium", "high")
 _MOST_ALARMS = 50
+PAIN_OLD_S = 2.0
+"""Age from which a pain answer is not shown, s."""
 DECIDE_AT = 0.98
 """Probability from which the remote site names a material."""
 
@@ -60,6 +62,7 @@ def page_state(
         "stop": _stop(console, now_s),
         "engage": {"wanted": site.wanted, "refusal": refusal(console)},
         "coupling": {"open": site.coupling.open, "scale": site.coupling.scale, "edges": site.edges},
+        "patient": _patient(console, now_s),
         "map": _map(console),
         "findings": [
             finding_state(finding, is_saved(finding.ident), from_s) for finding in console.examination.findings.values()
@@ -255,6 +258,25 @@ def _map(console: Console) -> dict[str, Any]:
             for lump in console.searched.lumps
         ],
         "next_mm": console.searched.next_mm,
+    }
+
+
+def _patient(console: Console, now_s: float) -> dict[str, Any] | None:
+    """Return the patient's pain, 0..10, or None while it is unknown or old; its age, s; and the force limit."""
+    site = console.site
+    if site.patient is None:
+        return None
+    age_s = max(0.0, now_s - site.patient_s)
+    limit_n = site.patient.limit_n
+    return {
+        "pain": None if site.patient.pain is None or age_s > PAIN_OLD_S else round(site.patient.pain, 1),
+        "age_s": round(age_s, 1),
+        "limit": None if limit_n is None else texts.FORCE_LIMITED.format(limit_n=limit_n),
+        "ends": None if limit_n is None else texts.LIMIT_ENDS,
+        "reports": [
+            [round(1e3 * report.x_m, 1), round(1e3 * report.y_m, 1), round(report.threshold_n, 2), report.answer]
+            for report in site.patient.reports
+        ],
     }
 
 

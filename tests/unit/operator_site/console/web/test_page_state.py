@@ -182,3 +182,28 @@ def test_clutch_scale_and_edges_are_shown_as_the_site_reports_them() -> None:
     shown = page_state(console, AT_S, lambda _: True, "operator.toml")["coupling"]
     assert shown == {"open": False, "scale": 2, "edges": []}, "a console that starts late has it from the figures"
     assert console.damaged == 0
+
+
+def test_pain_its_age_and_the_force_limit_are_shown_with_the_act_that_ends_it() -> None:
+    console = engaged()
+    answer: dict[str, Any] = {"state": "engaged", "session": 7, "time_ns": round(AT_S * S)}
+
+    def shown(now_s: float, **patient: object) -> Any:
+        console.take_answer(AT_S, answer | patient)
+        return page_state(console, now_s, lambda _: True, "operator.toml")["patient"]
+
+    assert shown(AT_S) is None, "no slider"
+    asked_ns = round((AT_S - 0.5) * S)
+    said = {"pain": 6.04, "patient_limit_n": 2.13, "pain_reports": [0.02, 0.01, 2.6, 7.0], "pain_ns": asked_ns}
+    assert shown(AT_S, **said) == {
+        "pain": 6.0,
+        "age_s": 0.5,
+        "limit": "Force limited to 2.1 N by the patient's threshold.",
+        "ends": "Remote side asks patient, then: teletaction session restore-force.",
+        "reports": [[20.0, 10.0, 2.6, 7.0]],
+    }
+    assert shown(AT_S + 3.0, **said)["pain"] is None, "an old answer is not shown"
+    said |= {"pain": None, "patient_limit_n": None, "pain_reports": []}
+    assert shown(AT_S, **said) == {"pain": None, "age_s": 0.5, "limit": None, "ends": None, "reports": []}
+    answer["session"] = 0
+    assert shown(AT_S) is None

@@ -1,0 +1,13 @@
+// The patient's pain, its age, and the force limit that follows the patient's threshold.
+import { byId, write } from "./dom.js";
+import { known, now } from "./now.js";
+import { WORDS } from "./words.js";
+
+export function showPatient() {
+  const patient = now.state?.patient, line = byId("patient");
+  line.hidden = !patient;
+  if (!patient) return;
+  const pain = known() ? patient.pain : null;
+  write(line, [WORDS.pain(pain, patient.age_s), patient.limit, patient.ends].filter(Boolean).join("\n"));
+  line.dataset.painful = String(pain > 0);
+}
