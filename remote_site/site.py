@@ -76,7 +76,7 @@ class RemoteSite:
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None else SiteRecording(recorder)
-        self._pain_recorded = config.consent.pain
+        self._pain_recorded = config.consent is not None and config.consent.pain
         self._desk = desk
         materials, surfaces = load_tables(config)
         self.gate = PatientGate(config.patient.contact_force_n)

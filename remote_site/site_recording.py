@@ -51,7 +51,8 @@ def open_recorder(config: RemoteConfig, metadata: Mapping[str, str]) -> Recorder
         "materials.json": config.calibration.materials.read_bytes(),
         "surfaces.json": config.calibration.surfaces.read_bytes(),
     }
-    schemas = SCHEMAS | PATIENT_SCHEMAS if config.consent.pain else SCHEMAS
+    pain = config.consent is not None and config.consent.pain
+    schemas = SCHEMAS | PATIENT_SCHEMAS if pain else SCHEMAS
     return Recorder(config.record, schemas, {**metadata, **hashes}, tables)
 
 

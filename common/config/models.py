@@ -109,8 +109,8 @@ class PatientSwitchConfig(_Section):
 class ConsentConfig(_Section):
     """What the patient agrees to have recorded, asked before the session."""
 
-    touch: bool = True
-    pain: bool = False
+    touch: bool
+    pain: bool
 
 
 class RemoteConfig(SiteConfig):
@@ -129,8 +129,8 @@ class RemoteConfig(SiteConfig):
     patient: PatientConfig = PatientConfig()
     patient_switch: PatientSwitchConfig | None = None
     """The patient's stop switch; by default there is none. Once named, nothing moves without it."""
-    consent: ConsentConfig = ConsentConfig()
-    """What may be recorded. Without consent to pain, answers still lower the force limit."""
+    consent: ConsentConfig | None = None
+    """The patient's answer; by default nobody has asked, and pain is not recorded. It lowers the force limit anyway."""
 
     @model_validator(mode="after")
     def _between_fields(self) -> "RemoteConfig":
@@ -140,7 +140,7 @@ class RemoteConfig(SiteConfig):
         switch = self.patient_switch
         if switch is not None and switch.port in (*self.texture.values(), *self.thermal_sensors.values()):
             raise ValueError(f"address {switch.port} is given to two devices")
-        if self.record is not None and not self.consent.touch:
+        if self.record is not None and self.consent is not None and not self.consent.touch:
             raise ValueError("record names a file, but consent.touch is false: remove record")
         return self
 

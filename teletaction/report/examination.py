@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
@@ -190,6 +191,17 @@ class Examination:
     def valid_findings(self) -> list[dict[str, Any]]:
         """Return the findings that were not withdrawn."""
         return [finding for finding in self.findings.values() if not finding.get("withdrawn")]
+
+    def consent(self) -> str:
+        """Return what the patient agreed to have recorded, for people; empty where no recording has an answer."""
+        for facts in self.facts.values():
+            try:
+                answer = tomllib.loads(facts.get("configuration", "")).get("consent")
+            except tomllib.TOMLDecodeError:
+                continue
+            if isinstance(answer, dict):
+                return ", ".join(name for name, agreed in answer.items() if agreed) or "nothing"
+        return ""
 
     def configurations(self) -> dict[str, str]:
         """Return the SHA-256 hash of each process's configuration, hexadecimal."""

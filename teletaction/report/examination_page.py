@@ -63,6 +63,8 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
         "at the console": shown(begun.get("who")),
         "findings": f"{len(findings)}, and {withdrawn} withdrawn" if withdrawn else str(len(findings)),
     }
+    if consent := examination.consent():
+        facts["consent to record"] = consent
     if body := body_mark(begun):
         facts["place on the body"] = body.text()
     quantity = _first_quantity(examination)

@@ -149,3 +149,11 @@ def test_texts_of_any_kind_read_back(tmp_path: Path) -> None:
     )
     config = load_config(write(tmp_path, text), SimOperatorConfig)
     assert load_config(write(tmp_path, to_toml(config)), SimOperatorConfig) == config
+
+
+def test_a_patient_who_does_not_agree_is_not_recorded(tmp_path: Path) -> None:
+    assert load_config(write(tmp_path, REMOTE), RemoteConfig).consent is None, "nobody has asked"
+    no = f"{REMOTE}[consent]\ntouch = false\npain = false\n"
+    assert load_config(write(tmp_path, no), RemoteConfig).record is None
+    with pytest.raises(ConfigProblem, match=r"consent\.touch is false"):
+        load_config(write(tmp_path, f'record = "session.mcap"\n{no}'), RemoteConfig)

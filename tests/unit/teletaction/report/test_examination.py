@@ -191,3 +191,19 @@ def test_steep_ground_is_hatched(steep: bool) -> None:
     draw_cells(axes, "temperature", shown, (30.0, 36.0))
     hatched = [drawn for drawn in axes.collections if getattr(drawn, "hatches", None)]
     assert bool(hatched) is steep
+
+
+@pytest.mark.parametrize(
+    ("configuration", "consent"),
+    [
+        ("rate_hz = 250.0\n", ""),
+        ("[consent]\ntouch = true\npain = true\n", "touch, pain"),
+        ("[consent]\ntouch = true\npain = false\n", "touch"),
+        ("[consent]\ntouch = false\npain = false\n", "nothing"),
+        ("consent = 3\n", ""),
+        ("no TOML", ""),
+    ],
+)
+def test_the_report_says_what_the_patient_agreed_to_have_recorded(configuration: str, consent: str) -> None:
+    examination = Examination(facts={"console": {}, "remote": {"configuration": configuration}})
+    assert examination.consent() == consent
