@@ -8,10 +8,11 @@ import numpy as np
 
 from common.config.file import to_toml
 from common.config.models import SimRemoteConfig
-from common.fingers import FINGERS
+from common.fingers import FINGER_Y_M, FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all
 from sim_sensors.devices.patient_switch import PatientSwitch
+from sim_sensors.devices.scripted_patient import ScriptedPatient
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
@@ -30,10 +31,20 @@ from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
 
 _MEASURE_S = 0.010
 """Time between two readings of the thermometers, s."""
+_FEEL_EVERY = 10
+"""Steps between two forces that the simulated patient feels."""
 _INTRUDED_HAND = {"x": 0.0, "y": 0.0}
 """Hand position that a second sender on the bus commands, mm."""
 _INTRUDED_HEIGHTS = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0)}
 """Heights that a second sender on the bus commands, mm, without a release."""
+
+
+def _scripted_patient(config: SimRemoteConfig) -> ScriptedPatient | None:
+    """Return the patient who moves the pain slider; None without a slider."""
+    switch = config.patient_switch
+    if switch is None or switch.reaction_s is None:
+        return None
+    return ScriptedPatient(load_scene(config.scene).tender, switch.reaction_s)
 
 
 class RemoteDevices:
@@ -70,6 +81,7 @@ class RemoteDevices:
         switch = config.patient_switch
         self.patient_switch = None if switch is None else PatientSwitch(start_s)
         self._presses_s = [] if switch is None else sorted(switch.pressed_at_s)
+        self._patient = _scripted_patient(config)
         self._driven_s: float | None = None
         self.servos = Servos()
         self.hang = Hang()
@@ -126,6 +138,10 @@ class RemoteDevices:
             self._measure_plates()
         if self._presses_s:
             self._press_switch(now_s)
+        if self._patient is not None and self.patient_switch is not None and self._steps % _FEEL_EVERY == 0:
+            places_y_m = [world.y_m + beside_m for beside_m in FINGER_Y_M]
+            self._patient.step(now_s, world.x_m, places_y_m, world.forces_n)
+            self.patient_switch.pain = self._patient.pain
         for server in self._servers:
             server.pump(now_s)
         if self.camera is not None:

@@ -321,6 +321,8 @@ class SimPatientSwitchConfig(_Section):
     """`pty`, or `tcp:HOST:PORT` to listen on."""
     pressed_at_s: tuple[float, ...] = ()
     """Times at which the patient presses it, s, from the first movement of the telemanipulator."""
+    reaction_s: float | None = Field(default=None, gt=0.0, le=5.0)
+    """Reaction time with which the patient moves the pain slider, s; by default there is no slider."""
 
 
 class SimCameraConfig(_Section):

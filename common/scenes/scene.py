@@ -13,6 +13,7 @@ from common.files.read_files import NotToml, read_toml
 from common.scenes.materials import ALIASES, Material, materials
 from common.scenes.script import Step
 from common.scenes.surfaces import STIFFNESS_N_M, surface_kind
+from common.scenes.tender import TenderSpot
 from common.scenes.tissue import Nodule, Tissue
 from common.wire.packets import MAX_TEXT
 
@@ -116,7 +117,7 @@ class Scene(_Strict):
     scene's. With `pieces` "calibrated", objects of these materials are the same blocks as in the calibration. With
     "new", each session draws pieces of its own. `virtual_stiffness_n_m` applies to all objects in a virtual
     environment, as in Kron & Schmidt 2003; without it each object has its own. `materials` are known in this scene
-    only.
+    only. `tender` are places where a simulated patient feels pain.
     """
 
     name: str
@@ -127,6 +128,7 @@ class Scene(_Strict):
     pieces: Literal["new", "calibrated"] = "new"
     virtual_stiffness_n_m: Stiffness = None
     objects: tuple[SceneObject, ...] = Field(min_length=1)
+    tender: tuple[TenderSpot, ...] = ()
     script: tuple[Step, ...] = ()
 
     @field_validator("materials", mode="before")

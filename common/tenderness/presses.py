@@ -72,6 +72,11 @@ class PressFinder:
         self._open = self._painful = False
         self._reported: Press | None = None
 
+    @property
+    def hurts(self) -> bool:
+        """Whether the patient reports pain during the present press, which has not ended."""
+        return self._open and self._reported is not None and self._reported is self.presses[-1]
+
     def step(
         self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
     ) -> Press | None:

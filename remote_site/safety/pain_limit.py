@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from common.limits import PAIN_LEAST_N, PAIN_SHARE
-from common.tenderness.presses import Press, PressFinder
+from common.tenderness.presses import LATEST_S, Press, PressFinder
 from common.tenderness.reaction import ReactionTime
 
 REPORTED_SHARE, ENDED_SHARE = 0.9, 0.5
@@ -50,6 +50,7 @@ class PainLimit:
     def __init__(self, presses: int = 8) -> None:
         """Keep a number of presses."""
         self.limit_n = math.inf
+        self._lowered_s = -math.inf
         self.reaction = ReactionTime()
         self.finder = PressFinder(presses)
         self.reports: deque[PainReport] = deque(maxlen=KEPT_REPORTS)
@@ -57,9 +58,14 @@ class PainLimit:
     def step(
         self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
     ) -> None:
-        """Take forces, N, places, m, and the newest pain answer, 0..10 or NaN, at a time, s."""
+        """Take forces, N, places, m, and the newest pain answer, 0..10 or NaN, at a time, s.
+
+        Where the pain outlasts the longest reaction time and the finger still presses, the limit becomes lower again.
+        """
         press = self.finder.step(t_s, force_n, x_m, y_m, answer)
         if press is None:
+            if self.finder.hurts and t_s - self._lowered_s >= LATEST_S:
+                self._lower(t_s, self.limit_n)
             return
         share = REPORTED_SHARE
         if not math.isnan(press.fallen_s):
@@ -67,7 +73,11 @@ class PainLimit:
             share = ENDED_SHARE
             self.reports.pop()
         self.reports.append(self._report(press))
-        self.limit_n = min(self.limit_n, max(PAIN_LEAST_N, PAIN_SHARE * self.reaction.threshold_n(press, share)))
+        self._lower(t_s, self.reaction.threshold_n(press, share))
+
+    def _lower(self, t_s: float, threshold_n: float) -> None:
+        self.limit_n = min(self.limit_n, max(PAIN_LEAST_N, PAIN_SHARE * threshold_n))
+        self._lowered_s = t_s
 
     def _report(self, press: Press) -> PainReport:
         finger = press.peak_n.index(max(press.peak_n))

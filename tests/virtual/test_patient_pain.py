@@ -4,8 +4,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from common.limits import PAIN_LEAST_N
+from common.limits import PAIN_LEAST_N, PAIN_SHARE
 from common.link.session_state import Refused
+from common.scenes.tender import TenderSpot
+from sim_sensors.devices.scripted_patient import ScriptedPatient
 from tests.virtual.session import VirtualSession, virtual_session
 
 
@@ -59,3 +61,19 @@ def test_without_a_slider_nothing_is_reported() -> None:
         session.run_coarsely(3.0)
         assert session.operator.client.remote_patient is None
         assert "pain" not in session.remote.figures()
+
+
+def test_the_scripted_patient_answers_from_the_places_of_the_scene() -> None:
+    with virtual_session(patient_switch=True) as session:
+        spot = TenderSpot(x_m=0.15, y_m=-0.02, threshold_n=0.3, surround_n=0.5, width_m=0.1)
+        session.sim_remote._patient = ScriptedPatient([spot], 0.5)
+        limits_n = []
+        for _ in range(16):
+            session.run_coarsely(0.5)
+            limits_n.append(session.remote.gate.patient_limit_n)
+        known_n = [limit_n for limit_n in limits_n if limit_n is not None]
+        assert limits_n[0] is None
+        assert known_n == sorted(known_n, reverse=True)
+        assert known_n[-1] == pytest.approx(PAIN_SHARE**3 * known_n[0]), "pain lasts for 4 s of the stroke"
+        assert session.operator.client.remote_patient is not None
+        assert session.operator.client.remote_patient.limit_n == known_n[-1]

@@ -54,6 +54,18 @@ def test_the_lowest_limit_still_finds_the_surface():
     assert limit.limit_n == PAIN_LEAST_N
 
 
+def test_pain_that_lasts_during_a_press_lowers_it_again_and_again():
+    limit, limits_n = PainLimit(), []
+    for tick in range(1000):
+        t_s = 0.01 * tick
+        limit.step(t_s, [1.5], [0.0], [0.0], 4.0 if t_s > 2.0 else 0.0)
+        limits_n.append(limit.limit_n)
+    assert limits_n[250] == pytest.approx(PAIN_SHARE * 1.5)
+    assert limits_n[330] == pytest.approx(PAIN_SHARE**2 * 1.5)
+    assert limits_n[-1] == PAIN_LEAST_N
+    assert limits_n == sorted(limits_n, reverse=True)
+
+
 def test_reports_keep_place_threshold_and_answer():
     limit = PainLimit()
     press(limit, start_s=0.0, level_n=4.0, threshold_n=2.0, reaction_s=0.6, x_m=0.01, y_m=0.02, lightly_n=0.1)
