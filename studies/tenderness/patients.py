@@ -130,4 +130,5 @@ class Patient:
         force_n = np.maximum(force_n, 0.0) + 0.01 * rng.standard_normal(time_s.size)
         worst = 2.0 + self._gain * max(0.0, reached_n / threshold_n - 1.0)
         answer = np.where((time_s >= begin_s) & (time_s < end_s), min(10.0, round(worst)), 0.0)
-        return Pressed(start_s + time_s, force_n, answer, reached_n > threshold_n, reached_n > mean_n)
+        exceeded = bool(reached_n > threshold_n), bool(reached_n > mean_n)
+        return Pressed(start_s + time_s, force_n, answer, *exceeded)

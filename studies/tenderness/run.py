@@ -30,7 +30,7 @@ KINDS = (
     Kind("few presses", presses_a_side=4, rounds=1),
 )
 PATIENTS, QUICK_PATIENTS = 200, 8
-OTHERS, QUICK_OTHERS = 20, 1
+OTHERS, QUICK_OTHERS = 8, 1
 """Patients of every other condition."""
 GOAL_MM, GOAL_WITHIN, GOAL_EXCEEDED = 8.0, 0.95, 0.05
 CHUNK = 4
