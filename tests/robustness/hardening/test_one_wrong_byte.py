@@ -41,32 +41,26 @@ def with_one_wrong_byte(good: bytes, damages: Iterable[int] = EVERY) -> Iterator
             yield bytes(broken)
 
 
-@pytest.mark.parametrize("kind", PACKETS, ids=lambda kind: kind.__name__)
-def test_one_wrong_byte_in_a_packet_is_refused_or_harmless(kind: Any, golden: dict[str, bytes]) -> None:
-    refused = 0
-    for good in good_packets(kind, golden):
-        for broken in with_one_wrong_byte(good, MANY):
-            try:
-                taken = kind.decode(broken)
-            except BadPacket:
-                refused += 1
-                continue
-            harmless_packet(broken, taken)
-        kind.decode(good)
-    assert refused > 0
+KINDS = [
+    *(pytest.param(kind, good_packets, MANY, BadPacket, harmless_packet, id=kind.__name__) for kind in PACKETS),
+    *(pytest.param(kind, good_payloads, EVERY, BadPayload, harmless_payload, id=kind.__name__) for kind in PAYLOADS),
+]
+"""Packets, and payloads before a valid CRC."""
 
 
-@pytest.mark.parametrize("kind", PAYLOADS, ids=lambda kind: kind.__name__)
-def test_one_wrong_byte_before_a_valid_crc_is_refused_or_harmless(kind: Any, golden: dict[str, bytes]) -> None:
+@pytest.mark.parametrize(("kind", "goods", "damages", "refusal", "harmless"), KINDS)
+def test_one_wrong_byte_in_a_message_is_refused_or_harmless(
+    kind: Any, goods: Any, damages: Iterable[int], refusal: type[Exception], harmless: Any, golden: dict[str, bytes]
+) -> None:
     refused = 0
-    for good in good_payloads(kind, golden):
-        for broken in with_one_wrong_byte(good):
+    for good in goods(kind, golden):
+        for broken in with_one_wrong_byte(good, damages):
             try:
                 taken = kind.decode(broken)
-            except BadPayload:
+            except refusal:
                 refused += 1
                 continue
-            harmless_payload(broken, taken)
+            harmless(broken, taken)
         kind.decode(good)
     assert refused > 0
 
