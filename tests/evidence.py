@@ -303,6 +303,16 @@ HAZARDS = (
         ("network-delay-20-5", "network-delay-100-20", "network-stall-3", "network-delay-400-20"),
     ),
     Hazard(
+        "an old picture passes for the present one",
+        ("FROZEN_S",),
+        ("operator_site.console.camera.picture_reader", "operator_site.console.alarms.alarm_rules"),
+        (
+            "tests/unit/operator_site/console/camera/test_picture_reader.py",
+            "tests/unit/operator_site/console/test_live_camera.py",
+        ),
+        (),
+    ),
+    Hazard(
         "a device whose line is cut keeps its output",
         ("MODULE_TIMEOUT_S",),
         ("teletaction.conformance.checklist",),
