@@ -84,7 +84,7 @@ class VideoSource:
                     self._read_pictures()
                     self._lost("the camera has ended its pictures")
                 except (FFmpegError, OSError, ValueError) as error:
-                    self._lost(f"{self._source}: {error}")
+                    self._lost(f"{self._source}: {getattr(error, 'strerror', None) or error}")
                 self._stopping.wait(AGAIN_S)
 
     def _lost(self, problem: str) -> None:
