@@ -14,7 +14,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from common.config.file import load_config
 from common.config.models import ConsoleConfig
+from common.runtime.containment import Containment
 from operator_site.console.web.access import Access, Visitor
+from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import Pages
 from operator_site.console.web.server import application
 from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
@@ -74,7 +76,8 @@ class RunningTestbed:
         self._files = prepare(options, folder)
         self._config = load_config(self._files[CONSOLE], ConsoleConfig)
         self._entering: queue.SimpleQueue[_Page] = queue.SimpleQueue()
-        app = application(Access(self._config), cast(Pages, self), self._config.reports, lambda: {"ok": True})
+        access, camera = Access(self._config), CameraPages(Containment())
+        app = application(access, cast(Pages, self), camera, self._config.reports, lambda: {"ok": True})
         config = uvicorn.Config(
             app, host="127.0.0.1", port=0, log_level="error", lifespan="off", ws="websockets-sansio"
         )
