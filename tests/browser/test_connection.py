@@ -93,6 +93,7 @@ def test_a_reload_in_mid_session_shows_it_again_with_its_last_ten_seconds(stage:
     page = open_page("engaged")
     page.reload()
     page.wait_for_selector("body[data-shown=engaged]")
+    page.keyboard.press("d")
     page.locator("#strip-table").evaluate("table => table.parentElement.focus()")
     page.wait_for_selector("#strip-table tr:nth-of-type(3) td:has-text('…')")
     low, high = (
