@@ -83,8 +83,8 @@ function draw() {
 
 // Runs ten times a second, so that a standstill shows soon.
 function showState() {
+  showAlarms(); // first: time passes between both, and no state that acts may stand over an alarm of an old screen
   showBar();
-  showAlarms();
   showCamera();
   dropSaid();
 }
