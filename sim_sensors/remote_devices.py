@@ -9,7 +9,7 @@ import numpy as np
 from common.config.file import to_toml
 from common.config.models import SimRemoteConfig
 from common.fingers import FINGER_Y_M, FINGERS
-from common.scenes.scene import load_scene
+from common.scenes.scene import Scene, load_scene
 from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all
 from sim_sensors.devices.patient_switch import PatientSwitch
 from sim_sensors.devices.scripted_patient import ScriptedPatient
@@ -39,12 +39,12 @@ _INTRUDED_HEIGHTS = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0)}
 """Heights that a second sender on the bus commands, mm, without a release."""
 
 
-def _scripted_patient(config: SimRemoteConfig) -> ScriptedPatient | None:
+def _scripted_patient(config: SimRemoteConfig, scene: Scene) -> ScriptedPatient | None:
     """Return the patient who moves the pain slider; None without a slider."""
     switch = config.patient_switch
     if switch is None or switch.reaction_s is None:
         return None
-    return ScriptedPatient(load_scene(config.scene).tender, switch.reaction_s)
+    return ScriptedPatient(scene.tender, switch.reaction_s)
 
 
 class RemoteDevices:
@@ -81,7 +81,7 @@ class RemoteDevices:
         switch = config.patient_switch
         self.patient_switch = None if switch is None else PatientSwitch(start_s)
         self._presses_s = [] if switch is None else sorted(switch.pressed_at_s)
-        self._patient = _scripted_patient(config)
+        self._patient = _scripted_patient(config, scene)
         self._driven_s: float | None = None
         self.servos = Servos()
         self.hang = Hang()

@@ -5,14 +5,13 @@ hand. The time of reference steps and pictures is measured in turns, in one thre
 """
 
 import math
-import time
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 import av
 import numpy as np
 
+from benchmarks.runtime_cost.measure import timed
 from common.fingers import FINGERS
 from common.runtime.reference_step import reference_step
 from common.scenes.scene import load_scene
@@ -38,18 +37,11 @@ class Cost(NamedTuple):
     core: float
 
 
-def spent_s(work: Callable[[], object]) -> float:
-    """Run some work; return the processor time of this thread, s."""
-    begun_s = time.thread_time()
-    work()
-    return time.thread_time() - begun_s
-
-
 def cost(width: int, height: int, rate_hz: int, bit_s: int) -> Cost:
     """Encode the simulated camera's pictures for SECONDS."""
     view = CameraView(load_scene("materials"), FINGERS, width, height)
     encoder = VideoEncoder(width, height, rate_hz, bit_s)
-    pictures_s, steps_s, size = [], [], 0
+    pictures_ns, steps_ns, size = [], [], 0
 
     def encode(time_s: float, frame: av.VideoFrame) -> None:
         nonlocal size
@@ -62,10 +54,10 @@ def cost(width: int, height: int, rate_hz: int, bit_s: int) -> Cost:
         frame = av.VideoFrame.from_ndarray(
             np.frombuffer(planes, np.uint8).reshape(height * 3 // 2, width), format="yuv420p"
         )
-        pictures_s.append(spent_s(partial(encode, time_s, frame)))
-        steps_s.append(spent_s(reference_step))
-    steps = float(np.median(pictures_s) / np.median(steps_s))
-    return Cost(8e-3 * size / SECONDS, steps, float(np.mean(pictures_s)) * rate_hz)
+        pictures_ns.append(timed(partial(encode, time_s, frame)))
+        steps_ns.append(timed(reference_step))
+    steps = float(np.median(pictures_ns) / np.median(steps_ns))
+    return Cost(8e-3 * size / SECONDS, steps, 1e-9 * float(np.mean(pictures_ns)) * rate_hz)
 
 
 if __name__ == "__main__":

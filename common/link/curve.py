@@ -52,10 +52,10 @@ Received = tuple[Sender, bytes]
 """A packet with its sender."""
 
 
-def prepare_socket(socket: "zmq.Socket[bytes]") -> None:
-    """Set the options that all sockets of the link share."""
+def prepare_socket(socket: "zmq.Socket[bytes]", most_bytes: int = MAX_PACKET) -> None:
+    """Set the options that all sockets of the link share; the largest received packet has `most_bytes`."""
     socket.setsockopt(zmq.LINGER, 0)
-    socket.setsockopt(zmq.MAXMSGSIZE, MAX_PACKET + _CURVE_BYTES)
+    socket.setsockopt(zmq.MAXMSGSIZE, most_bytes + _CURVE_BYTES)
     socket.setsockopt(zmq.HANDSHAKE_IVL, _HANDSHAKE_MS)
     socket.setsockopt(zmq.RCVHWM, WAITING)
     socket.setsockopt(zmq.SNDHWM, WAITING)

@@ -95,7 +95,7 @@ class PressFinder:
             return None
         self._painful = answer >= PAINFUL
         if self._painful:
-            self._reported = self._felt(t_s)
+            self._reported = self._reported_at(t_s)
             if self._reported is not None:
                 self._reported.risen_s, self._reported.answer = t_s, answer
             return self._reported
@@ -121,7 +121,7 @@ class PressFinder:
             press.time_s.append(t_s)
             press.force_n.append(tuple(force_n))
 
-    def _felt(self, t_s: float) -> Press | None:
+    def _reported_at(self, t_s: float) -> Press | None:
         """Return the press that a report at this time is about; None where none can be."""
         for press in reversed(self.presses):
             if press.time_s[0] <= t_s - SOONEST_S:

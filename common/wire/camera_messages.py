@@ -15,8 +15,6 @@ CODEC = "vp8"
 """Codec of the pictures, as browsers name it (RFC 6386)."""
 MAX_PICTURE = 1 << 19
 """Largest picture, bytes."""
-MOST_IN_FLIGHT_S = 0.25
-"""Time for which pictures are sent to a reader that acknowledges none, s."""
 ASK_S = 0.1
 """Longest time between two packets of a reader, s."""
 

@@ -5,22 +5,12 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from common.files.printable import one_line
+from common.tenderness.pain_report import MOST_REPORTS, PainReport
 from common.tenderness.presses import WORST_PAIN
 from common.wire.packets import BadPacket
 from common.wire.session_messages import LONGEST_REFUSAL
 
-MOST_REPORTS = 20
-"""Maximum number of reports of pain in an answer."""
-_COLUMNS = 4
-
-
-class PainReport(NamedTuple):
-    """A report of pain: the place, m, the force at which it began, N, and the highest answer, 0..10."""
-
-    x_m: float
-    y_m: float
-    threshold_n: float
-    answer: float
+_COLUMNS = len(PainReport._fields)
 
 
 class RemotePatient(NamedTuple):

@@ -36,7 +36,7 @@ class Camera:
     """Serves pictures of one source. Its steps take the time, ns of the monotonic clock.
 
     Attributes:
-        sent: number of pictures sent to each kind of reader, of those refused and of packets that were none.
+        counts: numbers of pictures sent and left out, of refused readers, and of packets that could not be read.
     """
 
     def __init__(self, config: CameraConfig, link: CameraLink, source: VideoSource) -> None:

@@ -4,8 +4,10 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from common.wire.camera_messages import MOST_IN_FLIGHT_S, CameraAsk
+from common.wire.camera_messages import CameraAsk
 
+MOST_IN_FLIGHT_S = 0.25
+"""Largest excess of the oldest unacknowledged picture's time over the shortest way so far, s."""
 LEFT_S = 2.0
 """Time without a packet after which a reader has left, s."""
 MOST_READERS = 8

@@ -7,7 +7,6 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -106,7 +105,3 @@ class VideoSource:
                 self._newest = Captured(now_ns - self._delay_ns, frame)
                 with suppress(OSError):  # full, or closed on the other side
                     self._wake.send(b"\0")
-
-
-MakeSource = Callable[[str, tuple[int, int], float, float], VideoSource]
-"""Opens a camera; see `VideoSource`."""

@@ -6,9 +6,9 @@ The limit is a share of the lowest force at which the patient has reported pain.
 import math
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from common.limits import PAIN_LEAST_N, PAIN_SHARE
+from common.tenderness.pain_report import MOST_REPORTS, PainReport
 from common.tenderness.presses import LATEST_S, Press, PressFinder
 from common.tenderness.reaction import ReactionTime
 
@@ -16,25 +16,6 @@ REPORTED_SHARE, ENDED_SHARE = 0.9, 0.5
 """Quantiles of the patient's threshold that count when a report begins, and when it has ended.
 
 The reaction time is known better after the end. The first limit is high enough for the second one to lower it."""
-
-
-KEPT_REPORTS = 20
-"""Number of kept reports."""
-
-
-class PainReport(NamedTuple):
-    """A report of pain.
-
-    Attributes:
-        x_m, y_m: place of the finger that pressed most, m.
-        threshold_n: force at which the pain began, N.
-        answer: highest answer so far, 0..10.
-    """
-
-    x_m: float
-    y_m: float
-    threshold_n: float
-    answer: float
 
 
 class PainLimit:
@@ -53,7 +34,7 @@ class PainLimit:
         self._lowered_s = -math.inf
         self.reaction = ReactionTime()
         self.finder = PressFinder(presses)
-        self.reports: deque[PainReport] = deque(maxlen=KEPT_REPORTS)
+        self.reports: deque[PainReport] = deque(maxlen=MOST_REPORTS)
 
     def step(
         self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float

@@ -1,6 +1,6 @@
 """A stamp in the simulated camera's picture: its time, and which fingers touch, as light and dark blocks.
 
-With it, what was seen can be compared with what was felt, through camera, codec and network.
+With it, pictures can be compared with recorded touch, through camera, codec and network.
 """
 
 import numpy as np

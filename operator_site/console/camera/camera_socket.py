@@ -11,8 +11,6 @@ from common.link.keys import KeyPair
 from common.wire.camera_messages import MAX_PICTURE
 from common.wire.streams import STREAMS
 
-_ENCRYPTED_BYTES = 64
-"""Room for the bytes that encryption adds to a picture."""
 _WAITING = 8
 """Maximum number of packets that wait to be sent."""
 _FINAL = 400
@@ -41,8 +39,7 @@ class CameraSocket:
 
     def _open(self) -> None:
         socket = self._context.socket(zmq.DEALER)
-        prepare_socket(socket)
-        socket.setsockopt(zmq.MAXMSGSIZE, MAX_PICTURE + _ENCRYPTED_BYTES)
+        prepare_socket(socket, MAX_PICTURE)
         socket.setsockopt(zmq.SNDHWM, _WAITING)
         # A packet to an absent camera must fail now: later, its times would be wrong.
         socket.setsockopt(zmq.IMMEDIATE, 1)

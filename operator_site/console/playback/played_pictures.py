@@ -19,7 +19,7 @@ class PlayedPictures:
         self._sequence: int | None = None
         self._messages: Iterator[tuple[int, Picture]] = iter(())
         self._next: tuple[int, Picture] | None = None
-        self._go_on(recording.start_ns)
+        self._enter(recording.start_ns)
 
     def play(self, now_ns: int) -> list[Picture]:
         """Return the pictures since the last call that can be decoded, oldest first."""
@@ -37,14 +37,14 @@ class PlayedPictures:
         """Return the last key picture up to a moment and all that follow it until then; none without one."""
         found: list[Picture] = []
         for back_s in _BACK_S:
-            self._go_on(max(self._recording.start_ns, now_ns - round(back_s * 1e9)))
+            self._enter(max(self._recording.start_ns, now_ns - round(back_s * 1e9)))
             found = self.play(now_ns)
             if found:
                 break
         last = max((at for at, picture in enumerate(found) if picture.is_key), default=0)
         return found[last:]
 
-    def _go_on(self, from_ns: int) -> None:
+    def _enter(self, from_ns: int) -> None:
         self._sequence = None
         self._messages = _pictures(self._recording, from_ns)
         self._next = next(self._messages, None)

@@ -4,8 +4,9 @@ import math
 
 import pytest
 
+from common.tenderness.pain_report import PainReport
 from common.wire.packets import BadPacket
-from operator_site.session.remote_status import PainReport, RemotePatient, remote_patient
+from operator_site.session.remote_status import RemotePatient, remote_patient
 
 
 def test_a_site_without_a_slider_says_nothing():

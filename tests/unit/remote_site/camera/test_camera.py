@@ -94,8 +94,7 @@ class Stage:
 
     def reader(self, own: str = "operator") -> Reader:
         socket = self._context.socket(zmq.DEALER)
-        prepare_socket(socket)
-        socket.setsockopt(zmq.MAXMSGSIZE, MAX_PICTURE + 1024)
+        prepare_socket(socket, MAX_PICTURE)
         use_curve(socket, load_keys(getattr(self.keys, own)), load_keys(self.keys.remote).public)
         socket.connect(f"tcp://127.0.0.1:{self.base_port + STREAMS['camera'].port}")
         self.readers.append(reader := Reader(socket))

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.wire.camera_messages import MOST_IN_FLIGHT_S, CameraAsk
-from remote_site.camera.picture_readers import KEY_EVERY_S, LEFT_S, MOST_READERS, PictureReaders
+from common.wire.camera_messages import CameraAsk
+from remote_site.camera.picture_readers import KEY_EVERY_S, LEFT_S, MOST_IN_FLIGHT_S, MOST_READERS, PictureReaders
 
 
 def ask(sequence: int = 0, wants_key: bool = False) -> CameraAsk:

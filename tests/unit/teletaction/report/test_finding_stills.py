@@ -2,15 +2,20 @@
 
 from fractions import Fraction
 from io import BytesIO
+from pathlib import Path
 
 import av
+import msgpack
 import numpy as np
 import pytest
 from PIL import Image
 
+from common.recording.recorder import Recorder
 from operator_site.console.camera.camera_picture import Picture
 from remote_site.camera.video_encoder import VideoEncoder
 from teletaction.report.finding_stills import LATE_S, stills
+from teletaction.report.session_report import report
+from tests.unit.teletaction.recorded_examination import record_findings
 
 WIDTH, HEIGHT, RATE_HZ = 64, 64, 10.0
 BEGIN_S = 100.0
@@ -48,6 +53,20 @@ def test_each_moment_shows_the_newest_picture_before_it(pictures: list[Picture])
         assert shown(found[key].jpeg) == pytest.approx(grey(number), abs=5.0)
         assert found[key].before_s == pytest.approx(0.05, abs=1e-6)
         assert found[key].uncertainty_s == 0.0004
+
+
+def test_the_report_shows_the_picture_with_its_finding(pictures: list[Picture], tmp_path: Path) -> None:
+    session, camera = record_findings(tmp_path / "session.mcap", [{}, {}]), tmp_path / "console.mcap"
+    with Recorder(camera, {"console/camera": {}}, {}) as recorder:
+        for picture in pictures:
+            at_s = picture.captured_s - BEGIN_S + 1.5
+            recorder.write("console/camera", round(at_s * 1e9), msgpack.packb({**picture.record(), "captured_s": at_s}))
+    report([session, camera], out := tmp_path / "report.html")
+    html = out.read_text("utf-8")
+    assert html.count("data:image/jpeg;base64,") == 2
+    for number in (1, 2):
+        assert f"Camera at finding {number}" in html
+    assert "s before the mark, ± 0 ms" in html
 
 
 def test_a_moment_without_a_recent_picture_shows_none(pictures: list[Picture]) -> None:
