@@ -32,6 +32,7 @@ help:
 	@echo "make properties  every property with a thousand examples (minutes)"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
+	@echo "make image       whether a second build of the image is identical (installs an engine where it may)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
 	@echo "make faults      every fault of the table, on the test bed where that can show it; writes docs/faults.md (FAULTS=real: all in real time)"
 	@echo "make everything  all that takes longer, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
@@ -75,7 +76,7 @@ demo: $(READY)
 
 .PHONY: test
 test: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or hardening or netns or faults or console or dask or pages or exports or examples or costs or study)' $(addprefix --ignore=,$(WITHOUT))
+	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or image or hardening or netns or faults or console or dask or pages or exports or examples or costs or study)' $(addprefix --ignore=,$(WITHOUT))
 
 # WITHIN=folders runs only theirs.
 WITHIN := tests
@@ -101,6 +102,12 @@ costs: $(READY)
 .PHONY: containers
 containers: $(READY)
 	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs tests/containers
+
+# Builds the image twice.
+.PHONY: image
+image: $(READY)
+	@settings=$$(tests/containers/engine.sh); eval "$$settings"; trap '[ -z "$$ENGINE_PID" ] || kill $$ENGINE_PID' EXIT; \
+		$(BIN)/pytest -m image -rPs tests/containers
 
 # Results stay in mutants/: the next run tries what has changed. `mutmut browse` shows each one.
 .PHONY: mutants

@@ -28,6 +28,7 @@ PIECES: dict[str, tuple[str, ...]] = {
     "costs": ("costs",),
     "study-tests": ("study-tests",),
     "netns": ("netns",),
+    "image": ("image",),
     "pages": ("pages",),
     "dask": ("dask",),
     "console": ("console",),

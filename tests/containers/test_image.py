@@ -8,7 +8,7 @@ import pytest
 from tests.containers.checkout import Checkout, run
 from tests.places import ROOT
 
-pytestmark = [pytest.mark.containers, pytest.mark.timeout(600)]
+pytestmark = pytest.mark.timeout(600)
 
 LARGEST_MB = 350.0
 """Of what is added to the base image."""
@@ -34,6 +34,7 @@ def image(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
     return checkout
 
 
+@pytest.mark.containers
 def test_the_image_is_small() -> None:
     base, whole = sizes_mb("python:3.11-slim"), sizes_mb("teletaction")
     print(f"base {base:.0f} MB, added {whole - base:.0f} MB")
@@ -41,6 +42,7 @@ def test_the_image_is_small() -> None:
     assert whole - base < LARGEST_MB
 
 
+@pytest.mark.containers
 def test_each_package_in_the_image_is_pinned() -> None:
     pins = dict(re.findall(r"(?m)^([\w.-]+)==([^\s;]+)", (ROOT / "constraints.txt").read_text("utf-8")))
     pinned = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in pins.items()}
@@ -51,6 +53,7 @@ def test_each_package_in_the_image_is_pinned() -> None:
     assert installed.items() <= pinned.items()
 
 
+@pytest.mark.image
 def test_a_second_build_of_the_image_is_identical(image: Checkout) -> None:
     first = in_image("sh", "-c", HELD)
     assert len(first.splitlines()) > 10_000
@@ -58,9 +61,11 @@ def test_a_second_build_of_the_image_is_identical(image: Checkout) -> None:
     assert in_image("sh", "-c", HELD) == first
 
 
+@pytest.mark.containers
 def test_the_image_holds_no_key_and_no_token() -> None:
     assert in_image("find", "/keys", "/session", "-type", "f") == ""
 
 
+@pytest.mark.containers
 def test_the_image_is_built_from_the_program_alone() -> None:
     assert Path(ROOT / ".dockerignore").read_text("utf-8").startswith("*\n")

@@ -162,7 +162,7 @@ def test_a_cluster_that_is_not_there_is_one_line_and_exit_2(tmp_path: Path, monk
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.session
+@pytest.mark.study
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)])
 def test_a_run_that_is_ended_continues_and_gives_the_same(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """The command is killed, or interrupted as by Ctrl-C, when some pieces are done; its processes end with it."""

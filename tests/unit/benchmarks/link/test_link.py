@@ -240,7 +240,7 @@ def test_the_link_takes_at_most_twice_the_processor_time_of_bare_sockets() -> No
     assert load.ratios(load.compare(5, 1.0))["without_loop"] <= 2.0
 
 
-@pytest.mark.session
+@pytest.mark.costs
 def test_every_load_is_exchanged_at_its_rates() -> None:
     wanted = load.Load(touch_hz=100.0, motion_hz=200.0, touching=2, observers=1)
     row = load.measure(wanted, 1.0)

@@ -148,7 +148,7 @@ def test_the_figure_shows_sessions_that_fit_and_those_that_do_not(tmp_path: Path
     draw_figure(plot, data, tmp_path, 20_000)
 
 
-@pytest.mark.session
+@pytest.mark.costs
 def test_a_real_session_is_measured_and_ended(tmp_path: Path) -> None:
     data = measure((1,), seconds=3.0, seed=0, progress=lambda _: None)
     write_tables(tables(data), tmp_path)
