@@ -221,14 +221,9 @@ class ConsoleCameraConfig(_Section):
     """Whether the console records the picture, which needs the examined person's consent."""
 
 
-class ConsoleConfig(_Section):
-    """The console: a web page at the operator site, served by a separate process on the same machine."""
+class WebConfig(_Section):
+    """A web page that a process serves."""
 
-    keys: Path
-    """Key folder of the operator site: a user who may read its secret key may run its console."""
-    desk_port: int = Field(default=5609, ge=1, le=65535)
-    feed_port: int = Field(default=5610, ge=1, le=65535)
-    """The operator site's port for the console's data."""
     bind: str = "127.0.0.1"
     port: int = Field(default=8090, ge=0, le=65535)
     """Port of the page; 0 selects a free one."""
@@ -238,9 +233,25 @@ class ConsoleConfig(_Section):
     certificate_key: Path | None = None
     """Private key for TLS, PEM, as is `certificate`."""
     behind_proxy: bool = False
-    """Whether a reverse proxy in front of the console serves TLS."""
+    """Whether a reverse proxy in front of the page serves TLS."""
     address: str | None = None
     """Address of the page in browsers where it differs from `bind`, such as `https://console.example`."""
+
+    @model_validator(mode="after")
+    def _whole_certificate(self) -> "WebConfig":
+        if (self.certificate is None) != (self.certificate_key is None):
+            raise ValueError("certificate and certificate_key go together")
+        return self
+
+
+class ConsoleConfig(WebConfig):
+    """The console: a web page at the operator site, served by a separate process on the same machine."""
+
+    keys: Path
+    """Key folder of the operator site: a user who may read its secret key may run its console."""
+    desk_port: int = Field(default=5609, ge=1, le=65535)
+    feed_port: int = Field(default=5610, ge=1, le=65535)
+    """The operator site's port for the console's data."""
     camera: ConsoleCameraConfig | None = None
     """The remote site's camera; by default there is none."""
     operator: Path | None = None
@@ -254,12 +265,6 @@ class ConsoleConfig(_Section):
     recordings of the findings replace the word `{record}`."""
     status: Path | None = None
     log: LogForm = "text"
-
-    @model_validator(mode="after")
-    def _between_fields(self) -> "ConsoleConfig":
-        if (self.certificate is None) != (self.certificate_key is None):
-            raise ValueError("certificate and certificate_key go together")
-        return self
 
 
 class ObserverConfig(_Section):

@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from common.config.models import ConsoleConfig
+from common.timing.interval import Interval
 from operator_site.console import texts
 from operator_site.console.camera.camera import Camera
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.examination.resume import Unfinished
-from operator_site.console.interval import Interval
 from operator_site.console.map.finger_samples import samples_of
 from operator_site.console.map.lump_search import LumpSearch
 from operator_site.console.model import Console

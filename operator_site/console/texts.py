@@ -133,8 +133,6 @@ DISK_USED = "{percent:.0f} % used."
 SOUND_NOT_HEARD = "Not heard yet."
 PLAY_SOUND = "Play alarm sound, then answer."
 
-NEEDS_TOKEN = "This page needs a token: open it by the address that has one."
-NO_FILE = "There is no such file."
 STOP_NOT_SENT = "STOP NOT SENT. Use the hardware switch."
 FAILED_INSIDE = "That failed inside the console; its log says why."
 REQUEST_NOT_RECORDED = "That cannot be recorded. It was not done."

@@ -10,7 +10,7 @@ from common.config.models import OperatorConfig
 from common.link.keys import fingerprint, load_keys
 from common.runtime.containment import Containment
 from common.runtime.scheduling import give_way
-from operator_site.console.interval import Interval
+from common.timing.interval import Interval
 from operator_site.session.console_feed import FeedReader
 from teletaction.export.optional_package import load_optional
 from teletaction.outlets.detached import Detached, Outlet

@@ -6,10 +6,10 @@ from collections.abc import Callable, MutableMapping
 from typing import Any
 
 from common.config.models import ConsoleConfig
+from common.timing.interval import Interval
+from common.web.access import Visitor
 from operator_site.console.examination.journal import Journal
-from operator_site.console.interval import Interval
 from operator_site.console.live import LiveConsole
-from operator_site.console.web.access import Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed import Testbed
 

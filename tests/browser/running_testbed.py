@@ -15,7 +15,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from common.config.file import load_config
 from common.config.models import ConsoleConfig
 from common.runtime.containment import Containment
-from operator_site.console.web.access import Access, Visitor
+from common.web.access import Access, Visitor
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import Pages
 from operator_site.console.web.server import application

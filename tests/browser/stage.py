@@ -15,11 +15,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from common.config.models import ConsoleConfig
 from common.runtime.containment import Containment
+from common.web.access import Access, Visitor
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.state.frame import Kind
 from operator_site.console.state.signals import BINS, SPAN_S
 from operator_site.console.texts import looks_like_a_name
-from operator_site.console.web.access import Access, Visitor
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.clients import CREDIT
 from operator_site.console.web.pages import Pages

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from common.config.models import ConsoleConfig
-from operator_site.console.web.access import Role, Visitor
+from common.web.access import Role, Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed import Testbed
 from teletaction.testbed.testbed_console import MemorySocket, TestbedConsole

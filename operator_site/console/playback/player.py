@@ -7,10 +7,10 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from common.timing.interval import Interval
 from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.camera.picture_reader import KEY_S
 from operator_site.console.examination.journal import Journal
-from operator_site.console.interval import Interval
 from operator_site.console.live import STATE_S
 from operator_site.console.map.lump_search import LumpSearch
 from operator_site.console.model import Console

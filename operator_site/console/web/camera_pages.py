@@ -12,8 +12,8 @@ from starlette.websockets import WebSocketDisconnect
 
 from common.link.rate_limiter import RateLimiter
 from common.runtime.containment import Containment
+from common.web.access import Visitor
 from operator_site.console.camera.camera_picture import Picture
-from operator_site.console.web.access import Visitor
 from operator_site.console.web.pages import (
     FULL,
     MESSAGES_AT_ONCE,

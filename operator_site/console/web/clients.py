@@ -8,8 +8,8 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
+from common.web.access import Visitor
 from operator_site.console.map.map_tiles import MapTile
-from operator_site.console.web.access import Visitor
 
 CREDIT = 2
 """Maximum number of pictures sent to a page and not yet drawn."""

@@ -16,12 +16,12 @@ from common.limits import MOTION_SCALES
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused
 from common.runtime.containment import Containment
+from common.timing.interval import Interval
 from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
-from operator_site.console.interval import Interval
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.answer import Act, Answer

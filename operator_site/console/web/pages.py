@@ -11,10 +11,10 @@ from typing import Any, Protocol
 from starlette.websockets import WebSocketDisconnect
 
 from common.link.rate_limiter import RateLimiters
+from common.web.access import Visitor
 from operator_site.console import texts
 from operator_site.console.map.map_tiles import changed
 from operator_site.console.map.tactile_map import QUANTITIES
-from operator_site.console.web.access import Visitor
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from operator_site.console.web.access import Visitor
+from common.web.access import Visitor
 from operator_site.console.web.clients import Client
 
 ACTING_PLACES = 6

@@ -3,8 +3,8 @@
 from collections import deque
 from dataclasses import dataclass, field
 
+from common.web.access import Visitor
 from operator_site.console.camera.camera_picture import Picture
-from operator_site.console.web.access import Visitor
 
 CREDIT = 4
 """Maximum number of pictures sent to a page and not yet drawn; with more, the page waits for a key picture."""

@@ -13,12 +13,12 @@ import pytest
 
 from common.faults.fault import Fault, FaultCode
 from common.link.session_state import Refused
+from common.web.access import Visitor
 from operator_site.console import texts
 from operator_site.console.examination.examination import LONGEST_NOTE
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
-from operator_site.console.web.access import Visitor
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands

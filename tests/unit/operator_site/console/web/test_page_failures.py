@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from common.web.access import Visitor
 from operator_site.console.model import Console
-from operator_site.console.web.access import Visitor
 from operator_site.console.web.clients import AWAKE_S
 from operator_site.console.web.pages import FAILED, FULL, REPLACED
 from tests.conftest import Contained

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from operator_site.console.web.access import Visitor
+from common.web.access import Visitor
 from operator_site.console.web.pages import (
     FULL,
     MESSAGES_AT_ONCE,

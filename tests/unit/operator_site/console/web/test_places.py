@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.web.access import Visitor
+from common.web.access import Visitor
 from operator_site.console.web.clients import AWAKE_S, Client
 from operator_site.console.web.places import ACTING_PLACES, OBSERVING_PLACES, Place, place_for
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from common.config.models import ConsoleConfig
-from operator_site.console.web.access import Access
+from common.web.access import Access
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.server import application
 from tests.unit.operator_site.console.page_room import Room

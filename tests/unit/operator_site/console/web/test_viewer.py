@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.web.access import Visitor
 from operator_site.console.camera.camera_picture import Picture, follows
-from operator_site.console.web.access import Visitor
 from operator_site.console.web.viewer import CREDIT, Viewer
 
 

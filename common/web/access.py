@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, get_args
 from urllib.parse import urlsplit
 
-from common.config.models import ConsoleConfig
+from common.config.models import WebConfig
 
 Role = Literal["act", "observe"]
 LEAST_TOKEN = 32
@@ -33,7 +33,7 @@ class Visitor:
 class Access:
     """Checks tokens, and the addresses that requests name."""
 
-    def __init__(self, config: ConsoleConfig):
+    def __init__(self, config: WebConfig):
         """Read the configuration.
 
         Raises:

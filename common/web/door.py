@@ -1,4 +1,4 @@
-"""Accepts the connections of the console's server, and drops those that block others.
+"""Accepts the connections of a page's server, and drops those that block others.
 
 uvicorn serves HTTP on the accepted connections. Its own listener is not used: it does not limit connections that send
 nothing, and it does not see a connection before the TLS handshake is complete.
@@ -16,7 +16,7 @@ from uvicorn import Server
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from common.runtime.containment import Containment
-from operator_site.console.web.connections import IDLE_S, Connections, Stage
+from common.web.connections import IDLE_S, Connections, Stage
 
 log = logging.getLogger(__name__)
 

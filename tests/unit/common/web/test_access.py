@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from common.config.models import ConsoleConfig
-from operator_site.console.web.access import Access, AccessProblem, Visitor, read_tokens
+from common.web.access import Access, AccessProblem, Visitor, read_tokens
 
 TOKEN, OTHER = "a" * 40, "b" * 40
 

@@ -14,9 +14,9 @@ import uvicorn
 from starlette.types import Receive, Scope, Send
 
 from common.runtime.containment import Containment
-from operator_site.console.web import connections as rule
-from operator_site.console.web.connections import Connections
-from operator_site.console.web.door import Door, Stages
+from common.web import connections as rule
+from common.web.connections import Connections
+from common.web.door import Door, Stages
 from tests.conftest import Contained
 
 MOST = 8

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.web.connections import (
+from common.web.connections import (
     IDLE_S,
     MOST_CONNECTIONS,
     Connections,

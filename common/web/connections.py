@@ -1,4 +1,4 @@
-"""Limits the open connections of the console's server, and chooses the connection to drop for a new one."""
+"""Limits the open connections of a page's server, and chooses the connection to drop for a new one."""
 
 import resource
 from enum import IntEnum
