@@ -267,6 +267,18 @@ class ConsoleConfig(WebConfig):
     log: LogForm = "text"
 
 
+class PatientPageConfig(WebConfig):
+    """The patient's stop switch and pain slider as a page, which the remote site reads as a serial device."""
+
+    port: int = Field(default=8091, ge=0, le=65535)
+    switch_port: int = Field(ge=0, le=65535)
+    """Loopback port of the switch: 5611 for `port = "socket://127.0.0.1:5611"` in the site's `[patient_switch]`."""
+    slider: bool = True
+    """Whether the page has a pain slider."""
+    status: Path | None = None
+    log: LogForm = "text"
+
+
 class ObserverConfig(_Section):
     """Configuration of a read-only client."""
 

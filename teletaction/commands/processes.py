@@ -35,6 +35,20 @@ def camera(config: OwnConfigFile = None) -> None:
 
 
 @app.command()
+def patient_page(config: OwnConfigFile = None) -> None:
+    """Serve the patient's stop switch and pain slider as a page for a tablet."""
+    from importlib.util import find_spec
+
+    if find_spec("starlette") is None:
+        raise ValueError("the patient's page needs `pip install teletaction[console]`")
+    from common.config.models import PatientPageConfig
+    from common.process import run_process
+    from remote_site.patient_page.run import run_patient_page
+
+    run_process("patient-page", own_config(config, "patient-page"), PatientPageConfig, run_patient_page)
+
+
+@app.command()
 def operator(config: OwnConfigFile = None) -> None:
     """Run the operator site."""
     from common.config.models import OperatorConfig

@@ -12,11 +12,13 @@ from common.config.models import (
     CameraConfig,
     ConsoleConfig,
     OperatorConfig,
+    PatientPageConfig,
     RemoteConfig,
     RendezvousConfig,
     SimOperatorConfig,
     SimRemoteConfig,
     TunnelConfig,
+    WebConfig,
 )
 from tests.places import ROOT
 
@@ -102,10 +104,14 @@ def test_the_simulated_sessions_page_is_on_loopback_only_and_needs_a_token_over_
     assert console.certificate is not None
 
 
-def test_the_page_of_real_devices_needs_a_token_over_tls() -> None:
-    console = load_config(DOCKER / "hardware" / "console.toml", ConsoleConfig)
-    for path in (console.tokens, console.certificate, console.certificate_key):
-        assert f"target: {path}}}" in service("operator-console"), "it is a secret of the composition"
+@pytest.mark.parametrize(
+    ("file", "model", "name"),
+    [("console", ConsoleConfig, "operator-console"), ("patient-page", PatientPageConfig, "patient-page")],
+)
+def test_a_page_beside_real_devices_needs_a_token_over_tls(file: str, model: type[WebConfig], name: str) -> None:
+    page = load_config(DOCKER / "hardware" / f"{file}.toml", model)
+    for path in (page.tokens, page.certificate, page.certificate_key):
+        assert f"target: {path}}}" in service(name), "it is a secret of the composition"
 
 
 @pytest.mark.parametrize(("name", "model"), [("remote", RemoteConfig), ("operator", OperatorConfig)])

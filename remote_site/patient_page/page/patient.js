@@ -1,0 +1,108 @@
+// The patient's stop button and pain slider. The page answers each question of the process at once, and only while it is
+// seen: a page that is hidden or hangs is silent, and silence stops the fingers.
+
+const LOST_MS = 300;
+const LOOK_MS = 100;
+const AGAIN_MS = 500;
+
+const state = document.getElementById("state");
+const stop = document.getElementById("stop");
+const pain = document.getElementById("pain");
+const slider = document.getElementById("slider");
+const value = document.getElementById("value");
+
+const WORDS = {
+  lost: "Not connected. The examination cannot continue.",
+  refused: "This page may not be used here. Ask for its address again.",
+  waiting: "Connected to this tablet only. The examination has not begun.",
+  other: "Another tablet is in use. STOP works here too.",
+  stopped: "Stopped. Say when it may continue.",
+  ready: "Ready. You can stop at any time.",
+};
+
+let socket = null;
+let asked = null;
+let heardMs = -Infinity;
+let refused = false;
+const holds = new Set();
+
+function connect() {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  socket = new WebSocket(`${scheme}://${location.host}/patient`);
+  socket.addEventListener("message", ({ data }) => {
+    asked = JSON.parse(data);
+    heardMs = performance.now();
+    if (document.visibilityState === "visible") answer();
+    show();
+  });
+  socket.addEventListener("close", ({ code }) => {
+    refused = code === 4401;
+    setTimeout(connect, AGAIN_MS);
+  });
+}
+
+function answer() {
+  if (asked === null || socket.readyState !== WebSocket.OPEN) return;
+  socket.send(JSON.stringify({ at_s: asked.at_s, pressed: holds.size > 0, pain: Number(slider.value) }));
+}
+
+function hold(what, pressed) {
+  if (pressed) holds.add(what);
+  else holds.delete(what);
+  answer();
+  show();
+}
+
+function show() {
+  const lost = performance.now() - heardMs > LOST_MS;
+  let word = "ready";
+  if (refused) word = "refused";
+  else if (lost) word = "lost";
+  else if (holds.size > 0 || asked.stopped) word = "stopped";
+  else if (!asked.in_use) word = "other";
+  else if (!asked.site) word = "waiting";
+  if (state.textContent !== WORDS[word]) state.textContent = WORDS[word];
+  state.classList.toggle("lost", lost || refused);
+  stop.classList.toggle("pressed", word === "stopped");
+  pain.hidden = asked === null || asked.pain === null;
+  value.textContent = slider.value;
+}
+
+stop.addEventListener("pointerdown", (event) => {
+  stop.setPointerCapture(event.pointerId);
+  hold(`pointer ${event.pointerId}`, true);
+});
+for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+  stop.addEventListener(end, (event) => hold(`pointer ${event.pointerId}`, false));
+}
+stop.addEventListener("contextmenu", (event) => event.preventDefault());
+document.addEventListener("keydown", (event) => {
+  if (["Escape", " ", "Enter"].includes(event.key)) {
+    event.preventDefault();
+    hold(`key ${event.code}`, true);
+  }
+});
+document.addEventListener("keyup", (event) => hold(`key ${event.code}`, false));
+window.addEventListener("blur", () => {
+  holds.clear();
+  show();
+});
+slider.addEventListener("input", () => {
+  answer();
+  show();
+});
+
+async function stayAwake() {
+  try {
+    await navigator.wakeLock?.request("screen");
+  } catch {
+    // The tablet's own setting then decides when its screen goes dark.
+  }
+}
+
+document.addEventListener("visibilitychange", () => {
+  if (document.visibilityState === "visible") stayAwake();
+});
+setInterval(show, LOOK_MS);
+stayAwake();
+connect();
