@@ -14,12 +14,15 @@ from common.web.access import Access
 from common.web.guarded_page import GuardedPage
 from common.web.page_server import address_of, bound, serve_page
 from remote_site.patient_page.patient_tablets import PatientTablets
-from remote_site.patient_page.switch_line import RATE_HZ, SwitchLine
+from remote_site.patient_page.switch_line import SwitchLine
 from remote_site.patient_page.tablet_switch import TabletSwitch
 
 log = logging.getLogger(__name__)
 
 PAGE = Path(str(resources.files("remote_site"))) / "patient_page" / "page"
+
+_STEP_S = 0.004
+"""Time between two looks at the site's line, s; less than half a report's time, so that no report is left out."""
 
 
 def run_patient_page(config: PatientPageConfig, stop: Callable[[], bool]) -> None:
@@ -53,7 +56,7 @@ def run_patient_page(config: PatientPageConfig, stop: Callable[[], bool]) -> Non
                 socket,
                 tablets.contain,
                 stop,
-                lambda now_s: line.step(switch.report(now_s)),
-                1.0 / RATE_HZ,
+                lambda now_s: line.step(now_s, switch.report(now_s)),
+                _STEP_S,
                 each_second,
             )

@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import math
 import socket as sockets
 
 from common.buses.serial_messages import (
@@ -39,6 +40,7 @@ class SwitchLine:
         self._host: sockets.socket | None = None
         self._reader = FrameReader()
         self._sequence = 0
+        self._due_s = -math.inf
 
     @property
     def port(self) -> int:
@@ -51,8 +53,8 @@ class SwitchLine:
         """Whether a site has the line open."""
         return self._host is not None
 
-    def step(self, report: PatientSwitchState | None) -> None:
-        """Answer the site's requests, and send a report if there is one."""
+    def step(self, now_s: float, report: PatientSwitchState | None) -> None:
+        """Answer the site's requests, and send a report if there is one and it is due at `now_s`, s."""
         with contextlib.suppress(BlockingIOError):
             host, _ = self._listening.accept()
             host.setblocking(False)
@@ -62,7 +64,8 @@ class SwitchLine:
         try:
             for _ in range(self._requests()):
                 self._send(MessageId.IDENTITY, _IDENTITY.encode())
-            if report is not None:
+            if report is not None and now_s >= self._due_s:
+                self._due_s = max(self._due_s + 1.0 / RATE_HZ, now_s)
                 self._send(PatientSwitchState.ID, report.encode())
         except OSError as error:  # a full buffer too: its host no longer reads, and must not get old reports later
             log.info("the site's line is closed: %s", error)

@@ -16,6 +16,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from common.config.models import ConsoleConfig
 from common.runtime.containment import Containment
 from common.web.access import Access, Visitor
+from common.web.guarded_page import REFUSED
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.state.frame import Kind
 from operator_site.console.state.signals import BINS, SPAN_S
@@ -23,7 +24,7 @@ from operator_site.console.texts import looks_like_a_name
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.clients import CREDIT
 from operator_site.console.web.pages import Pages
-from operator_site.console.web.server import REFUSED, application
+from operator_site.console.web.server import application
 from tests.browser import synthetic
 from tests.browser.synthetic import SCENARIOS, Scenario
 from tests.vp8_stream import HEIGHT, HZ, WIDTH, pictures

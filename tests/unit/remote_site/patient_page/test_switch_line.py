@@ -23,7 +23,7 @@ class Site:
     def turn(self) -> None:
         if self.report is not None:
             self.report.device_time_us += round(1e6 / RATE_HZ)
-        self.line.step(self.report)
+        self.line.step(time.monotonic(), self.report)
         self.driver.read(time.monotonic())
 
     def until(self, reached: Callable[[], object]) -> None:
@@ -66,9 +66,20 @@ def test_its_silence_is_the_silence_of_the_switch(site: Site) -> None:
 def test_a_site_that_goes_and_comes_back_is_served_again(site: Site) -> None:
     site.until(site.heard)
     site.driver.line.close()
-    wait_until(lambda: site.line.step(site.report) or not site.line.connected)
+    wait_until(lambda: site.line.step(time.monotonic(), site.report) or not site.line.connected)
     site.driver = PatientSwitch(f"socket://127.0.0.1:{site.line.port}")
     site.until(site.heard)
+
+
+def test_reports_come_at_their_rate_however_often_it_steps(site: Site) -> None:
+    site.until(site.heard)
+    sent: list[float] = []
+    site.line._send = lambda message_id, payload: sent.append(now_s)  # type: ignore[method-assign]
+    begun_s = now_s = time.monotonic() + 1.0
+    while now_s < begun_s + 1.0:
+        now_s += 0.0037
+        site.line.step(now_s, site.report)
+    assert len(sent) == pytest.approx(RATE_HZ, abs=1)
 
 
 def test_a_port_in_use_is_named(site: Site) -> None:

@@ -1,0 +1,28 @@
+"""A page's process continues when a step of it raises."""
+
+import socket
+
+from starlette.applications import Starlette
+
+from common.config.models import WebConfig
+from common.runtime.containment import Containment
+from common.web.page_server import serve_page
+from tests.conftest import Contained
+
+
+def test_a_step_that_raises_is_named_once_and_the_process_continues(contained: Contained) -> None:
+    contain, steps = Containment(), []
+
+    def step(now_s: float) -> None:
+        steps.append(now_s)
+        raise LookupError("no map")
+
+    def status() -> None:
+        raise ValueError("no figures")
+
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        serve_page(Starlette(), WebConfig(), listening, contain, lambda: len(steps) >= 5, step, 0.008, status)
+    assert len(steps) == 5
+    names = contained.take()
+    assert [name.split(" in ")[0] for name in names] == ["showing: LookupError", "status: ValueError"]
+    assert contain.count == 6
