@@ -4,6 +4,7 @@
 const LOST_MS = 300;
 const LOOK_MS = 100;
 const AGAIN_MS = 500;
+const STOPPED_MS = 10000;
 
 const state = document.getElementById("state");
 const stop = document.getElementById("stop");
@@ -23,6 +24,7 @@ const WORDS = {
 let socket = null;
 let asked = null;
 let heardMs = -Infinity;
+let stoppedMs = -Infinity;
 let refused = false;
 const holds = new Set();
 
@@ -32,6 +34,7 @@ function connect() {
   socket.addEventListener("message", ({ data }) => {
     asked = JSON.parse(data);
     heardMs = performance.now();
+    if (asked.stopped) stoppedMs = heardMs;
     if (document.visibilityState === "visible") answer();
     show();
   });
@@ -58,12 +61,12 @@ function show() {
   let word = "ready";
   if (refused) word = "refused";
   else if (lost) word = "lost";
-  else if (holds.size > 0 || asked.stopped) word = "stopped";
+  else if (holds.size > 0 || performance.now() - stoppedMs < STOPPED_MS) word = "stopped";
   else if (!asked.in_use) word = "other";
   else if (!asked.site) word = "waiting";
   if (state.textContent !== WORDS[word]) state.textContent = WORDS[word];
   state.classList.toggle("lost", lost || refused);
-  stop.classList.toggle("pressed", word === "stopped");
+  stop.classList.toggle("pressed", holds.size > 0 || Boolean(asked?.stopped));
   pain.hidden = asked === null || asked.pain === null;
   value.textContent = slider.value;
 }
