@@ -32,6 +32,7 @@ def test_a_stall_that_ends_in_a_burst_is_safe_and_the_work_resumes(working: Virt
     working.resume()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", STREAMS)
 def test_packets_that_come_twice_late_or_of_an_earlier_session_do_nothing_but_count(
     working: VirtualSession, stream: str

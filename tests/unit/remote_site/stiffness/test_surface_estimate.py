@@ -36,6 +36,7 @@ def presses(stiffness_n_m: float) -> Touches:
     return pressed(np.full(PRESSES, stiffness_n_m), np.random.default_rng(SEEDS[stiffness_n_m]))[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("steps", STEPS)
 @pytest.mark.parametrize("stiffness_n_m", SEEDS)
 def test_one_press_gives_the_stiffness_only_when_it_is_known(stiffness_n_m: float, steps: str) -> None:
@@ -82,6 +83,7 @@ def test_a_contradicted_stiffness_is_shown_no_harder_than_it_was_known() -> None
     assert doubts
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffness_n_m", SEEDS)
 def test_before_it_is_known_no_place_is_pressed_harder_than_by_the_object(stiffness_n_m: float) -> None:
     felt = presses(stiffness_n_m)
@@ -94,6 +96,7 @@ def test_before_it_is_known_no_place_is_pressed_harder_than_by_the_object(stiffn
             assert np.all(shown_n <= object_n + 0.02), "but for two standard deviations of the force's noise"
 
 
+@pytest.mark.long
 def test_damping_is_reported_where_a_press_was_fast_enough() -> None:
     shares = []
     for stiffness_n_m in (200.0, 500.0):
@@ -105,6 +108,7 @@ def test_damping_is_reported_where_a_press_was_fast_enough() -> None:
     assert not any(each.damping_n_s_m.any() for each in identified(rested(np.array([3000.0]), 0.5, 1.0), 3))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffness_n_m", [50.0, 3000.0])
 def test_the_reported_surface_does_not_shake(stiffness_n_m: float) -> None:
     felt = rested(np.array([stiffness_n_m]), 1.0, 3.5)
@@ -120,6 +124,7 @@ def test_the_reported_surface_does_not_shake(stiffness_n_m: float) -> None:
         assert raw_m.std() > 0.15e-3, "raw, it does"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("stiffness_n_m", "late_s", "amplitude_m", "frequency_hz"),
     [(150.0, 0.05, 1e-3, 0.25), (1000.0, 0.03, 3.8e-3, 0.5)],
@@ -146,6 +151,7 @@ def test_a_surface_that_rises_to_a_finger_gives_no_stiffness() -> None:
     assert np.all(each.stiffness_n_m * np.maximum(0.0, each.surface_m - felt.z_m[:, 0]) <= felt.force_n[:, 0] + 0.03)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("edge_m", [1e-5, 5e-3])
 def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -> None:
     def tissue_n_m(x_m: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from tests.unit.remote_site.shipped_tables import SURFACES
 from tests.unit.remote_site.simulated_strokes import SIX, counted, drawn, even, held_values, modes_of, played
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", SIX)
 def test_a_surface_and_its_roughness_are_the_same_for_any_stroke_and_a_sound_sensor_has_no_fault(surface):
     roughness = []

@@ -157,6 +157,7 @@ def test_an_untrained_material_is_rarely_mistaken_for_a_calibrated_one_during_a_
     assert sum(map(bool, taken)) <= 0.05 * len(taken), taken
 
 
+@pytest.mark.long
 def test_no_hypothesis_is_dropped_for_one_overshooting_step() -> None:
     """Exact readings make a step of the solver look impossible for a moment; what it leads to may be the truth."""
     quiet = MadeSensor(noise_k=0.005)
@@ -174,6 +175,7 @@ def test_no_hypothesis_is_dropped_for_one_overshooting_step() -> None:
 # --- thin objects ---
 
 
+@pytest.mark.long
 def test_thin_pieces_of_a_material_calibrated_thick_are_not_another_one(knowledge: ThermalKnowledge) -> None:
     for name in MATERIALS:
         thick = MATERIALS[name]

@@ -31,6 +31,7 @@ def drop_after(trace, seconds):
     return (trace.sensor_c[start] - trace.sensor_c[start + round(seconds * 100)]) / (33.0 - (trace.object_c or 23.0))
 
 
+@pytest.mark.long
 def test_better_conductors_cool_the_sensor_faster():
     drops = [
         np.mean([drop_after(trace, 2.0) for trace in simulate_thermal(name, 1, touches=20, seconds=2.5)])

@@ -30,6 +30,7 @@ def test_a_finger_that_is_lifted_stops_conducting_and_one_that_presses_conducts_
     assert np.abs(trace.force_n[trace.time_s > trace.contact_s + 0.6]).max() < 0.1
 
 
+@pytest.mark.long
 def test_contacts_scatter_with_the_given_spread() -> None:
     for spread in (0.05, 0.5):
         traces = simulate_thermal("aluminium", 1, touches=200, seconds=0.1, contact_spread=spread)

@@ -36,6 +36,7 @@ def test_a_light_press_brings_no_answer():
     assert not pressed.exceeded
 
 
+@pytest.mark.long
 def test_after_the_first_report_the_examiner_stays_within_the_limit():
     kind = KINDS[0]
     patient = Patient(kind, 0)

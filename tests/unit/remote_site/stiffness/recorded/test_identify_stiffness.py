@@ -171,6 +171,7 @@ SAMPLES = st.integers(0, 50).flatmap(
 )
 
 
+@pytest.mark.long
 @given(st.lists(st.tuples(SAMPLES, st.sampled_from([None, "ok", "limit", "fail"])), max_size=3))
 @settings(suppress_health_check=[HealthCheck.too_slow], max_examples=60)
 def test_any_press_gets_an_answer_that_json_can_hold(drawn):

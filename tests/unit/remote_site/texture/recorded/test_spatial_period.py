@@ -65,6 +65,7 @@ def arbitrary(chance, n):
     return -np.exp(-0.5 * ((x_mm[:, None] - at_mm) / 0.7) ** 2).sum(axis=1) + 0.05 * chance.normal(size=n)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", [white, walk, arbitrary])
 @pytest.mark.parametrize("n", [180, 540])
 def test_no_pattern_no_period(surface, n):
@@ -79,6 +80,7 @@ def test_a_flat_or_short_signal_has_no_period():
     assert spatial_period(np.linspace(0.0, 0.1, 10), np.arange(10.0)[:, None]) is None
 
 
+@pytest.mark.long
 def test_the_deviation_covers_the_error():
     """Of a pattern that leads and lags by a quarter of a millimetre along the stroke, as on a soft sensor."""
     chance = np.random.default_rng(3)
@@ -118,6 +120,7 @@ def shaken(seed, period_mm=4.0, depth=0.02, shake=0.03, tilt=0.0, speed_mm_s=5.0
     return 1e-3 * x_mm, load * (1.0 + pattern + shake * way * motion + noise)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tilt", [0.0, 2.0])
 @pytest.mark.parametrize("shake", [0.02, 0.05])
 def test_a_motion_of_the_whole_sensor_is_not_taken_for_the_pattern(tilt, shake):

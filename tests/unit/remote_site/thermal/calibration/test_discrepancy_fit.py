@@ -44,6 +44,7 @@ def seen(seed: int, count: int, noise: float = 1.0, spread: float = 0.0, belief:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("noise", "spread"), [(0.5, 0.0), (1.0, 0.05)])
 def test_errors_and_their_variance_are_learned(noise: float, spread: float) -> None:
     found = learn(TABLE, {1.0: seen(1, 150, noise, spread), 2.0: seen(2, 150, noise, spread)})
@@ -56,6 +57,7 @@ def test_errors_and_their_variance_are_learned(noise: float, spread: float) -> N
         assert whole_k == pytest.approx(np.hypot(noise * STATED_K, 10.0 * spread), rel=0.15)
 
 
+@pytest.mark.long
 def test_a_model_that_believes_too_much_gets_a_smaller_exponent() -> None:
     right, eager = (learn(TABLE, {1.0: seen(3, 150, belief=belief)}).sharpness[0] for belief in (1.0, 4.0))
     assert 0.6 < right < 1.5

@@ -13,6 +13,8 @@ from remote_site.thermal.calibration.thermal_calibration import ThermalFit
 from remote_site.thermal.discrepancy import Discrepancy
 from remote_site.thermal.material_table import MaterialTable
 
+pytestmark = pytest.mark.long
+
 AT_S = (TIMES_S[0], TIMES_S[-1])
 
 

@@ -53,6 +53,7 @@ def forgetful(table: MaterialTable) -> MaterialTable:
     return table.model_copy(update={"discrepancy": table.discrepancy.model_copy(update=unknown)})
 
 
+@pytest.mark.long
 def test_the_table_follows_the_references_and_keeps_the_rest(
     calibrated: tuple[MaterialTable, Path], tmp_path: Path
 ) -> None:
@@ -99,6 +100,7 @@ def test_a_table_without_object_temperatures_learns_one_material(
     assert found.stated_sd != table.discrepancy.stated_sd, "no other material depends on it"
 
 
+@pytest.mark.long
 def test_the_reference_sensor_learns_too(calibrated: tuple[MaterialTable, Path], tmp_path: Path) -> None:
     table = calibrated[0].model_copy(update={"reference": calibrated[0]})
     found = learn_temperature(table, traces(references(reference=True), tmp_path, OFF_K)).table
