@@ -78,10 +78,37 @@ def load_keys(folder: Path) -> KeyPair:
     """
     secret_file = folder / f"{_NAME}.key_secret"
     try:
-        content = read_own(secret_file, secret=True)
+        return _read_pair(secret_file)
     except FileNotFoundError:
         name = shown(folder)
         raise KeyProblem(f"{shown(secret_file)}: no key; make one with `teletaction keys init --keys {name}`") from None
+
+
+def load_key_file(path: Path) -> KeyPair:
+    """Read a key pair from the file of its secret key, or from a key folder; raises KeyProblem as `load_keys`."""
+    secret_file = path / f"{_NAME}.key_secret" if os.path.isdir(path) else path
+    try:
+        return _read_pair(secret_file)
+    except FileNotFoundError:
+        raise KeyProblem(f"{shown(secret_file)}: no such file") from None
+
+
+def public_key_in(path: Path) -> str:
+    """Return the public key of a key folder or of the file of a public key.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        KeyProblem: it holds no public key, or others may change it.
+    """
+    file = path / f"{_NAME}.key" if os.path.isdir(path) else path
+    public = _PUBLIC.search(read_own(file))
+    if public is None:
+        raise KeyProblem(f"{shown(file)}: holds no public key")
+    return check_public_key(public[1].decode("latin-1"))
+
+
+def _read_pair(secret_file: Path) -> KeyPair:
+    content = read_own(secret_file, secret=True)
     public, secret = _PUBLIC.search(content), _SECRET.search(content)
     if public is None or secret is None:
         raise KeyProblem(f"{shown(secret_file)}: holds no {'secret' if public else 'public'} key")

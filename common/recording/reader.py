@@ -20,6 +20,7 @@ from mcap.records import (
     Statistics,
 )
 
+from common.recording.encrypted_file import DamagedChunk, decrypting
 from common.recording.mcap_records import LONGEST_RECORD_BYTES, MAGIC, Entry, Unreadable, check_chunk, entries, parse
 from common.recording.truncated_mcap import has_end
 from common.version import software_version
@@ -54,12 +55,10 @@ class RecordingReader:
             ValueError: the file is no MCAP file, is truncated, or has no statistics.
         """
         self.path = path
-        file.seek(0)
-        if file.read(len(MAGIC)) != MAGIC:
-            raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
-        if not has_end(file):
-            raise ValueError(f"{path}: cut, without its end; `teletaction recover {path}` makes a whole one of it")
-        found = _Checked(path, file)
+        try:
+            found = _checked(path, file)
+        except DamagedChunk as error:
+            raise DamagedRecording(path, str(error)) from None
         if found.statistics is None:
             raise ValueError(f"{path}: its index has no statistics: not a recording of this program")
         self.start_ns: int = found.statistics.message_start_time
@@ -111,6 +110,18 @@ class RecordingReader:
         except BadPacket:  # it is longer than the header alone
             return ""
         return ""
+
+
+def _checked(path: Path, file: IO[bytes]) -> "_Checked":
+    encrypted = decrypting(file)
+    if encrypted is not None and encrypted.problem:
+        raise DamagedChunk(encrypted.problem)
+    file.seek(0)
+    if file.read(len(MAGIC)) != MAGIC:
+        raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
+    if not has_end(file):
+        raise ValueError(f"{path}: cut, without its end; `teletaction recover {path}` makes a whole one of it")
+    return _Checked(path, file)
 
 
 class _Checked:

@@ -17,6 +17,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Mapping
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -62,6 +63,7 @@ class Recorder:
         attachments: Mapping[str, bytes] | None = None,
         *,
         durable: bool = False,
+        encrypt_for: str | None = None,
     ):
         """Create `path` and start the writing process.
 
@@ -73,8 +75,10 @@ class Recorder:
             attachments: whole files by name, such as calibrated tables, so that a replay needs nothing else.
             durable: write each message to the disk at once, so that it outlasts a loss of power; only such messages
                 count as written. For a few records that must not be lost.
+            encrypt_for: Z85 public key for whose owner the file is encrypted; by default it is plain.
 
         Raises:
+            ValueError: the file is to be encrypted, and the extra `privacy` is not installed.
             OSError: the file cannot be created, an earlier one cannot be renamed, or `path` is a symbolic link.
         """
         self._failed: str | None = None
@@ -101,10 +105,13 @@ class Recorder:
                     "schemas": {stream: json.dumps(schema).encode() for stream, schema in schemas.items()},
                     "attachments": dict(attachments or {}),
                     "durable": durable,
+                    "encrypt_for": encrypt_for,
                 }
             )
         )
         """Rest of the bytes of the transfer in progress."""
+        if encrypt_for is not None and find_spec("nacl") is None:
+            raise ValueError(f"{path}: an encrypted recording needs `pip install teletaction[privacy]`")
         self._reports = msgpack.Unpacker()
         set_aside(path)
         with create_private(path) as file:

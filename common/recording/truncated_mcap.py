@@ -9,6 +9,7 @@ from typing import IO
 from mcap.opcode import Opcode
 from mcap.records import DataEnd, McapRecord
 
+from common.recording.encrypted_file import decrypting
 from common.recording.mcap_records import MAGIC, Entry, Unreadable, check_chunk, contents, entries, parse
 
 _FOOTER_HEAD = bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little")
@@ -22,6 +23,9 @@ _FINDERS = (Opcode.HEADER, Opcode.MESSAGE_INDEX, Opcode.CHUNK_INDEX, Opcode.ATTA
 
 def has_end(file: IO[bytes]) -> bool:
     """Return whether a file ends as a closed recording does."""
+    encrypted = decrypting(file)
+    if encrypted is not None and (encrypted.cut or encrypted.problem):
+        return False
     if file.seek(0, 2) < _END_BYTES:
         return False
     file.seek(-_END_BYTES, 2)
@@ -39,8 +43,10 @@ class TruncatedMcap:
     """
 
     def __init__(self, file: IO[bytes]):
-        """Read `file`, a file of the operating system."""
+        """Read `file`; of an encrypted one, the chunks that were changed are skipped."""
         self._file = file
+        if (encrypted := decrypting(file)) is not None:
+            encrypted.skips_damage = True
         self._length = file.seek(0, 2)
         self._data_crc = 0
         self.unreadable_bytes = self._length
@@ -102,7 +108,7 @@ class TruncatedMcap:
         """Return the offset of the next chunk from `start` on with the right checksum; None where there is none."""
         if start >= self._length:
             return None
-        content = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        content = self._content()
         for found in _CHUNK_HEAD.finditer(content, start):
             try:
                 if check_chunk(next(entries(self._file, found.start()))).uncompressed_crc:
@@ -110,3 +116,10 @@ class TruncatedMcap:
             except Unreadable:
                 continue
         return None
+
+    def _content(self) -> mmap.mmap | bytes:
+        """Return the whole file; that of an encrypted one is in memory."""
+        if decrypting(self._file) is None:
+            return mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        self._file.seek(0)
+        return self._file.read()

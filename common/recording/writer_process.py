@@ -4,9 +4,9 @@ It is a process and no thread, because a thread would share the interpreter with
 came more than a millisecond late, four times a second.
 
 Its standard output is the file. Its standard input is a stream socket with MessagePack in both directions. The owner
-sends the recording's head, an object with `metadata`, `schemas`, `attachments` and `durable`; then lists of [number of
-the stream, ns, payload]; null at the end. The process sends reports: [number of messages written of each stream, reason
-of a failure or null, whether the disk is full, whether this report is the last].
+sends the recording's head, an object with `metadata`, `schemas`, `attachments`, `durable` and `encrypt_for`; then lists
+of [number of the stream, ns, payload]; null at the end. The process sends reports: [number of messages written of each
+stream, reason of a failure or null, whether the disk is full, whether this report is the last].
 """
 
 import errno
@@ -15,6 +15,7 @@ import select
 import socket
 import time
 from contextlib import suppress
+from io import BufferedIOBase
 from typing import IO
 
 import msgpack
@@ -41,8 +42,8 @@ class RecordingWriter:
         """Write to an empty file."""
         self.written: list[int] = []
         self.ended = False
-        self._file = file
-        self._writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE, enable_data_crcs=True)
+        self._file, self._end = file, file.flush
+        self._writer = _mcap(file)
         self._unpacker = msgpack.Unpacker(max_buffer_size=0)
         self._added: list[int] = []
         self._channels: list[int] = []
@@ -74,13 +75,20 @@ class RecordingWriter:
         """End the file with its index."""
         self.flush()
         self._writer.finish()  # type: ignore[no-untyped-call]
-        self._file.flush()
+        self._end()
         self._sync()
 
     def _begin(
-        self, metadata: dict[str, str], schemas: dict[str, bytes], attachments: dict[str, bytes], durable: bool
+        self,
+        metadata: dict[str, str],
+        schemas: dict[str, bytes],
+        attachments: dict[str, bytes],
+        durable: bool,
+        encrypt_for: str | None = None,
     ) -> None:
         self._durable = durable
+        if encrypt_for is not None:
+            self._encrypt(encrypt_for)
         self._writer.start(profile="teletaction", library="teletaction")
         self._writer.add_metadata("session", metadata)
         for name, content in attachments.items():
@@ -91,9 +99,20 @@ class RecordingWriter:
         self._added = [0] * len(schemas)
         self.flush()
 
+    def _encrypt(self, public_key: str) -> None:
+        from common.recording.encrypted_file import EncryptedWriter, Header  # noqa: PLC0415 - few recordings need it
+
+        encrypted = EncryptedWriter(self._file, *Header.make(public_key))
+        self._end = encrypted.end
+        self._writer = _mcap(encrypted)
+
     def _sync(self) -> None:
         if self._durable:
             os.fsync(self._file.fileno())
+
+
+def _mcap(file: "IO[bytes] | BufferedIOBase") -> Writer:
+    return Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE, enable_data_crcs=True)  # type: ignore[arg-type]  # it takes any stream
 
 
 def write_recording(owner: socket.socket, file: IO[bytes]) -> None:
