@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.fingers import FINGERS
+from common.privacy.recording_file import open_recording
 from teletaction.export.columns import columns_of, row_of
 from teletaction.export.named_recording import NamedRecording
 
@@ -109,7 +110,7 @@ class Recording:
             ValueError: it is no whole recording, or has no wall-clock time and `began` is missing.
         """
         self.path = Path(path)
-        with self.path.open("rb") as file:
+        with open_recording(self.path) as file:
             named = NamedRecording(self.path, file, began)
         self.streams = tuple(named.topics)
         self.began = datetime.fromtimestamp(named.begin_ns * 1e-9).astimezone()
@@ -144,7 +145,7 @@ class Recording:
             self._load(missing)
 
     def _load(self, streams: list[str]) -> None:
-        with self.path.open("rb") as file:
+        with open_recording(self.path) as file:
             self._read |= _streams(NamedRecording(self.path, file, self._given), streams)
 
     @property

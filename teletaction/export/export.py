@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from common.privacy.recording_file import open_recording
 from teletaction.export.body_site import BodySite
 from teletaction.export.named_recording import NamedRecording
 from teletaction.export.optional_package import load_optional
@@ -74,7 +75,7 @@ def export(
         raise ValueError(f"{to} takes no body site; export to {clinical}")
     clinical_options = (None if body_site is None else BodySite.parse(body_site),) if chosen.clinical else ()
     write = chosen.load()
-    with recording.open("rb") as file:
+    with open_recording(recording) as file:
         named = NamedRecording(recording, file, began)
         out.mkdir(parents=True, exist_ok=True)
         if recording.resolve().parent == out.resolve():

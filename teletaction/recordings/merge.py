@@ -13,8 +13,8 @@ from typing import IO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.files.private_file import create_private
 from common.link.session_state import Happening
+from common.privacy.recording_file import create_recording, open_recording, recipient_of
 from common.recording.reader import RecordingReader
 from common.recording.truncated_mcap import TruncatedMcap, has_end
 from operator_site.recorded_rows import Clock
@@ -49,7 +49,8 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
 
     Log times are of the operator host's monotonic clock, and order the streams of all processes. Publish times are as
     recorded. Where the remote site ran on another host, its times are converted by the measured offset of the clocks;
-    the metadata `clocks` state the offset and its uncertainty.
+    the metadata `clocks` state the offset and its uncertainty. Where a recording is encrypted, `out`
+    is encrypted for the same key.
 
     Metadata and attachments are named `RECORDING/NAME`. Each channel's metadata names its recording. A truncated file,
     as a killed process leaves it, or a damaged one contributes its readable part; damage is logged.
@@ -60,9 +61,10 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
     """
     counts: Counter[str] = Counter()
     with ExitStack() as files:
-        sources = [_open(path, files.enter_context(path.open("rb"))) for path in recordings]
+        opened = [files.enter_context(open_recording(path)) for path in recordings]
+        sources = [_open(path, file) for path, file in zip(recordings, opened, strict=True)]
         clocks = _Clocks(sources)
-        file = files.enter_context(create_private(out, replace=True))
+        file = files.enter_context(create_recording(out, recipient_of(opened), replace=True))
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="teletaction", library="teletaction")
         if clocks.line is not None:

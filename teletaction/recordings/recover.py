@@ -8,7 +8,7 @@ from typing import IO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.files.private_file import create_private
+from common.privacy.recording_file import create_recording, open_recording, recipient_of
 from common.recording.mcap_records import MAGIC
 from common.recording.reader import RecordingReader
 from common.recording.truncated_mcap import TruncatedMcap
@@ -38,6 +38,8 @@ class Recovered:
 def recover(path: Path, out: Path | None = None) -> Recovered | None:
     """Write the readable part of a recording into a new file; return None if the recording is whole and undamaged.
 
+    The part of an encrypted recording is encrypted for the same key.
+
     Args:
         path: the recording, opened for reading only.
         out: file to create; by default `NAME-recovered.mcap` in the same folder.
@@ -47,14 +49,14 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
         OSError: `path` cannot be read or `out` cannot be written.
     """
     out = out or path.with_name(f"{path.stem}-recovered.mcap")
-    with path.open("rb") as file:
+    with open_recording(path) as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
         if _is_whole(path, file):
             return None
         cut = TruncatedMcap(file)
         try:
-            messages, seconds = _rewrite(cut, out)
+            messages, seconds = _rewrite(cut, out, recipient_of([file]))
         except FileExistsError:
             raise ValueError(f"{out}: exists; name another file with --out") from None
     if not messages:
@@ -73,7 +75,7 @@ def _is_whole(path: Path, file: IO[bytes]) -> bool:
     return True
 
 
-def _rewrite(cut: TruncatedMcap, out: Path) -> tuple[Counter[str], float]:
+def _rewrite(cut: TruncatedMcap, out: Path, public_key: str | None) -> tuple[Counter[str], float]:
     """Copy the readable records.
 
     Returns the number of messages of each stream and the time from the first to the last, s.
@@ -82,7 +84,7 @@ def _rewrite(cut: TruncatedMcap, out: Path) -> tuple[Counter[str], float]:
     first_ns = last_ns = None
     schemas: dict[int, int] = {0: 0}
     channels: dict[int, tuple[int, str]] = {}
-    with create_private(out) as file:
+    with create_recording(out, public_key) as file:
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="teletaction", library="teletaction")
         for record in cut.records():

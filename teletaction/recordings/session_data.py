@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from common.faults.texts import said_fault
 from common.link.session_state import Happening
+from common.privacy.recording_file import open_recording
 from common.recording.reader import RecordingReader
 from common.recording.recorded_row import Row
 from common.wire.messages import TOUCH_COLUMN, Touch
@@ -84,7 +85,7 @@ class SessionData:
         times: dict[str, list[float]] = defaultdict(list)
         entries: dict[str, list[Any]] = defaultdict(list)
         leads_s: dict[str, float] = {}
-        with path.open("rb") as file:
+        with open_recording(path) as file:
             reader = RecordingReader(path, file)
             for _, channel, message in reader.messages(STREAMS):
                 try:

@@ -17,6 +17,7 @@ from common.config.models import OperatorConfig, RenderingConfig
 from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import GAP_S
+from common.privacy.recording_file import open_recording
 from common.runtime.parallel_map import Progress, unseen
 from operator_site.safety.gated_output import GatedOutput
 from remote_site.texture.surface_table import SurfaceTable
@@ -49,7 +50,7 @@ def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]
         OSError: `path` cannot be read or `out` cannot be written.
     """
     with ExitStack() as files:
-        session = RecordedSession(path, files.enter_context(path.open("rb")))
+        session = RecordedSession(path, files.enter_context(open_recording(path)))
         if not any(session.counts.get(stream) for stream in _INPUTS):
             raise ValueError(f"{path}: nothing to replay: has neither {' nor '.join(_INPUTS)}")
         out.mkdir(parents=True, exist_ok=True)

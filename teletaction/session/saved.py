@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from common.health import NoStatus, read_status
+from common.privacy.recording_file import open_recording
 from common.recording.truncated_mcap import has_end
 from teletaction.recordings.recording_loss import recording_loss
 from teletaction.session.demo_files import CONSOLE, PROCESSES
@@ -21,7 +22,7 @@ def incomplete_recordings(out: Path) -> list[str]:
     """Return for each incomplete recording of a session that has ended: its process and the reason."""
     found = []
     for path in _recordings(out):
-        with path.open("rb") as file:
+        with open_recording(path) as file:
             if not has_end(file):
                 found.append(f"{path.stem}: cut off, `teletaction recover {path}` reads the rest")
     for name in PROCESSES:

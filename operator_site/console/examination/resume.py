@@ -10,6 +10,7 @@ from typing import Any
 import msgpack
 from mcap.records import Channel, Message, Metadata
 
+from common.privacy.recording_file import open_recording
 from common.recording.truncated_mcap import TruncatedMcap
 
 log = logging.getLogger(__name__)
@@ -85,7 +86,7 @@ def _read(path: Path) -> tuple[str, list[Entry]]:
 
 def _items(path: Path) -> Iterator[str | Entry]:
     topics: dict[int, str] = {}
-    with path.open("rb") as file:
+    with open_recording(path) as file:
         for record in TruncatedMcap(file).records():
             match record:
                 case Metadata(name="session"):

@@ -17,6 +17,7 @@ from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 from common.faults.texts import said_fault
 from common.link.session_display import CONNECTED, DISCONNECTED, ENGAGED, FAULT, LOST, PAUSED, STOPPED
 from common.link.session_state import Happening
+from common.privacy.recording_file import open_recording
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import map_of, read_map
 from common.recording.recorded_row import Finite, Whole
@@ -88,7 +89,7 @@ class Recording:
             ValueError: it is no complete recording, is damaged, or has no stream that a console shows.
             OSError: it cannot be read.
         """
-        self._file = path.open("rb")
+        self._file = open_recording(path)
         try:
             self._reader = RecordingReader(path, self._file)
             if not self._reader.counts.keys() & set(STREAMS):
