@@ -327,7 +327,8 @@ def run_operator_site(
         recorder = None
         if config.record is not None:
             metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public), **about}
-            recorder = opened.enter_context(Recorder(config.record, SCHEMAS, metadata))
+            encrypt_for = keys.public if config.recording.encrypt else None
+            recorder = opened.enter_context(Recorder(config.record, SCHEMAS, metadata, encrypt_for=encrypt_for))
         site = OperatorSite(config, client, devices, recorder, desk, feed)
         run_site_loop(
             site,

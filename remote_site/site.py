@@ -340,7 +340,8 @@ def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
         opened.callback(devices.close)
         if not wait_for_devices(devices, config.wait_for_devices_s, stop):
             return
-        recorder = open_recorder(config, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
+        metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public)}
+        recorder = open_recorder(config, metadata, keys.public if config.recording.encrypt else None)
         if recorder is not None:
             opened.enter_context(recorder)
         site = RemoteSite(config, link, devices, recorder, desk, clock.now_ns)

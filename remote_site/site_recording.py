@@ -32,12 +32,13 @@ _THERMAL_EVERY = 25
 """Ticks between two records of each finger's identification: 10 a second at the usual rate."""
 
 
-def open_recorder(config: RemoteConfig, metadata: Mapping[str, str]) -> Recorder | None:
+def open_recorder(config: RemoteConfig, metadata: Mapping[str, str], encrypt_for: str | None = None) -> Recorder | None:
     """The site's recording with the tables that it identifies by, so that replay needs nothing else.
 
     Args:
         config: names the file; None is returned where it names none.
         metadata: facts about the recording.
+        encrypt_for: public key for whose owner the recording is encrypted; by default it is plain.
 
     Raises:
         ValueError: a table cannot be used.
@@ -53,7 +54,7 @@ def open_recorder(config: RemoteConfig, metadata: Mapping[str, str]) -> Recorder
     }
     pain = config.consent is not None and config.consent.pain
     schemas = SCHEMAS | PATIENT_SCHEMAS if pain else SCHEMAS
-    return Recorder(config.record, schemas, {**metadata, **hashes}, tables)
+    return Recorder(config.record, schemas, {**metadata, **hashes}, tables, encrypt_for=encrypt_for)
 
 
 class SiteRecording:

@@ -59,6 +59,22 @@ class OperatorLinkConfig(_Section):
     """Omit motion packets whose change would not be perceived."""
 
 
+class ConsentConfig(_Section):
+    """What the patient agrees to have recorded, asked before the session."""
+
+    touch: bool
+    pain: bool
+    picture: bool = False
+    voice: bool = False
+
+
+class RecordingConfig(_Section):
+    """How a process records."""
+
+    encrypt: bool = False
+    """Whether the recording is encrypted for the owner of the site's secret key."""
+
+
 class SiteConfig(_Section):
     """Fields that both sites' configurations share."""
 
@@ -67,6 +83,9 @@ class SiteConfig(_Section):
     wait_for_devices_s: float = Field(default=5.0, ge=0.0, le=600.0)
     record: Path | None = None
     """MCAP file to record to; by default nothing is recorded."""
+    recording: RecordingConfig = RecordingConfig()
+    consent: ConsentConfig | None = None
+    """The patient's answer; by default nobody has asked, and pain, picture and voice are not recorded."""
     status: Path | None = None
     """JSON file with the process's own figures, rewritten every second for health checks."""
     log: LogForm = "text"
@@ -84,6 +103,8 @@ class SiteConfig(_Section):
         if twice:
             raise ValueError(f"address {min(twice)} is given to two devices")
         check_ladder(self.rate_hz, gap_s, age_s)
+        if self.record is not None and self.consent is not None and not self.consent.touch:
+            raise ValueError("record names a file, but consent.touch is false: remove record")
 
 
 class CalibrationConfig(_Section):
@@ -106,13 +127,6 @@ class PatientSwitchConfig(_Section):
     """A tty path or `socket://host:port`."""
 
 
-class ConsentConfig(_Section):
-    """What the patient agrees to have recorded, asked before the session."""
-
-    touch: bool
-    pain: bool
-
-
 class RemoteConfig(SiteConfig):
     """The remote site."""
 
@@ -129,8 +143,6 @@ class RemoteConfig(SiteConfig):
     patient: PatientConfig = PatientConfig()
     patient_switch: PatientSwitchConfig | None = None
     """The patient's stop switch; by default there is none. Once named, nothing moves without it."""
-    consent: ConsentConfig | None = None
-    """The patient's answer; by default nobody has asked, and pain is not recorded. It lowers the force limit anyway."""
 
     @model_validator(mode="after")
     def _between_fields(self) -> "RemoteConfig":
@@ -140,8 +152,6 @@ class RemoteConfig(SiteConfig):
         switch = self.patient_switch
         if switch is not None and switch.port in (*self.texture.values(), *self.thermal_sensors.values()):
             raise ValueError(f"address {switch.port} is given to two devices")
-        if self.record is not None and self.consent is not None and not self.consent.touch:
-            raise ValueError("record names a file, but consent.touch is false: remove record")
         return self
 
 
@@ -218,7 +228,7 @@ class ConsoleCameraConfig(_Section):
     required: bool = False
     """Whether the session pauses while the picture is late or frozen."""
     record: bool = False
-    """Whether the console records the picture, which needs the examined person's consent."""
+    """Whether the console records the picture, which needs `consent.picture`."""
 
 
 class WebConfig(_Section):
@@ -258,6 +268,9 @@ class ConsoleConfig(WebConfig):
     """The operator site's configuration file, named in advice on the page."""
     record: Path | None = None
     """MCAP file of findings and actions; without it, no finding is kept."""
+    recording: RecordingConfig = RecordingConfig()
+    consent: ConsentConfig | None = None
+    """The patient's answer, as the remote site has it; by default nobody has asked, and no picture is recorded."""
     reports: Path | None = None
     """Folder of reports, served as `/report/NAME.html`."""
     report_command: tuple[str, ...] = ()
@@ -265,6 +278,15 @@ class ConsoleConfig(WebConfig):
     recordings of the findings replace the word `{record}`."""
     status: Path | None = None
     log: LogForm = "text"
+
+    @model_validator(mode="after")
+    def _consents(self) -> "ConsoleConfig":
+        if self.camera is not None and self.camera.record and not (self.consent and self.consent.picture):
+            raise ValueError(
+                "camera.record is true, but no consent to pictures is noted: ask the patient and note the answer in "
+                "[consent], or remove camera.record"
+            )
+        return self
 
 
 class PatientPageConfig(WebConfig):

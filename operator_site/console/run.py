@@ -8,6 +8,7 @@ from pathlib import Path
 from common.config.file import to_toml
 from common.config.models import ConsoleCameraConfig, ConsoleConfig, OperatorLinkConfig
 from common.link.keys import KeyPair, fingerprint, load_keys
+from common.privacy.key_variable import given_key
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.web.access import Access
@@ -43,7 +44,11 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
         opened.callback(feed.close)
         site = LocalControlClient(config.desk_port, keys)
         opened.callback(site.close)
-        journal = Journal(config.record, {"configuration": to_toml(config), "key": fingerprint(keys.public)})
+        encrypt_for = keys.public if config.recording.encrypt else None
+        # The journal and the report's command open the encrypted recordings of this site.
+        opened.enter_context(given_key(config.keys))
+        metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public)}
+        journal = Journal(config.record, metadata, encrypt_for)
         opened.callback(journal.close)
         camera = None if config.camera is None else opened.enter_context(closing(_camera(config, config.camera, keys)))
         _serve(LiveConsole(config, feed, site, journal, camera=camera), config, access, stop, opened)

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from common.config.file import to_toml
+from common.config.models import OperatorConfig, RemoteConfig
+from common.link.keys import load_keys
 from common.recording.clock_anchor import ClockAnchor
 from common.recording.recorder import Recorder
 from operator_site.session.console_feed import ConsoleFeed
@@ -41,17 +43,25 @@ def recorded_testbed(
     there = here
     if remote_clock is not None:
         there = here._replace(clock_id="remote host", monotonic_ns=remote_clock.now_ns(0.0))
-    remote = open_recorder(configs.remote, {"configuration": to_toml(configs.remote), **there.metadata()})
+    facts = {"configuration": to_toml(configs.remote), **there.metadata()}
+    remote = open_recorder(configs.remote, facts, _encrypt_for(configs.remote))
     if remote is None or configs.operator.record is None:
         raise ValueError("record: a site has no file to record to")
     facts = {"configuration": to_toml(configs.operator), **here.metadata()}
-    with remote, Recorder(configs.operator.record, SCHEMAS, facts) as operator:
+    with (
+        remote,
+        Recorder(configs.operator.record, SCHEMAS, facts, encrypt_for=_encrypt_for(configs.operator)) as operator,
+    ):
         recorders = {"remote": remote, "operator": operator}
         bed = Testbed(configs, seed, Extras(remote_clock or SiteClock(), recorders=recorders, feed=feed))
         try:
             yield bed
         finally:
             bed.close()
+
+
+def _encrypt_for(config: RemoteConfig | OperatorConfig) -> str | None:
+    return load_keys(config.link.keys).public if config.recording.encrypt else None
 
 
 def record_session(options: DemoOptions, out: Path) -> Path:

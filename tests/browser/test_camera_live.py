@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from common.config.models import ConsoleCameraConfig, ConsoleConfig
+from common.config.models import ConsentConfig, ConsoleCameraConfig, ConsoleConfig
 from common.recording.reader import RecordingReader
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.run import run_console
@@ -65,6 +65,7 @@ class Running:
             feed_port=desk + 1,
             port=desk + 2,
             record=record,
+            consent=ConsentConfig(touch=True, pain=False, picture=True),
             camera=ConsoleCameraConfig(base_port=base_port, required=True, record=True),
         )
         self.address = f"http://127.0.0.1:{config.port}/"

@@ -67,12 +67,18 @@ class Journal:
         files: the files that hold the records of this examination.
     """
 
-    def __init__(self, path: Path | None, metadata: dict[str, str]):
-        """Open the recording; without a path nothing is saved. A full disk is tried again later.
+    def __init__(self, path: Path | None, metadata: dict[str, str], encrypt_for: str | None = None):
+        """Open the recording. A full disk is tried again later.
+
+        Args:
+            path: the file; without one nothing is saved.
+            metadata: facts about the recording.
+            encrypt_for: public key for whose owner the files are encrypted; by default they are plain.
 
         Raises:
             OSError: the recording cannot be created, for another reason than a full disk.
         """
+        self._encrypt_for = encrypt_for
         self._path, self._metadata = path, {"boot": boot_id(), **metadata}
         self.unfinished = Unfinished() if path is None else unfinished(path, self._metadata["boot"])
         self.files: list[Path] = [] if self.unfinished.cut_off else [*self.unfinished.files]
@@ -175,6 +181,6 @@ class Journal:
 
     def _open(self, path: Path) -> None:
         free = free_name(path)
-        self._recorder = Recorder(free, SCHEMAS, self._metadata, durable=True)
+        self._recorder = Recorder(free, SCHEMAS, self._metadata, durable=True, encrypt_for=self._encrypt_for)
         self._confirmed = Counter()
         self.files.append(free)

@@ -25,8 +25,8 @@ def problem_of(path: Path, text: str, model: type[BaseModel]) -> str:
         (
             f"{REMOTE}[safty]\n",
             RemoteConfig,
-            "FILE:18: safty: no such table; there are [link], [texture], [thermal_sensors], [telemanipulator], "
-            "[calibration], [patient], [patient_switch], [consent]",
+            "FILE:18: safty: no such table; there are [recording], [consent], [link], [texture], [thermal_sensors], "
+            "[telemanipulator], [calibration], [patient], [patient_switch]",
         ),
         (
             REMOTE.replace("[link]", "[remote.link]"),

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from common.config.file import ConfigProblem, load_config, to_toml
-from common.config.models import OperatorConfig, RemoteConfig, SimOperatorConfig
+from common.config.models import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig
 from common.fingers import FINGERS
 
 OPERATOR = """\
@@ -151,9 +151,28 @@ def test_texts_of_any_kind_read_back(tmp_path: Path) -> None:
     assert load_config(write(tmp_path, to_toml(config)), SimOperatorConfig) == config
 
 
-def test_a_patient_who_does_not_agree_is_not_recorded(tmp_path: Path) -> None:
-    assert load_config(write(tmp_path, REMOTE), RemoteConfig).consent is None, "nobody has asked"
-    no = f"{REMOTE}[consent]\ntouch = false\npain = false\n"
-    assert load_config(write(tmp_path, no), RemoteConfig).record is None
+@pytest.mark.parametrize(("text", "model"), [(OPERATOR, OperatorConfig), (REMOTE, RemoteConfig)])
+def test_a_patient_who_does_not_agree_is_not_recorded(
+    tmp_path: Path, text: str, model: type[OperatorConfig | RemoteConfig]
+) -> None:
+    assert load_config(write(tmp_path, text), model).consent is None, "nobody has asked"
+    no = f"{text}[consent]\ntouch = false\npain = false\n"
+    assert load_config(write(tmp_path, no), model).record is None
     with pytest.raises(ConfigProblem, match=r"consent\.touch is false"):
-        load_config(write(tmp_path, f'record = "session.mcap"\n{no}'), RemoteConfig)
+        load_config(write(tmp_path, f'record = "session.mcap"\n{no}'), model)
+
+
+def test_the_consoles_picture_is_recorded_only_with_consent(tmp_path: Path) -> None:
+    camera, consent = "[camera]\nrecord = true\n", "[consent]\ntouch = true\npain = false\n"
+    for answer in ("", consent, f"{consent}picture = false\n"):
+        with pytest.raises(ConfigProblem, match="no consent to pictures is noted: ask the patient and note the answer"):
+            load_config(write(tmp_path, f'keys = "keys"\n{camera}{answer}'), ConsoleConfig)
+    config = load_config(write(tmp_path, f'keys = "keys"\n{camera}{consent}picture = true\n'), ConsoleConfig)
+    assert config.consent is not None
+    assert (config.consent.picture, config.consent.voice) == (True, False)
+
+
+def test_a_recording_is_plain_unless_it_is_to_be_encrypted(tmp_path: Path) -> None:
+    for text, model in ((OPERATOR, OperatorConfig), (REMOTE, RemoteConfig), ('keys = "keys"\n', ConsoleConfig)):
+        assert not load_config(write(tmp_path, text), model).recording.encrypt
+        assert load_config(write(tmp_path, f"{text}[recording]\nencrypt = true\n"), model).recording.encrypt

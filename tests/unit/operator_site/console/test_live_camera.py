@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from common.config.models import ConsoleCameraConfig, ConsoleConfig
+from common.config.models import ConsentConfig, ConsoleCameraConfig, ConsoleConfig
 from common.recording.reader import RecordingReader
 from common.wire.camera_messages import CameraAsk
 from operator_site.console import texts
@@ -56,7 +56,8 @@ class Work:
     def __init__(self, path: Path | None = None, **camera: Any) -> None:
         self.now_s, self.sequence, self.line, self.site = 100.0, 0, Line(), AnsweringSite()
         self.site.answer = lambda: {"state": "engaged", "session": 7}
-        config = ConsoleConfig(keys=Path(), record=path, camera=ConsoleCameraConfig(**camera))
+        consent = ConsentConfig(touch=True, pain=False, picture=True)
+        config = ConsoleConfig(keys=Path(), record=path, consent=consent, camera=ConsoleCameraConfig(**camera))
         self.journal = Journal(path, {})
         required = bool(camera.get("required"))
         camera_seen = Camera(self.line, required=required, clock_ns=lambda: round(self.now_s * S))
