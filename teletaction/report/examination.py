@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from common.privacy.recording_file import open_recording
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import Map, map_of, read_map
 from common.recording.recorded_row import Finite, Whole
@@ -17,6 +18,7 @@ from common.wire.messages import Touch
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.recorded_rows import Clock
+from teletaction.report.covered_picture import Pixels, covered, marked_places
 from teletaction.report.finding_stills import Still, stills
 
 _MAPS: dict[str, Map] = {
@@ -94,15 +96,19 @@ class Examination:
     damaged: Counter[str] = field(default_factory=Counter)
 
     @classmethod
-    def read(cls, path: Path) -> "Examination":
+    def read(cls, path: Path, *, blur: bool = False) -> "Examination":
         """Read a merged recording. Unreadable messages are counted and left out.
+
+        Args:
+            path: the recording.
+            blur: cover the camera's pictures outside the surroundings of the marks.
 
         Raises:
             OSError: the file cannot be read.
             ValueError: the file is no whole recording, or a checksum is wrong.
         """
         made = cls()
-        with path.open("rb") as file:
+        with open_recording(path) as file:
             reader = RecordingReader(path, file)
             for name, facts in reader.metadata.items():
                 made.facts[name.removesuffix("/session")] = dict(facts)
@@ -116,7 +122,7 @@ class Examination:
                     made.damaged[channel.topic] += 1
             with suppress(ModuleNotFoundError):  # the report says so
                 moments_s = {number: finding["at_s"] for number, finding in made.findings.items()}
-                made.stills = stills(made._pictures(reader), moments_s)
+                made.stills = stills(made._pictures(reader), moments_s, made._cover if blur else None)
         return made
 
     def _pictures(self, reader: RecordingReader) -> Iterator[Picture]:
@@ -128,6 +134,9 @@ class Examination:
                 continue
             self.pictures += 1
             yield picture
+
+    def _cover(self, pixels: Pixels, at_s: float) -> Pixels:
+        return covered(pixels, marked_places(self.acts, at_s))
 
     def take(self, stream: str, t_s: float, payload: bytes) -> None:
         """Take one message of a stream, recorded at `t_s` (s).

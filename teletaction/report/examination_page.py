@@ -207,6 +207,8 @@ def _seen(examination: Examination, finding: Mapping[str, Any]) -> Element | Non
         missing = examination.pictures and find_spec("av") is None
         return h.p["The recording has pictures: install the extra `camera` to see them here."] if missing else None
     caption = f"Camera {still.before_s:.2f} s before the mark, ± {1e3 * still.uncertainty_s:.0f} ms"
+    if still.is_covered:
+        caption += "; covered outside the surroundings of the marks, or everywhere without marks"
     return embedded(f"Camera at finding {number}", "jpeg", still.jpeg, caption)
 
 

@@ -1,14 +1,20 @@
 """Finds the camera's picture at the moment of each finding in a recording."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from io import BytesIO
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from operator_site.console.camera.camera_picture import Picture, follows
 
 LATE_S = 1.0
 """Largest age of a picture at the moment that it shows, s."""
 _QUALITY = 85
+Pixels = NDArray[np.uint8]
+Cover = Callable[[Pixels, float], Pixels]
+"""Returns a picture, (rows, columns, 3), with a part of it covered, from the picture and its moment, s."""
 
 
 class Still(NamedTuple):
@@ -18,19 +24,22 @@ class Still(NamedTuple):
         jpeg: the picture as a JPEG file.
         before_s: time from its capture to the finding, s.
         uncertainty_s: bound of the error of the time of capture, s.
+        is_covered: whether a part of it is covered.
     """
 
     jpeg: bytes
     before_s: float
     uncertainty_s: float
+    is_covered: bool = False
 
 
-def stills(pictures: Iterable[Picture], moments_s: Mapping[int, float]) -> dict[int, Still]:
+def stills(pictures: Iterable[Picture], moments_s: Mapping[int, float], cover: Cover | None = None) -> dict[int, Still]:
     """Return the newest picture at each moment, by the moment's key; a moment without one is left out.
 
     Args:
         pictures: recorded pictures in order; only those since the last key picture are kept.
         moments_s: times of the operator site's clock, s.
+        cover: covers a part of each picture; by default all of it is shown.
 
     Raises:
         ModuleNotFoundError: the extra `camera` is not installed.
@@ -40,17 +49,17 @@ def stills(pictures: Iterable[Picture], moments_s: Mapping[int, float]) -> dict[
     since_key: list[Picture] = []
     for picture in pictures:
         while left and picture.captured_s > left[0][1]:
-            _decode(since_key, *left.pop(0), found)
+            _decode(since_key, *left.pop(0), cover, found)
         if picture.is_key or not since_key or not follows(picture, since_key[-1].sequence):
             since_key = []
         if picture.is_key or since_key:
             since_key.append(picture)
     for moment in left:
-        _decode(since_key, *moment, found)
+        _decode(since_key, *moment, cover, found)
     return found
 
 
-def _decode(since_key: list[Picture], key: int, at_s: float, found: dict[int, Still]) -> None:
+def _decode(since_key: list[Picture], key: int, at_s: float, cover: Cover | None, found: dict[int, Still]) -> None:
     """Decode the newest of these pictures, unless it is too old."""
     if not since_key or at_s - since_key[-1].captured_s > LATE_S:
         return
@@ -58,8 +67,11 @@ def _decode(since_key: list[Picture], key: int, at_s: float, found: dict[int, St
 
     decoder = av.VideoCodecContext.create("vp8", "r")
     frames = [frame for picture in since_key for frame in decoder.decode(av.Packet(picture.content))]
+    frame = frames[-1]
+    if cover is not None:
+        frame = av.VideoFrame.from_ndarray(cover(np.asarray(frame.to_ndarray(format="rgb24"), np.uint8), at_s), "rgb24")
     jpeg = BytesIO()
-    image = frames[-1].to_image()  # type: ignore[no-untyped-call]
+    image = frame.to_image()  # type: ignore[no-untyped-call]
     image.save(jpeg, "JPEG", quality=_QUALITY)
     newest = since_key[-1]
-    found[key] = Still(jpeg.getvalue(), at_s - newest.captured_s, newest.uncertainty_s)
+    found[key] = Still(jpeg.getvalue(), at_s - newest.captured_s, newest.uncertainty_s, cover is not None)

@@ -115,6 +115,8 @@ _TRUE = (
 )
 _ACTED = "Time for which each limit of a gate acted on a finger since both sites engaged:"
 _GROOVES = "Impulses shown to the operator against grooves that the true fingertip crossed."
+GENERATOR = '<meta name="generator" content="teletaction">'
+"""Mark of each report, by which it is recognised as one."""
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -176,6 +178,7 @@ def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Exami
         h.head[
             h.meta(charset="utf-8"),
             h.meta(name="viewport", content="width=device-width, initial-scale=1"),
+            Markup(GENERATOR),
             h.meta(http_equiv="Content-Security-Policy", content=_POLICY),
             h.title[title],
             h.style[Markup(CSS)],

@@ -13,12 +13,13 @@ from teletaction.report.pdf import print_pdf
 from teletaction.report.report import write_report
 
 
-def report(recordings: Sequence[Path], out: Path) -> None:
+def report(recordings: Sequence[Path], out: Path, *, blur: bool = False) -> None:
     """Write the report. A `summary.json` beside the first recording supplies the figures of the processes.
 
     Args:
         recordings: one merged recording, or those of a session's processes, which may still be running.
         out: HTML file to write, or a PDF, which Chromium prints without the technical annex.
+        blur: cover the camera's pictures outside the surroundings of the marks.
 
     Raises:
         ValueError: a recording is truncated or damaged, the summary is no JSON object, or no PDF can be printed.
@@ -32,7 +33,7 @@ def report(recordings: Sequence[Path], out: Path) -> None:
             merge_recordings(list(recordings), merged)
         pdf = out.suffix.lower() == ".pdf"
         html = Path(folder) / "report.html" if pdf else out
-        write_report(SessionData.read(merged), summary, html, Examination.read(merged))
+        write_report(SessionData.read(merged), summary, html, Examination.read(merged, blur=blur))
         if pdf:
             print_pdf(html, out)
 

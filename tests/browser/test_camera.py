@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import FROZEN_S
+from common.recording.camera_marks import are_marks
 from operator_site.console.camera.camera_picture import Picture
-from tests.browser.conftest import SIZES, Open
+from tests.browser.conftest import SIZES, Open, wait_for
 from tests.browser.stage import Stage
 from tests.browser.test_every_state import LOOK, axe_findings
 from tests.vp8_stream import HEIGHT, HZ, WIDTH
@@ -230,6 +231,9 @@ def test_the_map_is_laid_over_the_camera_by_touched_marks(stage: Stage, open_pag
         page.wait_for_selector(f"#photo-said:has-text('Mark {number} of 4')")
         page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
     page.wait_for_selector("#photo-said:has-text('Registered: error')")
+    details = wait_for(stage, "camera_marks")[0]["details"]
+    assert are_marks(details), "recorded, so that a report can cover the picture elsewhere"
+    assert [details[f"u{number}"] for number in range(1, 5)] == pytest.approx([0.3, 0.7, 0.7, 0.3], abs=0.02)
     page.wait_for_selector("#map-view[data-camera=small]")
     stage.scenario.touching = set()
     page.click("#photo-marks")

@@ -1,4 +1,5 @@
 // Registers the camera's picture with the map: four marks, each touched by a finger and tapped in the picture.
+import { ask } from "./actions.js";
 import { pickInPicture } from "./camera.js";
 import { now } from "./now.js";
 import { WORDS } from "./words.js";
@@ -30,5 +31,7 @@ export function askMarks(say, done) {
     const fit = fitMarks(marks);
     say(fit ? WORDS.markError(fit.error_mm) : WORDS.markLine);
     done(fit);
+    // Recorded, so that the report can cover the picture elsewhere.
+    if (fit && now.state?.you.in_control) ask("camera_marks", Object.fromEntries(marks.flatMap((mark, n) => Object.entries(mark).map(([name, value]) => [`${name}${n + 1}`, value]))));
   });
 }

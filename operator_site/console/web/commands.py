@@ -15,6 +15,7 @@ from common.files.printable import one_line
 from common.limits import MOTION_SCALES
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused
+from common.recording.camera_marks import VERB, are_marks
 from common.runtime.containment import Containment
 from common.timing.interval import Interval
 from common.wire.packets import LinkState
@@ -102,6 +103,7 @@ class Commands:
             "take_control": self._take_control,
             "sound": self._sound,
             "quiet": self._quiet,
+            VERB: self._camera_marks,
             "place": self._place,
         }
         self.plays = player is not None
@@ -383,6 +385,11 @@ class Commands:
         ):
             raise Refused(texts.SOUND_STAYS)
         return Answer(True, texts.SOUND_PAUSED.format(seconds=min(60, round(float(seconds)))))
+
+    async def _camera_marks(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        if not are_marks(details):
+            raise Refused(texts.MARKS_NEEDED)
+        return Answer(True, texts.MARKS_KEPT)
 
     async def _place(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         return values_at(self.console.tactile_map, client.quantities[0], details, now_s)

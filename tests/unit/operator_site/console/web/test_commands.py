@@ -22,6 +22,7 @@ from operator_site.console.model import Console
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands
+from teletaction.report.covered_picture import marked_places
 from tests.conftest import Contained
 from tests.unit.operator_site.console.fed import fed, happen
 from tests.unit.operator_site.console.page_room import BRIEF, AnsweringSite, MemoryJournal
@@ -409,3 +410,16 @@ def test_a_refusal_of_the_site_is_the_answer(workplace: Workplace) -> None:
     workplace.site.fails = Refused("a finger presses: lift it, or open the clutch, then change the scale")
     answer = workplace.ask("scale", scale=2)
     assert (answer.ok, answer.text) == (False, "a finger presses: lift it, or open the clutch, then change the scale")
+
+
+def test_the_marks_of_the_picture_are_recorded(workplace: Workplace) -> None:
+    marks = {f"{name}{number}": 0.1 * number for number in range(1, 5) for name in "uvxy"}
+    assert workplace.ask("camera_marks", **marks).text == "Picture registered with the map."
+    assert workplace.kept_acts[-1]["details"] == marks
+    assert marked_places({1: workplace.kept_acts[-1]}, math.inf) == tuple((0.1 * n, 0.1 * n) for n in range(1, 5))
+    answer = workplace.ask("camera_marks", workplace.second, **marks)
+    assert (answer.ok, answer.text) == (False, "Control is at OR-1 1. Take control first.")
+    for wrong in ({"u1": 1.1}, {"x4": None}, {"y2": "1"}, {"v3": math.nan}, {"u2": True}):
+        answer = workplace.ask("camera_marks", **{**marks, **wrong})
+        assert (answer.ok, answer.text) == (False, "Four marks are needed, each on picture and map.")
+    assert workplace.site.asked == []
