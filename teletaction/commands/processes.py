@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from teletaction.commands.config_file import ConfigFile, OwnConfigFile, own_config
+from teletaction.commands.key_option import Key
 
 app = typer.Typer()
 
@@ -83,6 +84,7 @@ def console(
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of the page with --play; 0 takes a free one.")
     ] = 8090,
+    key: Key = None,
 ) -> None:
     """Serve the console, a web page, for a running operator site or for a recording."""
     from importlib.util import find_spec

@@ -9,6 +9,7 @@ import typer
 
 from common.runtime.parallel_map import processors
 from teletaction.commands.as_json import Json, print_json
+from teletaction.commands.key_option import Key
 from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer()
@@ -21,6 +22,7 @@ def summarise_command(
     scene: Annotated[str, typer.Option(help="Scene that was explored.")] = "materials",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated world.")] = 0,
     fingers: Annotated[int, typer.Option(min=1, max=5, help="Number of fingers, 1 to 5.")] = 5,
+    key: Key = None,
     as_json: Json = False,
 ) -> None:
     """Merge the recordings of a session whose processes were started one by one; write summary and report."""
@@ -41,13 +43,17 @@ def summarise_command(
 def report_command(
     recordings: Annotated[list[Path], typer.Argument(help="A merged session.mcap, or the recordings to merge.")],
     out: Annotated[Path, typer.Option(help="HTML file to write, or a PDF, which Chromium prints without the annex.")],
+    key: Key = None,
+    blur: Annotated[
+        bool, typer.Option("--blur", help="Cover the camera's pictures but for the surroundings of the marks.")
+    ] = False,
 ) -> None:
     """Write a session's report: map, findings, figures, link, audit trail. A summary.json beside it is included."""
     from teletaction.report.session_report import report
     from teletaction.session.terminal import say, show
 
     show("reading the recording and drawing the report")
-    report(recordings, out)
+    report(recordings, out, blur=blur)
     say(f"report {out}")
 
 
@@ -70,6 +76,7 @@ def export_command(
             "SCT:80248007:left breast."
         ),
     ] = None,
+    key: Key = None,
 ) -> None:
     """Write a recording in a format that other tools read, with named fields and wall-clock times."""
     from teletaction.export.export import export
@@ -83,6 +90,7 @@ def export_command(
 def recover_command(
     recording: Annotated[Path, typer.Argument(help="Recording of a process that crashed or was killed.")],
     out: Annotated[Path | None, typer.Option(help="File to write; by default NAME-recovered.mcap beside it.")] = None,
+    key: Key = None,
 ) -> None:
     """Make a whole recording out of a truncated or damaged one. The original is not changed."""
     from teletaction.recordings.recover import recover
@@ -112,6 +120,7 @@ def replay_command(
         ),
     ],
     processes: Processes = 0,
+    key: Key = None,
 ) -> None:
     """Run identification and rendering again on recordings and compare with the recorded results."""
     from teletaction.replay.replay_each import replay_each
