@@ -244,9 +244,9 @@ EXPORTS := dicom pandas parquet rerun foxglove lsl quality
 lock: $(READY)
 	$(LOCKED) locks/supply.txt
 	$(COMPILE) --all-extras $(addprefix --group=,dev exports $(TOOLS)) $(ARGUMENTS) pyproject.toml -o constraints.txt
-	$(HASHED) --extra console pyproject.toml -o locks/run.txt
+	$(HASHED) --extra console --extra privacy pyproject.toml -o locks/run.txt
 	$(HASHED) --extra camera --extra console pyproject.toml -o locks/camera.txt
-	$(HASHED) $(addprefix --extra ,camera console metrics studies dask) --group=dev pyproject.toml -o locks/dev.txt
+	$(HASHED) $(addprefix --extra ,camera console metrics privacy studies dask) --group=dev pyproject.toml -o locks/dev.txt
 	$(HASHED) $(addprefix --extra ,$(EXPORTS)) --group=exports pyproject.toml -o locks/exports.txt
 	for name in $(TOOLS); do $(HASHED) --group=$$name -o locks/$$name.txt || exit; done
 

@@ -108,7 +108,8 @@ def test_every_installed_package_is_pinned() -> None:
 @pytest.mark.parametrize("name", ["run", *GROUPS])
 def test_a_lock_has_the_pinned_versions_with_their_hashes(name: str) -> None:
     path = ROOT / "locks" / f"{name}.txt"
-    extras = {"run": {"console"}, "exports": set(EXPORTS), "dev": EXTRAS.keys() - set(EXPORTS)}.get(name, set())
+    of_locks = {"run": {"console", "privacy"}, "exports": set(EXPORTS), "dev": EXTRAS.keys() - set(EXPORTS)}
+    extras = of_locks.get(name, set())
     wanted = [*(line for extra in sorted(extras) for line in EXTRAS[extra]), *GROUPS.get(name, ())]
     wanted += PROJECT["dependencies"] if extras else ()
     assert names(wanted) | set(closure(installed(wanted))) <= locked(path).keys()
