@@ -9,6 +9,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.privacy.recording_file import create_recording, open_recording, recipient_of
+from common.recording.encrypted_file import DamagedChunk
 from common.recording.mcap_records import MAGIC
 from common.recording.reader import RecordingReader
 from common.recording.truncated_mcap import TruncatedMcap
@@ -50,7 +51,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
     """
     out = out or path.with_name(f"{path.stem}-recovered.mcap")
     with open_recording(path) as file:
-        if file.read(len(MAGIC)) != MAGIC:
+        if not _begins(path, file):
             raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
         if _is_whole(path, file):
             return None
@@ -63,6 +64,14 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
         out.unlink()
         raise ValueError(f"{path}: not one message in it can be read")
     return Recovered(out, messages, seconds, cut.unreadable_bytes, cut.damaged_parts, cut.doubtful)
+
+
+def _begins(path: Path, file: IO[bytes]) -> bool:
+    """Return whether a file begins as a recording; raises ValueError where an encrypted one is damaged there."""
+    try:
+        return file.read(len(MAGIC)) == MAGIC
+    except DamagedChunk as error:
+        raise ValueError(f"{path}: {error}: without its beginning, nothing can be recovered") from None
 
 
 def _is_whole(path: Path, file: IO[bytes]) -> bool:

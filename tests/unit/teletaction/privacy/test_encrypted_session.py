@@ -151,6 +151,23 @@ def test_a_cut_recording_is_recovered_and_stays_encrypted(sites: Path, keys: dic
     assert command("recover", whole, "--key", keys["remote"]).err == f"{whole} is whole: nothing needs repair\n"
 
 
+def test_a_changed_recording_is_recovered_without_the_changed_part(
+    sites: Path, keys: dict[str, Path], tmp_path: Path
+) -> None:
+    changed, key = tmp_path / "remote.mcap", ["--key", keys["remote"]]
+    content = bytearray((sites / "remote.mcap").read_bytes())
+    content[len(content) // 2] ^= 1
+    changed.write_bytes(content)
+    assert "damaged: chunk" in one_line(command("export", changed, "--to", "csv", "--out", tmp_path / "out", *key), 2)
+    done = command("recover", changed, *key)
+    assert done.code == 0, done.err
+    assert command("recover", tmp_path / "remote-recovered.mcap", *key).err.endswith("is whole: nothing needs repair\n")
+    content[200] ^= 1
+    changed.write_bytes(content)
+    said = one_line(command("recover", changed, "--out", tmp_path / "again.mcap", *key), 2)
+    assert "chunk 0 of the encrypted file was changed: without its beginning, nothing can be recovered" in said
+
+
 def test_a_recording_is_handed_to_another_person(
     session: Path, merged: Path, keys: dict[str, Path], tmp_path: Path
 ) -> None:
