@@ -202,15 +202,21 @@ class Examination:
         return [finding for finding in self.findings.values() if not finding.get("withdrawn")]
 
     def consent(self) -> str:
-        """Return what the patient agreed to have recorded, for people; empty where no recording has an answer."""
-        for facts in self.facts.values():
+        """Return what the patient agreed to have recorded, for people; empty where no recording has an answer.
+
+        Answers that differ between the recordings are given one by one.
+        """
+        answers = {}
+        for origin, facts in self.facts.items():
             try:
                 answer = tomllib.loads(facts.get("configuration", "")).get("consent")
             except tomllib.TOMLDecodeError:
                 continue
             if isinstance(answer, dict):
-                return ", ".join(name for name, agreed in answer.items() if agreed) or "nothing"
-        return ""
+                answers[origin] = ", ".join(name for name, agreed in answer.items() if agreed) or "nothing"
+        if len(set(answers.values())) > 1:
+            return "; ".join(f"{origin}: {answer}" for origin, answer in answers.items())
+        return next(iter(answers.values()), "")
 
     def configurations(self) -> dict[str, str]:
         """Return the SHA-256 hash of each process's configuration, hexadecimal."""

@@ -166,6 +166,23 @@ def test_single_files_are_deleted_once_and_noted_in_their_folder(folder: Path) -
     assert (folder / "operator.mcap").is_file()
 
 
+def test_what_was_deleted_before_a_failure_is_noted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    unlink = Path.unlink
+
+    def refuse(path: Path, missing_ok: bool = False) -> None:
+        if path.name == "report.html":
+            raise PermissionError(1, "Operation not permitted", str(path))
+        unlink(path, missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    done = forget(folder, "--yes")
+    assert done.code == 2
+    assert "report.html" in done.err.splitlines()[-1]
+    noted = {each["name"] for each in json.loads((folder / FORGOTTEN).read_text())["files"]}
+    assert "operator.mcap" in noted
+    assert not noted & files(folder)
+
+
 @pytest.mark.parametrize("words", [["absent"], ["folder", "--older-than-days", "-1"], []])
 def test_bad_input_is_one_clear_line(words: list[str], tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()

@@ -207,3 +207,13 @@ def test_steep_ground_is_hatched(steep: bool) -> None:
 def test_the_report_says_what_the_patient_agreed_to_have_recorded(configuration: str, consent: str) -> None:
     examination = Examination(facts={"console": {}, "remote": {"configuration": configuration}})
     assert examination.consent() == consent
+
+
+def test_answers_that_differ_are_given_one_by_one() -> None:
+    answers = {"remote": "touch = true\npain = true\n", "console": "touch = true\npicture = true\n"}
+    facts = {origin: {"configuration": f"[consent]\n{answer}"} for origin, answer in answers.items()}
+    assert Examination(facts=facts).consent() == "remote: touch, pain; console: touch, picture"
+    assert (
+        Examination(facts={"operator": facts["console"], **facts, "remote": facts["console"]}).consent()
+        == "touch, picture"
+    )
