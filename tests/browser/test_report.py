@@ -12,6 +12,7 @@ import pytest
 from mcap.reader import make_reader
 
 from operator_site.console.map.tactile_map import QUANTITIES
+from teletaction.privacy.project_files import kind_of
 from teletaction.report.examination import Examination
 from teletaction.report.examination_page import covered_by
 from teletaction.report.session_report import report
@@ -78,6 +79,7 @@ def test_an_examination_is_printed_on_three_pages_with_the_numbers_of_the_record
 def test_the_pdf_says_what_the_recording_says_on_three_pages(tmp_path: Path) -> None:
     recording, pdf = record_lump(tmp_path / "session.mcap"), tmp_path / "report.pdf"
     assert command("report", recording, "--out", pdf).code == 0
+    assert kind_of(pdf) == "report"
     assert len(messages_of(recording, "console/finding")) == 4
     assert_printed(recording, pdf, "3, and 1 withdrawn")
 
