@@ -70,6 +70,8 @@ class LiveConsole:
         """
         self._feed, self._site, self._journal, self._clock_s = feed, site, journal, clock_s
         self.console = Console()
+        if config.consent is not None:
+            self.console.consented = tuple(name for name, agreed in config.consent if agreed)
         self._time = SiteTime()
         self._wall = WallClock()
         reporting = Reporting(config.report_command, config.reports)

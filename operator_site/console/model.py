@@ -50,6 +50,7 @@ class Console:
     Attributes:
         live: whether the messages come from a running site; False for a recording.
         around: state of the disk, the recording and the page, from the console's process.
+        consented: what the patient agrees to have recorded, by the configuration; empty where nobody has asked.
         calm: the last sure answer of each finger, for the pages.
         searched: lumps on the map and the next place to press, from a search every few seconds.
         damaged: number of unreadable messages, which are dropped.
@@ -57,6 +58,7 @@ class Console:
 
     live: bool = True
     around: Surroundings = field(default_factory=Surroundings)
+    consented: tuple[str, ...] = ()
     site: SiteNow = field(default_factory=SiteNow)
     fingers: FingersNow = field(default_factory=FingersNow)
     calm: CalmAnswers = field(default_factory=CalmAnswers)

@@ -64,7 +64,8 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
         "findings": f"{len(findings)}, and {withdrawn} withdrawn" if withdrawn else str(len(findings)),
     }
     if consent := examination.consent():
-        facts["consent to record"] = consent
+        confirmed = ", confirmed by the patient at the begin" if begun.get("consented") else ""
+        facts["consent to record"] = f"{consent}{confirmed}"
     if body := body_mark(begun):
         facts["place on the body"] = body.text()
     quantity = _first_quantity(examination)

@@ -128,7 +128,7 @@ BASE: dict[str, Any] = {
     "kind": "state", "version": 1, "wall_clock": "14:07:03",
     "you": {"role": "act", "in_control": True, "control": "console"},
     "session": {"state": "connected", "clock_s": 0.0, "pseudonym": None, "recording": False, "saved": None,
-                "playback": None, "title": None, "sound": None},
+                "playback": None, "title": None, "sound": None, "consented": []},
     "link": {"delay_ms": 23.4, "delay_sd_ms": 2.1, "age_ms": 4.2, "loss": 0.01},
     "alarms": [],
     "fingers": [finger_state(name) for name in FINGERS],

@@ -140,6 +140,19 @@ def test_a_name_is_no_study_number(open_page: Open) -> None:
     assert page.evaluate("document.activeElement.id") == "begin-pseudonym"
 
 
+@pytest.mark.parametrize("way", ["mouse", "touch", "key"])
+def test_the_patient_confirms_what_is_recorded(stage: Stage, open_page: Open, way: str) -> None:
+    stage.show("connected").state["session"]["consented"] = ["touch", "picture"]
+    page = open_page(has_touch=True)
+    box = page.get_by_label("The patient agrees to have recorded: touch, pictures.")
+    box.wait_for()
+    {"mouse": box.click, "touch": box.tap, "key": lambda: box.press("Space")}[way]()
+    page.fill("#begin-pseudonym", "P-0417")
+    page.keyboard.press("Enter")
+    (begun,) = wait_for(stage, "begin")
+    assert begun["details"]["consent"] is True
+
+
 def test_what_is_missing_is_listed_with_the_command_to_run(open_page: Open) -> None:
     page = open_page("disconnected")
     page.wait_for_selector("#checks li")

@@ -47,7 +47,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
     "console/session": {
         "type": "object",
         "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides, body (region, side, landmark, "
-        "landmark_mm)",
+        "landmark_mm), consented (what the patient has confirmed at the begin to have recorded)",
     },
 }
 AGAIN_S = 5.0

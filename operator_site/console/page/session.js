@@ -28,9 +28,10 @@ function showBody(place) {
 }
 
 async function begin() {
-  const answer = await ask("begin", { pseudonym: byId("begin-pseudonym").value.trim(), sides: { top: byId("begin-top").value, right: byId("begin-right").value }, body });
+  const { session } = now.state;
+  const answer = await ask("begin", { pseudonym: byId("begin-pseudonym").value.trim(), sides: { top: byId("begin-top").value, right: byId("begin-right").value }, body, consent: byId("begin-consent").checked });
   write(byId("begin-said"), answer.ok ? "" : answer.text);
-  if (!answer.ok) { byId("begin-pseudonym").focus(); return; }
+  if (!answer.ok) { byId(session.consented.length && !byId("begin-consent").checked ? "begin-consent" : "begin-pseudonym").focus(); return; }
   byId("begin-form").reset();
   showBody(null);
   close("sheet-session");
@@ -60,6 +61,8 @@ export function showSession() {
   const sheet = byId("sheet-session");
   sheet.classList.toggle("start", acts() && !inSession && !["engaged", "engaging"].includes(session.state));
   byId("session-begin").hidden = inSession || !acts();
+  byId("begin-consent-field").hidden = !session.consented.length;
+  write(byId("begin-consent-text"), WORDS.consents(session.consented));
   byId("session-running").hidden = acts() && !inSession && !session.saved && you.in_control;
   byId("session-sound").hidden = !acts() || session.state === "engaged";
   byId("take-button").hidden = !acts() || you.in_control || session.state === "engaged";

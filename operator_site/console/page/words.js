@@ -14,6 +14,8 @@ export const STATES = {
   paused: "PAUSED", lost: "LINK LOST", fault: "FAULT", stopped: "STOPPED", stopping: "STOPPING", playback: "PLAYBACK",
 };
 
+const RECORDED = { touch: "touch", pain: "pain answers", picture: "pictures", voice: "sound" };
+
 // Texts of index.html.
 export const FIXED = {
   console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", acknowledge: "Acknowledge", scale: "Motion scale, hand to remote hand", stopAnswers: "What the devices answered to STOP", actions: "Actions",
@@ -50,6 +52,7 @@ export const WORDS = {
   noAnswer: "No answer from the console. Nothing is repeated: check the state, then press again.", notSent: "Not sent: no connection.",
   sessionOpen: (pseudonym, body) => `Examination ${pseudonym} is open${body ? `: ${body}` : ""}.`,
   noSession: "No examination is open.", end: "End examination",
+  consents: names => `The patient agrees to have recorded: ${names.map(name => RECORDED[name]).join(", ")}.`,
   confirmEnd: (pseudonym, findings) => `End examination ${pseudonym}? ${count(findings, "finding")}.`,
   observer: control => `OBSERVER. Control is at ${control}.`, controlElsewhere: control => `Control is at ${control}.`,
   quiet: "Sound off 60 s (Q)", quietFor: seconds => `Sound off ${seconds} s`,

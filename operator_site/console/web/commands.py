@@ -286,6 +286,8 @@ class Commands:
 
     async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         examination = self.console.examination
+        if self.console.consented and details.get("consent") is not True:
+            raise Refused(texts.ASK_CONSENT)
         examination.begin(now_s, details.get("pseudonym"), details.get("sides"), details.get("body"))
         self.console.begin_map()
         self._journal.forget()
@@ -407,6 +409,7 @@ class Commands:
             "who": client.name,
             "sides": examination.sides,
             "body": None if examination.body is None else examination.body.record(),
+            "consented": self.console.consented,
         }
         self._journal.write("console/session", now_s, record)
 

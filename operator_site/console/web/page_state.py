@@ -108,6 +108,7 @@ def _session(console: Console, now_s: float) -> dict[str, Any]:
         "playback": None,
         "sound": console.around.sound or None,
         "body": None if console.examination.body is None else console.examination.body.text(),
+        "consented": console.consented,
     }
 
 

@@ -152,6 +152,17 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(workplace: Wor
     assert [record["what"] for record in workplace.journal.of("console/session")] == ["begin", "end"]
 
 
+def test_what_is_recorded_is_confirmed_by_the_patient_before_the_examination(workplace: Workplace) -> None:
+    workplace.console.consented = ("touch", "picture")
+    refused = workplace.ask("begin", pseudonym="P-0417")
+    assert refused.text == "Ask the patient about the recording, then tick the answer."
+    assert not workplace.ask("begin", pseudonym="P-0417", consent="yes").ok
+    assert workplace.journal.of("console/session") == []
+    assert workplace.ask("begin", pseudonym="P-0417", consent=True).ok
+    (begun,) = workplace.journal.of("console/session")
+    assert begun["consented"] == ("touch", "picture")
+
+
 @pytest.mark.parametrize(
     "details",
     [
