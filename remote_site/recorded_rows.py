@@ -16,15 +16,6 @@ class Gate(Row):
     fault: Fault | None
 
 
-class Patient(Row):
-    """What the patient reports, where there is a pain slider and consent; recorded on each change."""
-
-    pain: float | None
-    """Answer, 0..10; null while it is unknown."""
-    limit_n: float | None
-    """Force limit that follows the patient's threshold, N; null while the default limit holds."""
-
-
 class SentEvent(Row):
     """What was identified and travels as an event."""
 

@@ -192,6 +192,7 @@ class RemoteSite:
             "pain": None if math.isnan(pain) else pain,
             "patient_limit_n": self.gate.patient_limit_n,
             "pain_reports": [value for report in self.gate.pain_limit.reports for value in report],
+            "pain_agreed": self._pain_recorded,
         }
 
     def _commanded(

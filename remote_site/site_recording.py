@@ -8,12 +8,13 @@ import msgpack
 from common.config.models import RemoteConfig
 from common.link.session_state import Happening
 from common.recording.recorder import PACKET_SCHEMA, Recorder
+from common.tenderness.patient_row import Patient
 from common.wire.messages import Event, Motion
 from common.wire.streams import STREAMS
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.finger_identification import FingerIdentification
-from remote_site.recorded_rows import Gate, Patient, SentEvent, Thermal
+from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from remote_site.safety.setpoints import GatedCommand
 
 SCHEMAS: dict[str, dict[str, object]] = {

@@ -64,18 +64,19 @@ class PressFinder:
 
     Attributes:
         presses: the newest presses, oldest first; the newest may not have ended.
+        open: whether the newest press has not ended.
     """
 
     def __init__(self, presses: int) -> None:
         """Keep a number of presses."""
         self.presses: deque[Press] = deque(maxlen=presses)
-        self._open = self._painful = False
+        self.open = self._painful = False
         self._reported: Press | None = None
 
     @property
     def hurts(self) -> bool:
         """Whether the patient reports pain during the present press, which has not ended."""
-        return self._open and self._reported is not None and self._reported is self.presses[-1]
+        return self.open and self._reported is not None and self._reported is self.presses[-1]
 
     def step(
         self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
@@ -88,7 +89,11 @@ class PressFinder:
             x_m, y_m: place of each finger, m.
             answer: newest pain answer, 0..10; NaN where it is unknown, which changes no report.
         """
-        self._touch(t_s, force_n, x_m, y_m)
+        self.touch(t_s, force_n, x_m, y_m)
+        return self.answer(t_s, answer)
+
+    def answer(self, t_s: float, answer: float) -> Press | None:
+        """Take an answer alone, 0..10 or NaN, given at a time, s; return as `step` does."""
         if self._reported is not None and answer > self._reported.answer:
             self._reported.answer = answer
         if math.isnan(answer) or (answer >= PAINFUL) == self._painful:
@@ -104,20 +109,27 @@ class PressFinder:
             ended.fallen_s = t_s
         return ended
 
-    def _touch(self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float]) -> None:
+    def drop(self) -> None:
+        """Forget the press that has not ended, because nobody knows whether it hurts."""
+        if self.open:
+            self.presses.pop()
+        self.open, self._reported = False, None
+
+    def touch(self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float]) -> None:
+        """Take forces, N, and places, m, alone."""
         strongest_n = max(force_n)
-        if not self._open:
+        if not self.open:
             if strongest_n < PRESSED_N:
                 return
-            self._open = True
+            self.open = True
             self.presses.append(Press([t_s], [tuple(force_n)], [*x_m], [*y_m], [*force_n]))
             return
         press = self.presses[-1]
         for finger, pressed_n in enumerate(force_n):
             if pressed_n > press.peak_n[finger]:
                 press.peak_n[finger], press.x_m[finger], press.y_m[finger] = pressed_n, x_m[finger], y_m[finger]
-        self._open = strongest_n >= LEFT_N and t_s - press.time_s[0] < LONGEST_S
-        if not self._open or t_s - press.time_s[-1] >= SAMPLE_S:
+        self.open = strongest_n >= LEFT_N and t_s - press.time_s[0] < LONGEST_S
+        if not self.open or t_s - press.time_s[-1] >= SAMPLE_S:
             press.time_s.append(t_s)
             press.force_n.append(tuple(force_n))
 
@@ -125,6 +137,6 @@ class PressFinder:
         """Return the press that a report at this time is about; None where none can be."""
         for press in reversed(self.presses):
             if press.time_s[0] <= t_s - SOONEST_S:
-                late = not (press is self.presses[-1] and self._open) and press.time_s[-1] < t_s - LATEST_S
+                late = not (press is self.presses[-1] and self.open) and press.time_s[-1] < t_s - LATEST_S
                 return None if late or press.painful else press
         return None

@@ -12,6 +12,7 @@ import numpy as np
 from common.fingers import FINGERS
 from common.link.session_display import CONNECTED, ENGAGED, ENGAGING, FAULT, PAUSED, STOPPED
 from common.link.session_state import Happening
+from common.tenderness.patient_row import read_patient
 from common.wire.messages import Touch
 from common.wire.packets import LinkState
 from operator_site.console.alarms.alarm_rules import Surroundings, causes, causes_unknown
@@ -24,8 +25,11 @@ from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Flags, Frame, Kind
 from operator_site.console.state.signals import BINS, SPAN_S, Signals
 from operator_site.console.state.site_now import SiteNow
+from operator_site.console.tenderness.pain_presses import ANSWER_OLD_S, PainPresses
+from operator_site.console.tenderness.tender_search import NOT_SEARCHED, Tenderness
 from operator_site.coupling.coupling import Coupling, Places
 from operator_site.recorded_rows import Clock, Rendered, Skin
+from operator_site.session.remote_status import RemotePatient
 
 log = logging.getLogger(__name__)
 
@@ -53,6 +57,8 @@ class Console:
         consented: what the patient agrees to have recorded, by the configuration; empty where nobody has asked.
         calm: the last sure answer of each finger, for the pages.
         searched: lumps on the map and the next place to press, from a search every few seconds.
+        pain: presses with the patient's answers.
+        tenderness: the most tender place, from a search every few seconds.
         damaged: number of unreadable messages, which are dropped.
     """
 
@@ -65,12 +71,18 @@ class Console:
     signals: Signals = field(default_factory=Signals)
     tactile_map: TactileMap = field(default_factory=TactileMap)
     searched: Searched = NOTHING
+    pain: PainPresses = field(default_factory=PainPresses)
+    tenderness: Tenderness = NOT_SEARCHED
     alarms: Alarms = field(default_factory=Alarms)
     examination: Examination = field(default_factory=Examination)
     damaged: int = 0
     map_number: int = 0
     """Number of the map; grows with every new map."""
     _stepped_s: float = -math.inf
+
+    def __post_init__(self) -> None:
+        """Begin without presses."""
+        self._forget_pain()
 
     def take(self, stream: str, time_ns: int, payload: bytes) -> None:
         """Take one message; an unreadable one is counted and dropped."""
@@ -105,6 +117,8 @@ class Console:
             case "operator/figures":
                 self.site.take_figures(t_s, msgpack.unpackb(payload))
                 self.tactile_map.roughness_um = self.site.roughness_um
+            case "remote/patient":
+                self._patient(t_s, payload)
             case "console/finding" | "console/session":
                 record = msgpack.unpackb(payload)
                 self.examination.take(stream, record)
@@ -117,6 +131,7 @@ class Console:
         self.site.link.take_touch(t_s, touch)
         self.signals.take(t_s, "contact_n", [[row.contact_force_n for row in rows]])
         self.tactile_map.add(t_s, rows, touch.summaries)
+        self.pain.take_touch(t_s, rows)
 
     def _rendered(self, t_s: float, row: Rendered) -> None:
         motor_hz = [rpm * _HZ_PER_RPM for rpm in row.motor_rpm]
@@ -129,13 +144,29 @@ class Console:
     def take_answer(self, now_s: float, answer: Mapping[str, Any]) -> None:
         """Take an answer of the site's local control."""
         self.site.answered_s = now_s
+        before_s = self.site.patient_s
         self.site.take_brief(answer.get("time_ns", now_s * 1e9) * 1e-9, answer)
+        if self.site.patient is not None and self.site.patient_s != before_s:
+            self.pain.take_answer(self.site.patient_s, self.site.patient.pain, polled=True)
+
+    def _patient(self, t_s: float, payload: bytes) -> None:
+        """Take a recorded change of what the patient reports."""
+        row = read_patient(payload)
+        self.pain.take_answer(t_s, row.pain, polled=False)
+        self.site.patient = RemotePatient(row.pain, row.limit_n, tuple(self.pain.reports), agreed=True)
+        self.site.patient_s = t_s
 
     def begin_map(self) -> None:
         """Begin the map of another examination."""
         self.tactile_map = TactileMap(self.site.roughness_um)
         self.searched = NOTHING
+        self._forget_pain()
         self.map_number += 1
+
+    def _forget_pain(self) -> None:
+        """Begin without presses. A recording has an answer only where it changes, which counts until the next one."""
+        self.pain = PainPresses(ANSWER_OLD_S if self.live else math.inf)
+        self.tenderness = NOT_SEARCHED
 
     def step(self, now_s: float) -> None:
         """Update the alarms; called about thirty times a second."""

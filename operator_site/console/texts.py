@@ -142,6 +142,9 @@ CONTROL_ELSEWHERE = "Control is at {who}. Take control first."
 NO_SITE = "There is no operator site."
 SITE_SILENT = "The operator site does not answer."
 FORCE_LIMITED = "Force limited to {limit_n:.1f} N by the patient's threshold."
+NOT_KNOWN_YET = "not known yet"
+TENDER_NOT_HERE = "not the most tender place ({most_tender})"
+PAIN_NOT_AGREED = "The patient has not agreed to have pain recorded."
 LIMIT_ENDS = "Remote side asks patient, then: teletaction session restore-force."
 PAUSED = "PAUSED. Outputs neutral."
 MARKS_NEEDED = "Four marks are needed, each on picture and map."
@@ -388,6 +391,21 @@ def ended(
 def place(value: str, touches: int, ago_s: float, contrast: str) -> str:
     """Return a value at a place, its contrast if known, its number of touches and the time since the last one, s."""
     return f"{value}{contrast and f', {contrast}'}, {count(touches, 'touch')}, {ago_s:.0f} s ago"
+
+
+def most_tender(place_mm: tuple[float, float, float] | None, threshold_n: float | None) -> str:
+    """Return the most tender place, its standard deviation, mm, and the force at which pain begins there, N."""
+    where = NOT_KNOWN_YET
+    if place_mm is not None:
+        x, y = (f"{along:.0f}".replace("-", "−") for along in place_mm[:2])
+        where = f"near x {x} y {y} mm, ± {max(1.0, place_mm[2]):.0f} mm"
+    return f"most tender {where}; pain from {NOT_KNOWN_YET if threshold_n is None else f'about {threshold_n:.1f} N'}"
+
+
+def tenderness(place_mm: tuple[float, float, float] | None, threshold_n: float | None, reaction_s: float | None) -> str:
+    """Return the most tender place, the force at which pain begins there, and the patient's reaction time, s."""
+    reaction = NOT_KNOWN_YET if reaction_s is None else f"about {reaction_s:.1f} s"
+    return f"{capital(most_tender(place_mm, threshold_n))}; reaction {reaction}."
 
 
 def with_lump(stiffness: str, probability: float) -> str:

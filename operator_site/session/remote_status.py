@@ -20,11 +20,13 @@ class RemotePatient(NamedTuple):
         pain: answer of the pain slider, 0..10; None while it is unknown.
         limit_n: force limit that follows the patient, N; None while the default limit holds.
         reports: the newest reports of pain, oldest first.
+        agreed: whether the patient agrees to have pain recorded.
     """
 
     pain: float | None
     limit_n: float | None
     reports: tuple[PainReport, ...]
+    agreed: bool = False
 
 
 def recording_stopped(details: Mapping[str, object]) -> str:
@@ -57,6 +59,7 @@ def remote_patient(details: Mapping[str, object]) -> RemotePatient | None:
         None if pain is None else _number("pain", pain, WORST_PAIN, 0.0),
         None if limit_n is None else _number("patient_limit_n", limit_n, math.inf, 0.0),
         tuple(PainReport(*row) for row in rows),
+        details.get("pain_agreed") is True,
     )
 
 
@@ -68,6 +71,7 @@ def patient_details(patient: RemotePatient | None, time_ns: int) -> dict[str, ob
         "pain": patient.pain,
         "patient_limit_n": patient.limit_n,
         "pain_reports": [value for report in patient.reports for value in report],
+        "pain_agreed": patient.agreed,
         "pain_ns": time_ns,
     }
 

@@ -10,6 +10,7 @@ from common.fingers import FINGERS
 from common.link.session_state import Happening
 from common.recording.recorded_fields import unpack
 from common.recording.recorded_row import Row
+from common.tenderness.patient_row import Patient
 from common.wire.messages import (
     Event,
     EventKind,
@@ -28,7 +29,7 @@ from operator_site.console.examination.journal import SCHEMAS as CONSOLE_STREAMS
 from operator_site.coupling.coupling import Coupling
 from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from remote_site.devices.sensor_frame import SensorFrame
-from remote_site.recorded_rows import Gate, Patient, SentEvent, Thermal
+from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from sim_sensors.truth_log import OPERATOR_STREAMS, REMOTE_STREAMS
 from teletaction.export.named_fields import (
     Named,

@@ -12,8 +12,10 @@ from common.link.session_state import Refused
 from operator_site.console import texts
 from operator_site.console.examination.body import BodyMark, body_mark, read_mark
 from operator_site.console.examination.contrast import compared, contrast_of
-from operator_site.console.examination.findings import KINDS, describe, likely_kind
+from operator_site.console.examination.findings import KINDS, TENDER, describe, likely_kind
+from operator_site.console.examination.tender_finding import tender_text
 from operator_site.console.map.tactile_map import TactileMap
+from operator_site.console.tenderness.tender_search import NOT_SEARCHED, Tenderness
 
 LONGEST_NOTE = 10_000
 """Maximum length of a note, characters."""
@@ -122,7 +124,9 @@ class Examination:
         ended, self.pseudonym, self.ended_s = self.pseudonym, None, now_s
         return ended
 
-    def find(self, tactile_map: TactileMap, details: dict[str, Any], now_s: float) -> Finding:
+    def find(
+        self, tactile_map: TactileMap, details: dict[str, Any], now_s: float, tenderness: Tenderness = NOT_SEARCHED
+    ) -> Finding:
         """Mark a place, or a moment if no place is given.
 
         Raises:
@@ -139,10 +143,10 @@ class Examination:
         x_m, y_m = _place(details)
         ident = max(self.findings, default=0) + 1
         made = Finding(ident, at_s, kind, finger, x_m, y_m, "", body=read_mark(details.get("body")))
-        self.findings[ident] = finding = _measured(tactile_map, made)
+        self.findings[ident] = finding = _measured(tactile_map, made, tenderness)
         return finding
 
-    def edit(self, tactile_map: TactileMap, details: dict[str, Any]) -> Finding:
+    def edit(self, tactile_map: TactileMap, details: dict[str, Any], tenderness: Tenderness = NOT_SEARCHED) -> Finding:
         """Change kind, place or body of a finding, as far as given, and describe it again by the present map.
 
         Raises:
@@ -159,7 +163,7 @@ class Examination:
         if "body" in details:
             edited = replace(edited, body=read_mark(details["body"]))
         if (edited.kind, edited.x_m, edited.y_m) != (before.kind, before.x_m, before.y_m):
-            edited = _measured(tactile_map, edited)
+            edited = _measured(tactile_map, edited, tenderness)
         return self._change(before, edited)
 
     def note(self, ident: object, text: object) -> Finding:
@@ -246,11 +250,14 @@ def _place(details: dict[str, Any]) -> tuple[float | None, float | None]:
     return float(x_mm or 0.0) / 1000.0, float(y_mm or 0.0) / 1000.0
 
 
-def _measured(tactile_map: TactileMap, finding: Finding) -> Finding:
-    """Return a finding with kind, text and contrast by the map at its place."""
+def _measured(tactile_map: TactileMap, finding: Finding, tenderness: Tenderness) -> Finding:
+    """Return a finding with kind, text and contrast by the map, or by the tenderness, at its place."""
     if finding.x_m is None or finding.y_m is None:
         text = " ".join(filter(None, (finding.kind, "a moment")))
         return replace(finding, text=text, compare="", contrast=None, confidence="none")
+    if finding.kind == TENDER:
+        said, confidence = tender_text(tenderness, finding.x_m, finding.y_m)
+        return replace(finding, text=TENDER, compare=said, contrast=None, confidence=confidence)
     here, around = (look(finding.x_m, finding.y_m) for look in (tactile_map.at, tactile_map.around))
     kind = finding.kind or likely_kind(here, around)
     differs = contrast_of(kind, here, around)

@@ -8,7 +8,9 @@ from operator_site.console.map.roughness_shown import roughness_shown
 from operator_site.console.map.tactile_map import ExploredPlace, Measured
 from operator_site.console.texts import count
 
-KINDS = ("rough", "warm", "cold", "stiff", "soft", "other")
+KINDS = ("rough", "warm", "cold", "stiff", "soft", "other", "tender")
+TENDER = "tender"
+"""Kind of a place that hurts; it has no measured quantity."""
 QUANTITY = {
     "rough": "roughness",
     "warm": "temperature",
@@ -77,11 +79,15 @@ def likely_kind(here: ExploredPlace, around: ExploredPlace) -> str | None:
 def describe(kind: str | None, here: ExploredPlace, scale: RoughnessUm | None = None) -> str:
     """Describe a finding in words: its kind and its value, or all values if its kind has no quantity.
 
+    Of a tender place, the kind alone: see `tender_finding` for the rest.
+
     Raises:
         ValueError: no such kind.
     """
     if kind is not None and kind not in KINDS:
         raise ValueError(f"no kind of finding {kind!r}; there are {', '.join(KINDS)}")
+    if kind == TENDER:
+        return TENDER
     quantity = QUANTITY.get(kind or "")
     if quantity is not None:
         measured = getattr(here, quantity)

@@ -1,10 +1,10 @@
 // Region D, over the map: a cross for each finger, names of lumps, the marked finding, the cursor; on the map itself:
-// findings as flags, reports of pain with the force at which they began, lumps, the next place to press, a scale bar of 10 mm, the sides of the body.
+// findings as flags, reports of pain with the force at which they began, the most tender place, lumps, the next place to press, a scale bar of 10 mm, the sides of the body.
 import { penOf } from "./dom.js";
 import { age_s, GONE_S } from "./fingers.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
-import { FINGER_IDS } from "./words.js";
+import { FINGER_IDS, WORDS } from "./words.js";
 
 const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, SURE = 0.9, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
 
@@ -23,6 +23,7 @@ export function drawStill(canvas, at) {
   const next = now.state?.map?.next_mm;
   if (next) { const x = at.toX(next[0]), y = at.toY(next[1]); lines(pen, x, y, 8, 2, 4); word(pen, "next", x, y + 22, 0.8); }
   for (const [x_mm, y_mm, threshold_n] of now.state?.patient?.reports ?? []) { const x = at.toX(x_mm), y = at.toY(y_mm); ring(pen, x, y, 7, 3); word(pen, `pain ${threshold_n.toFixed(1)} N`, x, y + 24, 0.8); }
+  tender(pen, at);
   for (const found of now.state?.findings ?? []) if (!found.withdrawn && typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
 }
 
@@ -112,6 +113,17 @@ function name(pen, at, { outline_mm, probability, at_edge, x_mm }, fingers) {
   const x = at.toX(x_mm), all = outline_mm.map(corner => at.toY(corner[1])), above = Math.min(...all) - 8;
   const taken = fingers.some(([left, top]) => Math.abs(left - x) < 60 && Math.abs(top - above) < 24);
   word(pen, `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, x, taken ? Math.max(...all) + 18 : above, 0.8);
+}
+
+// The circle that holds the most tender place with a probability of 95 %.
+function tender(pen, at) {
+  const circle = now.state?.patient?.tender?.circle;
+  if (!circle) return;
+  const [x, y] = [at.toX(circle[0]), at.toY(circle[1])], radius = Math.max(3, circle[2] * at.scale);
+  pen.setLineDash([3, 4]);
+  ring(pen, x, y, radius, 2.5);
+  pen.setLineDash([]);
+  word(pen, WORDS.tenderCircle, x, y - radius - 8, 0.8);
 }
 
 function aim(pen, x, y) {

@@ -77,6 +77,7 @@ async function propose() {
 }
 
 export function choose(at) {
+  if (byId("kinds").children[at].hidden) return;
   finding.kind = KINDS[at];
   finding.chosen = true;
   showMarking();
@@ -122,7 +123,7 @@ export function markingKey(event) {
     const from = finding.x_mm === null ? fingerPlace() ?? { x: 0, y: 0 } : { x: finding.x_mm, y: finding.y_mm };
     moveTo({ x: from.x + step.x, y: from.y + step.y });
   } else if (event.repeat) return false;
-  else if (/^[1-6]$/.test(event.key)) choose(Number(event.key) - 1);
+  else if (/^[1-7]$/.test(event.key)) choose(Number(event.key) - 1);
   else if (event.key === "Enter" && !onButton) save();
   else if (event.key === "Backspace") discard();
   else return false;
@@ -135,12 +136,15 @@ export function showMarking() {
   const name = FINGER_NAMES[FINGERS.indexOf(finding.finger)];
   write(byId("marking-title"), `${WORDS.findingAt(name, finding.x_mm, finding.y_mm ?? 0, finding.id)}${finding.body ? `, ${bodyText(finding.body)}` : ""}`);
   write(byId("marking-contrast"), contrast());
-  [...byId("kinds").children].forEach((button, at) => button.setAttribute("aria-pressed", String(KINDS[at] === finding.kind)));
+  [...byId("kinds").children].forEach((button, at) => {
+    button.setAttribute("aria-pressed", String(KINDS[at] === finding.kind));
+    button.hidden = KINDS[at] === "tender" && !now.state?.patient?.agreed; // pain is recorded with consent only
+  });
 }
 
 function contrast() {
   if (finding.x_mm === null || !proposed) return "";
-  if (finding.kind === null || finding.kind === "other") return capital(proposed.text);
+  if (!(finding.kind in proposed.kinds)) return capital(proposed.text);
   const { text, confidence } = proposed.kinds[finding.kind];
   return `${finding.kind === proposed.kind ? WORDS.proposed(finding.kind) : capital(finding.kind)}: ${text}. ${WORDS.confident(confidence)}`;
 }

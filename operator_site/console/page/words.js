@@ -5,7 +5,7 @@ export const FINGER_NAMES = FINGERS.map(capital);
 export const FINGER_IDS = FINGERS.map((_, finger) => `D${finger + 1}`); // as anatomy counts them
 export const DEVICE_LABELS = [...FINGERS.map((name, finger) => [name, FINGER_IDS[finger]]), ["exoskeleton", "exoskeleton"], ["remote hand", "remote hand"]];
 export const MODES = ["free", "tapping", "resting", "stroking"];
-export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other"];
+export const KINDS = ["rough", "warm", "cold", "stiff", "soft", "other", "tender"];
 export const BODY_SIDES = ["right", "left", "both", ""];
 export const SIDES = ["", "head", "feet", "left", "right"];
 
@@ -42,7 +42,7 @@ export const WORDS = {
   engage: "Engage", confirmEngage: "Confirm engage", resume: "Resume", confirmResume: "Confirm resume", pause: "Pause",
   clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Begin", hold: "hold 1 s",
   clutch: "Clutch", closeClutch: "Close clutch", coupling: (open, scale, edges) => [...(scale > 1 ? [`1:${scale}`] : []), ...(open ? ["clutch open"] : []), ...(edges.length ? [`edge: ${edges.join(", ")}`] : [])],
-  pain: (pain, age_s) => (typeof pain === "number" ? `Pain ${pain.toFixed(1)} of 10, ${age_s.toFixed(1)} s old` : "Pain: no answer"),
+  pain: (pain, age_s) => (typeof pain === "number" ? `Pain ${pain.toFixed(1)} of 10, ${age_s.toFixed(1)} s old` : "Pain: no answer"), tenderCircle: "most tender, 95 %",
   stopping: "STOPPING. Waiting for the devices.", stopNotSent: "STOP NOT SENT. Use the hardware switch.",
   stopConfirmed: (count, seconds) => `STOPPED. All ${count} devices confirmed in ${seconds.toFixed(2)} s.`,
   stopNotConfirmed: names => `STOP NOT CONFIRMED: ${names}. Use the hardware switch.`,

@@ -31,6 +31,7 @@ STREAMS = (
     "operator/coupling",
     "operator/played",
     "operator/figures",
+    "remote/patient",
     "console/session",
     "console/finding",
     "console/alarm",
@@ -47,7 +48,7 @@ MOST_CHECKPOINTS = 400
 """Maximum number of checkpoints."""
 PREVIEW_S = 1.2
 """Part of the recording before a moment that a preview plays, s; the site's figures come once a second."""
-_FEW = ("console/session", "console/finding", "operator/session", "operator/coupling")
+_FEW = ("console/session", "console/finding", "operator/session", "operator/coupling", "remote/patient")
 """Streams of few messages, which a preview takes from the start."""
 _COMPRESSION = 1
 """Level of compression of a checkpoint, 0..9."""

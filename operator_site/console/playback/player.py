@@ -8,15 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from common.timing.interval import Interval
+from operator_site.console.background_search import BackgroundSearch
 from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.camera.picture_reader import KEY_S
 from operator_site.console.examination.journal import Journal
 from operator_site.console.live import STATE_S
-from operator_site.console.map.lump_search import LumpSearch
+from operator_site.console.map.lump_search import NOTHING, search_lumps
 from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import Playback, Recording
 from operator_site.console.playback.played_pictures import PlayedPictures
+from operator_site.console.tenderness.tender_search import NOT_SEARCHED, search_tenderness
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands
 from operator_site.console.web.page_state import camera_state, page_state
@@ -129,7 +131,8 @@ class PlayedConsole:
         self.pages = Pages(self._commands, lambda: self._player.now_s)
         self.camera_pages = CameraPages(self.pages.contain)
         self._picture, self._state, self._again = Interval(BATCH_S), Interval(STATE_S), Interval(KEY_S)
-        self._lumps, self._jumped = LumpSearch(), 0
+        self._lumps, self._jumped = BackgroundSearch("lumps", search_lumps, NOTHING), 0
+        self._tender = BackgroundSearch("tenderness", search_tenderness, NOT_SEARCHED)
 
     def step(self, now_s: float) -> None:
         """Advance the playback and show what is due."""
@@ -144,10 +147,13 @@ class PlayedConsole:
             self._commands.console = player.console
             self.pages.send_everything()
             self._jumped += 1
-        console = player.console
+        console, surface, number = player.console, player.console.tactile_map, (self._jumped, player.console.map_number)
         with self.pages.contain.step("lumps", latches=False):
-            self._lumps.step(now_s, console.tactile_map, (self._jumped, console.map_number))
+            self._lumps.step(now_s, number, surface.revision, surface.stiffness.rows)
             console.searched = self._lumps.found
+        with self.pages.contain.step("tenderness", latches=False):
+            self._tender.step(now_s, number, console.pain.revision, console.pain.settled)
+            console.tenderness = self._tender.found
         self.pages.show(self._shown() if self._state(now_s) else None)
 
     def _shown(self) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from common.timing.interval import Interval
 from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.examination.examination import Finding
+from operator_site.console.examination.findings import TENDER
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
@@ -330,15 +331,28 @@ class Commands:
             saved["text"] = f"{text} {texts.NO_REPORT.format(why=why)}"
 
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self.console.examination.find(self.console.tactile_map, details, now_s)
+        self._check_consent(details)
+        console = self.console
+        finding = console.examination.find(console.tactile_map, details, now_s, console.tenderness)
         return await self._keep(finding, now_s, texts.FINDING, f"saved: {finding.text}.")
+
+    def _check_consent(self, details: dict[str, Any]) -> None:
+        """Refuse a finding of pain without the patient's consent to record it.
+
+        Raises:
+            Refused: it is one, and the remote site reports no consent.
+        """
+        patient = self.console.site.patient
+        if details.get("kind") == TENDER and (patient is None or not patient.agreed):
+            raise Refused(texts.PAIN_NOT_AGREED)
 
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self.console.examination.note(details.get("finding"), details.get("text"))
         return await self._keep(finding, now_s, texts.NOTE, "saved.")
 
     async def _edit(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self.console.examination.edit(self.console.tactile_map, details)
+        self._check_consent(details)
+        finding = self.console.examination.edit(self.console.tactile_map, details, self.console.tenderness)
         return await self._keep(finding, now_s, texts.EDITED, f"saved: {finding.text}.")
 
     async def _withdraw(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
@@ -397,7 +411,9 @@ class Commands:
         return values_at(self.console.tactile_map, client.quantities[0], details, now_s)
 
     async def _propose(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        return propose_kind(self.console.tactile_map, details)
+        patient = self.console.site.patient
+        agreed = patient is not None and patient.agreed
+        return propose_kind(self.console.tactile_map, details, self.console.tenderness if agreed else None)
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
         examination = self.console.examination

@@ -6,7 +6,9 @@ from common.link.session_state import Refused
 from operator_site.console import texts
 from operator_site.console.examination.contrast import propose
 from operator_site.console.examination.findings import MEASURED, compare, value_text
+from operator_site.console.examination.tender_finding import propose_tender
 from operator_site.console.map.tactile_map import TactileMap
+from operator_site.console.tenderness.tender_search import Tenderness
 from operator_site.console.web.answer import Answer
 
 
@@ -34,14 +36,15 @@ def values_at(surface: TactileMap, quantity: str, details: dict[str, Any], now_s
     return Answer(True, text, {"text": text, **shown})
 
 
-def propose_kind(surface: TactileMap, details: dict[str, Any]) -> Answer:
-    """Answer with the kind that the contrast at a place proposes, see `propose`.
+def propose_kind(surface: TactileMap, details: dict[str, Any], tenderness: Tenderness | None = None) -> Answer:
+    """Answer with the kind that the contrast at a place proposes, see `propose`; with tenderness, also that kind.
 
     Raises:
         Refused: the details have no place.
     """
     x_m, y_m = _place_m(details)
-    return Answer(True, "", propose(surface.at(x_m, y_m), surface.around(x_m, y_m)))
+    proposed = propose(surface.at(x_m, y_m), surface.around(x_m, y_m))
+    return Answer(True, "", proposed if tenderness is None else propose_tender(proposed, tenderness, x_m, y_m))
 
 
 def _place_m(details: dict[str, Any]) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from operator_site.console.map.tactile_map import COLUMNS, QUANTITIES, ROWS, Exp
 from operator_site.console.model import Console
 from operator_site.console.state.fingers_now import GONE_S
 from operator_site.console.state.site_now import DEVICES, SILENT_S
+from operator_site.console.tenderness.tender_search import CIRCLE_SD
 
 _PRIORITIES = ("none", "low", "medium", "high")
 _MOST_ALARMS = 50
@@ -267,7 +268,7 @@ def _patient(console: Console, now_s: float) -> dict[str, Any] | None:
     site = console.site
     if site.patient is None:
         return None
-    age_s = max(0.0, now_s - site.patient_s)
+    age_s = max(0.0, now_s - site.patient_s) if console.live else 0.0  # a recording has changes only
     limit_n = site.patient.limit_n
     return {
         "pain": None if site.patient.pain is None or age_s > PAIN_OLD_S else round(site.patient.pain, 1),
@@ -278,6 +279,22 @@ def _patient(console: Console, now_s: float) -> dict[str, Any] | None:
             [round(1e3 * report.x_m, 1), round(1e3 * report.y_m, 1), round(report.threshold_n, 2), report.answer]
             for report in site.patient.reports
         ],
+        "tender": _tender(console),
+        "agreed": site.patient.agreed,
+    }
+
+
+def _tender(console: Console) -> dict[str, Any] | None:
+    """Return the most tender place in words, and the circle that holds it with 95 %, mm; None before a report."""
+    found = console.tenderness
+    if not found.reports:
+        return None
+    place = found.known_place
+    at_mm = None if place is None else (1e3 * place.x_m, 1e3 * place.y_m, 1e3 * place.sd_m)
+    circle = None if at_mm is None else [*(round(along, 1) for along in at_mm[:2]), round(CIRCLE_SD * at_mm[2], 1)]
+    return {
+        "text": texts.tenderness(at_mm, found.known_threshold_n, found.known_reaction_s),
+        "circle": circle,
     }
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from remote_site.recorded_rows import Patient
+from common.tenderness.patient_row import Patient
 from remote_site.site_recording import SiteRecording
 from tests.virtual.session import virtual_session
 

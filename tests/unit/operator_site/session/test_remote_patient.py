@@ -16,6 +16,7 @@ def test_a_site_without_a_slider_says_nothing():
 def test_pain_limit_and_reports_are_read():
     details = {"pain": 4.2, "patient_limit_n": 2.1, "pain_reports": [0.1, 0.2, 2.6, 7.0]}
     assert remote_patient(details) == RemotePatient(4.2, 2.1, (PainReport(0.1, 0.2, 2.6, 7.0),))
+    assert remote_patient({"pain": 4.2, "pain_agreed": True}) == RemotePatient(4.2, None, (), agreed=True)
     assert remote_patient({"pain": None}) == RemotePatient(None, None, ())
 
 

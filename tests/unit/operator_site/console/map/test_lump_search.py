@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from operator_site.console.background_search import SEARCH_S, BackgroundSearch
 from operator_site.console.map.finger_samples import Sample
-from operator_site.console.map.lump_search import NOTHING, SEARCH_S, LumpSearch
+from operator_site.console.map.lump_search import NOTHING, search_lumps
 from operator_site.console.map.tactile_map import TactileMap
 
 
@@ -32,6 +33,10 @@ class Later(Executor):
         self.waiting.clear()
 
 
+def step(search: BackgroundSearch[Any, Any], now_s: float, surface: TactileMap, number: int) -> None:
+    search.step(now_s, number, surface.revision, surface.stiffness.rows)
+
+
 def press(surface: TactileMap, number: int, x_mm: float, y_mm: float) -> None:
     lift = math.log(2.0) * math.exp(-((math.dist((x_mm, y_mm), (20.0, 28.0)) / 6.0) ** 2))
     place_m = 1e-3 * x_mm, 1e-3 * y_mm
@@ -47,59 +52,59 @@ def pressed() -> TactileMap:
 
 def test_a_changed_map_is_searched_at_intervals_and_the_result_shown_when_it_is_there() -> None:
     later, surface = Later(), pressed()
-    search = LumpSearch(later)
-    search.step(0.0, surface, 0)
-    search.step(1.0, surface, 0)
+    search = BackgroundSearch("lumps", search_lumps, NOTHING, later)
+    step(search, 0.0, surface, 0)
+    step(search, 1.0, surface, 0)
     assert (len(later.waiting), search.found) == (1, NOTHING)
     later.run()
-    search.step(2.0, surface, 0)
+    step(search, 2.0, surface, 0)
     (lump,) = search.found.lumps
     assert (lump["x_mm"], lump["y_mm"]) == pytest.approx((20.0, 28.0), abs=1.5)
     assert search.found.next_mm is not None
     assert all(0.0 <= along_mm <= 56.0 for along_mm in search.found.next_mm)
-    search.step(SEARCH_S + 3.0, surface, 0)
+    step(search, SEARCH_S + 3.0, surface, 0)
     assert later.waiting == [], "nothing has changed"
     press(surface, 1000, 70.0, 70.0)
-    search.step(SEARCH_S + 4.0, surface, 0)
+    step(search, SEARCH_S + 4.0, surface, 0)
     assert len(later.waiting) == 1
 
 
 def test_another_map_has_no_lumps_of_the_one_before() -> None:
     later, surface = Later(), pressed()
-    search = LumpSearch(later)
-    search.step(0.0, surface, 0)
+    search = BackgroundSearch("lumps", search_lumps, NOTHING, later)
+    step(search, 0.0, surface, 0)
     later.run()
-    search.step(1.0, surface, 0)
+    step(search, 1.0, surface, 0)
     assert search.found.lumps
-    search.step(2.0, TactileMap(), 1)
+    step(search, 2.0, TactileMap(), 1)
     assert search.found == NOTHING
 
 
 def test_a_result_of_the_map_before_is_not_taken() -> None:
     later = Later()
-    search = LumpSearch(later)
-    search.step(0.0, pressed(), 0)
-    search.step(1.0, TactileMap(), 1)
+    search = BackgroundSearch("lumps", search_lumps, NOTHING, later)
+    step(search, 0.0, pressed(), 0)
+    step(search, 1.0, TactileMap(), 1)
     later.run()
-    search.step(2.0, TactileMap(), 1)
+    step(search, 2.0, TactileMap(), 1)
     assert search.found == NOTHING
 
 
 def test_a_map_after_another_one_is_searched_at_once() -> None:
     later = Later()
-    search = LumpSearch(later)
-    search.step(0.0, TactileMap(), 0)
-    search.step(1.0, pressed(), 1)
+    search = BackgroundSearch("lumps", search_lumps, NOTHING, later)
+    step(search, 0.0, TactileMap(), 0)
+    step(search, 1.0, pressed(), 1)
     later.run()
-    search.step(1.1, pressed(), 1)
+    step(search, 1.1, pressed(), 1)
     assert search.found.lumps
 
 
 def test_a_map_with_few_places_has_no_lumps() -> None:
     later, surface = Later(), TactileMap()
     press(surface, 0, 0.0, 0.0)
-    search = LumpSearch(later)
+    search = BackgroundSearch("lumps", search_lumps, NOTHING, later)
     for now_s in (0.0, SEARCH_S, 2.0 * SEARCH_S):
-        search.step(now_s, surface, 0)
+        step(search, now_s, surface, 0)
         later.run()
     assert search.found == NOTHING

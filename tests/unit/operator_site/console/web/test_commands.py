@@ -85,6 +85,25 @@ def test_an_observer_is_refused_and_nothing_is_asked_of_the_site(workplace: Work
     assert [act["who"] for act in workplace.kept_acts] == ["student 3"]
 
 
+def test_a_finding_of_pain_needs_the_patients_consent(workplace: Workplace) -> None:
+    assert workplace.ask("begin", pseudonym="P-0417").ok
+    place = {"finger": "index", "x_mm": 10.0, "y_mm": 20.0}
+    for agreed in (None, False):
+        if agreed is not None:
+            workplace.console.take_answer(101.0, BRIEF | {"pain": 0.0, "pain_agreed": agreed})
+        refused = workplace.ask("finding", kind="tender", **place)
+        assert (refused.ok, refused.text) == (False, "The patient has not agreed to have pain recorded.")
+    workplace.console.take_answer(101.0, BRIEF | {"pain": 0.0, "pain_agreed": True})
+    proposed = workplace.ask("propose", x_mm=10.0, y_mm=20.0)
+    assert proposed.details is not None
+    assert "tender" in proposed.details["kinds"]
+    assert workplace.ask("finding", kind="tender", **place).ok
+    (kept,) = workplace.journal.of("console/finding")
+    assert (kept["text"], kept["compare"]) == ("tender", "most tender not known yet; pain from not known yet")
+    workplace.console.take_answer(101.0, BRIEF | {"pain": 0.0, "pain_agreed": False})
+    assert workplace.ask("edit", finding=1, kind="tender").text == "The patient has not agreed to have pain recorded."
+
+
 def test_a_finding_is_proposed_edited_withdrawn_and_brought_back(workplace: Workplace) -> None:
     body = {"region": "palm", "side": "left", "landmark": "", "landmark_mm": None}
     assert workplace.ask("begin", pseudonym="P-0417", body=body).ok

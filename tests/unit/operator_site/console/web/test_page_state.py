@@ -201,9 +201,14 @@ def test_pain_its_age_and_the_force_limit_are_shown_with_the_act_that_ends_it() 
         "limit": "Force limited to 2.1 N by the patient's threshold.",
         "ends": "Remote side asks patient, then: teletaction session restore-force.",
         "reports": [[20.0, 10.0, 2.6, 7.0]],
+        "tender": None,
+        "agreed": False,
     }
     assert shown(AT_S + 3.0, **said)["pain"] is None, "an old answer is not shown"
     said |= {"pain": None, "patient_limit_n": None, "pain_reports": []}
-    assert shown(AT_S, **said) == {"pain": None, "age_s": 0.5, "limit": None, "ends": None, "reports": []}
+    assert shown(AT_S, **said) == {
+        **{"pain": None, "age_s": 0.5, "limit": None, "ends": None, "reports": []},
+        **{"tender": None, "agreed": False},
+    }
     answer["session"] = 0
     assert shown(AT_S) is None
