@@ -73,7 +73,8 @@ def tender_place(presses: Sequence[Press], reaction: ReactionTime) -> TenderPlac
     )
     peaks = [np.log(np.maximum(press.peak_n, _LEAST_N)) for press in quiet]
     ln_force = np.array([*means, *peaks])
-    centres = _centres(places[ln_force > np.log(_LEAST_N)])
+    touched = np.array([press.peak_n for press in (*painful, *quiet)]) > _LEAST_N
+    centres = _centres(places[touched])
     away = ((places[None] - centres[:, None, None]) ** 2).sum(axis=-1)
     scores = np.empty((len(WIDTHS_M), len(RATIOS), THRESHOLDS_N.size, len(centres)))
     for (i, width), (j, ratio) in product(enumerate(WIDTHS_M), enumerate(RATIOS)):

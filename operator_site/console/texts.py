@@ -143,6 +143,7 @@ NO_SITE = "There is no operator site."
 SITE_SILENT = "The operator site does not answer."
 FORCE_LIMITED = "Force limited to {limit_n:.1f} N by the patient's threshold."
 NOT_KNOWN_YET = "not known yet"
+ALIKE = ", or all places alike"
 TENDER_NOT_HERE = "not the most tender place ({most_tender})"
 PAIN_NOT_AGREED = "The patient has not agreed to have pain recorded."
 LIMIT_ENDS = "Remote side asks patient, then: teletaction session restore-force."
@@ -393,19 +394,28 @@ def place(value: str, touches: int, ago_s: float, contrast: str) -> str:
     return f"{value}{contrast and f', {contrast}'}, {count(touches, 'touch')}, {ago_s:.0f} s ago"
 
 
-def most_tender(place_mm: tuple[float, float, float] | None, threshold_n: float | None) -> str:
-    """Return the most tender place, its standard deviation, mm, and the force at which pain begins there, N."""
+def most_tender(place_mm: tuple[float, float, float] | None, threshold_n: float | None, *, alike: bool = False) -> str:
+    """Return the most tender place, its standard deviation, mm, and the force at which pain begins there, N.
+
+    `alike` is whether all places may be equally tender.
+    """
     where = NOT_KNOWN_YET
     if place_mm is not None:
         x, y = (f"{along:.0f}".replace("-", "−") for along in place_mm[:2])
-        where = f"near x {x} y {y} mm, ± {max(1.0, place_mm[2]):.0f} mm"
+        where = f"near x {x} y {y} mm, ± {max(1.0, place_mm[2]):.0f} mm{ALIKE if alike else ''}"
     return f"most tender {where}; pain from {NOT_KNOWN_YET if threshold_n is None else f'about {threshold_n:.1f} N'}"
 
 
-def tenderness(place_mm: tuple[float, float, float] | None, threshold_n: float | None, reaction_s: float | None) -> str:
-    """Return the most tender place, the force at which pain begins there, and the patient's reaction time, s."""
+def tenderness(
+    place_mm: tuple[float, float, float] | None,
+    threshold_n: float | None,
+    reaction_s: float | None,
+    *,
+    alike: bool = False,
+) -> str:
+    """Return the most tender place, see `most_tender`, and the patient's reaction time, s."""
     reaction = NOT_KNOWN_YET if reaction_s is None else f"about {reaction_s:.1f} s"
-    return f"{capital(most_tender(place_mm, threshold_n))}; reaction {reaction}."
+    return f"{capital(most_tender(place_mm, threshold_n, alike=alike))}; reaction {reaction}."
 
 
 def with_lump(stiffness: str, probability: float) -> str:

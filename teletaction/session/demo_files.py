@@ -45,6 +45,9 @@ NETWORK = "network"
 """Name of the further process of a session with a simulated network between the sites."""
 WATCHED_S = 3.0
 """Time without a visible console page after which a session with a console pauses, s."""
+REACTION_S = 0.6
+"""Reaction time of the simulated patient of a scene with tender places, s. This patient agrees to have pain recorded.
+"""
 TABLES = Path(str(resources.files("remote_site"))) / "tables"
 """Folder of the shipped calibration tables."""
 SURFACES = TABLES / "surfaces.json"
@@ -122,6 +125,19 @@ def _network(name_or_path: str, base_port: int, **settings: object) -> SimNetwor
     return SimNetworkConfig.model_validate(fields | settings)
 
 
+def _patient_switch(options: DemoOptions, port: int) -> tuple[dict[str, object], dict[str, object]]:
+    """Return the fields of the patient's stop switch, with a slider where the scene is tender, of both processes."""
+    if not options.patient_switch:
+        return {}, {}
+    remote: dict[str, object] = {"patient_switch": {"port": f"socket://{HOST}:{port}"}}
+    presses_s = () if options.patient_stop_s is None else (options.patient_stop_s,)
+    patient: dict[str, object] = {"port": f"tcp:{HOST}:{port}", "pressed_at_s": presses_s}
+    if load_scene(options.scene).tender:
+        patient["reaction_s"] = REACTION_S
+        remote["consent"] = {"touch": True, "pain": True}
+    return remote, {"patient_switch": patient}
+
+
 def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     """Write keys and configurations of a session into `out`; return each process's configuration file.
 
@@ -162,13 +178,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
 
     simulation = {"fingers": fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
     site = {"fingers": fingers, "wait_for_devices_s": 20.0}
-    switch_port = next(ports)
-    remote_switch: dict[str, object] = {}
-    sim_switch: dict[str, object] = {}
-    if options.patient_switch:
-        presses_s = () if options.patient_stop_s is None else (options.patient_stop_s,)
-        remote_switch = {"patient_switch": {"port": f"socket://{HOST}:{switch_port}"}}
-        sim_switch = {"patient_switch": {"port": f"tcp:{HOST}:{switch_port}", "pressed_at_s": presses_s}}
+    remote_switch, sim_switch = _patient_switch(options, next(ports))
     operator_port, network = base_port, {}
     if options.network is not None:
         operator_port += len(STREAMS)

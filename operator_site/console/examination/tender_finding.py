@@ -22,12 +22,13 @@ def is_most_tender(tenderness: Tenderness, x_m: float, y_m: float) -> bool:
 def tender_text(tenderness: Tenderness, x_m: float, y_m: float) -> tuple[str, str]:
     """Return what is known of a place's tenderness, in words, and the confidence in it, one of CONFIDENCES."""
     place = tenderness.known_place
-    centre_mm = None if place is None else (1e3 * place.x_m, 1e3 * place.y_m, 1e3 * place.sd_m)
-    said = texts.most_tender(centre_mm, tenderness.known_threshold_n)
+    said = texts.most_tender(tenderness.place_mm, tenderness.known_threshold_n, alike=tenderness.alike)
     if place is None:
         return said, _NONE
     if not is_most_tender(tenderness, x_m, y_m):
         return texts.TENDER_NOT_HERE.format(most_tender=said), _LOW
+    if tenderness.alike:
+        return said, _LOW
     return said, _HIGH if place.probability >= SURE else _FAIR
 
 

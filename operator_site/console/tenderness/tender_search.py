@@ -6,8 +6,12 @@ from common.tenderness.presses import Press
 from common.tenderness.tender_place import TenderPlace, tender_place
 from operator_site.console.tenderness.pain_presses import Presses
 
-PLACE_KNOWN, PLACE_KNOWN_M = 0.8, 0.010
-"""Least probability of one tender place, and largest standard deviation of its centre, m, of a known place."""
+FEWEST_PRESSES = 5
+"""Least number of presses of a known place: the search covers little more than the pressed places."""
+PLACE_KNOWN_M = 0.012
+"""Largest standard deviation of the centre of a known place, m."""
+ONE_PLACE = 0.8
+"""Least probability that one place is more tender than its surroundings; below it, all may be alike."""
 THRESHOLD_KNOWN = 2.5
 """Largest ratio of both ends of the 90 % interval of a known threshold."""
 REACTION_KNOWN_S = 0.15
@@ -35,9 +39,19 @@ class Tenderness(NamedTuple):
     @property
     def known_place(self) -> TenderPlace | None:
         """The most tender place, where it is known well enough to be shown."""
-        place = self.place
-        known = place is not None and place.probability >= PLACE_KNOWN and place.sd_m <= PLACE_KNOWN_M
-        return place if known else None
+        known = self.place is not None and self.place.sd_m <= PLACE_KNOWN_M and len(self.presses) >= FEWEST_PRESSES
+        return self.place if known else None
+
+    @property
+    def place_mm(self) -> tuple[float, float, float] | None:
+        """Centre of the known place and its standard deviation in each direction, mm."""
+        place = self.known_place
+        return None if place is None else (1e3 * place.x_m, 1e3 * place.y_m, 1e3 * place.sd_m)
+
+    @property
+    def alike(self) -> bool:
+        """Whether all places may be equally tender."""
+        return self.place is None or self.place.probability < ONE_PLACE
 
     @property
     def known_threshold_n(self) -> float | None:

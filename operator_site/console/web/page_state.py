@@ -289,11 +289,10 @@ def _tender(console: Console) -> dict[str, Any] | None:
     found = console.tenderness
     if not found.reports:
         return None
-    place = found.known_place
-    at_mm = None if place is None else (1e3 * place.x_m, 1e3 * place.y_m, 1e3 * place.sd_m)
+    at_mm = found.place_mm
     circle = None if at_mm is None else [*(round(along, 1) for along in at_mm[:2]), round(CIRCLE_SD * at_mm[2], 1)]
     return {
-        "text": texts.tenderness(at_mm, found.known_threshold_n, found.known_reaction_s),
+        "text": texts.tenderness(at_mm, found.known_threshold_n, found.known_reaction_s, alike=found.alike),
         "circle": circle,
     }
 

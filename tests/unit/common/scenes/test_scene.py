@@ -16,6 +16,7 @@ SHIPPED = (
     "phantom",
     "phantom_nodules",
     "phantom_sweep",
+    "tender_place",
 )
 GROOVED = {f"{how}_grooved_pvc" for how in ("closely", "arbitrarily", "widely")}
 PAPERS_SURFACES = {"foam", "sandpaper", "plain_pvc"} | GROOVED

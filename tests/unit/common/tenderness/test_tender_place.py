@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from common.tenderness.presses import Press
 from common.tenderness.reaction import ReactionTime
 from common.tenderness.tender_place import tender_place
 from tests.unit.common.tenderness.made import finder, press
@@ -40,6 +41,14 @@ def test_centre_and_threshold_are_found():
 def test_a_finger_that_presses_lightly_beside_it_does_not_move_it():
     place = examined(tender, lightly_n=0.4)
     assert math.dist((place.x_m, place.y_m), (0.025, 0.013)) < 0.005
+
+
+def test_a_finger_that_does_not_touch_is_nowhere():
+    apart = [0.0, 0.0], [0.0, 1.0]
+    press = Press([0.0, 2.0], [(0.0, 0.0), (2.0, 0.0)], *apart, [2.0, 0.0], risen_s=1.8, fallen_s=2.4)
+    place = tender_place([press], ReactionTime())
+    assert math.dist((place.x_m, place.y_m), (0.0, 0.0)) < 0.001
+    assert place.sd_m < 0.01
 
 
 def test_without_pain_there_is_no_place():
