@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
@@ -14,9 +15,12 @@ from common.privacy.recording_file import open_recording
 from common.recording.reader import RecordingReader
 from common.recording.recorded_fields import Map, map_of, read_map
 from common.recording.recorded_row import Finite, Whole
+from common.tenderness.patient_row import read_patient
 from common.wire.messages import Touch
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.map.tactile_map import TactileMap
+from operator_site.console.tenderness.pain_presses import PainPresses
+from operator_site.console.tenderness.tender_search import Tenderness, search_tenderness
 from operator_site.recorded_rows import Clock
 from teletaction.report.covered_picture import Pixels, covered, marked_places
 from teletaction.report.finding_stills import Still, stills
@@ -49,7 +53,7 @@ _MAPS: dict[str, Map] = {
     ),
     "console/act": map_of(at_s=Finite, who=str | None, verb=str, ok=bool | None, answer=str | None),
 }
-STREAMS = ("operator/touch", "operator/clock", *_MAPS)
+STREAMS = ("operator/touch", "operator/clock", "remote/patient", *_MAPS)
 """Names of the recorded streams that an examination reads."""
 PICTURES = "console/camera"
 """Name of the recorded stream of the camera."""
@@ -67,6 +71,7 @@ class Examination:
         acts: requests of the users in order, by time, page and verb; `ok` is None for an unanswered request.
         alarms: last record of each alarm.
         felt: the tactile map.
+        pain: presses with the patient's answers; empty without consent to record pain.
         sequences: sequence number of each touch packet.
         clock: offset, uncertainty and round trip, s, 20 times a second.
         figures: last figures of the operator site; empty without any.
@@ -85,6 +90,7 @@ class Examination:
     acts: dict[tuple[float, str | None, str], dict[str, Any]] = field(default_factory=dict)
     alarms: dict[tuple[str, float], dict[str, Any]] = field(default_factory=dict)
     felt: TactileMap = field(default_factory=TactileMap)
+    pain: PainPresses = field(default_factory=lambda: PainPresses(math.inf))
     sequences: list[int] = field(default_factory=list)
     clock: list[tuple[float, float, float]] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
@@ -147,7 +153,12 @@ class Examination:
         if stream == "operator/touch":
             touch = Touch.decode(payload)
             self.sequences.append(touch.sequence)
-            self.felt.add(t_s, touch.rows, touch.summaries)
+            rows = touch.rows
+            self.felt.add(t_s, rows, touch.summaries)
+            self.pain.take_touch(t_s, rows)
+            return
+        if stream == "remote/patient":
+            self.pain.take_answer(t_s, read_patient(payload).pain, polled=False)
             return
         self.console = self.console or stream.startswith("console/")
         if stream == "operator/clock":
@@ -172,7 +183,7 @@ class Examination:
         if entry["what"] == "begin":
             # As at the console, a further examination starts with an empty map and no findings.
             if self.begun:
-                self.felt = TactileMap()
+                self.felt, self.pain = TactileMap(), PainPresses(math.inf)
             self.begun, self.ended_s, self.findings = entry, None, {}
         else:
             self.ended_s = entry["at_s"]
@@ -200,6 +211,10 @@ class Examination:
     def valid_findings(self) -> list[dict[str, Any]]:
         """Return the findings that were not withdrawn."""
         return [finding for finding in self.findings.values() if not finding.get("withdrawn")]
+
+    def tenderness(self) -> Tenderness:
+        """Return the most tender place, from all presses of the recording; this takes up to half a second."""
+        return search_tenderness(self.pain.settled(final=True))
 
     def consent(self) -> str:
         """Return what the patient agreed to have recorded, for people; empty where no recording has an answer.

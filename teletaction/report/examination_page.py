@@ -24,6 +24,7 @@ from teletaction.report.report_limits import reached
 from teletaction.report.report_parts import embedded, fact_list, figure, section
 from teletaction.report.report_words import shown, table
 from teletaction.report.session_curves import SessionCurves
+from teletaction.report.tenderness_part import tenderness_part
 
 CUTOUT_M = 0.040
 """Width of the map around a finding, m."""
@@ -87,7 +88,11 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
 
 def next_page(examination: Examination) -> Element:
     """Write the page for the next examiner: what was not felt, and the maps of all quantities."""
-    return section("For the next examiner", [h.h3["Not felt"], not_felt(examination), maps(examination)], "next")
+    return section(
+        "For the next examiner",
+        [h.h3["Not felt"], not_felt(examination), tenderness_part(examination), maps(examination)],
+        "next",
+    )
 
 
 def findings_table(examination: Examination) -> Element:

@@ -46,6 +46,7 @@ from teletaction.report.report_words import (
     verdict,
 )
 from teletaction.report.session_curves import SessionCurves
+from teletaction.report.tenderness_part import tenderness_part
 
 _CONTACT_EDGES_MS = (0, 2, 4, 6, 8, 10, 15, 20, 50)
 _LINK_EDGES_MS = (0, 0.5, 1, 1.5, 2, 3, 5, 10, 20)
@@ -161,7 +162,8 @@ def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Exami
     else:
         front = [section("Overview", [_header(summary), figure("One session", _one_finger(session), _OVERVIEW)])]
         if examination is not None:
-            front.append(section("Maps", [maps(examination) or h.p["Nothing was felt."], not_felt(examination)]))
+            felt = maps(examination) or h.p["Nothing was felt."]
+            front.append(section("Maps", [tenderness_part(examination), felt, not_felt(examination)]))
     lumps = summary.get("lumps") or ([] if examination is None else found_lumps(examination.felt))
     targets = summary.get("targets") or []
     found: list[Node] = [
