@@ -85,7 +85,7 @@ _WITHOUT_PLACE = frozenset({Actuator.FORCE, Actuator.MOTOR}) | AT_PATIENT
 in the air."""
 _SILENT = GAP_S
 """Time after which a device is known to be silent, s."""
-_VALUE = re.compile(r" (open|short|frozen|cut|saturated|glitch|stuck|biased|drift|counter \S+|crc \S+|\d+)$")
+_VALUE = re.compile(r" (open|short|frozen|cut|saturated|glitch|stuck|biased|drift|gone|counter \S+|crc \S+|\d+)$")
 """Value at the end of a device fault's command."""
 
 
@@ -237,6 +237,11 @@ PATIENT_FAULTS = (
     _leaves("patient's switch silent", "silence patient switch", SWITCH_LOST_S + 0.1, SWITCH_SILENCE_S),
     _leaves("patient's switch repeats one report", "repeat", 0.1),
     _leaves("patient's switch sends rubbish", "babble patient switch", 0.1),
+    _leaves("patient's slider beyond its end", "slider 1001", 0.1),
+    # These come last: what the slider reports lowers the force limit for the rest of the session.
+    _for_a_while("patient's slider stuck at no pain", _REMOTE, "slider 0", _CONTINUES),
+    _for_a_while("patient's slider no longer reported", _REMOTE, "slider gone", _CONTINUES),
+    _for_a_while("patient's slider stuck at the worst pain", _REMOTE, "slider 1000", _CONTINUES),
 )
 """Faults for a session whose patient has a stop switch."""
 DISK_FAULTS = (Fault("disk full at both sites", "disk", "full", _CONTINUES, _NONE, seconds=3.0),)

@@ -23,7 +23,7 @@ class PatientSwitch:
         self.measured_s = -math.inf
         """Time of arrival of the last report, s; -inf before the first."""
         self.pain: float | None = None
-        """Newest pain answer, 0..10; None from a device without a slider."""
+        """Newest pain answer, 0..10; NaN once a slider is no longer reported, None from a device without one."""
         self._closed = True
         self._wrong = ""
         self._reader: FrameReader | None = None
@@ -36,7 +36,8 @@ class PatientSwitch:
             self._closed = all(report.closed for report in reports)
             self.measured_s = t_s
             pain = reports[-1].pain_permille
-            self.pain = None if pain is None else WORST_PAIN * pain / SLIDER_FULL
+            without = None if self.pain is None else math.nan
+            self.pain = without if pain is None else WORST_PAIN * pain / SLIDER_FULL
         self._wrong = self._inspect(bool(reports))
 
     def reading(self, t_s: float) -> SwitchReading:

@@ -14,7 +14,7 @@ from common.fingers import FINGERS
 from sim_sensors.devices.breakable_parts import DRIFT_M_S, Babble, Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor
 from sim_sensors.devices.can_node import CanNode
 from sim_sensors.devices.exoskeleton import Exoskeleton
-from sim_sensors.devices.patient_switch import PatientSwitch
+from sim_sensors.devices.patient_switch import GONE, PatientSwitch
 from sim_sensors.devices.plate_module import PlateModule
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator
@@ -30,6 +30,8 @@ LONGEST_HANG_S = 60.0
 """Longest hang of a process, s."""
 MOST_N = 10.0
 """Largest force of a stuck drive of the exoskeleton, N."""
+MOST_PERMILLE = 65535
+"""Largest number that a report has for the pain slider; 1000 is its end."""
 
 T = TypeVar("T")
 Kinds = dict[str, Fault[Any]]
@@ -88,7 +90,8 @@ def remote_faults(
         servos: its drives; one or all can ignore the set-points.
         force_sensors: its force sensors by finger.
         piezos: piezo elements of the texture sensors by finger.
-        patient_switch: the patient's stop switch; the patient can press it, and it can repeat its last report.
+        patient_switch: the patient's stop switch; the patient can press it, it can repeat its last report, and its
+            slider can be stuck, out of range, or gone.
         camera: the camera; it can stay connected and send nothing.
     """
     cameras = {} if camera is None else {"": camera}
@@ -101,6 +104,7 @@ def remote_faults(
         "freeze": Fault("", cameras, _setting("frozen", _no_argument, False)),
         "press": Fault("", switch, _setting("pressed", _no_argument, False)),
         "repeat": Fault("", switch, _setting("hung", _no_argument, False)),
+        "slider": Fault("PERMILLE|gone", switch, _setting("slider", _slider)),
         "piezo": _of_parts(piezos, "saturated", "clipped", "cut", "loose"),
     }
 
@@ -173,6 +177,14 @@ def _permille(text: str) -> int:
     if not -DRIVE_FULL <= permille <= DRIVE_FULL:
         raise ValueError(f"{permille} is not within -{DRIVE_FULL}..{DRIVE_FULL}")
     return permille
+
+
+def _slider(text: str) -> int:
+    if text == "gone":
+        return GONE
+    if not text.isascii() or not text.isdecimal() or not int(text) <= MOST_PERMILLE:
+        raise ValueError(f"{text!r} is neither gone nor a whole number of thousandths, 0 to {MOST_PERMILLE}")
+    return int(text)
 
 
 def _millivolt(text: str) -> int:

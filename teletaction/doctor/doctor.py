@@ -28,7 +28,7 @@ from teletaction.session.session_rates import LARGEST, taken
 
 RATE_S = 1.0
 """Time over which a device's message rate is measured, s."""
-EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2", "P1"})
+EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2", "P1", "P2"})
 """Numbers of the duties in docs/protocols.md that `exercise` checks.
 
 They show that a device obeys, moves in the right direction and releases by itself.

@@ -1,15 +1,17 @@
 """The driver of the patient's stop switch at its emulator: anything but fresh closed reports shows."""
 
+import math
 from collections.abc import Callable
 
 import pytest
 
+from common.buses.serial_messages import SLIDER_FULL
 from common.faults.fault import FaultCode
 from common.limits import SWITCH_HOLD_S, SWITCH_LOST_S, SWITCH_SILENCE_S
 from remote_site.devices.patient_switch import PatientSwitch as Driver
 from remote_site.safety.patient_stop import SwitchReading, patient_stop
 from sim_sensors.devices.breakable_parts import Babble
-from sim_sensors.devices.patient_switch import RATE_HZ
+from sim_sensors.devices.patient_switch import GONE, RATE_HZ
 from sim_sensors.devices.patient_switch import PatientSwitch as Emulator
 from teletaction.testbed.memory_lines import MemoryLine
 from teletaction.testbed.memory_wiring import MemoryWiring
@@ -160,3 +162,21 @@ def test_the_slider_is_read_and_an_old_answer_is_unknown(line: Line) -> None:
 def test_pain_is_no_press(line: Line) -> None:
     line.emulator.pain = 1.0
     assert not any(stops(reading) for reading in line.run(1.0))
+
+
+def test_a_slider_that_is_no_longer_reported_is_unknown_and_no_press(line: Line) -> None:
+    line.emulator.pain = 0.42
+    line.run(0.1)
+    line.emulator.slider = GONE
+    assert not any(stops(reading) for reading in line.run(0.1))
+    reading = line.driver.pain_reading(line.t_s)
+    assert reading is not None
+    assert math.isnan(reading)
+    line.emulator.slider = None
+    line.run(0.1)
+    assert line.driver.pain_reading(line.t_s) == pytest.approx(4.2)
+
+
+def test_a_slider_beyond_its_end_counts_as_a_press(line: Line) -> None:
+    line.emulator.slider = SLIDER_FULL + 1
+    assert line.until(lambda reading: reading.wrong == "sends wrong frames") <= REPORT_S + DT_S

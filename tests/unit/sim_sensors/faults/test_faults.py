@@ -30,6 +30,7 @@ WRONG_WORDS = {
     "damage": ["can", "can crc", "can crc 0", "can crc 1.1", "can crc nan", "can bits 0.5"],
     "stuck": ["index", "index full", "index 1001", "index nan"],
     "thermistor": ["index", "index wet", "thumb open"],
+    "slider": ["", "half", "-1", "65536"],
     "hang": ["", "0", "-1", "nan", "1e9"],
     "mend": ["nose", "unplug index tacttip"],
     "water": ["", "thumb", "index off"],

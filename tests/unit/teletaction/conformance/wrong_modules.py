@@ -212,3 +212,12 @@ def pressed() -> VirtualModule:
 
 
 WRONG_MODULES.append(("P1", pressed))
+
+
+def slider_is_not_at_0() -> VirtualModule:
+    switch = PatientSwitch(BORN_S)
+    switch.pain = 0.3
+    return VirtualModule(switch)
+
+
+WRONG_MODULES.append(("P2", slider_is_not_at_0))
