@@ -180,7 +180,13 @@ class RemoteDevices:
                     hang=self.hang,
                 ),
                 **remote_faults(
-                    self.robot, self.servos, self.force_sensors, self.piezos, self.patient_switch, self.camera
+                    self.robot,
+                    self.servos,
+                    self.force_sensors,
+                    self.piezos,
+                    self.world,
+                    self.patient_switch,
+                    self.camera,
                 ),
             }
         )

@@ -19,6 +19,7 @@ from operator_site.console.alarms.alarm_rules import Surroundings, causes, cause
 from operator_site.console.alarms.alarms import Alarms
 from operator_site.console.examination.examination import Examination
 from operator_site.console.map.lump_search import NOTHING, Searched
+from operator_site.console.map.patient_shift import PatientShift
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.state.calm_answers import CalmAnswers
 from operator_site.console.state.fingers_now import FingersNow
@@ -57,6 +58,7 @@ class Console:
         consented: what the patient agrees to have recorded, by the configuration; empty where nobody has asked.
         calm: the last sure answer of each finger, for the pages.
         searched: lumps on the map and the next place to press, from a search every few seconds.
+        shift: whether the patient has moved under the map.
         pain: presses with the patient's answers.
         tenderness: the most tender place, from a search every few seconds.
         damaged: number of unreadable messages, which are dropped.
@@ -71,6 +73,7 @@ class Console:
     signals: Signals = field(default_factory=Signals)
     tactile_map: TactileMap = field(default_factory=TactileMap)
     searched: Searched = NOTHING
+    shift: PatientShift = field(default_factory=PatientShift)
     pain: PainPresses = field(default_factory=PainPresses)
     tenderness: Tenderness = NOT_SEARCHED
     alarms: Alarms = field(default_factory=Alarms)
@@ -131,6 +134,8 @@ class Console:
         self.site.link.take_touch(t_s, touch)
         self.signals.take(t_s, "contact_n", [[row.contact_force_n for row in rows]])
         self.tactile_map.add(t_s, rows, touch.summaries)
+        if (movement := self.shift.step(t_s, rows)) is not None:
+            self.tactile_map.moved_s = movement.since_s
         self.pain.take_touch(t_s, rows)
 
     def _rendered(self, t_s: float, row: Rendered) -> None:
@@ -160,6 +165,7 @@ class Console:
         """Begin the map of another examination."""
         self.tactile_map = TactileMap(self.site.roughness_um)
         self.searched = NOTHING
+        self.shift = PatientShift()
         self._forget_pain()
         self.map_number += 1
 

@@ -143,6 +143,8 @@ NO_SITE = "There is no operator site."
 SITE_SILENT = "The operator site does not answer."
 FORCE_LIMITED = "Force limited to {limit_n:.1f} N by the patient's threshold."
 NOT_KNOWN_YET = "not known yet"
+MOVED = "Patient moved by about {by_mm:.0f} mm {way} the hand. Hatched: felt before."
+TURNED = "Patient turned or moved sideways. Hatched: felt before."
 ALIKE = ", or all places alike"
 TENDER_NOT_HERE = "not the most tender place ({most_tender})"
 PAIN_NOT_AGREED = "The patient has not agreed to have pain recorded."
@@ -392,6 +394,13 @@ def ended(
 def place(value: str, touches: int, ago_s: float, contrast: str) -> str:
     """Return a value at a place, its contrast if known, its number of touches and the time since the last one, s."""
     return f"{value}{contrast and f', {contrast}'}, {count(touches, 'touch')}, {ago_s:.0f} s ago"
+
+
+def moved(by_m: float | None) -> str:
+    """Return that the patient has moved along the normal, m, positive towards the hand; None for another way."""
+    if by_m is None:
+        return TURNED
+    return MOVED.format(by_mm=1e3 * abs(by_m), way="towards" if by_m > 0.0 else "away from")
 
 
 def most_tender(place_mm: tuple[float, float, float] | None, threshold_n: float | None, *, alike: bool = False) -> str:

@@ -20,6 +20,7 @@ from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.faults.faults import End, Fault
 from sim_sensors.physics.finger_plate import FingerPlates
+from sim_sensors.physics.remote_world import RemoteWorld
 from sim_sensors.ports.camera_server import CameraServer
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.node_bus import NodeBus
@@ -30,6 +31,8 @@ LONGEST_HANG_S = 60.0
 """Longest hang of a process, s."""
 MOST_N = 10.0
 """Largest force of a stuck drive of the exoskeleton, N."""
+FARTHEST_MM = 50.0
+"""Longest movement of the patient along one axis, mm."""
 MOST_PERMILLE = 65535
 """Largest number that a report has for the pain slider; 1000 is its end."""
 
@@ -80,6 +83,7 @@ def remote_faults(
     servos: Servos,
     force_sensors: Mapping[Finger, ForceSensor],
     piezos: Mapping[Finger, Piezo],
+    world: RemoteWorld,
     patient_switch: PatientSwitch | None = None,
     camera: CameraServer | None = None,
 ) -> Kinds:
@@ -90,6 +94,7 @@ def remote_faults(
         servos: its drives; one or all can ignore the set-points.
         force_sensors: its force sensors by finger.
         piezos: piezo elements of the texture sensors by finger.
+        world: the patient in it can move.
         patient_switch: the patient's stop switch; the patient can press it, it can repeat its last report, and its
             slider can be stuck, out of range, or gone.
         camera: the camera; it can stay connected and send nothing.
@@ -104,6 +109,7 @@ def remote_faults(
         "freeze": Fault("", cameras, _setting("frozen", _no_argument, False)),
         "press": Fault("", switch, _setting("pressed", _no_argument, False)),
         "repeat": Fault("", switch, _setting("hung", _no_argument, False)),
+        "shift": Fault("X Y Z in mm", {"": world}, _shift),
         "slider": Fault("PERMILLE|gone", switch, _setting("slider", _slider)),
         "piezo": _of_parts(piezos, "saturated", "clipped", "cut", "loose"),
     }
@@ -238,6 +244,14 @@ def _disobey(target: tuple[Servos, int | None], text: str) -> End:
         raise ValueError(f"{text!r} is not drift")
     servos.disobey(DRIFT_M_S if text else 0.0)
     return servos.mend
+
+
+def _shift(world: RemoteWorld, text: str) -> End:
+    numbers = [_number(word) for word in text.split()]
+    if len(numbers) != 3 or not all(abs(number) <= FARTHEST_MM for number in numbers):
+        raise ValueError(f"{text!r} are not three numbers of millimetres, each within {FARTHEST_MM:g}")
+    world.shift_m = (1e-3 * numbers[0], 1e-3 * numbers[1], 1e-3 * numbers[2])
+    return partial(setattr, world, "shift_m", (0.0, 0.0, 0.0))
 
 
 def _hang(hang: Hang, text: str) -> None:

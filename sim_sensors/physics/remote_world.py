@@ -102,6 +102,8 @@ class RemoteWorld:
         self._ground = PlateTravel()
         self._thermal_due_s = 0.0
         self._velocity = (0.0, 0.0)
+        self.shift_m = (0.0, 0.0, 0.0)
+        """Movement of the objects with the patient along x, y and z, m; the relief of their surface stays."""
         self.time_s = 0.0
         self.x_m = 0.0
         self.y_m = 0.0
@@ -200,19 +202,22 @@ class RemoteWorld:
     def _move_fingers(self, dt_s: float, heights: list[float]) -> None:
         """Move the fingers that take part, and give the texture sensors their present state."""
         bench, belows, moved = self.bench, self._below, False
+        dx_m, dy_m, dz_m = self.shift_m
+        x_m = self.x_m - dx_m
         for finger in self._fingers:
             tip, before = self._tips[finger], belows[finger]
-            index = bench.find(self.x_m, self.y_m + FINGER_Y_M[finger], before)
+            y_m = self.y_m + FINGER_Y_M[finger] - dy_m
+            index = bench.find(x_m, y_m, before)
             if index != before:
                 belows[finger], moved = index, True
             if index == _FREE:
                 tip.step(dt_s, heights[finger], 0.0, 0.0)
             elif (bed := bench.objects[index].bed) is not None:
-                y_m = self.y_m + FINGER_Y_M[finger]
-                tip.step(dt_s, heights[finger], *bed.under(self.time_s, self.x_m, y_m, tip.z_m, self._velocity))
+                surface_m, stiffness_n_m = bed.under(self.time_s, x_m, y_m, tip.z_m - dz_m, self._velocity)
+                tip.step(dt_s, heights[finger], surface_m + dz_m, stiffness_n_m)
             else:
                 below = bench.objects[index]
-                tip.step(dt_s, heights[finger], below.surface_z_m, below.stiffness_n_m)
+                tip.step(dt_s, heights[finger], below.surface_z_m + dz_m, below.stiffness_n_m)
             touched = index if tip.force_n > 0.0 else _FREE
             if touched != self._touched[finger]:
                 self._change_object(finger, touched)

@@ -18,6 +18,7 @@ from common.recording.recorded_row import Finite, Whole
 from common.tenderness.patient_row import read_patient
 from common.wire.messages import Touch
 from operator_site.console.camera.camera_picture import Picture
+from operator_site.console.map.patient_shift import Movement, PatientShift
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.tenderness.pain_presses import PainPresses
 from operator_site.console.tenderness.tender_search import Tenderness, search_tenderness
@@ -71,6 +72,7 @@ class Examination:
         acts: requests of the users in order, by time, page and verb; `ok` is None for an unanswered request.
         alarms: last record of each alarm.
         felt: the tactile map.
+        movements: movements of the patient under the map, oldest first.
         pain: presses with the patient's answers; empty without consent to record pain.
         sequences: sequence number of each touch packet.
         clock: offset, uncertainty and round trip, s, 20 times a second.
@@ -90,7 +92,9 @@ class Examination:
     acts: dict[tuple[float, str | None, str], dict[str, Any]] = field(default_factory=dict)
     alarms: dict[tuple[str, float], dict[str, Any]] = field(default_factory=dict)
     felt: TactileMap = field(default_factory=TactileMap)
+    movements: list[Movement] = field(default_factory=list)
     pain: PainPresses = field(default_factory=lambda: PainPresses(math.inf))
+    _shift: PatientShift = field(default_factory=PatientShift)
     sequences: list[int] = field(default_factory=list)
     clock: list[tuple[float, float, float]] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
@@ -156,6 +160,9 @@ class Examination:
             rows = touch.rows
             self.felt.add(t_s, rows, touch.summaries)
             self.pain.take_touch(t_s, rows)
+            if (movement := self._shift.step(t_s, rows)) is not None:
+                self.movements.append(movement)
+                self.felt.moved_s = movement.since_s
             return
         if stream == "remote/patient":
             self.pain.take_answer(t_s, read_patient(payload).pain, polled=False)
@@ -184,6 +191,7 @@ class Examination:
             # As at the console, a further examination starts with an empty map and no findings.
             if self.begun:
                 self.felt, self.pain = TactileMap(), PainPresses(math.inf)
+                self.movements, self._shift = [], PatientShift()
             self.begun, self.ended_s, self.findings = entry, None, {}
         else:
             self.ended_s = entry["at_s"]

@@ -10,6 +10,7 @@ import htpy as h
 from htpy import Element, Node
 from markupsafe import Markup
 
+from operator_site.console import texts
 from operator_site.console.examination.body import body_mark, body_svg
 from operator_site.console.examination.contrast import CONFIDENCES, contrast_of
 from operator_site.console.examination.findings import QUANTITY, value_text
@@ -81,7 +82,7 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
         h.h3["Findings"],
         findings_table(examination),
         h.h3["Completeness"],
-        h.p[f"{_completeness(examination)} {reached(session)}"],
+        h.p[f"{_completeness(examination)} {_moved(examination)}{reached(session)}"],
         _TO_FILL_IN,
     ]
 
@@ -253,6 +254,17 @@ def _completeness(examination: Examination) -> str:
     return f"Felt within the explored outline: {', '.join(shares)}."
 
 
+def _moved(examination: Examination) -> str:
+    """Return the movements of the patient, each with the time since the examination's begin, in sentences."""
+    began_s = examination.begun.get("at_s")
+    said = ""
+    for movement in examination.movements:
+        since_s = None if began_s is None else movement.since_s - float(began_s)
+        after = "" if since_s is None else f"After {_minutes(since_s)}: "
+        said += f"{after}{texts.moved(movement.by_m)} "
+    return said
+
+
 def _first_quantity(examination: Examination) -> str | None:
     """Return the quantity of most findings; without findings, the quantity felt on the largest area."""
     about = [QUANTITY[kind] for f in examination.valid_findings() if (kind := str(f.get("kind"))) in QUANTITY]
@@ -273,6 +285,10 @@ def _duration(examination: Examination, seconds: float | None) -> str:
         seconds = examination.ended_s - float(began_s)
     if seconds is None or not math.isfinite(seconds):
         return "–"
+    return _minutes(seconds)
+
+
+def _minutes(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch, Polygon
+from matplotlib.patches import Patch, Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -17,7 +17,7 @@ from operator_site.console.map import colours
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import MapPicture, picture
 from operator_site.console.map.roughness_shown import LEVEL_0_V, LEVEL_10_V, roughness_shown
-from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, TactileMap
+from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, STALE_M, TactileMap
 
 Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]
@@ -151,6 +151,15 @@ def scale_ticks(quantity: str, legend: tuple[float, float]) -> list[float]:
     return [step for step in steps if low * 0.999 <= step <= high * 1.001]
 
 
+def draw_stale(axes: Axes, tactile_map: TactileMap) -> None:
+    """Hatch the squares that were felt before the patient has moved, and not since."""
+    for x_m, y_m in tactile_map.stale():
+        place, side = (1e3 * x_m, 1e3 * y_m), 1e3 * STALE_M
+        axes.add_patch(
+            Rectangle(place, side, side, facecolor="none", edgecolor="#000000", hatch="\\\\\\", linewidth=0.0)
+        )
+
+
 def draw_findings(axes: Axes, findings: Iterable[Mapping[str, Any]]) -> None:
     """Draw each finding's number beside its place."""
     for finding in findings:
@@ -208,6 +217,7 @@ def map_figure(
     map_in = (width_in - _LEFT_IN - _RIGHT_IN) * (high - low) / (right - left)
     figure, axes = _one_map((width_in, min(highest_in, _BELOW_IN + _ABOVE_IN + max(_LOWEST_IN, map_in))))
     draw_map(axes, tactile_map, quantity, shown)
+    draw_stale(axes, tactile_map)
     axes.set(**bounds)
     draw_lumps(axes, lumps)
     draw_findings(axes, findings)
@@ -224,6 +234,7 @@ def cutout_figure(tactile_map: TactileMap, quantity: str, finding: Mapping[str, 
         return None
     figure, axes = _one_map((4.0, 3.3))
     draw_map(axes, tactile_map, quantity, shown)
+    draw_stale(axes, tactile_map)
     x, y, half = 1e3 * float(finding["x_m"]), 1e3 * float(finding["y_m"]), 500.0 * width_m
     axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
     draw_findings(axes, [finding])

@@ -144,7 +144,7 @@ BASE: dict[str, Any] = {
             "legend": {"temperature": [30.0, 36.0], "roughness": [0.01, 1.0], "stiffness": [100.0, 10000.0],
                        "material": [0, 5]},
             "materials": MATERIALS, "sides": {"top": "head", "right": "left"},
-            "lumps": [], "next_mm": None, "roughness_um": None,
+            "lumps": [], "next_mm": None, "moved": None, "stale_mm": [], "roughness_um": None,
             "felt_mm": [-70.0, -48.0, 95.0, 48.0],
             "felt_cells": {"temperature": 12_000, "roughness": 12_000, "stiffness": 12_000, "material": 12_000}},
     "camera": None,
@@ -320,7 +320,20 @@ def painful() -> Scenario:
         "limit": "Force limited to 2.1 N by the patient's threshold.",
         "ends": "Remote side asks patient, then: teletaction session restore-force.",
         "reports": [[20.0, 10.0, 2.6, 6.0]],
+        "tender": {
+            "text": "Most tender near x 14 y 4 mm, ± 3 mm; pain from about 2.1 N; reaction about 0.6 s.",
+            "circle": [14.0, 4.0, 7.4],
+        },
+        "agreed": True,
     }
+    return scenario
+
+
+def shifted() -> Scenario:
+    """The patient has moved under the map; its left part was felt before."""
+    scenario = engaged()
+    scenario.state["map"]["moved"] = "Patient moved by about 5 mm towards the hand. Hatched: felt before."
+    scenario.state["map"]["stale_mm"] = [[x, y] for x in range(-70, 10, 4) for y in range(-44, 44, 4)]
     return scenario
 
 
@@ -490,8 +503,8 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, painful, lost, ambiguous,
-        unknown, cannot_identify, paused,
+        disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, painful, shifted, lost,
+        ambiguous, unknown, cannot_identify, paused,
         fault, stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip

@@ -14,8 +14,25 @@ def test_pain_and_the_force_limit_are_shown_with_the_act_that_ends_it(open_page:
         "Pain 6.0 of 10, 0.2 s old",
         "Force limited to 2.1 N by the patient's threshold.",
         "Remote side asks patient, then: teletaction session restore-force.",
+        "Most tender near x 14 y 4 mm, ± 3 mm; pain from about 2.1 N; reaction about 0.6 s.",
     ]
 
 
 def test_without_a_slider_there_is_no_line(open_page: Open) -> None:
     assert open_page("engaged").is_hidden("#patient")
+
+
+def test_a_tender_finding_is_offered_only_with_the_patients_consent(open_page: Open) -> None:
+    for name, offered in (("engaged", False), ("painful", True)):
+        page = open_page(name)
+        page.keyboard.press("f")
+        page.wait_for_selector("#marking:not([hidden])")
+        assert page.is_visible("#kinds button:has-text('tender')") == offered
+        page.keyboard.press("7")
+        pressed = page.locator("#kinds button:has-text('tender')").get_attribute("aria-pressed")
+        assert (pressed == "true") == offered
+
+
+def test_a_movement_of_the_patient_is_said(open_page: Open) -> None:
+    page = open_page("shifted")
+    page.wait_for_selector("#patient:has-text('Patient moved by about 5 mm towards the hand.')")

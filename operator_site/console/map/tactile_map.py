@@ -38,6 +38,10 @@ CENTRED_BY = 10
 """Number of first touches whose median is the centre of the temperature scale; later touches do not move it."""
 BESIDE_M, AROUND_M = 0.010, 0.030
 """Inner and outer radius of the surroundings of a place, m."""
+STALE_M = 0.004
+"""Side of the squares that are marked as felt before the patient has moved, m."""
+_STALE_EVERY = 20
+"""Number of changes of the map after which these squares are found again."""
 STEEP_SLOPE = 0.999
 """Smallest slope of a steep surface, rise over run: 45 degrees, the largest slope of the link along either axis."""
 _FRAME_TILES = COLUMNS // TILE
@@ -78,6 +82,7 @@ class TactileMap:
         framed: revision of the newest move of the frame.
         roughness_um: scale of roughness in um of the sensors; None if they were not calibrated for it.
         felt_m: smallest x and y and largest x and y of all samples, m; None before the first one.
+        moved_s: time of the patient's newest movement, s; None without one.
     """
 
     def __init__(self, roughness_um: RoughnessUm | None = None) -> None:
@@ -100,6 +105,8 @@ class TactileMap:
         """Column and row of the tile at the frame's left and near edge."""
         self.framed = 0
         self.felt_m: tuple[float, float, float, float] | None = None
+        self.moved_s: float | None = None
+        self._stale: tuple[object, list[tuple[float, float]]] = (None, [])
         self._centre_c: float | None = None
         self._centred_by: list[tuple[tuple[int, int, int], float]] = []
 
@@ -191,6 +198,23 @@ class TactileMap:
         """Take a sample of an earlier map; later touches get other numbers than its touch."""
         self._fingers[sample.finger].count_from(sample.touch)
         self.take(sample)
+
+    def stale(self) -> list[tuple[float, float]]:
+        """Return the left near corners, m, of the squares that were felt before the patient has moved, and not since.
+
+        A square that was felt again since is not among them, although its cells hold both.
+        """
+        if self.moved_s is None:
+            return []
+        key = self.moved_s, self.revision // _STALE_EVERY
+        if self._stale[0] != key:
+            newest_s: dict[tuple[int, int], float] = {}
+            for sample in self.after(-math.inf):
+                square = math.floor(sample.x_m / STALE_M), math.floor(sample.y_m / STALE_M)
+                newest_s[square] = sample.t_s
+            old = [square for square, at_s in newest_s.items() if at_s < self.moved_s]
+            self._stale = key, [(column * STALE_M, row * STALE_M) for column, row in sorted(old)]
+        return self._stale[1]
 
     def legend(self, quantity: str) -> tuple[float, float]:
         """Return the ends of a quantity's scale, in its unit; temperature is centred at 33 C until it is measured."""

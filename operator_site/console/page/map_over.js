@@ -6,7 +6,7 @@ import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
 import { FINGER_IDS, WORDS } from "./words.js";
 
-const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, SURE = 0.9, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
+const INK = "#10151B", PAPER = "#FFFFFF", BAR_MM = 10, STALE_MM = 4, SURE = 0.9, OPPOSITE = { head: "feet", feet: "head", left: "right", right: "left" };
 
 function begin(canvas) {
   const pen = penOf(canvas);
@@ -17,6 +17,7 @@ function begin(canvas) {
 
 export function drawStill(canvas, at) {
   const pen = begin(canvas);
+  stale(pen, at);
   sides(pen, at);
   bar(pen, at);
   for (const lump of lumps()) outline(pen, at, lump);
@@ -113,6 +114,15 @@ function name(pen, at, { outline_mm, probability, at_edge, x_mm }, fingers) {
   const x = at.toX(x_mm), all = outline_mm.map(corner => at.toY(corner[1])), above = Math.min(...all) - 8;
   const taken = fingers.some(([left, top]) => Math.abs(left - x) < 60 && Math.abs(top - above) < 24);
   word(pen, `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, x, taken ? Math.max(...all) + 18 : above, 0.8);
+}
+
+// Two strokes through each square that was felt before the patient moved.
+function stale(pen, at) {
+  const squares = now.state?.map?.stale_mm ?? [];
+  if (!squares.length) return;
+  edged(pen, 1, () => {
+    for (const [x, y] of squares) for (const part of [0, STALE_MM / 2]) { pen.moveTo(at.toX(x + part), at.toY(y)); pen.lineTo(at.toX(x + part + STALE_MM / 2), at.toY(y + STALE_MM)); }
+  });
 }
 
 // The circle that holds the most tender place with a probability of 95 %.

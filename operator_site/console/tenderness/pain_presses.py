@@ -91,7 +91,7 @@ class PainPresses:
         self.reports.append(PainReport(press.x_m[finger], press.y_m[finger], threshold_n, press.answer))
 
     def settled(self, *, final: bool = False) -> Presses:
-        """Return copies of the presses with pain, and of those whose report can no longer arrive.
+        """Return copies of the presses with pain, and those whose report can no longer arrive, which stay as they are.
 
         At the end of a recording, `final`, no further report arrives.
         """
@@ -99,8 +99,11 @@ class PainPresses:
         if self._finder.open:
             waiting.append(id(self._finder.presses[-1]))
         found = [press for press in self._finder.presses if press.painful or id(press) not in waiting]
-        copies = [replace(press, time_s=[*press.time_s], force_n=[*press.force_n]) for press in found]
-        return Presses(copies, copy.copy(self._reaction))
+        return Presses([_copy(press) if press.painful else press for press in found], copy.copy(self._reaction))
+
+
+def _copy(press: Press) -> Press:
+    return replace(press, time_s=[*press.time_s], force_n=[*press.force_n])
 
 
 def quiet_places(presses: Iterable[Press]) -> list[tuple[float, float, float]]:

@@ -260,6 +260,8 @@ def _map(console: Console) -> dict[str, Any]:
             for lump in console.searched.lumps
         ],
         "next_mm": console.searched.next_mm,
+        "moved": None if console.shift.movement is None else texts.moved(console.shift.movement.by_m),
+        "stale_mm": [[round(1e3 * x_m), round(1e3 * y_m)] for x_m, y_m in tactile_map.stale()],
     }
 
 

@@ -62,6 +62,12 @@ def record(out: Path, *, console: bool = True, note: str = HOSTILE) -> Path:
     return out
 
 
+def begin_of(at_s: float) -> bytes:
+    """The record of an examination's begin."""
+    begin = {"what": "begin", "at_s": at_s, "pseudonym": "P-0419", "wall_clock": None, "who": None, "sides": {}}
+    return bytes(msgpack.packb(begin))
+
+
 def record_empty(out: Path) -> Path:
     """A session without a console, so without an examination and findings."""
     return record(out, console=False)

@@ -31,6 +31,7 @@ WRONG_WORDS = {
     "stuck": ["index", "index full", "index 1001", "index nan"],
     "thermistor": ["index", "index wet", "thumb open"],
     "slider": ["", "half", "-1", "65536"],
+    "shift": ["", "5", "0 0 51", "0 0 nan", "0 0 z"],
     "hang": ["", "0", "-1", "nan", "1e9"],
     "mend": ["nose", "unplug index tacttip"],
     "water": ["", "thumb", "index off"],
