@@ -23,8 +23,8 @@ from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.tenderness.pain_presses import PainPresses
 from operator_site.console.tenderness.tender_search import Tenderness, search_tenderness
 from operator_site.recorded_rows import Clock
-from teletaction.report.covered_picture import Pixels, covered, marked_places
-from teletaction.report.finding_stills import Still, stills
+from teletaction.report.pictures.covered_picture import Pixels, covered, marked_places
+from teletaction.report.pictures.finding_stills import Still, stills
 
 _MAPS: dict[str, Map] = {
     "operator/figures": map_of(),

@@ -22,7 +22,7 @@ from operator_site.console.model import Console
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands
-from teletaction.report.covered_picture import marked_places
+from teletaction.report.pictures.covered_picture import marked_places
 from tests.conftest import Contained
 from tests.unit.operator_site.console.fed import fed, happen
 from tests.unit.operator_site.console.page_room import BRIEF, AnsweringSite, MemoryJournal

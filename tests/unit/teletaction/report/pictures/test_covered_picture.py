@@ -15,8 +15,8 @@ from common.scenes.scene import load_scene
 from operator_site.console.camera.camera_picture import Picture
 from remote_site.camera.video_encoder import VideoEncoder
 from sim_sensors.physics.camera_view import CameraView
-from teletaction.report.covered_picture import COVER, covered, marked_places
-from teletaction.report.finding_stills import stills
+from teletaction.report.pictures.covered_picture import COVER, covered, marked_places
+from teletaction.report.pictures.finding_stills import stills
 
 WIDTH, HEIGHT = 640, 360
 Pixels = NDArray[np.float64]

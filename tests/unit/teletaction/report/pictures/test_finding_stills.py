@@ -13,7 +13,7 @@ from PIL import Image
 from common.recording.recorder import Recorder
 from operator_site.console.camera.camera_picture import Picture
 from remote_site.camera.video_encoder import VideoEncoder
-from teletaction.report.finding_stills import LATE_S, stills
+from teletaction.report.pictures.finding_stills import LATE_S, stills
 from teletaction.report.session_report import report
 from tests.unit.teletaction.recorded_examination import record_findings
 
