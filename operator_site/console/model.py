@@ -187,6 +187,12 @@ class Console:
         return tuple(not devices or name in devices for name in FINGERS)
 
     @property
+    def pain_agreed(self) -> bool:
+        """Whether the patient agrees to have pain recorded, by the remote site and by this one where it has asked."""
+        patient = self.site.patient
+        return patient is not None and patient.agreed and (not self.consented or "pain" in self.consented)
+
+    @property
     def recording(self) -> bool:
         """Whether the site records the session."""
         figures = self.site.figures

@@ -340,10 +340,9 @@ class Commands:
         """Refuse a finding of pain without the patient's consent to record it.
 
         Raises:
-            Refused: it is one, and the remote site reports no consent.
+            Refused: it is one, and a site has noted no consent.
         """
-        patient = self.console.site.patient
-        if details.get("kind") == TENDER and (patient is None or not patient.agreed):
+        if details.get("kind") == TENDER and not self.console.pain_agreed:
             raise Refused(texts.PAIN_NOT_AGREED)
 
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
@@ -411,9 +410,8 @@ class Commands:
         return values_at(self.console.tactile_map, client.quantities[0], details, now_s)
 
     async def _propose(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        patient = self.console.site.patient
-        agreed = patient is not None and patient.agreed
-        return propose_kind(self.console.tactile_map, details, self.console.tenderness if agreed else None)
+        console = self.console
+        return propose_kind(console.tactile_map, details, console.tenderness if console.pain_agreed else None)
 
     def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
         examination = self.console.examination

@@ -282,7 +282,7 @@ def _patient(console: Console, now_s: float) -> dict[str, Any] | None:
             for report in site.patient.reports
         ],
         "tender": _tender(console),
-        "agreed": site.patient.agreed,
+        "agreed": console.pain_agreed,
     }
 
 

@@ -102,6 +102,9 @@ def test_a_finding_of_pain_needs_the_patients_consent(workplace: Workplace) -> N
     assert (kept["text"], kept["compare"]) == ("tender", "most tender not known yet; pain from not known yet")
     workplace.console.take_answer(101.0, BRIEF | {"pain": 0.0, "pain_agreed": False})
     assert workplace.ask("edit", finding=1, kind="tender").text == "The patient has not agreed to have pain recorded."
+    workplace.console.take_answer(101.0, BRIEF | {"pain": 0.0, "pain_agreed": True})
+    workplace.console.consented = ("touch",)
+    assert not workplace.ask("edit", finding=1, kind="tender").ok, "the answer noted at this site counts as well"
 
 
 def test_a_finding_is_proposed_edited_withdrawn_and_brought_back(workplace: Workplace) -> None:
