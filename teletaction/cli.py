@@ -116,11 +116,20 @@ def main(arguments: list[str] | None = None) -> int:
     except (ValueError, KeyError, OSError) as error:
         if isinstance(error, BrokenPipeError):
             return 0  # The reader closed our output.
-        return _complain(str(error.args[0]) if isinstance(error, KeyError) else str(error), 2)
+        return _complain(_message(error), 2)
     except Failed as failure:
         return _complain(str(failure), 1)
     except (KeyboardInterrupt, typer.Abort):
         return 130
+
+
+def _message(error: ValueError | KeyError | OSError) -> str:
+    """Return the error for people: of a file its name and what is wrong, without the system's number."""
+    if isinstance(error, KeyError):
+        return str(error.args[0])
+    if isinstance(error, OSError) and isinstance(error.filename, str | os.PathLike) and error.filename2 is None:
+        return f"{os.fspath(error.filename)}: {error.strerror}"
+    return str(error)
 
 
 def _complain(message: str, code: int) -> int:

@@ -139,3 +139,10 @@ def test_a_thermal_trace_that_cannot_be_read_is_answered_and_so_are_the_others(
         assert str(bad) in line["reason"]
         assert expected in line["reason"]
     assert {line["status"] for line in lines if line["trace"] == str(free)} == {"no_contact"}
+
+
+@pytest.mark.parametrize("verb", ["report", "replay"])
+def test_a_file_that_is_not_there_is_named_without_the_systems_number(verb: str, tmp_path: Path) -> None:
+    absent = tmp_path / "absent.mcap"
+    said = one_line(command(verb, absent, "--out", tmp_path / "out"), 2)
+    assert said == f"teletaction: {absent}: No such file or directory"
