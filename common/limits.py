@@ -112,5 +112,7 @@ THERMAL_SAFE_S = 0.200
 """Maximum time from the last valid input until Peltier and heater drives are 0, s."""
 FROZEN_S = 0.500
 """Maximum age of a live picture of the camera, s; an older one is named, and pauses a session that needs it."""
+VOICE_AGE_S = 0.500
+"""Maximum age of a sound of the voice that is played, s; an older one is dropped, and none waits behind it."""
 MODULE_TIMEOUT_S = 0.100
 """Maximum time without a command at a device, s; after it the device turns its own outputs off."""

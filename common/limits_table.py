@@ -90,6 +90,7 @@ def _limits() -> Mapping[str, str]:
         "age of a packet": f"{limits.AGE_DEFAULT_S * 1e3:g} ms by default, at most {limits.AGE_MAX_S * 1e3:g} ms",
         "age of the camera's picture": f"{limits.FROZEN_S * 1e3:g} ms, then it is named late or frozen; the session "
         "pauses where the console's configuration requires the picture",
+        "age of a sound of the voice": f"{limits.VOICE_AGE_S * 1e3:g} ms, then it is dropped; touch is not affected",
         "from the last valid input": f"force 0 within {limits.FORCE_SAFE_S * 1e3:g} ms, "
         f"motor drive 0 within {limits.MOTOR_SAFE_S * 1e3:g} ms (below its floor within "
         f"{limits.MOTOR_STILL_S * 1e3:g} ms), Peltier and heater drive 0 within {limits.THERMAL_SAFE_S * 1e3:g} ms",

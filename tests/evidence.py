@@ -313,6 +313,16 @@ HAZARDS = (
         (),
     ),
     Hazard(
+        "an old sound of the voice passes for the present one",
+        ("VOICE_AGE_S",),
+        ("common.link.voice_end", "remote_site.voice.jitter_buffer"),
+        (
+            "tests/unit/common/link/test_voice_end.py",
+            "tests/unit/remote_site/voice/test_jitter_buffer.py",
+        ),
+        (),
+    ),
+    Hazard(
         "a device whose line is cut keeps its output",
         ("MODULE_TIMEOUT_S",),
         ("teletaction.conformance.checklist",),

@@ -18,6 +18,7 @@ from common.config.models import (
     SimOperatorConfig,
     SimRemoteConfig,
     TunnelConfig,
+    VoiceConfig,
 )
 from common.files.printable import printable
 
@@ -28,6 +29,7 @@ COMMANDS: dict[str, type[BaseModel]] = {
     "observe": ObserverConfig,
     "camera": CameraConfig,
     "patient-page": PatientPageConfig,
+    "voice": VoiceConfig,
     "rendezvous": RendezvousConfig,
     "tunnel": TunnelConfig,
     "sim-remote": SimRemoteConfig,

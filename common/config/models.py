@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from common import limits
 from common.buses.can_address import CanAddress
@@ -35,7 +35,7 @@ class RemoteLinkConfig(_Section):
     """The remote site's side of the link. Curve keys are mandatory."""
 
     bind: str = "127.0.0.1"
-    base_port: int = Field(default=5600, ge=1, le=65530)
+    base_port: int = Field(default=5600, ge=1, le=65529)
     keys: Path
     max_age_s: float = Field(default=limits.AGE_DEFAULT_S, gt=0.0, le=limits.AGE_MAX_S)
     gap_s: float = Field(default=limits.GAP_S, gt=0.0, le=limits.GAP_S)
@@ -47,7 +47,7 @@ class OperatorLinkConfig(_Section):
     """The operator site's side of the link."""
 
     host: str = "127.0.0.1"
-    base_port: int = Field(default=5600, ge=1, le=65530)
+    base_port: int = Field(default=5600, ge=1, le=65529)
     keys: Path
     remote_key: str | None = Field(default=None, min_length=KEY_LENGTH, max_length=KEY_LENGTH)
     """Public key of the remote site; by default the key that the key folder trusts under the name `remote`."""
@@ -173,6 +173,34 @@ class CameraConfig(_Section):
     log: LogForm = "text"
 
 
+def _sound_file(given: object) -> object:
+    """Return a text that names neither a tone nor a device as a path, so that it counts from the file's folder."""
+    if not isinstance(given, str) or given == "none" or given.partition(":")[0] in ("tone", "alsa"):
+        return given
+    return Path(given)
+
+
+SoundPlace = Annotated[Annotated[str, Field(min_length=1)] | Path, BeforeValidator(_sound_file)]
+"""A device such as `alsa:default`, or a sound file."""
+
+
+class VoiceConfig(_Section):
+    """The voice's process at the remote site."""
+
+    link: RemoteLinkConfig
+    """The remote site's link: the voice listens on the port of the stream `voice`, with the same keys."""
+    source: SoundPlace = "alsa:default"
+    """The microphone: a device, a sound file that is repeated, or `tone:440`."""
+    sink: SoundPlace = "alsa:default"
+    """The loudspeaker: a device, a WAV file, or `none`."""
+    desk_port: int = Field(default=5607, ge=1, le=65535)
+    """Loopback port for commands of a person at this site (`teletaction session mute-voice`)."""
+    remote: Path | None = None
+    """The remote site's configuration, whose `[consent]` holds whether sound may be recorded; by default it may not."""
+    status: Path | None = None
+    log: LogForm = "text"
+
+
 VibrationScale = Literal["speed", "intensity"]
 """Quantity in which Eq. 1 and 2 are linear: motor speed, as in the paper, or perceived intensity."""
 
@@ -216,19 +244,32 @@ class OperatorConfig(SiteConfig):
         return self
 
 
-class ConsoleCameraConfig(_Section):
-    """The camera that the console shows."""
+class _ConsoleStreamConfig(_Section):
+    """A process of the remote site that serves the console beside the session."""
 
     host: str = "127.0.0.1"
     """Host of the remote site."""
-    base_port: int = Field(default=5600, ge=1, le=65530)
+    base_port: int = Field(default=5600, ge=1, le=65529)
     """First port of the remote site's link."""
     remote_key: str | None = Field(default=None, min_length=KEY_LENGTH, max_length=KEY_LENGTH)
     """Public key of the remote site; by default the key that the key folder trusts under the name `remote`."""
+
+
+class ConsoleCameraConfig(_ConsoleStreamConfig):
+    """The camera that the console shows."""
+
     required: bool = False
     """Whether the session pauses while the picture is late or frozen."""
     record: bool = False
     """Whether the console records the picture, which needs `consent.picture`."""
+
+
+class ConsoleVoiceConfig(_ConsoleStreamConfig):
+    """The voice between the console's pages and the remote site."""
+
+    record: bool = False
+    """Whether the console records the sound of both sides, which needs `consent.voice` here and at the
+    remote site."""
 
 
 class WebConfig(_Section):
@@ -264,13 +305,15 @@ class ConsoleConfig(WebConfig):
     """The operator site's port for the console's data."""
     camera: ConsoleCameraConfig | None = None
     """The remote site's camera; by default there is none."""
+    voice: ConsoleVoiceConfig | None = None
+    """The voice of the remote site; by default there is none."""
     operator: Path | None = None
     """The operator site's configuration file, named in advice on the page."""
     record: Path | None = None
     """MCAP file of findings and actions; without it, no finding is kept."""
     recording: RecordingConfig = RecordingConfig()
     consent: ConsentConfig | None = None
-    """The patient's answer, as the remote site has it; by default nobody has asked, and no picture is recorded."""
+    """The patient's answer, as the remote site has it; by default neither picture nor sound is recorded."""
     reports: Path | None = None
     """Folder of reports, served as `/report/NAME.html`."""
     report_command: tuple[str, ...] = ()
@@ -281,11 +324,15 @@ class ConsoleConfig(WebConfig):
 
     @model_validator(mode="after")
     def _consents(self) -> "ConsoleConfig":
-        if self.camera is not None and self.camera.record and not (self.consent and self.consent.picture):
-            raise ValueError(
-                "camera.record is true, but no consent to pictures is noted: ask the patient and note the answer in "
-                "[consent], or remove camera.record"
-            )
+        for name, stream, what, agreed in (
+            ("camera", self.camera, "pictures", self.consent and self.consent.picture),
+            ("voice", self.voice, "sound", self.consent and self.consent.voice),
+        ):
+            if stream is not None and stream.record and not agreed:
+                raise ValueError(
+                    f"{name}.record is true, but no consent to {what} is noted: ask the patient and note the answer in "
+                    f"[consent], or remove {name}.record"
+                )
         return self
 
 
@@ -334,7 +381,7 @@ class TunnelConfig(_Section):
     """File with the room's secret."""
     site_host: str = "127.0.0.1"
     """Address of the site: the remote site is reached there, the operator site connects there."""
-    base_port: int = Field(default=5600, ge=1, le=65530)
+    base_port: int = Field(default=5600, ge=1, le=65529)
     """First port of the link at that address."""
     status: Path | None = None
     log: LogForm = "text"
@@ -397,9 +444,9 @@ class SimNetworkConfig(_Section):
     network: str
     """Name of a network shipped with the program, or a path that ends in `.toml` or `.csv`."""
     bind: str = "127.0.0.1"
-    base_port: int = Field(ge=1, le=65530)
+    base_port: int = Field(ge=1, le=65529)
     to_host: str = "127.0.0.1"
-    to_base_port: int = Field(default=5600, ge=1, le=65530)
+    to_base_port: int = Field(default=5600, ge=1, le=65529)
     seed: int = Field(default=0, ge=0)
     wait_for_start: bool = False
     """Start the network's timetable at the command `start` on the fault port instead of at the process's start."""

@@ -32,6 +32,7 @@ _TYPES = {
     ".woff2": "font/woff2",
 }
 
+_PERMISSIONS = "camera=(), display-capture=(), geolocation=(), microphone={}, serial=(), usb=()"
 ServeRequest = Callable[[Request], Awaitable[Response]]
 ServeWebSocket = Callable[[WebSocket, Visitor], Awaitable[None]]
 
@@ -39,14 +40,15 @@ ServeWebSocket = Callable[[WebSocket, Visitor], Awaitable[None]]
 class GuardedPage:
     """Serves `index.html` at `/`, the other files of its folder at `/page/NAME`, and websockets."""
 
-    def __init__(self, access: Access, folder: Path) -> None:
-        """Serve the files of `folder` to the visitors of `access`."""
+    def __init__(self, access: Access, folder: Path, *, microphone: bool = False) -> None:
+        """Serve the files of `folder` to the visitors of `access`; its scripts may use the `microphone`, or not."""
         self._access, self._folder = access, folder
+        self._headers = {**_HEADERS, "permissions-policy": _PERMISSIONS.format("(self)" if microphone else "()")}
 
     def application(self, *routes: BaseRoute) -> Starlette:
         """Return the web application of the page with further routes."""
         app = Starlette(routes=[Route("/", self._index), Route("/page/{name}", self.guarded(self._file)), *routes])
-        app.add_middleware(_Headers)
+        app.add_middleware(_Headers, headers=self._headers)
         return app
 
     def guarded(self, serve: ServeRequest) -> ServeRequest:
@@ -109,8 +111,8 @@ def file_response(path: Path | None) -> Response:
 class _Headers:
     """Adds the common headers to every answer."""
 
-    def __init__(self, app: ASGIApp):
-        self._app = app
+    def __init__(self, app: ASGIApp, headers: dict[str, str]):
+        self._app, self._headers = app, headers
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
@@ -118,7 +120,7 @@ class _Headers:
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 given = {name.lower() for name, _ in message["headers"]}
-                ours = [(k.encode(), v.encode()) for k, v in _HEADERS.items() if k.encode() not in given]
+                ours = [(k.encode(), v.encode()) for k, v in self._headers.items() if k.encode() not in given]
                 message = {**message, "headers": [*message["headers"], *ours]}
             await send(message)
 

@@ -11,8 +11,8 @@ LONGEST_REFUSAL = 400
 """Maximum length of an answer's reason, characters."""
 DESK_REQUESTS = ("attend", "clutch", "scale")
 """Requests that only the local control of the operator site takes."""
-REMOTE_DESK_REQUESTS = ("restore_force",)
-"""Requests that only the local control of the remote site takes."""
+REMOTE_DESK_REQUESTS = ("restore_force", "mute_voice", "unmute_voice")
+"""Requests that only a local control at the remote site takes: the site's, or the voice's."""
 REQUESTS = (
     *("hello", "status", "engage", "disengage", "estop", "clear_fault", "annotate"),
     *(*DESK_REQUESTS, *REMOTE_DESK_REQUESTS, "goodbye"),

@@ -52,6 +52,7 @@ STREAMS = {
         # The same packets as touch, on a separate socket: disconnecting an observer does not disturb the operator.
         Stream("observed", Direction.TO_OBSERVERS, 500.0, latest_only=True, port=4, recorded=False),
         Stream("camera", Direction.BOTH, 0.0, latest_only=False, port=5, recorded=False, process="camera"),
+        Stream("voice", Direction.BOTH, 0.0, latest_only=False, port=6, recorded=False, process="voice"),
     )
 }
 SITE_STREAMS = {name: stream for name, stream in STREAMS.items() if stream.process == "site"}

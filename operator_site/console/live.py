@@ -28,10 +28,13 @@ from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.state.site_time import SiteTime
 from operator_site.console.state.wall_clock import WallClock
 from operator_site.console.tenderness.tender_search import NOT_SEARCHED, search_tenderness
+from operator_site.console.voice.voice import Voice
+from operator_site.console.voice.voice_sound import VoiceSound
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands, SiteControl
 from operator_site.console.web.page_state import page_state
 from operator_site.console.web.pages import Pages
+from operator_site.console.web.voice_pages import VoicePages
 from operator_site.session.console_feed import BATCH_S, FeedSource
 
 log = logging.getLogger(__name__)
@@ -59,6 +62,7 @@ class LiveConsole:
         journal: Journal,
         clock_s: Callable[[], float] = time.monotonic,
         camera: Camera | None = None,
+        voice: Voice | None = None,
     ):
         """Show the site that feeds `feed`.
 
@@ -69,6 +73,7 @@ class LiveConsole:
             journal: records actions and findings; an unfinished examination in it is continued.
             clock_s: this machine's monotonic clock, s.
             camera: the remote site's camera; None without one.
+            voice: the voice of the remote site; None without one.
         """
         self._feed, self._site, self._journal, self._clock_s = feed, site, journal, clock_s
         self.console = Console()
@@ -81,6 +86,8 @@ class LiveConsole:
         self.pages = Pages(self._commands, self._site_s, clock_s)
         self.camera_pages = CameraPages(self.pages.contain, clock_s)
         self._camera, self._seen_s = camera, -math.inf
+        self._voice = voice
+        self.voice_pages = VoicePages(self.pages.contain, lambda: self.pages.control.holder, self._say, clock_s)
         self._records_pictures = config.camera is not None and config.camera.record
         self._resume(self._journal.unfinished)
         self._operator = "operator.toml" if config.operator is None else str(config.operator)
@@ -102,6 +109,9 @@ class LiveConsole:
         if self._camera is not None:
             with self.pages.contain.step("camera", latches=False):
                 self._see(self._camera, now_s)
+        if self._voice is not None:
+            with self.pages.contain.step("voice", latches=False):
+                self._listen(self._voice)
         stopping = self.console.site.stop_asked_s is not None and None in self.console.site.stop_after_s.values()
         if not self._answering and self._attend(here_s, _STOPPING_S if stopping else None):
             self._report_presence()
@@ -135,18 +145,44 @@ class LiveConsole:
         site = self.console.site
         touch_age_s = max(site.link.largest_age_s(self._seen_s), site.gap_s or 0.0)
         self._seen_s = now_s
-        if site.link.clock is not None:
-            offset_ns, uncertainty_ns = site.link.clock
-            camera.site_clock = offset_ns + round(self._time.ahead_s * 1e9), uncertainty_ns
+        camera.clock.site = self._site_clock
         for taken in camera.step(site.session, touch_age_s, wants_key=self.camera_pages.wants_key):
             picture = replace(taken, captured_s=taken.captured_s + self._time.ahead_s)
             self.camera_pages.show(picture)
             if self._records_pictures:
-                self._journal.write_picture(now_s, picture.record())
+                self._journal.write_media("console/camera", now_s, picture.record())
         now = camera.now
         self.console.around = replace(self.console.around, camera=now)
         if now.holds:
             self._commands.pause(now_s, texts.camera(now.seen, now.age_s, pauses=True))
+
+    def _listen(self, voice: Voice) -> None:
+        """Relay and record the arrived sounds, and show what is heard at both ends."""
+        voice.clock.site = self._site_clock
+        for sound in voice.step(self.console.site.session, self.voice_pages.talk):
+            self._relay(voice, sound)
+        self.console.around = replace(self.console.around, voice=voice.now)
+
+    def _say(self, sound: VoiceSound) -> None:
+        """Send a sound of the page in control to the remote site, and record it."""
+        if self._voice is not None and self._voice.say(sound):
+            self._relay(self._voice, sound)
+
+    def _relay(self, voice: Voice, taken: VoiceSound) -> None:
+        """Give a sound of the remote site to the pages, and record one of either side where both sides agree."""
+        sound = replace(taken, captured_s=taken.captured_s + self._time.ahead_s)
+        if sound.direction == "from_remote":
+            self.voice_pages.show(sound)
+        if voice.now.recorded:
+            self._journal.write_media("console/voice", self._site_s(), sound.record())
+
+    @property
+    def _site_clock(self) -> tuple[int, int] | None:
+        """Offset of the remote site's clock from this machine's and its uncertainty, ns; None while it is unknown."""
+        if self.console.site.link.clock is None:
+            return None
+        offset_ns, uncertainty_ns = self.console.site.link.clock
+        return offset_ns + round(self._time.ahead_s * 1e9), uncertainty_ns
 
     def _resume(self, before: Unfinished) -> None:
         """Continue the unfinished examination of an earlier run, or show that this is not possible."""
@@ -190,6 +226,7 @@ class LiveConsole:
             "damaged": self.console.damaged,
             "unsaved": self._journal.unsaved,
             **({} if self._camera is None else self._camera.figures()),
+            **({} if self._voice is None else self._voice.figures()),
         }
 
     def _shown(self, now_s: float) -> dict[str, Any]:

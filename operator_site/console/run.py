@@ -6,19 +6,22 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 
 from common.config.file import to_toml
-from common.config.models import ConsoleCameraConfig, ConsoleConfig, OperatorLinkConfig
+from common.config.models import ConsoleCameraConfig, ConsoleConfig, ConsoleVoiceConfig, OperatorLinkConfig
 from common.link.keys import KeyPair, fingerprint, load_keys
 from common.privacy.key_variable import given_key
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.web.access import Access
 from common.web.page_server import address_of, bound, serve_page
+from common.wire.camera_messages import MAX_PICTURE
+from common.wire.packets import MAX_PACKET
 from operator_site.console.camera.camera import Camera
-from operator_site.console.camera.camera_socket import CameraSocket
 from operator_site.console.examination.journal import Journal
 from operator_site.console.live import LiveConsole
 from operator_site.console.local_control import LocalControlClient
 from operator_site.console.playback.player import PlayedConsole
+from operator_site.console.stream_socket import StreamSocket
+from operator_site.console.voice.voice import Voice
 from operator_site.console.web.server import application
 from operator_site.session.console_feed import FeedReader
 from operator_site.session.remote_key import remote_public_key
@@ -50,16 +53,28 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
         metadata = {"configuration": to_toml(config), "key": fingerprint(keys.public)}
         journal = Journal(config.record, metadata, encrypt_for)
         opened.callback(journal.close)
-        camera = None if config.camera is None else opened.enter_context(closing(_camera(config, config.camera, keys)))
-        _serve(LiveConsole(config, feed, site, journal, camera=camera), config, access, stop, opened)
+        camera: Camera | None = None
+        voice: Voice | None = None
+        if config.camera is not None:
+            pictures = _line("camera", config, config.camera, keys, MAX_PICTURE)
+            camera = opened.enter_context(closing(Camera(pictures, required=config.camera.required)))
+        if config.voice is not None:
+            sounds = _line("voice", config, config.voice, keys)
+            record = config.voice.record and config.record is not None
+            voice = opened.enter_context(closing(Voice(sounds, record=record)))
+        _serve(LiveConsole(config, feed, site, journal, camera=camera, voice=voice), config, access, stop, opened)
 
 
-def _camera(config: ConsoleConfig, camera: ConsoleCameraConfig, keys: KeyPair) -> Camera:
-    link = OperatorLinkConfig(
-        keys=config.keys, host=camera.host, base_port=camera.base_port, remote_key=camera.remote_key
-    )
-    line = CameraSocket(camera.host, camera.base_port, keys, remote_public_key(link))
-    return Camera(line, required=camera.required)
+def _line(
+    stream: str,
+    config: ConsoleConfig,
+    far: ConsoleCameraConfig | ConsoleVoiceConfig,
+    keys: KeyPair,
+    most_bytes: int = MAX_PACKET,
+) -> StreamSocket:
+    """Return a connection with the process of the remote site that serves a stream."""
+    link = OperatorLinkConfig(keys=config.keys, host=far.host, base_port=far.base_port, remote_key=far.remote_key)
+    return StreamSocket(stream, far.host, far.base_port, keys, remote_public_key(link), most_bytes)
 
 
 def run_playback(path: Path, port: int, stop: Callable[[], bool]) -> None:
@@ -83,7 +98,7 @@ def _serve(
     socket = opened.enter_context(bound(config))
     status = StatusFile(config.status, "console")
     about = {"address": address_of(config, socket)}
-    app = application(access, shown.pages, shown.camera_pages, config.reports, lambda: {"ok": True})
+    app = application(access, shown.pages, shown.camera_pages, shown.voice_pages, config.reports, lambda: {"ok": True})
     contain = shown.pages.contain
     log.info("the page is at %s", about["address"])
 

@@ -16,11 +16,11 @@ from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.wire.camera_messages import ASK_S, MAX_PICTURE, CameraAsk, CameraState, PictureHeader
 from common.wire.packets import BadPacket
-from remote_site.camera.camera_link import CameraLink
 from remote_site.camera.picture_ladder import LEAST_HZ, PictureLadder
 from remote_site.camera.picture_readers import PictureReaders, Reader
 from remote_site.camera.video_encoder import VideoEncoder
 from remote_site.camera.video_source import Captured, VideoSource
+from remote_site.stream_server import StreamServer
 
 log = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ class Camera:
         counts: numbers of pictures sent and left out, of refused readers, and of packets that could not be read.
     """
 
-    def __init__(self, config: CameraConfig, link: CameraLink, source: VideoSource) -> None:
+    def __init__(self, config: CameraConfig, link: StreamServer, source: VideoSource) -> None:
         """Serve the pictures of `source` on `link`."""
         self._config, self._link, self._source = config, link, source
         self._ladder, self._readers = PictureLadder(), PictureReaders()
@@ -152,7 +152,7 @@ def run_camera(config: CameraConfig, stop: Callable[[], bool]) -> None:
     """
     os.nice(_NICE)
     source = VideoSource(config.source, (config.width, config.height), config.rate_hz, config.delay_s)
-    with closing(source), closing(CameraLink(config.link)) as link, Supervisor() as supervisor:
+    with closing(source), closing(StreamServer(config.link, "camera")) as link, Supervisor() as supervisor:
         camera = Camera(config, link, source)
         status = StatusFile(config.status, "camera")
         supervisor.ready()
@@ -167,7 +167,7 @@ def run_camera(config: CameraConfig, stop: Callable[[], bool]) -> None:
                 supervisor.alive(source.problem or "pictures")
 
 
-def _wait(link: CameraLink, source: VideoSource) -> None:
+def _wait(link: StreamServer, source: VideoSource) -> None:
     """Wait for a picture or a reader's packet, at most ASK_S."""
     descriptors = [source.news.fileno()]
     if link.socket is not None:

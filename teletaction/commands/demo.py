@@ -31,6 +31,9 @@ def demo(
     camera: Annotated[
         bool, typer.Option("--camera", help="Show a simulated camera at the console; needs the extra `camera`.")
     ] = False,
+    voice: Annotated[
+        bool, typer.Option("--voice", help="Let the console hear a tone from the remote site; needs the extra `voice`.")
+    ] = False,
     patient_stop: Annotated[
         float | None,
         typer.Option(min=0.0, help="Time at which the patient presses the stop switch, s, from the first movement."),
@@ -51,6 +54,7 @@ def demo(
         fingers=fingers,
         network=network,
         camera=camera,
+        voice=voice,
         patient_stop_s=patient_stop,
         out=out,
         console=not headless,

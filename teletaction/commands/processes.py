@@ -50,6 +50,20 @@ def patient_page(config: OwnConfigFile = None) -> None:
 
 
 @app.command()
+def voice(config: OwnConfigFile = None) -> None:
+    """Run the remote site's voice."""
+    from importlib.util import find_spec
+
+    if find_spec("av") is None:
+        raise ValueError("the voice needs `pip install teletaction[voice]`")
+    from common.config.models import VoiceConfig
+    from common.process import run_process
+    from remote_site.voice.voice import run_voice
+
+    run_process("voice", own_config(config, "voice"), VoiceConfig, run_voice)
+
+
+@app.command()
 def operator(config: OwnConfigFile = None) -> None:
     """Run the operator site."""
     from common.config.models import OperatorConfig

@@ -77,6 +77,24 @@ def session_restore_force(config: SiteFile = None) -> None:
     _ask_desk(config, "restore_force")
 
 
+VoiceFile = Annotated[
+    Path | None,
+    typer.Option("--config", help="TOML file of a running voice; by default voice.toml in ~/.config/teletaction."),
+]
+
+
+@app.command("mute-voice")
+def session_mute_voice(config: VoiceFile = None) -> None:
+    """Mute the remote site's microphone."""
+    _ask_voice(config, "mute_voice")
+
+
+@app.command("unmute-voice")
+def session_unmute_voice(config: VoiceFile = None) -> None:
+    """Open the remote site's microphone again."""
+    _ask_voice(config, "unmute_voice")
+
+
 @app.command("note")
 def session_note(text: str, config: SiteFile = None) -> None:
     """Write a note into the session's recording, at the operator's site."""
@@ -92,10 +110,23 @@ def _desk(config: Path | None) -> "tuple[int, KeyPair]":
 
 
 def _ask_desk(config: Path | None, verb: str, details: dict[str, object] | None = None) -> dict[str, object]:
+    return _ask(_desk(config), verb, details)
+
+
+def _ask_voice(config: Path | None, verb: str) -> None:
+    from common.config.file import load_config
+    from common.config.models import VoiceConfig
+    from common.link.keys import load_keys
+
+    voice = load_config(own_config(config, "voice"), VoiceConfig)
+    _ask((voice.desk_port, load_keys(voice.link.keys)), verb)
+
+
+def _ask(desk: "tuple[int, KeyPair]", verb: str, details: dict[str, object] | None = None) -> dict[str, object]:
     from common.link.local_control import ask_desk
     from common.link.session_state import Refused
 
     try:
-        return ask_desk(*_desk(config), verb, details)
+        return ask_desk(*desk, verb, details)
     except Refused as refusal:
         raise Failed(f"{verb}: {refusal}") from None

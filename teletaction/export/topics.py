@@ -26,6 +26,7 @@ from common.wire.messages import (
 from common.wire.touch_summary import TouchSummary
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.examination.journal import SCHEMAS as CONSOLE_STREAMS
+from operator_site.console.voice.voice_sound import VoiceSound
 from operator_site.coupling.coupling import Coupling
 from operator_site.recorded_rows import Clock, Played, Rendered, RenderingInput, Skin
 from remote_site.devices.sensor_frame import SensorFrame
@@ -215,6 +216,26 @@ _CAMERA = Topic(
         {},
     ),
 )
+
+
+def _voice(payload: bytes) -> Named:
+    named = VoiceSound.of_record(payload).record()
+    return named | {"content": len(named["content"])}
+
+
+_VOICE = Topic(
+    _voice,
+    object_schema(
+        {
+            "direction": _TEXT,
+            "sequence": {"type": "integer"},
+            "captured_s": number_schema("captured_s", meaning="operator site's clock"),
+            "uncertainty_s": number_schema("uncertainty_s"),
+            "content": {"type": "integer", "unit": "byte", "description": "size of the sound, which is left out"},
+        },
+        {},
+    ),
+)
 _FREE = Topic(_map, {"type": "object"})
 TOPICS: dict[str, Topic] = {
     "remote/motion": _MOTION,
@@ -227,5 +248,6 @@ TOPICS: dict[str, Topic] = {
     **{stream: _truth(stream, schema) for stream, schema in (OPERATOR_STREAMS | REMOTE_STREAMS).items()},
     **dict.fromkeys(CONSOLE_STREAMS, _FREE),
     "console/camera": _CAMERA,
+    "console/voice": _VOICE,
 }
 """All streams that the processes of a session record, by name."""

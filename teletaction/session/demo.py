@@ -16,7 +16,7 @@ from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal
 from common.scenes.scene import load_scene
-from teletaction.session.demo_files import CAMERA, CONSOLE, HOST, NETWORK, PROCESSES, DemoOptions, prepare
+from teletaction.session.demo_files import CAMERA, CONSOLE, HOST, NETWORK, PROCESSES, VOICE, DemoOptions, prepare
 from teletaction.session.launcher_figures import LAUNCHER, LauncherFigures
 from teletaction.session.ping import BarePing
 from teletaction.session.processes import KILLED_S, SessionProcesses
@@ -120,7 +120,7 @@ def _watch(processes: SessionProcesses, options: DemoOptions, stop: StopSignal, 
         _Failure: a process has ended, or the session did not begin in time.
         KeyboardInterrupt: it was stopped before it began.
     """
-    announced, restarts = False, {CONSOLE: Restarts(), CAMERA: Restarts()}
+    announced, restarts = False, {CONSOLE: Restarts(), CAMERA: Restarts(), VOICE: Restarts()}
     started_s: float | None = None
     begin_s = shown_s = time.monotonic()
     first: dict[str, tuple[float, float]] = {}
@@ -165,7 +165,7 @@ def _watch(processes: SessionProcesses, options: DemoOptions, stop: StopSignal, 
 
 
 def _restart(processes: SessionProcesses, name: str, restarts: Restarts, code: int, now_s: float) -> None:
-    """Restart a console or camera that has ended, after a pause; its end never ends the session."""
+    """Restart a console, camera or voice that has ended, after a pause; its end never ends the session."""
     count = restarts.count
     pause_s = restarts.ended(now_s)
     if pause_s is None:
@@ -239,7 +239,7 @@ def _output_folder(options: DemoOptions) -> Path:
             raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
-    for name in (*PROCESSES, NETWORK, CAMERA, CONSOLE):
+    for name in (*PROCESSES, NETWORK, CAMERA, VOICE, CONSOLE):
         for part in out.glob(f"{name}-*.mcap"):
             part.unlink()
         for suffix in (".json", ".mcap", ".log"):

@@ -18,6 +18,7 @@ from common.config.models import (
     CameraConfig,
     ConsoleCameraConfig,
     ConsoleConfig,
+    ConsoleVoiceConfig,
     OperatorConfig,
     OperatorLinkConfig,
     RemoteConfig,
@@ -26,6 +27,7 @@ from common.config.models import (
     SimNetworkConfig,
     SimOperatorConfig,
     SimRemoteConfig,
+    VoiceConfig,
 )
 from common.fingers import chosen_fingers
 from common.link.keys import TrustedKeys, create_keys
@@ -41,6 +43,8 @@ CONSOLE = "console"
 """Name of the further process of a session that a person runs in a browser."""
 CAMERA = "camera"
 """Name of the further process of a session with a camera."""
+VOICE = "voice"
+"""Name of the further process of a session with a voice."""
 NETWORK = "network"
 """Name of the further process of a session with a simulated network between the sites."""
 WATCHED_S = 3.0
@@ -69,6 +73,8 @@ class DemoOptions:
     """True if a person runs the session at the console; otherwise it engages by itself."""
     camera: bool = False
     """Whether the console shows a simulated camera at the remote site."""
+    voice: bool = False
+    """Whether the console hears a tone from the remote site."""
     rates: Rates = DEFAULT
     patient_switch: bool = True
     """Whether the patient has a stop switch."""
@@ -138,17 +144,32 @@ def _patient_switch(options: DemoOptions, port: int) -> tuple[dict[str, object],
     return remote, {"patient_switch": patient}
 
 
+def _beside(
+    options: DemoOptions, link: RemoteLinkConfig, source: str, *, desk_port: int, out: Path
+) -> dict[str, BaseModel]:
+    """Return the configurations of the processes beside the remote site: camera and voice."""
+    models: dict[str, BaseModel] = {}
+    if options.camera:
+        models[CAMERA] = CameraConfig(link=link, source=source, status=out / f"{CAMERA}.json")
+    if options.voice:
+        models[VOICE] = VoiceConfig(
+            link=link, source="tone:440", sink="none", desk_port=desk_port, status=out / f"{VOICE}.json"
+        )
+    return models
+
+
 def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     """Write keys and configurations of a session into `out`; return each process's configuration file.
 
     Raises:
         ValueError: invalid number of fingers, no calibration for the scene, unknown network or invalid network file,
-            or a camera that nothing shows or reads.
+            or a camera or voice that nothing shows, plays or reads.
     """
-    if options.camera and not options.console:
-        raise ValueError("--camera: only the console shows pictures; leave out --headless or --camera")
-    if options.camera and find_spec("av") is None:
-        raise ValueError("--camera: needs `pip install teletaction[camera]`")
+    for option, wanted in (("camera", options.camera), ("voice", options.voice)):
+        if wanted and not options.console:
+            raise ValueError(f"--{option}: only the console has it; leave out --headless or --{option}")
+        if wanted and find_spec("av") is None:
+            raise ValueError(f"--{option}: needs `pip install teletaction[{option}]`")
     out = out.resolve()  # Relative paths would count from the configuration's folder.
     fingers = chosen_fingers(options.fingers)
     materials, surfaces = calibrated_tables(options.scene)
@@ -161,7 +182,7 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
     TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
     assert operator_key
-    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 11
+    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 12
     base_port = free_port_block(streams + others)
     ports = iter(range(base_port + streams, base_port + streams + others))
     texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
@@ -246,14 +267,12 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
             }
         ),
     }
-    shown: ConsoleCameraConfig | None = None
-    if options.camera:
-        source = f"tcp://{HOST}:{camera_port}"
-        models[CAMERA] = CameraConfig(link=remote_link, source=source, status=out / f"{CAMERA}.json")
-        shown = ConsoleCameraConfig(host=HOST, base_port=operator_port)
+    source = f"tcp://{HOST}:{camera_port}"
+    models |= _beside(options, remote_link, source, desk_port=next(ports), out=out)
     if options.console:
         models[CONSOLE] = ConsoleConfig(
-            camera=shown,
+            camera=ConsoleCameraConfig(host=HOST, base_port=operator_port) if options.camera else None,
+            voice=ConsoleVoiceConfig(host=HOST, base_port=operator_port) if options.voice else None,
             keys=operator_keys,
             desk_port=desk_port,
             feed_port=feed_port,

@@ -19,6 +19,7 @@ from common.web.access import Access, Visitor
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import Pages
 from operator_site.console.web.server import application
+from operator_site.console.web.voice_pages import VoicePages
 from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed import SessionConfigs, Testbed
@@ -77,7 +78,14 @@ class RunningTestbed:
         self._config = load_config(self._files[CONSOLE], ConsoleConfig)
         self._entering: queue.SimpleQueue[_Page] = queue.SimpleQueue()
         access, camera = Access(self._config), CameraPages(Containment())
-        app = application(access, cast(Pages, self), camera, self._config.reports, lambda: {"ok": True})
+        app = application(
+            access,
+            cast(Pages, self),
+            camera,
+            VoicePages(Containment(), lambda: None),
+            self._config.reports,
+            lambda: {"ok": True},
+        )
         config = uvicorn.Config(
             app, host="127.0.0.1", port=0, log_level="error", lifespan="off", ws="websockets-sansio"
         )

@@ -17,14 +17,18 @@ from common.config.models import ConsoleConfig
 from common.runtime.containment import Containment
 from common.web.access import Access, Visitor
 from common.web.guarded_page import REFUSED
+from common.wire.voice_messages import FRAME_S
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.state.frame import Kind
 from operator_site.console.state.signals import BINS, SPAN_S
 from operator_site.console.texts import looks_like_a_name
+from operator_site.console.voice.voice_sound import VoiceSound
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.clients import CREDIT
+from operator_site.console.web.clients import Client as ConsoleClient
 from operator_site.console.web.pages import Pages
 from operator_site.console.web.server import application
+from operator_site.console.web.voice_pages import VoicePages
 from tests.browser import synthetic
 from tests.browser.synthetic import SCENARIOS, Scenario
 from tests.vp8_stream import HEIGHT, HZ, WIDTH, pictures
@@ -71,10 +75,19 @@ class Stage:
         self._started = time.monotonic()
         access = Access(ConsoleConfig(keys=Path()))
         self.camera = CameraPages(Containment())
+        self.said: list[VoiceSound] = []
+        """Sounds of the page in control."""
+        holder = ConsoleClient(Visitor("console", "act"), "console", 0.0)
+        self.voice = VoicePages(Containment(), lambda: holder, self.said.append)
+        self.tone: list[bytes] = []
+        """Sounds that the remote site says again and again while the scenario has a voice."""
+        self.tone_old_s = 0.0
+        """Delay of these sounds before they are relayed, s."""
         self.films = True
         """Whether the camera takes pictures while the scenario has one."""
         self._filming: asyncio.Task[None] | None = None
-        self._app = application(access, cast(Pages, self), self.camera, None, lambda: {"ok": True})
+        self._speaking: asyncio.Task[None] | None = None
+        self._app = application(access, cast(Pages, self), self.camera, self.voice, None, lambda: {"ok": True})
         config = uvicorn.Config(
             self._serve,
             interface="asgi3",
@@ -140,6 +153,7 @@ class Stage:
         """Serve one page, as `Pages.serve` does."""
         self._loop = asyncio.get_running_loop()
         self._filming = self._filming or asyncio.create_task(self._film())
+        self._speaking = self._speaking or asyncio.create_task(self._speak())
         client = Client(socket)
         client.ask_for_tiles(["temperature"])
         self.clients.append(client)
@@ -164,6 +178,17 @@ class Stage:
             is_key, content = coded[(number - 1) % len(coded)]
             captured_s = 24_000 * SPAN_S + time.monotonic() - self._started
             self.camera.show(Picture(number, captured_s, 0.001, is_key, WIDTH, HEIGHT, content))
+
+    async def _speak(self) -> None:
+        """Say a sound every 20 ms, which began 20 ms before it is sent."""
+        due_s = time.monotonic()
+        for number in itertools.count(1):
+            due_s = max(due_s + FRAME_S, time.monotonic() - 0.1)
+            await asyncio.sleep(max(0.0, due_s - time.monotonic()))
+            if self.tone and self.scenario.state["voice"]:
+                captured_s = 24_000 * SPAN_S + due_s - FRAME_S - self.tone_old_s - self._started
+                content = self.tone[number % len(self.tone)]
+                self.voice.show(VoiceSound("from_remote", number, captured_s, 0.001, content))
 
     def _bin(self) -> int:
         return 24_000 + int((time.monotonic() - self._started) / SPAN_S)

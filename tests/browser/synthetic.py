@@ -126,7 +126,7 @@ IDENTIFIED = {
 
 BASE: dict[str, Any] = {
     "kind": "state", "version": 1, "wall_clock": "14:07:03",
-    "you": {"role": "act", "in_control": True, "control": "console"},
+    "you": {"role": "act", "name": "console", "in_control": True, "control": "console"},
     "session": {"state": "connected", "clock_s": 0.0, "pseudonym": None, "recording": False, "saved": None,
                 "playback": None, "title": None, "sound": None, "consented": []},
     "link": {"delay_ms": 23.4, "delay_sd_ms": 2.1, "age_ms": 4.2, "loss": 0.01},
@@ -147,7 +147,7 @@ BASE: dict[str, Any] = {
             "lumps": [], "next_mm": None, "moved": None, "stale_mm": [], "roughness_um": None,
             "felt_mm": [-70.0, -48.0, 95.0, 48.0],
             "felt_cells": {"temperature": 12_000, "roughness": 12_000, "stiffness": 12_000, "material": 12_000}},
-    "camera": None,
+    "camera": None, "voice": None,
     "findings": [], "undo": None, "meaning": "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %",
     "decide_at": 0.9,
     "console": {"pictures_skipped": 0, "clients": 1},
@@ -301,6 +301,21 @@ def watching() -> Scenario:
     """The camera's picture is seen, reduced for touch."""
     scenario = engaged()
     scenario.state["camera"] = {"seen": "live", "reduced": True}
+    return scenario
+
+
+def talking() -> Scenario:
+    """The remote site is heard, and the sound of both sides is recorded."""
+    scenario = engaged()
+    scenario.state["voice"] = {"heard": "live", "hears": True, "recorded": True, "talker": ""}
+    return scenario
+
+
+def unheard() -> Scenario:
+    """The remote microphone is muted, and another page talks."""
+    scenario = observer()
+    scenario.state["you"] |= {"name": "student 2"}
+    scenario.state["voice"] = {"heard": "muted", "hears": True, "recorded": False, "talker": "OR-1 1"}
     return scenario
 
 
@@ -503,8 +518,8 @@ def silent() -> Scenario:
 SCENARIOS = {
     made.__name__: made
     for made in (
-        disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, painful, shifted, lost,
-        ambiguous, unknown, cannot_identify, paused,
+        disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, talking, unheard, painful,
+        shifted, lost, ambiguous, unknown, cannot_identify, paused,
         fault, stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip

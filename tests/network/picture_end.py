@@ -16,9 +16,10 @@ from pathlib import Path
 import av
 
 from common.link.keys import load_keys
+from common.wire.camera_messages import MAX_PICTURE
 from operator_site.console.camera.camera import Camera
 from operator_site.console.camera.camera_picture import Picture
-from operator_site.console.camera.camera_socket import CameraSocket
+from operator_site.console.stream_socket import StreamSocket
 from sim_sensors.physics.camera_stamp import read_stamp
 from tests.network.operator_end import AGES
 
@@ -33,7 +34,7 @@ def take_touch(camera: Camera, ages: socket.socket) -> float:
         while True:
             age_ns, *site_clock = json.loads(ages.recv(256))
             largest_ns = max(largest_ns, age_ns)
-            camera.site_clock = site_clock[0], site_clock[1]
+            camera.clock.site = site_clock[0], site_clock[1]
     return largest_ns * 1e-9
 
 
@@ -47,7 +48,7 @@ def judged(picture: Picture, camera: Camera, decoder: av.VideoCodecContext) -> t
     frame = decoder.decode(av.Packet(picture.content))[0]
     stamp = read_stamp(frame.to_ndarray()[: picture.height], arrived_s)
     stamped_s = float("nan") if stamp is None else stamp[0]
-    offset_ns = 0 if camera.site_clock is None else camera.site_clock[0]
+    offset_ns = 0 if camera.clock.site is None else camera.clock.site[0]
     touch_error_s = -offset_ns * 1e-9  # both hosts of the test have one clock
     return arrived_s, picture.captured_s, stamped_s, touch_error_s, float(len(picture.content)), float(picture.width)
 
@@ -56,7 +57,7 @@ def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> No
     """Receive until the input ends."""
     found = []
     decoder = av.VideoCodecContext.create("vp8", "r")
-    line = CameraSocket(address, base_port, load_keys(keys), remote_public_key)
+    line = StreamSocket("camera", address, base_port, load_keys(keys), remote_public_key, MAX_PICTURE)
     with closing(Camera(line)) as camera, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ages:
         ages.setblocking(False)
         ages.bind(("127.0.0.1", AGES))

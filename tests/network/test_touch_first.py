@@ -1,4 +1,4 @@
-"""Touch with and without a picture beside it, over one network of limited rate: touch comes first."""
+"""Touch with and without picture and voice beside it, over one network of limited rate: touch comes first."""
 
 import json
 import sys
@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from common.config.file import to_toml
-from common.config.models import CameraConfig, RemoteLinkConfig
+from common.config.models import CameraConfig, RemoteLinkConfig, VoiceConfig
+from common.limits import VOICE_AGE_S
 from common.link.keys import load_keys
 from tests.conftest import Keys
 from tests.network.operator_end import EVERY
@@ -99,25 +100,45 @@ class CameraBench(Bench):
         )
         assert self.pictures.hear() == "first picture"
 
+    def talk(self, folder: Path, keys: Keys) -> None:
+        """Start the voice, which says a tone, and its reader, which says another; wait for the first sound."""
+        run = (sys.executable, "-m")
+        link = RemoteLinkConfig(bind=REMOTE, base_port=BASE_PORT, keys=keys.remote)
+        (folder / "voice.toml").write_text(to_toml(VoiceConfig(link=link, source="tone:440", sink="none")))
+        self.hosts.remote.start(
+            *run, "tests.network.host_process", "0", "0", "voice", "--config", str(folder / "voice.toml")
+        ).hear()
+        public = load_keys(keys.remote).public
+        self.sounds = self.hosts.operator.start(
+            *run, "tests.network.sound_end", REMOTE, str(BASE_PORT), str(keys.operator), public
+        )
+        assert self.sounds.hear() == "first sound"
+
 
 def measure(
-    keys: Keys, network: tuple[float, float, float, float], folder: Path | None
-) -> tuple[np.ndarray, Pictures | None]:
-    """Return the ages of touch over a network, ms; a camera is beside it where there is a folder for its files."""
+    keys: Keys, network: tuple[float, float, float, float], folder: Path | None, *, voice: bool = False
+) -> tuple[np.ndarray, Pictures | None, np.ndarray]:
+    """Return the ages of touch over a network, ms, the pictures, and duration and ages of the sounds, s.
+
+    A camera is beside it where there is a `folder` for its files, and a `voice` as well where that is wanted.
+    """
     with ExitStack() as ends:
         bench = CameraBench(keys, ends)
         bench.hosts.impair(*network)
         bench.connect()
         if folder is not None:
             bench.show(folder, keys)
+            if voice:
+                bench.talk(folder, keys)
         begun_ns = time.monotonic_ns()
         while time.monotonic_ns() - begun_ns < MEASURED_S * 1e9:
             bench.accept(EVERY)
         pictures = None
         if folder is not None:
             pictures = Pictures(*np.array(json.loads(bench.pictures.end().splitlines()[-1])).T)
+        sounds_s = np.array(json.loads(bench.sounds.end().splitlines()[-1]) if voice else [])
         found = bench.finish()
-        return found.age_ns[found.arrived_ns >= begun_ns] / 1e6, pictures
+        return found.age_ns[found.arrived_ns >= begun_ns] / 1e6, pictures, sounds_s
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -139,8 +160,8 @@ def table() -> Iterator[list[str]]:
 def test_touch_is_as_young_with_a_picture_as_without(
     keys: Keys, table: list[str], tmp_path: Path, network: str
 ) -> None:
-    alone, _ = measure(keys, NETWORKS[network], None)
-    beside, pictures = measure(keys, NETWORKS[network], tmp_path)
+    alone, _, _ = measure(keys, NETWORKS[network], None)
+    beside, pictures, _ = measure(keys, NETWORKS[network], tmp_path)
     assert pictures is not None
     ages_ms = [np.percentile(found, [50, 99]) for found in (alone, beside)]
     table.append(
@@ -150,3 +171,22 @@ def test_touch_is_as_young_with_a_picture_as_without(
     assert ages_ms[1][1] <= YOUNG * ages_ms[0][1]
     assert not np.isnan(pictures.error_s).any(), "a stamp could not be read"
     assert np.percentile(np.abs(pictures.apart_s), 95) <= ALIGNED_S
+
+
+@pytest.mark.parametrize("network", ["mobile", "bad evening's slowest phase"])
+def test_touch_is_as_young_with_picture_and_voice_as_without(
+    keys: Keys, table: list[str], tmp_path: Path, network: str
+) -> None:
+    alone, _, _ = measure(keys, NETWORKS[network], None)
+    beside, _, sounds_s = measure(keys, NETWORKS[network], tmp_path, voice=True)
+    ages_ms = [np.percentile(found, [50, 99]) for found in (alone, beside)]
+    seconds, sounds_s = sounds_s[0], sounds_s[1:]
+    sound_ms = np.percentile(1e3 * sounds_s, [50, 99])
+    table.append(
+        f"{network}: touch alone {ages_ms[0][0]:.2f} / {ages_ms[0][1]:.2f} ms of {len(alone)}, beside picture and "
+        f"voice {ages_ms[1][0]:.2f} / {ages_ms[1][1]:.2f} ms of {len(beside)}; voice {sound_ms[0]:.1f} / "
+        f"{sound_ms[1]:.1f} ms, {len(sounds_s) / seconds:.1f} sounds/s"
+    )
+    assert ages_ms[1][1] <= YOUNG * ages_ms[0][1]
+    assert len(sounds_s) > 10
+    assert sounds_s.max() <= VOICE_AGE_S

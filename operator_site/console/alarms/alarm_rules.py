@@ -13,6 +13,7 @@ from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Priority
 from operator_site.console.state.site_now import SILENT_S, SiteNow
+from operator_site.console.voice.voice_now import VoiceNow
 from operator_site.safety.limit_flags import Limit
 
 STOP_PATIENCE_S = 0.3
@@ -34,6 +35,7 @@ class Surroundings:
         page_slow: whether the page in control skips pictures.
         resumed: whether the examination was begun in an earlier run of the console.
         camera: what the camera shows; None without a camera.
+        voice: what is heard at both ends; None without a voice.
     """
 
     disk_used: float = 0.0
@@ -42,6 +44,7 @@ class Surroundings:
     page_slow: bool = False
     resumed: bool = False
     camera: CameraNow | None = None
+    voice: VoiceNow | None = None
 
 
 def causes(

@@ -2,41 +2,21 @@
 
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 from operator_site.console.camera.camera_now import CameraNow
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.picture_reader import PictureReader
+from operator_site.console.stream_socket import Reconnection, StreamLine
 
-RECONNECT_S = 3.0
-"""Silence after which the socket connects again, s."""
 _AT_ONCE = 16
 """Maximum number of messages of one step."""
-
-
-class CameraLine(Protocol):
-    """Connection with the camera's process."""
-
-    refused: bool
-
-    def receive(self) -> list[bytes]:
-        """Return the parts of the next message; empty if none waits."""
-
-    def send(self, packet: bytes) -> None:
-        """Send a packet."""
-
-    def reconnect(self) -> None:
-        """Connect again."""
-
-    def close(self) -> None:
-        """Disconnect."""
 
 
 class Camera:
     """The remote site's camera as the console sees it."""
 
     def __init__(
-        self, line: CameraLine, *, required: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
+        self, line: StreamLine, *, required: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
     ) -> None:
         """Read `line`.
 
@@ -46,25 +26,21 @@ class Camera:
             clock_ns: this machine's monotonic clock, ns.
         """
         self._line, self._clock_ns = line, clock_ns
-        self.site_clock: tuple[int, int] | None = None
-        """Offset of the remote site's clock from this machine's and its uncertainty, ns; None while unknown."""
         self._reader = PictureReader(clock_ns(), required=required)
-        self._connected_ns = clock_ns()
+        self._reconnection = Reconnection(line, clock_ns())
+        self.clock = self._reader.clock
+        """Comparison with the camera's clock."""
 
     def step(self, session: int, touch_age_s: float, *, wants_key: bool) -> list[Picture]:
         """Return the arrived pictures that can be decoded, oldest first, and send the due packet."""
         found = []
-        self._reader.site_clock = self.site_clock
         for _ in range(_AT_ONCE):
             if not (parts := self._line.receive()):
                 break
             if (picture := self._reader.take(parts, self._clock_ns())) is not None:
                 found.append(picture)
         now_ns = self._clock_ns()
-        silent_s = self._reader.silent_s(now_ns)
-        if silent_s > RECONNECT_S and now_ns - self._connected_ns > RECONNECT_S * 1e9:
-            self._connected_ns = now_ns
-            self._line.reconnect()
+        self._reconnection.step(now_ns, self._reader.silent_s(now_ns))
         if (ask := self._reader.ask(self._clock_ns(), session, touch_age_s, wants_key=wants_key)) is not None:
             self._line.send(ask.encode())
         return found
@@ -76,7 +52,7 @@ class Camera:
 
     def figures(self) -> dict[str, object]:
         """Return the values for the status file."""
-        now, clock = self.now, self._reader.clock
+        now, clock = self.now, self.clock.own
         return {
             "camera": str(now.seen),
             "camera_age_s": round(now.age_s, 3),

@@ -3,9 +3,8 @@
 import math
 
 from common.limits import FROZEN_S
-from common.link.clock_offset import ClockOffset
-from common.wire.camera_messages import ASK_S, CameraAsk, CameraState, PictureHeader, read_picture
-from common.wire.packets import BadPacket
+from common.link.stream_clock import StreamClock
+from common.wire.camera_messages import ASK_S, CameraAsk, CameraState, read_picture
 from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.camera.camera_picture import Picture, follows
 
@@ -21,15 +20,13 @@ class PictureReader:
 
     Attributes:
         damaged: number of unreadable messages, which are dropped.
-        clock: offset of the camera's clock.
-        site_clock: offset of the remote site's clock and its uncertainty, ns; None while it is unknown.
+        clock: comparison with the camera's clock.
     """
 
     def __init__(self, now_ns: int, *, required: bool = False):
         """Begin without a picture."""
         self.damaged = 0
-        self.clock = ClockOffset()
-        self.site_clock: tuple[int, int] | None = None
+        self.clock = StreamClock()
         self._required = required
         self._heard_ns = self._arrived_ns = self._captured_ns = now_ns
         self._state = CameraState.SHOWING
@@ -45,12 +42,12 @@ class PictureReader:
         """Take one message; return its picture if it has one that can be decoded."""
         try:
             header, content = read_picture(parts)
-            self._compare(header, now_ns)
-        except ValueError:  # BadPacket, and times that run backwards
+            self.clock.compare(header.asked_ns, header.heard_ns, header.sent_ns, now_ns, self._asked_ns)
+        except ValueError:  # BadPacket, and times that cannot be
             self.damaged += 1
             return None
         self._heard_ns, self._state = now_ns, header.state
-        if not content or (dating := self._dating()) is None:
+        if not content or (dating := self.clock.dating) is None:
             return None
         offset_ns, uncertainty_ns = dating
         captured_ns = header.time_ns - offset_ns
@@ -70,28 +67,6 @@ class PictureReader:
             return None
         self._arrived_ns, self._captured_ns = now_ns, captured_ns
         return picture
-
-    def _dating(self) -> tuple[int, int] | None:
-        """Return the offset that dates the pictures and its uncertainty, ns; None while it is unknown.
-
-        A camera on the site's host has the site's clock. Its pictures are then dated as touch is, so that an error of
-        the offset, which may be half a round trip, is the same for both. Another clock contradicts that offset.
-        """
-        own = self.clock
-        if own.uncertainty_ns is None:
-            return None
-        if self.site_clock is not None:
-            offset_ns, uncertainty_ns = self.site_clock
-            if abs(offset_ns - own.offset_ns) <= uncertainty_ns + own.uncertainty_ns:
-                return self.site_clock
-        return own.offset_ns, own.uncertainty_ns
-
-    def _compare(self, header: PictureHeader, now_ns: int) -> None:
-        if header.asked_ns == 0:
-            return
-        if header.asked_ns > self._asked_ns:
-            raise BadPacket("camera: answers a packet that was not sent")
-        self.clock.add(header.asked_ns, header.heard_ns, header.sent_ns, now_ns)
 
     def ask(self, now_ns: int, session: int, touch_age_s: float, *, wants_key: bool) -> CameraAsk | None:
         """Return the packet to send now, or None; one is due after each picture and after ASK_S.

@@ -44,6 +44,12 @@ SCHEMAS: dict[str, dict[str, object]] = {
         "description": "sequence, captured_s (operator site's clock), uncertainty_s, is_key, width, height, content "
         "(VP8, RFC 6386): a picture of the camera as the console relayed it",
     },
+    "console/voice": {
+        "type": "object",
+        "description": "direction (from_remote, to_remote), sequence, captured_s (operator site's clock), "
+        "uncertainty_s, content (one frame of Opus, RFC 6716: 48 kHz, one channel, 20 ms): a sound as the console "
+        "relayed it",
+    },
     "console/session": {
         "type": "object",
         "description": "what (begin, end), at_s, pseudonym, wall_clock, who, sides, body (region, side, landmark, "
@@ -127,9 +133,9 @@ class Journal:
             del self._unsaved[lesser]
         self._hand(kept)
 
-    def write_picture(self, now_s: float, record: dict[str, Any]) -> None:
-        """Write one picture; a failed recording loses it, because none is kept in memory."""
-        self._hand(("console/camera", round(max(0.0, now_s) * 1e9), msgpack.packb(record), None))
+    def write_media(self, stream: str, now_s: float, record: dict[str, Any]) -> None:
+        """Write one picture or sound; a failed recording loses it, because none is kept in memory."""
+        self._hand((stream, round(max(0.0, now_s) * 1e9), msgpack.packb(record), None))
 
     def forget(self) -> None:
         """Forget the saved findings and earlier files, because another examination begins."""

@@ -1,10 +1,11 @@
 // The remote site's camera over a part of the map: VP8 over a websocket of its own, decoded by the browser.
+import { openBeside } from "./connection.js";
 import { byId, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { WORDS } from "./words.js";
 
 export const FROZEN_S = 0.5;
-const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, AGAIN_MS = 2000, LEAD_MS = 5000, SIZES = ["small", "large", "off"], NO_TOKEN = 4401;
+const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, LEAD_MS = 5000, SIZES = ["small", "large", "off"];
 let socket = null, decoder = null, waits = true, size = 0, drawn = null, drawnAt_ms = -Infinity, failed = false;
 const sent = new Map(); // header of each picture in the decoder, by its time stamp
 let stamp = 0, timer = null, leads = [-Infinity, -Infinity], begun_ms = 0, changed = () => {}, picks = null;
@@ -49,18 +50,7 @@ export function nextSize() {
 // WebCodecs exist on HTTPS and on localhost only.
 const decodes = () => typeof VideoDecoder !== "undefined" && !failed;
 
-function open() {
-  const address = new URL("camera", document.baseURI);
-  address.search = location.search;
-  address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-  socket = new WebSocket(address);
-  socket.binaryType = "arraybuffer";
-  socket.onmessage = event => take(event.data);
-  socket.onclose = event => {
-    end();
-    if (event.code !== NO_TOKEN) setTimeout(() => { socket = null; }, AGAIN_MS);
-  };
-}
+const open = () => { socket = openBeside("camera", { onmessage: event => take(event.data), onclose: end }, () => { socket = null; }); };
 
 function end() {
   if (decoder?.state === "configured") decoder.close();
@@ -117,12 +107,15 @@ export function followClock(message) {
   leads[1] = Math.max(leads[1], message.time_s - message.came_ms / 1000);
 }
 
+// The site's clock, s.
+export const siteTime_s = () => performance.now() / 1000 + Math.max(...leads);
+
 // Age of the drawn picture on the site's clock, s; a paused recording stands still.
 function age_s() {
   if (!drawn || !now.picture) return Infinity;
   if (playback()) return Math.max(0, now.picture.time_s - drawn.captured_s);
   const at_ms = performance.now();
-  return Math.max((at_ms - drawnAt_ms) / 1000, at_ms / 1000 + Math.max(...leads) - drawn.captured_s);
+  return Math.max((at_ms - drawnAt_ms) / 1000, siteTime_s() - drawn.captured_s);
 }
 
 export const frozen = () => age_s() > FROZEN_S;

@@ -2,7 +2,22 @@
 import { decode, TILE } from "./picture.js";
 import { WORDS } from "./words.js";
 
-const HEARTBEAT_MS = 1000, SILENT_MS = 2500, ASLEEP_MS = 1500, ANSWER_MS = 1000, FIRST_WAIT_MS = 100, LONGEST_WAIT_MS = 2000, NO_TOKEN = 4401, REPLACED = 4409;
+const HEARTBEAT_MS = 1000, SILENT_MS = 2500, ASLEEP_MS = 1500, ANSWER_MS = 1000, FIRST_WAIT_MS = 100, LONGEST_WAIT_MS = 2000, AGAIN_MS = 2000, NO_TOKEN = 4401, REPLACED = 4409;
+
+export function openBeside(path, handlers, closed) {
+  const socket = Object.assign(openSocket(path), handlers);
+  socket.addEventListener("close", event => { if (event.code !== NO_TOKEN) setTimeout(closed, AGAIN_MS); });
+  return socket;
+}
+
+function openSocket(path) {
+  const address = new URL(path, document.baseURI);
+  address.search = location.search; // such as ?role=observe
+  address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+  const socket = new WebSocket(address);
+  socket.binaryType = "arraybuffer";
+  return socket;
+}
 
 export class Connection {
   constructor(heard) {
@@ -39,11 +54,7 @@ export class Connection {
   open() {
     clearTimeout(this.timer);
     if (this.socket) this.drop(this.socket);
-    const address = new URL("session", document.baseURI);
-    address.search = location.search; // such as ?role=observe
-    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-    const socket = new WebSocket(address);
-    socket.binaryType = "arraybuffer";
+    const socket = openSocket("session");
     this.socket = socket;
     this.last_ms = performance.now();
     socket.onopen = () => {

@@ -13,6 +13,7 @@ import { playbackKey } from "./playback.js";
 import { closeAll, toggle } from "./sheets.js";
 import { press } from "./stop.js";
 import { otherTheme } from "./theme.js";
+import { holdTalk, releaseTalk, toggleTalk } from "./voice.js";
 import { KEYS, WORDS } from "./words.js";
 
 // A pedal sends a key that writes nothing, so that it works in a text field, too.
@@ -31,7 +32,7 @@ export function startKeys({ choose, details, listed }) {
   });
   byId("theme-button").addEventListener("click", otherTheme);
   const letters = {
-    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, k: acknowledge, l: otherTheme, d: details, g: holdClutch, w: nextSize,
+    e: () => hold("engage"), c: () => hold("clear_fault"), p: pause, f: begin, n: () => openNote(), u: showSure, v: showBoth, b: nextComparison, x: fitMap, q: quiet, k: acknowledge, l: otherTheme, d: details, g: holdClutch, w: nextSize, h: holdTalk, o: toggleTalk,
     t: () => show("temperature"), r: () => show("roughness"), s: () => show("stiffness"), m: () => show("material"), a: () => toggle("sheet-alarms", listed),
   };
   const signs = { "?": () => toggle("sheet-help"), "+": () => zoomBy(1.5), "=": () => zoomBy(1.5), "-": () => zoomBy(1 / 1.5), ",": () => widen(-1), ".": () => widen(1) };
@@ -53,6 +54,7 @@ export function startKeys({ choose, details, listed }) {
   window.addEventListener("keyup", event => {
     if (stops(event)) { swallow(event); return; }
     if (event.key === PEDAL || event.key.toLowerCase() === "g") releaseClutch();
+    if (event.key.toLowerCase() === "h") releaseTalk();
     if (["e", "c"].includes(event.key.toLowerCase())) release();
   }, { capture: true });
   window.addEventListener("blur", () => release(false));

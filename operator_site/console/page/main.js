@@ -27,6 +27,7 @@ import { wakeSound } from "./sound.js";
 import { sendKept, showStop, startStop } from "./stop.js";
 import { drawStrips, showStripTable, startStrips } from "./strips.js";
 import { startTheme } from "./theme.js";
+import { showVoice, startVoice } from "./voice.js";
 import { speakIn, STATES } from "./words.js";
 
 const NUMBERS_MS = 250, STATE_MS = 100, SAID_MS = 6000;
@@ -86,6 +87,7 @@ function showState() {
   showAlarms(); // first: time passes between both, and no state that acts may stand over an alarm of an old screen
   showBar();
   showCamera();
+  showVoice();
   dropSaid();
 }
 
@@ -152,6 +154,7 @@ startStop(connection, showNow);
 startActions(connection, say);
 startClutch();
 startCamera(cameraDrew);
+startVoice();
 startMarking(connection, say, openWithdraw);
 startFindings();
 startBody();

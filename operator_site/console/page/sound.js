@@ -15,11 +15,13 @@ let context = null, wave = null;
 // A browser plays sound only after a person has used the page.
 export function wakeSound() {
   if (context === null) {
-    context = new AudioContext();
+    context = new AudioContext({ sampleRate: 48000 });
     wave = context.createPeriodicWave(new Float32Array(HARMONICS.length), new Float32Array(HARMONICS));
   }
   if (context.state === "suspended") context.resume();
 }
+
+export const audio = () => context;
 
 export function soundPossible() {
   return context !== null && context.state === "running";

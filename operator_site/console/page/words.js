@@ -19,7 +19,7 @@ const RECORDED = { touch: "touch", pain: "pain answers", picture: "pictures", vo
 // Texts of index.html.
 export const FIXED = {
   console: "Console", stop: "STOP", help: "Help", alarms: "Alarms", acknowledge: "Acknowledge", scale: "Motion scale, hand to remote hand", stopAnswers: "What the devices answered to STOP", actions: "Actions",
-  camera: "Camera:",
+  camera: "Camera:", voice: "Voice", talk: "Talk", unmute: "Open microphone",
   finding: "Finding", note: "Note", map: "Tactile map", quantities: "Quantity on the map", mapTable: "The map as a table",
   zoomIn: "Zoom in", zoomOut: "Zoom out", fit: "Fit", compare: "Compare", both: "Two", sure: "± sd",
   photo: "Picture", photoChoose: "Choose a file", photoCamera: "Camera", photoMarks: "Touch marks", photoAdjust: "Move and size", photoSmaller: "Picture smaller", photoLarger: "Picture larger", photoRemove: "Remove", fingers: "Fingers", drawing: "Hand; the table below says the same",
@@ -82,6 +82,11 @@ export const WORDS = {
     live: age_s => `Picture ${age_s.toFixed(2)} s`, late: age_s => `Picture late by ${age_s.toFixed(1)} s`, frozen: age_s => `Picture frozen for ${age_s.toFixed(1)} s`,
     waiting: "No picture yet", no_camera: "No camera", refused: "Camera refuses the key", reduced: "Reduced for touch",
   },
+  voice: {
+    far: { live: "Voice", muted: "Remote microphone muted", no_microphone: "No remote microphone", silent: "No voice", refused: "Voice refuses the key" },
+    off: "you are muted", talks: "you are talking", unheard: "nobody hears you", other: who => `${who} talks`, recorded: "recorded",
+    NotSupportedError: "no voice here: HTTPS or localhost is needed", NotAllowedError: "microphone refused", NotFoundError: "no microphone",
+  },
   cameraNeeds: "No picture: this browser decodes none here. HTTPS or localhost is needed.",
   markAsk: (number, of) => `Mark ${number} of ${of}: touch it, then tap it in the picture.`, markTouch: "No finger touches. Touch the mark first.",
   markError: error_mm => `Registered: error ${error_mm.toFixed(1)} mm.`, markLine: "Not registered: the marks are on one line.",
@@ -108,7 +113,7 @@ export const ANCHORS = {
 export const KEYS = [
   ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"], ["G, F9 or pedal", "hold: clutch open, the remote hand stays"],
   ["C", "hold 1 s: clear a fault of a site"], ["K", "acknowledge alarms that are over"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
-  ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"], ["W", "camera: small, large, off"],
+  ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"], ["W", "camera: small, large, off"], ["H, O", "hold: talk; open microphone"],
   ["LIMIT", "an output is at its limit: move slower, or lift"], ["∪ soft", "the surface is stiffer than the force displays; nothing to do"],
   ["L", "light or dark"], ["?", "keys"], ["Playback", "Space plays, arrows 1 s, Shift 10 s, [ ] events, Home, End"],
 ];

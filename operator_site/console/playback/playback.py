@@ -40,6 +40,8 @@ STREAMS = (
 """Streams that a console shows, live or from a recording."""
 CAMERA = "console/camera"
 """Stream of the camera's pictures, which a console relays beside its own state."""
+VOICE = "console/voice"
+"""Stream of the sounds of both sides."""
 SPEEDS = (0.5, 8.0)
 """Slowest and fastest speed, as multiples of the recorded one."""
 CHECKPOINT_S = 2.0
@@ -116,6 +118,11 @@ class Recording:
     def has_pictures(self) -> bool:
         """Whether the recording has pictures of the camera."""
         return bool(self._reader.counts.get(CAMERA))
+
+    @property
+    def has_sounds(self) -> bool:
+        """Whether the recording has sounds of the voice."""
+        return bool(self._reader.counts.get(VOICE))
 
     def marks(self) -> list[Mark]:
         """Return the readable alarms, faults, findings, changes of clutch and scale, and modes, in order of time.

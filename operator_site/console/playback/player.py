@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
+from dataclasses import asdict
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,14 @@ from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import Playback, Recording
 from operator_site.console.playback.played_pictures import PlayedPictures
+from operator_site.console.playback.played_sounds import PlayedSounds
 from operator_site.console.tenderness.tender_search import NOT_SEARCHED, search_tenderness
+from operator_site.console.voice.voice_now import Heard, VoiceNow
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands
 from operator_site.console.web.page_state import camera_state, page_state
 from operator_site.console.web.pages import Pages
+from operator_site.console.web.voice_pages import VoicePages
 from operator_site.session.console_feed import BATCH_S
 
 AT_ONCE = 300
@@ -62,6 +66,11 @@ class Player:
     def now_ns(self) -> int:
         """Present moment on the clock of the recording, ns."""
         return self._playback.now_ns
+
+    @property
+    def speed(self) -> float:
+        """Multiple of the recorded speed."""
+        return self._playback.speed
 
     def step(self, wall_s: float) -> bool:
         """Advance the playback; return whether its time has jumped since the last call."""
@@ -127,9 +136,11 @@ class PlayedConsole:
         opened.callback(recording.close)
         self._player = Player(recording, Checkpoints(path, opened))
         self._recorded = PlayedPictures(recording) if recording.has_pictures else None
+        self._sounds = PlayedSounds(recording) if recording.has_sounds else None
         self._commands = Commands(self._player.console, Journal(None, {}), player=self._player)
         self.pages = Pages(self._commands, lambda: self._player.now_s)
         self.camera_pages = CameraPages(self.pages.contain)
+        self.voice_pages = VoicePages(self.pages.contain, lambda: None)
         self._picture, self._state, self._again = Interval(BATCH_S), Interval(STATE_S), Interval(KEY_S)
         self._lumps, self._jumped = BackgroundSearch("lumps", search_lumps, NOTHING), 0
         self._tender = BackgroundSearch("tenderness", search_tenderness, NOT_SEARCHED)
@@ -143,6 +154,9 @@ class PlayedConsole:
         if self._recorded is not None:
             with self.pages.contain.step("camera", latches=False):
                 self._see(self._recorded, now_s, jumped=jumped)
+        if self._sounds is not None:
+            with self.pages.contain.step("voice", latches=False):
+                self._listen(self._sounds, jumped=jumped)
         if jumped:
             self._commands.console = player.console
             self.pages.send_everything()
@@ -160,6 +174,8 @@ class PlayedConsole:
         state = self._player.state()
         if self._recorded is not None:
             state["camera"] = camera_state(CameraNow(Seen.LIVE, 0.0))
+        if self._sounds is not None:
+            state["voice"] = asdict(VoiceNow(Heard.LIVE, recorded=True))
         return state
 
     def _see(self, recorded: PlayedPictures, now_s: float, *, jumped: bool) -> None:
@@ -172,6 +188,15 @@ class PlayedConsole:
             self.camera_pages.show(picture)
         if self.camera_pages.wants_key and self._again(now_s):
             self.camera_pages.restart(recorded.jump(now_ns), waiting=True)
+
+    def _listen(self, recorded: PlayedSounds, *, jumped: bool) -> None:
+        """Relay the sounds up to the present moment; at another speed than the recorded one there are none."""
+        now_ns = self._player.now_ns
+        if jumped:
+            recorded.jump(now_ns)
+        for sound in recorded.play(now_ns):
+            if self._player.speed == 1.0:
+                self.voice_pages.show(sound)
 
     def figures(self) -> dict[str, object]:
         """Return the values for the status file."""

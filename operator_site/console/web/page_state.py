@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from common.faults.fault import OF_THE_PATIENT
@@ -72,6 +73,7 @@ def page_state(
         "meaning": site.calibrated or None,
         "decide_at": DECIDE_AT,
         "camera": None if console.around.camera is None else camera_state(console.around.camera),
+        "voice": None if console.around.voice is None else asdict(console.around.voice),
     }
 
 
@@ -337,6 +339,7 @@ def urgent(state: Mapping[str, Any]) -> object:
         state["engage"],
         state["coupling"],
         state["camera"],
+        state["voice"],
         state["findings"],
         state["map"]["frame"],
         state["map"]["number"],

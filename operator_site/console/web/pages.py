@@ -164,7 +164,8 @@ class Pages:
     async def _read(self, socket: PageSocket, client: Client) -> None:
         asked: dict[int, asyncio.Task[bool]] = {}
         while True:
-            text = await text_of(socket)
+            message = await message_of(socket)
+            text = message if isinstance(message, str) else ""  # a page of the session sends no binary message
             now_s = self._now_s()
             allowed = self._messages.allows(client.name, now_s)
             if not (allowed or (client.acts and _STOP in text)):
@@ -280,8 +281,8 @@ class Pages:
         return {"kind": "state", "version": self._version, **self._state, "you": you, "console": about}
 
 
-async def text_of(socket: PageSocket) -> str:
-    """Return the next text of a page; empty for a binary message, which no page sends.
+async def message_of(socket: PageSocket) -> str | bytes:
+    """Return the next message of a page.
 
     Raises:
         WebSocketDisconnect: the page is gone.
@@ -289,7 +290,8 @@ async def text_of(socket: PageSocket) -> str:
     message = await socket.receive()
     if message["type"] == "websocket.disconnect":
         raise WebSocketDisconnect(message.get("code", 1006), message.get("reason"))
-    return message.get("text") or ""
+    text: str | None = message.get("text")
+    return message.get("bytes") or b"" if text is None else text
 
 
 def _json(message: dict[str, Any]) -> str:

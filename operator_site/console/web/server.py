@@ -14,6 +14,7 @@ from common.web.access import Access
 from common.web.guarded_page import GuardedPage, file_in, file_response
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import Pages
+from operator_site.console.web.voice_pages import VoicePages
 
 PAGE = Path(str(resources.files("operator_site"))) / "console" / "page"
 _REPORT_HEADERS = {"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:"}
@@ -21,7 +22,12 @@ _REPORT_HEADERS = {"content-security-policy": "default-src 'none'; style-src 'un
 
 
 def application(
-    access: Access, pages: Pages, camera: CameraPages, reports: Path | None, health: Callable[[], dict[str, Any]]
+    access: Access,
+    pages: Pages,
+    camera: CameraPages,
+    voice: VoicePages,
+    reports: Path | None,
+    health: Callable[[], dict[str, Any]],
 ) -> Starlette:
     """Return the web application.
 
@@ -29,6 +35,7 @@ def application(
         access: checks the visitors.
         pages: serves the websockets of the session.
         camera: serves the websockets of the camera's pictures.
+        voice: serves the websockets of the voice.
         reports: folder of finished reports; None for no reports.
         health: returns the contents of `/health`.
     """
@@ -42,10 +49,11 @@ def application(
     async def healthy(request: Request) -> Response:
         return JSONResponse(health())
 
-    page = GuardedPage(access, PAGE)
+    page = GuardedPage(access, PAGE, microphone=True)
     return page.application(
         Route("/report/{name}.html", page.guarded(report)),
         Route("/health", healthy),
         page.websocket("/session", pages.serve),
         page.websocket("/camera", camera.serve),
+        page.websocket("/voice", voice.serve),
     )

@@ -18,6 +18,7 @@ from common.config.models import (
     SimOperatorConfig,
     SimRemoteConfig,
     TunnelConfig,
+    VoiceConfig,
     WebConfig,
 )
 from tests.places import ROOT
@@ -53,6 +54,15 @@ def test_the_camera_is_beside_its_site(folder: str) -> None:
     camera = load_config(DOCKER / folder / "camera.toml", CameraConfig)
     remote = load_config(DOCKER / folder / "remote.toml", RemoteConfig)
     assert (camera.link.base_port, camera.link.keys) == (remote.link.base_port, remote.link.keys)
+
+
+@pytest.mark.parametrize("folder", ["", "hardware"])
+def test_the_voice_is_beside_its_site(folder: str) -> None:
+    voice = load_config(DOCKER / folder / "voice.toml", VoiceConfig)
+    remote = load_config(DOCKER / folder / "remote.toml", RemoteConfig)
+    assert (voice.link.base_port, voice.link.keys) == (remote.link.base_port, remote.link.keys)
+    assert voice.desk_port != remote.desk_port
+    assert "PROCESS: voice" in service("remote-voice" if folder else "voice")
 
 
 def test_the_camera_looks_for_pictures_where_the_simulator_serves_them() -> None:

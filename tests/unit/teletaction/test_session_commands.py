@@ -11,7 +11,7 @@ import pytest
 
 import common.link.local_control
 from common.config.file import load_config, load_site, to_toml
-from common.config.models import ObserverConfig, OperatorConfig, OperatorLinkConfig
+from common.config.models import ObserverConfig, OperatorConfig, OperatorLinkConfig, RemoteLinkConfig, VoiceConfig
 from common.faults.fault import Fault, FaultCode, read_fault
 from common.faults.texts import fault_text
 from common.link.keys import create_keys, load_keys
@@ -151,6 +151,15 @@ def test_success_prints_nothing_and_a_refusal_is_one_line_and_a_failure(
     assert site.asked[0] == asked
     site.do = refuse
     assert one_line(ask(verb, configs["operator"]), 1).endswith(": a fault is latched (hot plate): clear it first")
+
+
+@pytest.mark.parametrize("verb", ["mute-voice", "unmute-voice"])
+def test_the_voice_is_muted_at_its_own_desk(verb: str, site: Site, configs: dict[str, Path], tmp_path: Path) -> None:
+    operator = load_config(configs["operator"], OperatorConfig)
+    voice = VoiceConfig(link=RemoteLinkConfig(keys=operator.link.keys), source="tone:440", desk_port=operator.desk_port)
+    (tmp_path / "voice.toml").write_text(to_toml(voice))
+    assert ask(verb, tmp_path / "voice.toml").said == (0, "", "")
+    assert site.asked == [(verb.replace("-", "_"), {})]
 
 
 def test_another_key_cannot_reach_local_control(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from common.config.advice import COMMANDS
 from common.link.keys import TrustedKeys
 from teletaction.session.demo_files import SURFACES, TABLES
 from tests.commands import command, one_line
@@ -70,6 +71,12 @@ def test_an_impossible_command_is_reported(
     Path("own.toml").write_text('name = "own"\n[materials.balsa]\ndensity_kg_m3 = 160.0\n', "utf-8")
     Path("a.csv").write_text(THERMAL, "utf-8")
     assert words in refused(line)
+
+
+@pytest.mark.parametrize("process", sorted(COMMANDS))
+def test_each_configuration_has_its_command(process: str, tmp_path: Path) -> None:
+    line = one_line(command(process, "--config", tmp_path / "missing.toml"), 2)
+    assert line == f"teletaction: {tmp_path / 'missing.toml'}: No such file or directory"
 
 
 def test_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:

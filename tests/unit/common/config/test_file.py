@@ -66,7 +66,7 @@ def write(folder: Path, text: str) -> Path:
         ("max_age_s = 0.2", "max_age_s = 0.005", None, r"link\.max_age_s: age of 5 ms .* = 6 ms"),
         ("rate_hz = 500.0", 'log = "xml"', 2, "log: Input should be 'text' or 'json'"),
         ("max_age_s = 0.2", 'remote_key = "abc"', 6, r"link\.remote_key: .*at least 40"),
-        ("max_age_s = 0.2", "base_port = 65531", 6, r"link\.base_port: .*65530"),
+        ("max_age_s = 0.2", "base_port = 65530", 6, r"link\.base_port: .*65529"),
         ("max_age_s = 0.2", "colour = 1", 6, r"link\.colour: no such field$"),
         ('keys = "keys"\n', "", 4, r"link\.keys: Field required"),
         ('interface = "socketcand"', 'interface = "usb"', 13, r"exoskeleton\.interface: Input should be"),
@@ -176,3 +176,15 @@ def test_a_recording_is_plain_unless_it_is_to_be_encrypted(tmp_path: Path) -> No
     for text, model in ((OPERATOR, OperatorConfig), (REMOTE, RemoteConfig), ('keys = "keys"\n', ConsoleConfig)):
         assert not load_config(write(tmp_path, text), model).recording.encrypt
         assert load_config(write(tmp_path, f"{text}[recording]\nencrypt = true\n"), model).recording.encrypt
+
+
+@pytest.mark.parametrize("agreed", [False, True])
+def test_sound_is_recorded_only_with_consent(tmp_path: Path, agreed: bool) -> None:
+    text = (
+        f'keys = "keys"\n[voice]\nrecord = true\n[consent]\ntouch = true\npain = true\nvoice = {str(agreed).lower()}\n'
+    )
+    if agreed:
+        assert load_config(write(tmp_path, text), ConsoleConfig).voice is not None
+    else:
+        with pytest.raises(ConfigProblem, match=r"voice\.record is true, but no consent to sound"):
+            load_config(write(tmp_path, text), ConsoleConfig)

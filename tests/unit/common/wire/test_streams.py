@@ -5,9 +5,9 @@ from common.wire.streams import STREAMS, Direction, Stream
 
 
 def test_each_stream_has_its_own_name_and_port() -> None:
-    assert [stream.port for stream in STREAMS.values()] == list(range(6))
+    assert [stream.port for stream in STREAMS.values()] == list(range(7))
     assert all(name == stream.name for name, stream in STREAMS.items())
-    assert list(STREAMS) == ["motion", "touch", "heartbeat", "control", "observed", "camera"]
+    assert list(STREAMS) == ["motion", "touch", "heartbeat", "control", "observed", "camera", "voice"]
 
 
 def test_a_gap_covers_three_periods_of_what_is_latest_only() -> None:

@@ -20,8 +20,8 @@ from common.scenes.scene import load_scene
 from common.wire.camera_messages import MAX_PICTURE, CameraAsk, CameraState, PictureHeader, read_picture
 from common.wire.streams import STREAMS
 from remote_site.camera.camera import Camera
-from remote_site.camera.camera_link import CameraLink
 from remote_site.camera.video_source import VideoSource
+from remote_site.stream_server import StreamServer
 from sim_sensors.physics.camera_stamp import read_stamp
 from sim_sensors.physics.camera_view import CameraView
 from sim_sensors.ports.camera_server import CameraServer
@@ -84,7 +84,7 @@ class Stage:
         self.config = CameraConfig(
             link=link, source=self.server.address, width=WIDTH, height=HEIGHT, rate_hz=RATE_HZ, bit_s=200_000
         )
-        self.link = opened.enter_context(closing(CameraLink(link)))
+        self.link = opened.enter_context(closing(StreamServer(link, "camera")))
         source = VideoSource(self.config.source, (WIDTH, HEIGHT), RATE_HZ, 0.0)
         opened.callback(source.close)
         self.camera = Camera(self.config, self.link, source)
@@ -240,4 +240,4 @@ def test_after_a_picture_that_is_too_large_a_key_picture_follows(stage: Stage, m
 
 def test_a_taken_port_is_a_link_problem(stage: Stage, keys: Keys, base_port: int) -> None:
     with pytest.raises(LinkProblem, match=r"\(camera\): .*in use"):
-        CameraLink(RemoteLinkConfig(base_port=base_port, keys=keys.remote))
+        StreamServer(RemoteLinkConfig(base_port=base_port, keys=keys.remote), "camera")

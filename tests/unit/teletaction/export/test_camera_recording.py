@@ -1,4 +1,4 @@
-"""A session whose console recorded the camera: merged, exported, reported, replayed and played."""
+"""A session whose console recorded camera and voice: merged, exported, reported, replayed and played."""
 
 import csv
 from pathlib import Path
@@ -13,6 +13,7 @@ from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.examination.journal import SCHEMAS
 from operator_site.console.playback.playback import Recording
 from operator_site.console.playback.played_pictures import PlayedPictures
+from operator_site.console.voice.voice_sound import VoiceSound
 from teletaction.export.export import export
 from teletaction.recordings.merge import merge_recordings
 from tests.commands import command
@@ -30,9 +31,11 @@ def recorded(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
             time_ns = start_ns + (number + 1) * 1_000_000_000 // HZ
             made = Picture(number, time_ns * 1e-9 - 0.05, 0.001, coded.is_key, WIDTH, HEIGHT, coded.content)
             recorder.write("console/camera", time_ns, msgpack.packb(made.record()))
+            sound = VoiceSound("to_remote", number, time_ns * 1e-9 - 0.05, 0.001, b"opus")
+            recorder.write("console/voice", time_ns, msgpack.packb(sound.record()))
     sources = [path for path in sorted(session.parent.glob("*.mcap")) if path != session]
     counts = merge_recordings([*sources, folder / "console.mcap"], folder / "session.mcap")
-    assert counts["console/camera"] == len(pictures())
+    assert counts["console/camera"] == counts["console/voice"] == len(pictures())
     return folder / "session.mcap"
 
 
@@ -43,6 +46,10 @@ def test_an_export_has_everything_but_the_pictures_bytes(recorded: Path, tmp_pat
         table = list(csv.DictReader(file))
     assert [int(row["content"]) for row in table] == [len(coded.content) for coded in pictures()]
     assert {row["width"] for row in table} == {str(WIDTH)}
+    with (tmp_path / "console-voice.csv").open(encoding="utf-8", newline="") as file:
+        sounds = list(csv.DictReader(file))
+    assert len(sounds) == rows["console-voice"] == len(pictures())
+    assert {(row["direction"], row["content"]) for row in sounds} == {("to_remote", "4")}
     assert export(recorded, "foxglove", tmp_path / "foxglove")
 
 

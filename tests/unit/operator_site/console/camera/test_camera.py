@@ -6,11 +6,10 @@ import pytest
 
 from common.link.keys import TrustedKeys, load_keys
 from common.wire.camera_messages import MAX_PICTURE
-from operator_site.console.camera import camera as camera_module
 from operator_site.console.camera.camera import Camera
 from operator_site.console.camera.camera_now import Seen
 from operator_site.console.camera.camera_picture import Picture
-from operator_site.console.camera.camera_socket import CameraSocket
+from operator_site.console.stream_socket import StreamSocket
 from tests.conftest import Keys
 from tests.unit.operator_site.console.camera.fake_camera import FakeCamera, until
 
@@ -21,11 +20,11 @@ class Both:
     """A camera's process and its reader on one machine."""
 
     def __init__(self, base_port: int, keys: Keys, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(camera_module, "RECONNECT_S", 0.3)
+        monkeypatch.setattr("operator_site.console.stream_socket.RECONNECT_S", 0.3)
         self._port, self._keys = base_port, keys
         self.process: FakeCamera | None = None
         remote = load_keys(keys.remote).public
-        self.line = CameraSocket("127.0.0.1", base_port, load_keys(keys.operator), remote)
+        self.line = StreamSocket("camera", "127.0.0.1", base_port, load_keys(keys.operator), remote, MAX_PICTURE)
         self.reader = Camera(self.line, required=True)
         self.taken: list[Picture] = []
 

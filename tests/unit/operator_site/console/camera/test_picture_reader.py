@@ -56,7 +56,7 @@ def test_a_picture_has_its_time_on_this_side_within_the_uncertainty(answered: An
 @pytest.mark.parametrize(("apart_ns", "same"), [(9 * MS, True), (-9 * MS, True), (40 * MS, False), (-3 * S, False)])
 def test_a_camera_with_the_sites_clock_is_dated_as_touch_is(answered: Answered, apart_ns: int, same: bool) -> None:
     """The site's offset counts unless it contradicts the camera's: 5 ms of error each way, 15 ms of uncertainty."""
-    answered.reader.site_clock = AHEAD_NS + apart_ns, 5 * MS
+    answered.reader.clock.site = AHEAD_NS + apart_ns, 5 * MS
     picture = answered.picture(1)
     assert picture is not None
     captured_ns = answered.now_ns - 50 * MS

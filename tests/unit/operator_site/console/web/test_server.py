@@ -10,6 +10,7 @@ from common.config.models import ConsoleConfig
 from common.web.access import Access
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.server import application
+from operator_site.console.web.voice_pages import VoicePages
 from tests.unit.operator_site.console.page_room import Room
 
 TOKEN = "a" * 40
@@ -46,7 +47,9 @@ def get(access: Access, path: str, host: str, query: str = "") -> tuple[int, dic
         "client": ("127.0.0.1", 5000),
     }
     pages = Room().pages
-    app = application(access, pages, CameraPages(pages.contain), None, lambda: {"ok": True})
+    app = application(
+        access, pages, CameraPages(pages.contain), VoicePages(pages.contain, lambda: None), None, lambda: {"ok": True}
+    )
     asyncio.run(app(scope, receive, send))
     start = next(message for message in sent if message["type"] == "http.response.start")
     return start["status"], {name.decode(): value.decode() for name, value in start["headers"]}
@@ -57,6 +60,12 @@ def test_a_strange_host_is_refused_and_no_error_of_ours(access: Access, host: st
     for path in ("/", "/page/main.js"):
         assert get(access, path, host)[0] in (401, 200), host
     assert get(access, "/", host)[0] == 401
+
+
+def test_only_the_microphone_is_permitted(access: Access) -> None:
+    _, headers = get(access, "/", "127.0.0.1:8090")
+    allowed = [one.strip() for one in headers["permissions-policy"].split(",") if not one.endswith("=()")]
+    assert allowed == ["microphone=(self)"]
 
 
 def test_a_token_in_the_address_becomes_a_cookie_of_this_page_only(access: Access) -> None:

@@ -1,6 +1,7 @@
-"""Connects with the camera's process at the remote site; never blocks."""
+"""Connects with a process of the remote site that serves a stream beside the session; never blocks."""
 
 import contextlib
+from typing import Protocol
 
 import zmq
 import zmq.utils.monitor
@@ -8,40 +9,84 @@ import zmq.utils.monitor
 from common.link.curve import Inbox, prepare_socket, use_curve
 from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
 from common.link.keys import KeyPair
-from common.wire.camera_messages import MAX_PICTURE
+from common.wire.packets import MAX_PACKET
 from common.wire.streams import STREAMS
 
+RECONNECT_S = 3.0
+"""Silence after which a line connects again, s."""
 _WAITING = 8
 """Maximum number of packets that wait to be sent."""
 _FINAL = 400
 """Status of a handshake whose key is not trusted; the library does not try again."""
 
 
-class CameraSocket:
-    """A reader's end of the stream `camera`, connected in the background; an absent camera is no error."""
+class StreamLine(Protocol):
+    """Connection with a process of the remote site."""
 
-    def __init__(self, host: str, base_port: int, keys: KeyPair, remote_public_key: str):
+    refused: bool
+
+    def receive(self) -> list[bytes]:
+        """Return the parts of the next message; empty if none waits."""
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet."""
+
+    def reconnect(self) -> None:
+        """Connect again."""
+
+    def close(self) -> None:
+        """Disconnect."""
+
+
+class Reconnection:
+    """Connects a silent line again. Pure: times are arguments, ns."""
+
+    def __init__(self, line: StreamLine, now_ns: int):
+        """Watch a line that was connected at `now_ns`."""
+        self._line, self._connected_ns = line, now_ns
+
+    def step(self, now_ns: int, silent_s: float) -> None:
+        """Connect again if nothing came for RECONNECT_S, s, and the last attempt is as old."""
+        if silent_s > RECONNECT_S and now_ns - self._connected_ns > RECONNECT_S * 1e9:
+            self._connected_ns = now_ns
+            self._line.reconnect()
+
+
+class StreamSocket:
+    """A reader's end of a stream, connected in the background; an absent process is no error."""
+
+    def __init__(
+        self,
+        stream: str,
+        host: str,
+        base_port: int,
+        keys: KeyPair,
+        remote_public_key: str,
+        most_bytes: int = MAX_PACKET,
+    ):
         """Connect to the remote site's host.
 
         Args:
+            stream: name of the stream.
             host: name or address of the remote site.
             base_port: first port of the remote site's link.
             keys: keys of the operator site.
             remote_public_key: public key of the remote site.
+            most_bytes: size of the largest part of a received message, bytes.
         """
         self.refused = False
-        """Whether the camera's process has refused this side's key since the last connection."""
+        """Whether the process has refused this side's key since the last connection."""
         self._keys, self._remote_key = keys, remote_public_key
-        self._port = base_port + STREAMS["camera"].port
+        self._most_bytes, self._port = most_bytes, base_port + STREAMS[stream].port
         self._resolver = Resolver(host, self._port)
         self._context = zmq.Context()
         self._open()
 
     def _open(self) -> None:
         socket = self._context.socket(zmq.DEALER)
-        prepare_socket(socket, MAX_PICTURE)
+        prepare_socket(socket, self._most_bytes)
         socket.setsockopt(zmq.SNDHWM, _WAITING)
-        # A packet to an absent camera must fail now: later, its times would be wrong.
+        # A packet to an absent process must fail now: later, its times would be wrong.
         socket.setsockopt(zmq.IMMEDIATE, 1)
         use_curve(socket, self._keys, self._remote_key)
         self._monitor = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_SUCCEEDED)
@@ -69,7 +114,7 @@ class CameraSocket:
         return [frame.bytes for frame in self._inbox.take()]
 
     def send(self, packet: bytes) -> None:
-        """Send a packet; it is dropped where no camera is connected."""
+        """Send a packet; it is dropped where no process is connected."""
         with contextlib.suppress(zmq.Again):
             self._socket.send(packet, zmq.DONTWAIT)
         self._inbox.stale()

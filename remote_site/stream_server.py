@@ -1,4 +1,4 @@
-"""The camera's socket: serves readers of the stream `camera` with the remote site's keys."""
+"""The socket of a stream beside the session: serves its readers with the remote site's keys."""
 
 import contextlib
 
@@ -12,16 +12,15 @@ from common.link.host_name import is_ipv6, tcp_endpoint
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.wire.streams import STREAMS
 
-_STREAM = STREAMS["camera"]
 _WAITING = 16
-"""Maximum number of pictures that wait to be sent to one reader."""
+"""Maximum number of messages that wait to be sent to one reader."""
 
 
-class CameraLink:
+class StreamServer:
     """Serves trusted keys only; never blocks."""
 
-    def __init__(self, config: RemoteLinkConfig) -> None:
-        """Bind the stream's port.
+    def __init__(self, config: RemoteLinkConfig, stream: str) -> None:
+        """Bind the port of a stream.
 
         Raises:
             LinkProblem: the port is in use, the address is not this machine's, or it is open to a network and no key
@@ -30,7 +29,8 @@ class CameraLink:
         """
         self._keys, self._trusted = load_keys(config.keys), TrustedKeys(config.keys)
         check_bind(config.bind, self._trusted)
-        self._host, self._address = config.bind, tcp_endpoint(config.bind, config.base_port + _STREAM.port)
+        self._stream, self._host = stream, config.bind
+        self._address = tcp_endpoint(config.bind, config.base_port + STREAMS[stream].port)
         self.socket: zmq.Socket[bytes] | None = None
         """Socket to poll; None for a moment after a key was revoked."""
         self._context = zmq.Context()
@@ -39,14 +39,14 @@ class CameraLink:
             self._bind()
         except zmq.ZMQError as error:
             self.close()
-            raise LinkProblem(f"{self._address} ({_STREAM.name}): {error.strerror}") from None
+            raise LinkProblem(f"{self._address} ({stream}): {error.strerror}") from None
 
     def _bind(self) -> None:
         socket = self._context.socket(zmq.ROUTER)
         prepare_socket(socket)
         socket.setsockopt(zmq.SNDHWM, _WAITING)
         socket.setsockopt(zmq.IPV6, is_ipv6(self._host))
-        serve_curve(socket, self._keys, _STREAM.name)
+        serve_curve(socket, self._keys, self._stream)
         try:
             socket.bind(self._address)
         except zmq.ZMQError:
@@ -65,11 +65,11 @@ class CameraLink:
         """Return whether the owner of this key may be a session's operator."""
         return self._trusted.role(key) is Role.PARTNER
 
-    def send(self, who: bytes, header: bytes, picture: bytes) -> None:
+    def send(self, who: bytes, *parts: bytes) -> None:
         """Send a message to one reader; a reader that is gone or reads nothing gets none."""
         if self.socket is not None:
             with contextlib.suppress(zmq.Again):
-                self.socket.send_multipart([who, header, picture], zmq.DONTWAIT)
+                self.socket.send_multipart([who, *parts], zmq.DONTWAIT)
             self._inbox.stale()
 
     def recheck_keys(self) -> None:

@@ -1,0 +1,1 @@
+"""Cost of the voice: `python -m benchmarks.voice_cost.run`."""

@@ -1,0 +1,114 @@
+"""Serves the pages of a stream beside the session, each over a websocket and in tasks of its own."""
+
+import asyncio
+import json
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from typing import Any, Generic, Protocol, TypeVar
+
+from starlette.websockets import WebSocketDisconnect
+
+from common.link.rate_limiter import RateLimiter
+from common.runtime.containment import Containment
+from common.web.access import Visitor
+from operator_site.console.web.pages import (
+    FULL,
+    MESSAGES_AT_ONCE,
+    MESSAGES_PER_S,
+    NOT_UNDERSTOOD,
+    TOO_MUCH,
+    PageSocket,
+    message_of,
+)
+from operator_site.console.web.places import ACTING_PLACES, OBSERVING_PLACES
+
+
+class StreamPage(Protocol):
+    """One page of a stream."""
+
+    visitor: Visitor
+    queue: Any
+    """Messages that are to be sent, a deque of bytes."""
+
+
+Page = TypeVar("Page", bound=StreamPage)
+
+
+class StreamPages(ABC, Generic[Page]):
+    """Pages of one stream; for use in the server's own thread only."""
+
+    def __init__(self, contain: Containment, clock_s: Callable[[], float] = time.monotonic):
+        """Begin without pages.
+
+        Args:
+            contain: contains errors of one page, so that the others are served.
+            clock_s: this machine's monotonic clock, s.
+        """
+        self._contain, self._clock_s = contain, clock_s
+        self._pages: dict[Page, asyncio.Event] = {}
+
+    @abstractmethod
+    def _new(self, visitor: Visitor) -> Page:
+        """Return the state of a new page."""
+
+    @abstractmethod
+    def _take(self, page: Page, message: dict[str, Any]) -> None:
+        """Take a message of a page; raises KeyError, TypeError or ValueError where it is not understood."""
+
+    def _take_bytes(self, page: Page, packed: bytes) -> None:
+        """Take a binary message of a page; raises ValueError where it is not understood."""
+        raise ValueError("no page sends binary messages here")
+
+    def _left(self, page: Page) -> None:
+        """Note that a page has left."""
+
+    async def serve(self, socket: PageSocket, visitor: Visitor) -> None:
+        """Serve one page of an accepted visitor until the page leaves."""
+        same = sum(page.visitor.role == visitor.role for page in self._pages)
+        if same >= (ACTING_PLACES if visitor.role == "act" else OBSERVING_PLACES):
+            await socket.close(FULL)
+            return
+        page, ready = self._new(visitor), asyncio.Event()
+        self._pages[page] = ready
+        what = type(self).__name__
+        sides = [
+            asyncio.create_task(self._side(f"{what}, reading", self._read(socket, page))),
+            asyncio.create_task(self._side(f"{what}, writing", self._write(socket, page, ready))),
+        ]
+        try:
+            await asyncio.wait(sides, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for side in sides:
+                side.cancel()
+            del self._pages[page]
+            self._left(page)
+
+    async def _side(self, what: str, doing: Coroutine[Any, Any, None]) -> None:
+        # RuntimeError: closed during a send
+        with self._contain.step(what, latches=False), suppress(WebSocketDisconnect, RuntimeError):
+            await doing
+
+    async def _read(self, socket: PageSocket, page: Page) -> None:
+        messages = RateLimiter(MESSAGES_PER_S, MESSAGES_AT_ONCE)
+        while True:
+            message = await message_of(socket)
+            if not messages.allows(self._clock_s()):
+                await socket.close(TOO_MUCH, "too many messages")
+                return
+            try:
+                if isinstance(message, bytes):
+                    self._take_bytes(page, message)
+                else:
+                    self._take(page, json.loads(message))
+            except (ValueError, KeyError, TypeError, RecursionError):
+                await socket.close(NOT_UNDERSTOOD)
+                return
+
+    async def _write(self, socket: PageSocket, page: Page, ready: asyncio.Event) -> None:
+        while True:
+            await ready.wait()
+            ready.clear()
+            while page.queue:
+                await socket.send_bytes(page.queue.popleft())

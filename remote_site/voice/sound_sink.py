@@ -1,0 +1,148 @@
+"""The loudspeaker: a device of ALSA written in a thread, a WAV file, or none."""
+
+import itertools
+import logging
+import queue
+import threading
+import time
+import wave
+from contextlib import suppress
+from pathlib import Path
+from typing import Protocol
+
+import av
+import numpy as np
+from av.error import FFmpegError
+
+from common.wire.voice_messages import RATE_HZ, SAMPLES
+from remote_site.voice.alsa import use_system_alsa
+from remote_site.voice.opus_codec import LAYOUT, Samples, frame_of
+
+log = logging.getLogger(__name__)
+
+AGAIN_S = 1.0
+"""Time between two attempts to open a device, s."""
+_MOST_WAITING = 4
+"""Maximum number of sounds that wait for the device; further ones are dropped."""
+_PAUSE_S = 0.1
+"""Pause after which silence goes ahead of a sound, s: the device has run dry."""
+_AHEAD = 2
+"""Number of silent sounds that go ahead."""
+
+
+class SoundSink(Protocol):
+    """Plays sounds; `problem` says why nobody hears them, and is empty while somebody may."""
+
+    problem: str
+
+    def play(self, samples: Samples) -> None:
+        """Play one sound after the ones before; never blocks."""
+
+    def close(self) -> None:
+        """End it."""
+
+
+class NoSink:
+    """No loudspeaker."""
+
+    problem = "there is no loudspeaker"
+
+    def play(self, samples: Samples) -> None:
+        """Play nothing."""
+
+    def close(self) -> None:
+        """End it."""
+
+
+class WavSink:
+    """A WAV file of all sounds, one after another without the pauses; for machines without a loudspeaker."""
+
+    problem = ""
+
+    def __init__(self, path: Path) -> None:
+        """Create the file.
+
+        Raises:
+            OSError: it cannot be created.
+        """
+        self._file = wave.open(str(path), "wb")  # noqa: SIM115 - closed by close
+        self._file.setnchannels(1)
+        self._file.setsampwidth(2)
+        self._file.setframerate(RATE_HZ)
+
+    def play(self, samples: Samples) -> None:
+        """Add one sound."""
+        self._file.writeframes(samples.astype("<i2").tobytes())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class DeviceSink:
+    """A loudspeaker of ALSA.
+
+    Attributes:
+        problem: why nobody hears anything; empty while the device plays.
+    """
+
+    def __init__(self, name: str) -> None:
+        """Start writing to the device with a name such as `default`."""
+        use_system_alsa()
+        self.problem = "the loudspeaker was not opened yet"
+        self._name = name
+        self._waiting: queue.Queue[Samples | None] = queue.Queue(_MOST_WAITING)
+        self._stopping = threading.Event()
+        threading.Thread(target=self._write, name="loudspeaker", daemon=True).start()
+
+    def play(self, samples: Samples) -> None:
+        """Give one sound to the device; it is dropped where too many wait."""
+        with suppress(queue.Full):
+            self._waiting.put_nowait(samples)
+
+    def close(self) -> None:
+        """End the thread with its next sound or error, without waiting for it."""
+        self._stopping.set()
+        with suppress(queue.Full):
+            self._waiting.put_nowait(None)
+
+    def _write(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                with av.open(self._name, "w", format="alsa") as container:
+                    self._play_all(container)
+            except (FFmpegError, OSError, ValueError) as error:
+                problem = f"alsa:{self._name}: {getattr(error, 'strerror', None) or error}"
+                if problem != self.problem:
+                    log.warning("nobody hears: %s", problem)
+                self.problem = problem
+            self._stopping.wait(AGAIN_S)
+
+    def _play_all(self, container: av.container.OutputContainer) -> None:
+        stream = container.add_stream("pcm_s16le", rate=RATE_HZ, layout=LAYOUT)
+        container.start_encoding()  # opens the device
+        numbers, played_s = itertools.count(), 0.0
+        self.problem = ""
+        while (samples := self._waiting.get()) is not None and not self._stopping.is_set():
+            dry = time.monotonic() - played_s > _PAUSE_S
+            for block in [np.zeros(SAMPLES, np.int16)] * (_AHEAD if dry else 0) + [samples]:
+                container.mux(stream.encode(frame_of(block, next(numbers))))
+            played_s = time.monotonic()
+
+
+def open_sink(place: str | Path) -> SoundSink:
+    """Open a sink of the configuration.
+
+    Raises:
+        ValueError, OSError: it is no device and no file that can be created.
+    """
+    if isinstance(place, Path):
+        if place.suffix.lower() != ".wav":
+            raise ValueError(f"sink {place}: a file has to end in .wav")
+        return WavSink(place)
+    kind, _, name = place.partition(":")
+    if kind == "alsa":
+        return DeviceSink(name or "default")
+    if place != "none":
+        raise ValueError(f"sink {place!r}: expected such as alsa:default, a WAV file or none")
+    return NoSink()
