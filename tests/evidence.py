@@ -166,7 +166,12 @@ HAZARDS = (
             "tests/unit/common/tenderness/test_reaction.py",
             "tests/virtual/test_patient_pain.py",
         ),
-        (),
+        (
+            "sim-remote-slider-1001",
+            "sim-remote-slider-0",
+            "sim-remote-slider-gone",
+            "sim-remote-slider-1000",
+        ),
     ),
     Hazard(
         "the patient wants it to stop, and nothing stops",
