@@ -15,6 +15,8 @@ from teletaction.session.demo_files import REACTION_S, DemoOptions, prepare
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed import Extras, SessionConfigs, Testbed
 
+pytestmark = pytest.mark.long
+
 SCENE = "tender_place"
 POLL_S = 0.1
 SECONDS = 33.0

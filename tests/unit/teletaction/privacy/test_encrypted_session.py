@@ -94,6 +94,7 @@ def test_replay_is_identical(session: Path, merged: Path, keys: dict[str, Path],
         assert (tmp_path / "plain" / name).read_bytes() == (tmp_path / "sealed" / name).read_bytes()
 
 
+@pytest.mark.long
 def test_report_and_export_are_identical(
     session: Path, merged: Path, keys: dict[str, Path], tmp_path: Path, coarse: None
 ) -> None:

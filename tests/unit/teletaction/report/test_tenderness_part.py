@@ -58,6 +58,7 @@ def test_the_report_has_map_place_threshold_reaction_and_number_of_answers(agree
     assert 'alt="Map of tenderness"' in out.read_text("utf-8")
 
 
+@pytest.mark.long
 def test_report_and_playback_show_the_same(agreed: Path) -> None:
     console = Console(live=False)
     examine(console)
