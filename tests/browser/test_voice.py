@@ -175,5 +175,6 @@ def test_a_page_without_a_microphone_says_why(open_page: Open, script: str, word
 def test_it_fits_and_is_accessible(open_page: Open, picture_of: Any, scenario: str, size: str) -> None:
     page = open_page(scenario, SIZES[size])
     page.wait_for_selector("#voice-said:has-text('icrophone'), #voice-said:has-text('Voice')")
+    page.wait_for_selector("#legend .scale canvas[aria-label]")  # the first picture was drawn
     picture_of(page, f"{scenario} {size}")
     assert page.evaluate(LOOK) + axe_findings(page) == []
