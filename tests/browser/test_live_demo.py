@@ -105,7 +105,7 @@ def test_the_lesion_is_found_the_link_is_cut_and_all_of_it_is_reported_and_playe
         assert not played.is_visible("#act-button")
         assert played.locator("#ticks span.finding").count() == 1
         played.keyboard.press("End")
-        played.wait_for_selector("#findings li:has-text('coarse grain')", state="attached")
+        played.wait_for_selector("#findings-list li:has-text('coarse grain')", state="attached")
         played.keyboard.press("Home")
         played.wait_for_function("() => now.state.findings.length === 0")
         played.keyboard.press("]")

@@ -74,7 +74,7 @@ def test_a_whole_session_from_its_beginning_to_its_report(page: Any, picture_of:
     picture_of(page, "live paused")
 
     page.click("#session-button")
-    page.wait_for_selector("#findings li", state="attached")
+    page.wait_for_selector("#findings-list li", state="attached")
     page.click("#end-button")
     page.click("#end-button:has-text('End examination P-0417? 1 finding.')")
     page.wait_for_selector("#report-link:visible", timeout=LONGEST_S * 1000)
@@ -142,6 +142,6 @@ def test_what_a_full_disk_does_not_take_is_said_and_is_kept_when_there_is_room(p
         page.wait_for_selector(f"#read-out:has-text('Note to finding {number} kept here, not yet on disk.')")
         page.wait_for_selector(f'#alarm-text:has-text("{CONSOLE_NOT_RECORDED}")')
         page.click("#session-button")
-        page.wait_for_selector("#findings li:has-text('not yet on disk')")
-    page.wait_for_selector("#findings li:not(:has-text('not yet on disk'))")
+        page.wait_for_selector("#findings-list li:has-text('not yet on disk')")
+    page.wait_for_selector("#findings-list li:not(:has-text('not yet on disk'))")
     assert kept(session.folder, note)
