@@ -5,6 +5,7 @@ import contextlib
 import socket as sockets
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -57,42 +58,38 @@ def address_of(config: WebConfig, socket: sockets.socket) -> str:
     return config.address or f"{scheme}://{host}:{port}"
 
 
-def serve_page(
-    app: Starlette,
-    config: WebConfig,
-    socket: sockets.socket,
-    contain: Containment,
-    stop: Callable[[], bool],
-    step: Callable[[float], object],
-    every_s: float,
-    each_second: Callable[[], object],
-) -> None:
-    """Serve `app` at `socket` until `stop()`, or until Ctrl-C.
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What a process does beside serving its page.
+
+    Attributes:
+        stop: whether to end.
+        step: the process's own work, called with the monotonic time, s.
+        every_s: time between two steps, s.
+        each_second: called once a second.
+    """
+
+    stop: Callable[[], bool]
+    step: Callable[[float], object]
+    every_s: float
+    each_second: Callable[[], object]
+
+
+def serve_page(app: Starlette, config: WebConfig, socket: sockets.socket, contain: Containment, work: Work) -> None:
+    """Serve `app` at `socket` until `work.stop()`, or until Ctrl-C.
 
     Args:
         app: the page.
         config: certificate and key.
         socket: from `bound`.
         contain: reports errors of steps, requests and connections.
-        stop: whether to end.
-        step: the process's own work, called with the monotonic time, s.
-        every_s: time between two steps, s.
-        each_second: called once a second.
+        work: what the process does beside.
     """
     with contextlib.suppress(KeyboardInterrupt):
-        asyncio.run(_run(app, config, socket, contain, stop, step, every_s, each_second))
+        asyncio.run(_run(app, config, socket, contain, work))
 
 
-async def _run(
-    app: Starlette,
-    config: WebConfig,
-    socket: sockets.socket,
-    contain: Containment,
-    stop: Callable[[], bool],
-    step: Callable[[float], object],
-    every_s: float,
-    each_second: Callable[[], object],
-) -> None:
+async def _run(app: Starlette, config: WebConfig, socket: sockets.socket, contain: Containment, work: Work) -> None:
     asyncio.get_running_loop().set_exception_handler(partial(_name, contain))
     connections = Connections(most_connections(raise_descriptor_limit()))
     server = _Server(
@@ -119,16 +116,16 @@ async def _run(
     serving = asyncio.create_task(server.serve(sockets=[]))
     second, drop = Interval(_SECOND_S), Interval(_DROP_S)
     try:
-        while not stop() and not serving.done():
+        while not work.stop() and not serving.done():
             now_s = time.monotonic()
             with contain.step("showing", latches=False):
-                step(now_s)
+                work.step(now_s)
             if drop(now_s):
                 door.step()
             if second(now_s):
                 with contain.step("status", latches=False):
-                    each_second()
-            await asyncio.sleep(every_s)
+                    work.each_second()
+            await asyncio.sleep(work.every_s)
     finally:
         door.close()
         server.should_exit = True

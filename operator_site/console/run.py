@@ -12,7 +12,7 @@ from common.privacy.key_variable import given_key
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.web.access import Access
-from common.web.page_server import address_of, bound, serve_page
+from common.web.page_server import Work, address_of, bound, serve_page
 from common.wire.camera_messages import MAX_PICTURE
 from common.wire.packets import MAX_PACKET
 from operator_site.console.camera.camera import Camera
@@ -109,4 +109,4 @@ def _serve(
 
     with Supervisor() as supervisor:
         supervisor.ready()
-        serve_page(app, config, socket, contain, stop, shown.step, _LOOK_S, each_second)
+        serve_page(app, config, socket, contain, Work(stop, shown.step, _LOOK_S, each_second))

@@ -12,7 +12,7 @@ from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.web.access import Access
 from common.web.guarded_page import GuardedPage
-from common.web.page_server import address_of, bound, serve_page
+from common.web.page_server import Work, address_of, bound, serve_page
 from remote_site.patient_page.patient_tablets import PatientTablets
 from remote_site.patient_page.switch_line import SwitchLine
 from remote_site.patient_page.tablet_switch import TabletSwitch
@@ -50,13 +50,5 @@ def run_patient_page(config: PatientPageConfig, stop: Callable[[], bool]) -> Non
 
         with Supervisor() as supervisor:
             supervisor.ready()
-            serve_page(
-                app,
-                config,
-                socket,
-                tablets.contain,
-                stop,
-                lambda now_s: line.step(now_s, switch.report(now_s)),
-                _STEP_S,
-                each_second,
-            )
+            work = Work(stop, lambda now_s: line.step(now_s, switch.report(now_s)), _STEP_S, each_second)
+            serve_page(app, config, socket, tablets.contain, work)

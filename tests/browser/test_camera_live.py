@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from common.config.models import ConsentConfig, ConsoleCameraConfig, ConsoleConfig
+from common.config.models import ConsentConfig, ConsoleCameraConfig
 from common.recording.reader import RecordingReader
 from operator_site.console.camera.camera_picture import Picture
-from operator_site.console.run import run_console
 from tests.browser.conftest import LIVE
+from tests.browser.running_console import RunningConsole
 from tests.browser.test_camera import LIVE_TEXT, NAMED
-from tests.conftest import Keys, free_ports
+from tests.conftest import Keys
 from tests.unit.operator_site.console.camera.fake_camera import FakeCamera, until
 from tests.vp8_stream import HZ, pictures
 
@@ -54,33 +54,14 @@ def record(tmp_path: Path) -> Path:
     return tmp_path / "console.mcap"
 
 
-class Running:
-    """A console in a thread, which requires the camera and records it."""
-
-    def __init__(self, base_port: int, keys: Keys, record: Path) -> None:
-        desk, self._ended = free_ports(), threading.Event()
-        config = ConsoleConfig(
-            keys=keys.operator,
-            desk_port=desk,
-            feed_port=desk + 1,
-            port=desk + 2,
-            record=record,
-            consent=ConsentConfig(touch=True, pain=False, picture=True),
-            camera=ConsoleCameraConfig(base_port=base_port, required=True, record=True),
-        )
-        self.address = f"http://127.0.0.1:{config.port}/"
-        self._thread = threading.Thread(target=run_console, args=(config, self._ended.is_set))
-        self._thread.start()
-
-    def end(self) -> None:
-        """End the console and its record."""
-        self._ended.set()
-        self._thread.join()
-
-
 @pytest.fixture
-def console(base_port: int, keys: Keys, record: Path) -> Iterator[Running]:
-    made = Running(base_port, keys, record)
+def console(base_port: int, keys: Keys, record: Path) -> Iterator[RunningConsole]:
+    made = RunningConsole(
+        keys,
+        record,
+        consent=ConsentConfig(touch=True, pain=False, picture=True),
+        camera=ConsoleCameraConfig(base_port=base_port, required=True, record=True),
+    )
     yield made
     made.end()
 
@@ -93,7 +74,7 @@ def filming(base_port: int, keys: Keys) -> Iterator[Filming]:
 
 
 def test_a_picture_comes_through_to_the_page_and_into_the_record(
-    browser: Any, console: Running, filming: Filming, record: Path
+    browser: Any, console: RunningConsole, filming: Filming, record: Path
 ) -> None:
     page = browser.new_page(viewport={"width": 1440, "height": 900})
     until(lambda: _served(page, console.address))

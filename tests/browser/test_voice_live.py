@@ -11,17 +11,17 @@ import msgpack
 import numpy as np
 import pytest
 
-from common.config.models import ConsentConfig, ConsoleConfig, ConsoleVoiceConfig
+from common.config.models import ConsentConfig, ConsoleVoiceConfig
 from common.recording.reader import RecordingReader
 from common.recording.recorder import Recorder
 from operator_site.console.examination.journal import SCHEMAS as KEPT
-from operator_site.console.run import run_console
 from operator_site.console.voice.voice_sound import VoiceSound
 from operator_site.site_recording import SCHEMAS
 from tests.browser.conftest import LIVE
+from tests.browser.running_console import RunningConsole
 from tests.browser.test_camera_live import _served
 from tests.browser.test_voice import LISTEN, PITCH, SAID
-from tests.conftest import Keys, free_ports
+from tests.conftest import Keys
 from tests.system.played_console import playing
 from tests.unit.operator_site.console.fed import S, figures, rendered, touch
 from tests.unit.operator_site.console.voice.fake_voice import FakeVoice, until
@@ -82,33 +82,14 @@ def record(tmp_path: Path) -> Path:
     return tmp_path / "console.mcap"
 
 
-class Running:
-    """A console in a thread, which records the voice."""
-
-    def __init__(self, base_port: int, keys: Keys, record: Path) -> None:
-        desk, self._ended = free_ports(), threading.Event()
-        config = ConsoleConfig(
-            keys=keys.operator,
-            desk_port=desk,
-            feed_port=desk + 1,
-            port=desk + 2,
-            record=record,
-            voice=ConsoleVoiceConfig(base_port=base_port, record=True),
-            consent=ConsentConfig(touch=True, pain=True, voice=True),
-        )
-        self.address = f"http://127.0.0.1:{config.port}/"
-        self._thread = threading.Thread(target=run_console, args=(config, self._ended.is_set))
-        self._thread.start()
-
-    def end(self) -> None:
-        """End the console and its record."""
-        self._ended.set()
-        self._thread.join()
-
-
 @pytest.fixture
-def console(base_port: int, keys: Keys, record: Path) -> Iterator[Running]:
-    made = Running(base_port, keys, record)
+def console(base_port: int, keys: Keys, record: Path) -> Iterator[RunningConsole]:
+    made = RunningConsole(
+        keys,
+        record,
+        voice=ConsoleVoiceConfig(base_port=base_port, record=True),
+        consent=ConsentConfig(touch=True, pain=True, voice=True),
+    )
     yield made
     made.end()
 
@@ -121,7 +102,7 @@ def talking(base_port: int, keys: Keys) -> Iterator[Talking]:
 
 
 def test_both_ends_hear_each_other_and_both_are_recorded(
-    browser: Any, console: Running, talking: Talking, record: Path
+    browser: Any, console: RunningConsole, talking: Talking, record: Path
 ) -> None:
     page = browser.new_page(viewport={"width": 1440, "height": 900})
     page.add_init_script(LISTEN)

@@ -6,7 +6,7 @@ from starlette.applications import Starlette
 
 from common.config.models import WebConfig
 from common.runtime.containment import Containment
-from common.web.page_server import serve_page
+from common.web.page_server import Work, serve_page
 from tests.conftest import Contained
 
 
@@ -21,7 +21,7 @@ def test_a_step_that_raises_is_named_once_and_the_process_continues(contained: C
         raise ValueError("no figures")
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
-        serve_page(Starlette(), WebConfig(), listening, contain, lambda: len(steps) >= 5, step, 0.008, status)
+        serve_page(Starlette(), WebConfig(), listening, contain, Work(lambda: len(steps) >= 5, step, 0.008, status))
     assert len(steps) == 5
     names = contained.take()
     assert [name.split(" in ")[0] for name in names] == ["showing: LookupError", "status: ValueError"]

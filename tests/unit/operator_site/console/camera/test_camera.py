@@ -116,8 +116,8 @@ def test_a_refused_key_is_named_and_taken_once_it_is_trusted(both: Both, keys: K
 def test_a_damaged_header_is_dropped_and_the_next_picture_is_shown(both: Both) -> None:
     process = both.start()
     until(both.asked)
-    process.send_raw([b"damaged", b"picture"])
-    process.send_raw([process.header(1).encode()])
+    process.send_raw(b"damaged", b"picture")
+    process.send_raw(process.header(1).encode())
     until(lambda: both.damaged() == 2)
     process.send(2)
     until(lambda: both.took(2))

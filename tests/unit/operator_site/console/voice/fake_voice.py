@@ -2,23 +2,17 @@
 
 import time
 
-import zmq
-
-from common.link.authenticator import Authenticator
-from common.link.curve import prepare_socket, serve_curve
-from common.link.keys import TrustedKeys, load_keys
 from common.link.voice_end import Sound, VoiceEnd
-from common.wire.streams import STREAMS
 from common.wire.voice_messages import VoiceState
 from tests.conftest import Keys
-from tests.unit.operator_site.console.camera.fake_camera import until
+from tests.unit.operator_site.console.fake_process import FakeProcess, until
 
 __all__ = ["FakeVoice", "until"]
 
 FRAME_S = 0.020
 
 
-class FakeVoice:
+class FakeVoice(FakeProcess):
     """Binds the port of the stream `voice`, and serves one reader.
 
     Attributes:
@@ -28,19 +22,12 @@ class FakeVoice:
     """
 
     def __init__(self, base_port: int, keys: Keys) -> None:
-        trusted = TrustedKeys(keys.remote)
-        self._context = zmq.Context()
-        self._authenticator = Authenticator(self._context, lambda _, key: trusted.role(key) is not None)
-        self._socket: zmq.Socket[bytes] = self._context.socket(zmq.ROUTER)
-        prepare_socket(self._socket)
-        serve_curve(self._socket, load_keys(keys.remote), "voice")
-        self._socket.bind(f"tcp://127.0.0.1:{base_port + STREAMS['voice'].port}")
+        super().__init__("voice", base_port, keys)
         self.state, self.hears, self.consents = VoiceState.TALKS, True, False
         self.sounds: list[Sound] = []
         self.ages_s: list[float] = []
         """Age of each of these sounds when it arrived."""
         self.end: VoiceEnd | None = None
-        self._who = b""
 
     def turn(self) -> None:
         """Read the waiting packets, and answer where that is due."""
@@ -64,12 +51,3 @@ class FakeVoice:
             packed = self.end.pack(now_ns, self.state, sound, hears=self.hears, consents=self.consents)
             if packed is not None:
                 self.send_raw(packed)
-
-    def send_raw(self, *parts: bytes) -> None:
-        """Send a message to the reader."""
-        self._socket.send_multipart([self._who, *parts])
-
-    def close(self) -> None:
-        """End the process."""
-        self._authenticator.close()
-        self._context.destroy(linger=0)
