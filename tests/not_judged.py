@@ -1,7 +1,8 @@
 """Do not judge real-time tests that fail while the machine stood still, nor costs measured on a busy one.
 
 A process of its own watches the machine. It does nothing but wake up every 2 ms, so that neither a session nor busy
-programs beside it make it late. No test is run again; at most two of a run may end without a judgement.
+programs beside it make it late. No test is run again; at most two of a run may end without a judgement, and none in
+two runs of this folder in a row.
 """
 
 import os
@@ -27,6 +28,8 @@ OTHERS = 0.5
 PROTECTS = "protects"
 """Mark of tests of a gate or of an emergency stop, which are always judged."""
 NOT_JUDGED = "not judged: "
+_CACHED = "not-judged"
+"""Names of the tests whose last run here was not judged."""
 _LEAST_S = 0.004
 _WATCH = """
 import select, sys, time
@@ -102,11 +105,14 @@ class NotJudged:
     Attributes:
         watch: of the machine; None while no test depends on its time.
         found: what was not judged, by the names of tests.
+        again: those of them that their run before did not judge either.
     """
 
     def __init__(self) -> None:
         self.watch: Watch | None = None
         self.found: dict[str, str] = {}
+        self.again: set[str] = set()
+        self._judged: set[str] = set()
         self._begun_s: dict[str, float] = {}
         self._others: dict[str, Others] = {}
 
@@ -165,11 +171,18 @@ class NotJudged:
         """Count; with several processes this is called in the one that has the result."""
         if report.skipped and isinstance(report.longrepr, tuple) and report.longrepr[2].startswith(NOT_JUDGED):
             self.found[report.nodeid] = report.longrepr[2]
+        elif report.when == "call" or report.failed:
+            self._judged.add(report.nodeid)
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Fail a run of which too much was not judged."""
-        if len(self.found) > MOST:
+        """Fail a run of which too much was not judged, or a test that was not judged twice."""
+        cache = session.config.cache if not hasattr(session.config, "workerinput") else None
+        if cache is not None:
+            before = set(cache.get(_CACHED, []))
+            self.again = before & self.found.keys()
+            cache.set(_CACHED, sorted((before - self._judged) | self.found.keys()))
+        if len(self.found) > MOST or self.again:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
@@ -178,6 +191,8 @@ class NotJudged:
             terminalreporter.write_line(f"NOT JUDGED {name} - {reason.removeprefix(NOT_JUDGED)}")
         if len(self.found) > MOST:
             terminalreporter.write_line(f"FAILED {len(self.found)} tests were not judged; {MOST} may be")
+        for name in sorted(self.again):
+            terminalreporter.write_line(f"FAILED {name} - not judged in two runs")
 
 
 def _stall_s(item: pytest.Item) -> float | None:

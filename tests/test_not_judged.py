@@ -46,7 +46,7 @@ def pytest_configure(config):
 def run(folder: Path, tests: str, *options: str) -> tuple[int, str]:
     (folder / "conftest.py").write_text(CONFTEST, "utf-8")
     (folder / "test_inner.py").write_text(INNER + tests, "utf-8")
-    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", "/dev/null", "--rootdir", folder]
+    words = [sys.executable, "-m", "pytest", "-q", "-c", "/dev/null", "--rootdir", folder]
     done = subprocess.run(
         [*words, *options, folder], cwd=Path(__file__).parents[1], capture_output=True, text=True, check=False
     )
@@ -144,6 +144,30 @@ def test_many_unjudged_tests_fail_the_run(tmp_path: Path) -> None:
     code, said = run(tmp_path, tests)
     assert code == 1
     assert f"{MOST + 1} skipped" in said
+
+
+TWO = """
+@pytest.mark.session
+def test_disturbed(still):
+    assert {good}
+
+@pytest.mark.session
+def test_of_something_else():
+    pass
+"""
+
+
+@pytest.mark.parametrize("options", [(), ("-n", "1")])
+def test_a_test_that_is_not_judged_in_two_runs_fails(options: tuple[str, ...], tmp_path: Path) -> None:
+    """A run without it between the two changes nothing; a run that judges it does."""
+    bad, good = TWO.format(good=False), TWO.format(good=True)
+    assert run(tmp_path, bad, *options)[0] == 0
+    assert run(tmp_path, bad, "-k", "something")[0] == 0
+    code, said = run(tmp_path, bad, *options)
+    assert code == 1
+    assert "test_inner.py::test_disturbed - not judged in two runs" in said
+    assert run(tmp_path, good, *options)[0] == 0
+    assert run(tmp_path, bad, *options)[0] == 0
 
 
 def test_the_watch_keeps_what_it_notes_until_it_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,6 +21,7 @@ def step_clock(session: VirtualSession, side: str, seconds: float) -> None:
     clock.offset_s += seconds
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("side", "seconds"), STEPS)
 def test_a_stepped_clock_is_safe_at_once_and_the_work_resumes_with_plate_and_motor(
     working: VirtualSession, side: str, seconds: float

@@ -26,6 +26,7 @@ def ask(session: VirtualSession, verb: str, **details: Any) -> dict[str, Any]:
     return answer.result()
 
 
+@pytest.mark.long
 def test_an_open_clutch_holds_the_remote_hand_and_frees_the_finger(working: VirtualSession) -> None:
     pressing = len(working.truth) - 1
     ask(working, "clutch", open=True)
@@ -62,12 +63,14 @@ def test_closing_begins_at_the_hand_and_the_scale_divides_its_motion(working: Vi
     assert working.latched == (False, False)
 
 
+@pytest.mark.long
 def test_the_scale_stays_while_the_finger_presses(working: VirtualSession) -> None:
     with pytest.raises(Refused, match="a finger presses"):
         ask(working, "scale", scale=2)
     assert working.operator.coupling.now.direct
 
 
+@pytest.mark.long
 def test_a_silent_link_under_an_open_clutch_pauses_the_session(working: VirtualSession) -> None:
     ask(working, "clutch", open=True)
     working.run(SETTLED_S)
@@ -77,6 +80,7 @@ def test_a_silent_link_under_an_open_clutch_pauses_the_session(working: VirtualS
     assert working.operator.client.session.paused == "the link was silent while the clutch was open"
 
 
+@pytest.mark.long
 def test_a_pause_and_a_resume_close_the_clutch_where_the_hand_is(working: VirtualSession) -> None:
     ask(working, "clutch", open=True)
     working.run(SETTLED_S)

@@ -21,6 +21,7 @@ def sent(session: VirtualSession) -> tuple[int, int]:
     return session.operator.motions_sent, session.remote.touches_sent
 
 
+@pytest.mark.long
 def test_a_hand_that_waits_sends_only_refreshes_and_every_tick_is_counted(session: VirtualSession) -> None:
     session.operator.client.want_engaged = False
     session.run(1.0)
@@ -38,6 +39,7 @@ def test_a_hand_that_waits_sends_only_refreshes_and_every_tick_is_counted(sessio
         assert sum(counts) == pytest.approx(4.0 / tick_s, abs=0.2 / tick_s), "less the ticks before there was a session"
 
 
+@pytest.mark.long
 def test_a_stroke_is_followed_smoothly_by_a_fifth_of_the_packets(session: VirtualSession) -> None:
     session.work()
     before = sent(session)
@@ -59,6 +61,7 @@ def test_a_stroke_is_followed_smoothly_by_a_fifth_of_the_packets(session: Virtua
     assert session.both_engaged
 
 
+@pytest.mark.long
 def test_contact_is_sent_in_the_tick_that_detects_it_and_again_in_the_next(session: VirtualSession) -> None:
     def in_contact() -> bool:
         touch = session.remote.perception.touches.get(INDEX)

@@ -49,6 +49,7 @@ def test_a_partition_in_a_stroke_is_safe_and_the_work_resumes(working: VirtualSe
         assert working.remote.server.session.ident not in (0, before)
 
 
+@pytest.mark.long
 def test_a_partition_while_the_free_sensor_is_heated_is_safe_and_the_work_resumes(session: VirtualSession) -> None:
     session.hover()
     session.run(0.1)

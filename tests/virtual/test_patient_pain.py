@@ -28,6 +28,7 @@ def slide(session: VirtualSession, pain: float) -> None:
     switch.pain = pain
 
 
+@pytest.mark.long
 def test_pain_lowers_the_limit_reaches_the_operator_and_a_person_ends_it(working: VirtualSession) -> None:
     gate, client = working.remote.gate, working.operator.client
     working.run(1.5)
@@ -56,6 +57,7 @@ def test_pain_lowers_the_limit_reaches_the_operator_and_a_person_ends_it(working
     working.resume()
 
 
+@pytest.mark.long
 def test_without_a_slider_nothing_is_reported() -> None:
     with virtual_session(patient_switch=True) as session:
         session.run_coarsely(3.0)
@@ -63,6 +65,7 @@ def test_without_a_slider_nothing_is_reported() -> None:
         assert "pain" not in session.remote.figures()
 
 
+@pytest.mark.long
 def test_the_scripted_patient_answers_from_the_places_of_the_scene() -> None:
     with virtual_session(patient_switch=True) as session:
         spot = TenderSpot(x_m=0.15, y_m=-0.02, threshold_n=0.3, surround_n=0.5, width_m=0.1)

@@ -48,6 +48,7 @@ def test_force_falls_in_time_and_the_finger_leaves_also_without_the_network(work
     assert off_s < LIFT_OFF_S
 
 
+@pytest.mark.long
 def test_the_operator_sees_it_and_only_the_remote_site_clears_after_the_release(working: VirtualSession) -> None:
     switch = working.sim_remote.patient_switch
     assert switch is not None
@@ -77,6 +78,7 @@ def test_the_operator_sees_it_and_only_the_remote_site_clears_after_the_release(
     working.resume()
 
 
+@pytest.mark.long
 def test_nothing_moves_while_the_switch_was_never_heard() -> None:
     with virtual_session(patient_switch=True) as session:
         session.break_device("remote: unplug patient switch")
@@ -88,6 +90,7 @@ def test_nothing_moves_while_the_switch_was_never_heard() -> None:
         session.until(lambda session: session.both_engaged, 10.0)
 
 
+@pytest.mark.long
 def test_a_scripted_press_stops_the_session() -> None:
     with virtual_session(patient_switch=True, pressed_at_s=(0.5,)) as session:
         session.until(lambda session: session.remote.server.session.fault == STOPPED, 10.0)

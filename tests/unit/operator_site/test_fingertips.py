@@ -158,6 +158,7 @@ def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
         assert all(out.peltier_drive == [0.0] * 5 for out in Rig().run(0.5, touch, DOWN, **changes))
 
 
+@pytest.mark.long
 def test_the_whole_chain_shows_an_object_and_the_gate_corrects_nothing():
     rig, gate = Rig(), OperatorGate(COMFORT, WALL)
     touch = rows(stiffness_n_m=400.0, contact=1, mode=ExplorationMode.QUIESCENT, **constants("ceramic_tile", 23.0))

@@ -29,6 +29,7 @@ def stroked(name: str) -> tuple[float, float, int]:
     )
 
 
+@pytest.mark.long
 def test_textures_differ_in_vibration_and_not_in_force() -> None:
     sensed = {thing.name: stroked(thing.name) for thing in load_scene("paper_textures").objects}
     assert [force_n for force_n, _, _ in sensed.values()] == pytest.approx([1.2] * 6)
@@ -54,6 +55,7 @@ def held(scene: str, name: str, seconds: float) -> tuple[float, float]:
     return working.site.rendering.fingertips.skin.epidermis_c[INDEX] - before_c, shown - plate_c
 
 
+@pytest.mark.long
 def test_materials_of_one_temperature_differ_in_how_cold_they_feel() -> None:
     sensed = {thing.name: held("paper_materials", thing.name, 5.0) for thing in load_scene("paper_materials").objects}
     for kelvin in ({name: each[n] for name, each in sensed.items()} for n in (0, 1)):

@@ -32,6 +32,7 @@ INPUTS = st.builds(
 )
 
 
+@pytest.mark.long
 @given(INPUTS)
 def test_packed_input_is_unpacked_to_the_last_bit(put_in: RenderingInput) -> None:
     packed = put_in.pack()

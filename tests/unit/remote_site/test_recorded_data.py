@@ -37,6 +37,7 @@ def test_every_touch_is_read_and_answered() -> None:
         assert {line["status"] for line in lines} <= STATUSES
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signal", ["best", "mean"])
 def test_periods_of_grooved_boards(signal: str) -> None:
     """Within 1 % of the boards' own (twice the nominal width) on every stroke, and within what the deviation says.
@@ -69,6 +70,7 @@ def test_a_board_on_a_shaking_sensor_keeps_its_period(tmp_path: Path, signal: st
             assert line["period_mm"] == pytest.approx(4.0, rel=0.01), stroke.stem
 
 
+@pytest.mark.long
 def test_every_fabric_stroke_is_read_and_answered() -> None:
     for stroke in recordings("fabric_strokes")[::9]:
         (line,) = identify_texture([stroke], signal="mean", speed_mm_s=50.0)

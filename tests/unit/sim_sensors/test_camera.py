@@ -90,6 +90,7 @@ def test_nothing_is_drawn_without_a_client(served: tuple[CameraServer, SelectLoo
     assert drawn == []
 
 
+@pytest.mark.long
 def test_a_client_gets_a_header_and_each_picture_at_its_time(
     served: tuple[CameraServer, SelectLoop, list[float]],
 ) -> None:
@@ -105,6 +106,7 @@ def test_a_client_gets_a_header_and_each_picture_at_its_time(
             assert stream.read(SIZE) == bytes(SIZE)
 
 
+@pytest.mark.long
 def test_a_slow_client_misses_pictures_and_a_gone_one_ends(
     served: tuple[CameraServer, SelectLoop, list[float]],
 ) -> None:
@@ -121,6 +123,7 @@ def test_a_slow_client_misses_pictures_and_a_gone_one_ends(
     assert len(drawn) == count
 
 
+@pytest.mark.long
 def test_a_frozen_camera_sends_nothing(served: tuple[CameraServer, SelectLoop, list[float]]) -> None:
     server, loop, drawn = served
     with connect(server, loop):

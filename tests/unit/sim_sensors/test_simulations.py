@@ -55,6 +55,7 @@ def drive_operator(devices: OperatorDevices, steps: range, motor_mv: int = 0) ->
         devices.step(now_s)
 
 
+@pytest.mark.long
 def test_the_hand_works_once_its_exoskeleton_was_driven_and_for_the_seconds_asked(operator: OperatorDevices) -> None:
     advance(operator, range(1, 500))
     assert operator.hand.script_s == 0.0

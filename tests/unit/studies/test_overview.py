@@ -111,6 +111,7 @@ def test_scripted_hands_stand_where_there_are_no_recorded_ones() -> None:
     assert part.ways[0].cost == 50.0
 
 
+@pytest.mark.long
 def test_a_study_that_was_not_run_is_said_to_be_and_the_others_are_drawn(tmp_path: Path) -> None:
     for study in ("texture", "thermal-rendering"):
         (tmp_path / f"{study}.json").write_text(json.dumps(MADE_UP[study][0]))

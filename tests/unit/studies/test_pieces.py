@@ -34,6 +34,7 @@ def two() -> Iterator[Workers]:
     own.end()
 
 
+@pytest.mark.long
 def test_the_results_are_the_same_to_the_last_bit_here_and_in_processes(two: Workers) -> None:
     shares: list[float] = []
     expected = working(here)(PIECES, shares.append)
@@ -43,6 +44,7 @@ def test_the_results_are_the_same_to_the_last_bit_here_and_in_processes(two: Wor
     assert working(two)(PIECES[::-1]) == expected[::-1]
 
 
+@pytest.mark.long
 @given(order=st.permutations(range(len(PIECES))), kept=st.sets(st.sampled_from(range(len(PIECES)))))
 def test_the_order_in_which_pieces_are_done_changes_nothing(
     tmp_path_factory: pytest.TempPathFactory, order: list[int], kept: set[int]
@@ -115,16 +117,19 @@ def test_a_worker_with_other_code_does_nothing() -> None:
         do(f"not {code_version()}", b"never read")
 
 
+@pytest.mark.long
 def test_a_process_that_is_killed_costs_time_only(two: Workers, tmp_path: Path) -> None:
     pieces: list[Piece] = [*PIECES, (dies, (tmp_path, "once", 1)), (dies, (tmp_path, "twice", 2))]
     assert working(two)(pieces) == [*HERE(PIECES), "once", "twice"]
 
 
+@pytest.mark.long
 def test_a_piece_that_kills_every_process_ends_the_run(tmp_path: Path) -> None:
     with pytest.raises(WorkersLost, match="in a row"), workers(2) as own:
         working(own)([(dies, (tmp_path, "always", 99))])
 
 
+@pytest.mark.long
 def test_a_piece_that_fails_says_so_wherever_it_is_done(two: Workers, tmp_path: Path) -> None:
     for doing in (here, two):
         with pytest.raises(RuntimeError, match="interrupted"):
@@ -141,6 +146,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "STUDIES", {"plain": "plain_study"})
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("plain")
 def test_a_study_writes_the_same_file_with_any_number_of_processes(tmp_path: Path) -> None:
     written = []

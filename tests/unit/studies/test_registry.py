@@ -161,6 +161,7 @@ def interrupted(*arguments: str) -> None:
     (Path(arguments[-1]) / "strict.json").unlink()
 
 
+@pytest.mark.long
 def test_all_studies_continue_where_they_were_interrupted(
     problems: list[str], asked: list[object], tmp_path: Path
 ) -> None:
@@ -173,6 +174,7 @@ def test_all_studies_continue_where_they_were_interrupted(
     assert (tmp_path / "strict.json").exists(), "a run that came to its end begins again"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("problems")
 def test_another_seed_begins_again(tmp_path: Path) -> None:
     interrupted("--out", str(tmp_path))

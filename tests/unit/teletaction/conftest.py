@@ -21,6 +21,12 @@ def configs(tmp_path: Path) -> dict[str, Path]:
 
 
 @pytest.fixture
+def usual_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The doctor finds a machine of the usual speed, however busy this one is."""
+    monkeypatch.setattr("teletaction.doctor.doctor.reference_step_s", lambda: 1e-4)
+
+
+@pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small pictures in the page of a report: what is tested does not depend on their size."""
     monkeypatch.setattr("teletaction.report.report_parts.DPI", 20)

@@ -89,6 +89,7 @@ def peak_mib() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["site", "merged", "0.1.0"])
 def test_a_sound_recording_is_read_as_before(sound: dict[str, bytes], kind: str, tmp_path: Path, run: Run) -> None:
     path = tmp_path / "s.mcap"
@@ -231,6 +232,7 @@ def test_a_damaged_message_is_named_with_its_stream_and_time(content: list[Messa
     assert f"damaged: operator/rendered at {at_s:.3f} s: field force_n: Expected `float` " in text
 
 
+@pytest.mark.long
 def test_a_damaged_recording_is_merged_as_far_as_it_is_sound_and_this_is_reported(
     sound: dict[str, bytes], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

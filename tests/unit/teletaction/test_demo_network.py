@@ -40,6 +40,7 @@ def test_a_file_is_found_wherever_the_process_starts(tmp_path: Path, monkeypatch
     assert network.conditions(0.0).delay_s == 0.010
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "text", "expected"),
     [

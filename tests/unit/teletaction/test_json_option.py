@@ -28,6 +28,7 @@ STATUS = {
 """Last status of a process."""
 
 
+@pytest.mark.usefixtures("usual_speed")
 def test_checks_of_the_doctor(configs: dict[str, Path]) -> None:
     result = command("doctor", "--config", configs["remote"], "--json")
     assert result.code == 1, "a failed check is an error in either form"

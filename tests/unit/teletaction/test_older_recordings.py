@@ -27,6 +27,7 @@ formats = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.long
 @formats
 def test_it_is_exported_with_the_time_of_its_first_message(to: str, tmp_path: Path) -> None:
     made = command("export", OLD, "--to", to, "--out", tmp_path / "out", "--began", BEGAN)
@@ -51,6 +52,7 @@ def test_it_opens_in_python(tmp_path: Path) -> None:
     assert len(recording.rendered) > 100
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("coarse")
 def test_report_replay_and_console_need_no_wall_clock(tmp_path: Path) -> None:
     for name in ("report", "replay"):

@@ -60,6 +60,7 @@ def test_jitter_makes_what_is_rendered_older_but_never_silent_within_the_limit()
     assert row["safe_state_share"] == 0.0
 
 
+@pytest.mark.long
 def test_every_lost_segment_is_a_safe_state() -> None:
     shares = [ages(seconds=20.0, delay_s=0.02, loss=loss)[MOST_MS]["safe_state_share"] for loss in (0.0, 0.002, 0.02)]
     assert shares[0] == 0.0

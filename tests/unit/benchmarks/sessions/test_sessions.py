@@ -123,6 +123,7 @@ def test_age_and_lateness_are_read_from_the_recordings(tmp_path: Path) -> None:
     assert Recorded.read(tmp_path / "never began").times_s == {}
 
 
+@pytest.mark.long
 def test_a_process_that_records_is_looked_at_with_the_one_that_writes(tmp_path: Path) -> None:
     (tmp_path / "operator.json").write_text('{"behind": ""}', "utf-8")
     this: Any = SimpleNamespace(pid=os.getpid())
@@ -134,6 +135,7 @@ def test_a_process_that_records_is_looked_at_with_the_one_that_writes(tmp_path: 
         assert look(pair)["operator"].memory_mib > alone.memory_mib + 5.0, "an interpreter's"
 
 
+@pytest.mark.long
 def test_the_figure_shows_sessions_that_fit_and_those_that_do_not(tmp_path: Path) -> None:
     stages = [stage({}), stage({}, {"remote": {"hz": 200.0, "behind": "x"}}, idle=0.0)]
     loops = [row for each in stages for row in each.loops([RECORDED] * 2)]

@@ -117,6 +117,7 @@ def test_the_force_is_that_of_the_remote_surface_at_the_command(scale: int) -> N
     assert rig.force_n == pytest.approx(rig.law_n, abs=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", MOTION_SCALES)
 def test_an_opened_clutch_lets_the_force_fade_and_closing_brings_it_back(scale: int) -> None:
     rig = Rig()
@@ -183,6 +184,7 @@ acts = st.lists(
 )
 
 
+@pytest.mark.long
 @given(acts)
 def test_no_change_makes_a_step_in_force_or_energy(sequence: list[tuple[str, float, int]]) -> None:
     rig = Rig(z_m=SURFACE_M + 0.5e-3)

@@ -53,6 +53,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_a_replay_through_clutch_and_scale_is_identical_to_the_last_bit(recording: Path, tmp_path: Path) -> None:
     result = replay(recording, tmp_path)["operator"]["operator"]
     assert result["rendered_rows"] == result["identical"] == result["ticks"]

@@ -45,6 +45,7 @@ def test_a_module_that_was_absent_for_long_starts_again() -> None:
     assert side.step(1.01 + MEMORY_S, ntc_counts(24.0)) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("water_c", [15.0, 25.0])
 @pytest.mark.parametrize("drive", [-1.0, 1.0])
 def test_any_drive_with_water_leaves_the_hot_side_normal_by_a_kelvin(

@@ -53,6 +53,7 @@ def freeze(frames: list[Frame], finger: int, from_s: float) -> list[Frame]:
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wall_n_m", [0.0, 400.0, 1200.0])
 @pytest.mark.parametrize("scene", sorted(path.stem for path in SCENES.glob("*.toml")))
 def test_no_hand_at_work_is_ever_a_fault(scene: str, wall_n_m: float) -> None:

@@ -39,6 +39,7 @@ def test_the_share_of_a_small_sphere_is_the_density_times_its_volume() -> None:
     assert energy_share([3e-3], top_m, radius_m, contact_m)[0] == pytest.approx(expected, rel=1e-2)
 
 
+@pytest.mark.long
 def test_the_lift_is_near_that_of_finite_elements() -> None:
     """The simulated tissue is computed independently. Its layer of 40 mm is stiffer than a half space."""
     for size_mm, top_mm, radius_mm in ((6.5, 4.0, 2.0), (9.0, 2.5, 4.4), (12.0, 7.0, 4.4), (17.0, 4.0, 3.0)):

@@ -54,6 +54,7 @@ def test_a_nodule_near_the_surface_is_found_at_its_place() -> None:
     assert not answer.ratio.known, "one force per place does not separate the ratio from the size"
 
 
+@pytest.mark.long
 def test_an_even_ground_has_a_nodule_less_probably_than_before() -> None:
     chance = np.random.default_rng(2)
     even = [found(presses(chance, None)).probability for _ in range(10)]

@@ -44,6 +44,7 @@ def numbers_of(breath_m: float, top_m: float | None = None):  # type: ignore[no-
     return press_numbers(places_m, depth_m, force_n, CONTACT_N, PROBE_M, SINCE_S, contact_s)
 
 
+@pytest.mark.long
 def test_a_lump_is_found_at_its_place() -> None:
     found = search("ball")
     best = max(found.nodules, key=lambda one: one.probability)
@@ -64,6 +65,7 @@ def test_contact_and_exponent_of_the_median_press_are_found() -> None:
     assert numbers.exponent == pytest.approx(2.0, rel=0.05)
 
 
+@pytest.mark.long
 def test_breathing_is_taken_away_and_hides_no_nodule() -> None:
     still, breathing = NoduleSearch(numbers_of(0.0)), NoduleSearch(numbers_of(0.4e-3))
     raw = numbers_of(0.4e-3).value
@@ -95,6 +97,7 @@ def test_a_large_map_is_searched_within_bounds() -> None:
     assert len(found._sites_m) <= MOST_SEARCHED
 
 
+@pytest.mark.long
 def test_lump_probabilities_take_deep_nodules_from_the_search() -> None:
     numbers = numbers_of(0.2e-3, 7e-3)
     found = lumps_of_presses(numbers)

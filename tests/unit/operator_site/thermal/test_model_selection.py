@@ -103,6 +103,7 @@ def test_a_shorter_touch_never_needs_more() -> None:
     assert np.all(np.diff(table.ln_largest_k, axis=3) <= 1e-12)
 
 
+@pytest.mark.long
 def test_a_finger_gets_the_chosen_model_and_nothing_once_it_is_at_rest() -> None:
     skin = SceneSkin(fingers=2)
     before = skin.state()

@@ -145,6 +145,7 @@ def test_sensor_that_changes_too_fast_is_not_believed(rate, believed):
     assert (not any(faults)) == believed
 
 
+@pytest.mark.long
 def test_late_readings_in_a_burst_are_no_fault():
     sensor, rate = PlateSensor(), 5.3  # as fast as a strong plate warms
     for i in range(300):

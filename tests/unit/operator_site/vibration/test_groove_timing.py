@@ -89,6 +89,7 @@ def test_grooves_that_wait_when_outputs_come_to_rest_are_never_felt() -> None:
     assert timing.step(1.5, []) == []
 
 
+@pytest.mark.long
 @given(
     gaps=st.lists(st.floats(0.002, 0.2), min_size=1, max_size=40),
     lates=st.lists(st.floats(0.0, 0.09), min_size=40, max_size=40),

@@ -164,6 +164,7 @@ def test_the_time_of_a_groove_is_that_of_its_crossing() -> None:
         assert np.diff(times_ns) == pytest.approx(20e6, rel=1e-3), "2 mm at 100 mm/s, in ticks of 2 ms or between"
 
 
+@pytest.mark.long
 def test_the_session_is_drawn_with_the_seed() -> None:
     def drawn(seed: int) -> tuple[float, list[int]]:
         hand = lowered(load_scene("materials"), x_m=0.110, seed=seed)

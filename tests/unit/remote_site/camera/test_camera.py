@@ -123,6 +123,7 @@ def stage(keys: Keys, base_port: int) -> Iterator[Stage]:
         yield Stage(keys, base_port, opened)
 
 
+@pytest.mark.long
 def test_pictures_arrive_with_their_time_of_capture_and_what_touches(stage: Stage) -> None:
     reader = stage.reader()
     reader.ask()
@@ -141,6 +142,7 @@ def test_pictures_arrive_with_their_time_of_capture_and_what_touches(stage: Stag
     assert sequences == list(range(sequences[0], sequences[0] + len(sequences)))
 
 
+@pytest.mark.long
 def test_a_second_reader_begins_with_a_key_picture(stage: Stage, keys: Keys) -> None:
     first = stage.reader()
     first.ask()
@@ -152,6 +154,7 @@ def test_a_second_reader_begins_with_a_key_picture(stage: Stage, keys: Keys) -> 
     assert second.pictures[0][0].is_key
 
 
+@pytest.mark.long
 def test_a_key_that_is_not_trusted_gets_nothing_and_a_revoked_one_no_more(stage: Stage, keys: Keys) -> None:
     stranger, reader = stage.reader("stranger"), stage.reader()
     stranger.ask()
@@ -167,6 +170,7 @@ def test_a_key_that_is_not_trusted_gets_nothing_and_a_revoked_one_no_more(stage:
     assert len(reader.headers) == count
 
 
+@pytest.mark.long
 def test_packets_that_are_none_are_counted_and_end_nothing(stage: Stage) -> None:
     reader = stage.reader()
     reader.send(b"")
@@ -176,6 +180,7 @@ def test_packets_that_are_none_are_counted_and_end_nothing(stage: Stage) -> None
     assert stage.camera.counts["bad packets"] == 2
 
 
+@pytest.mark.long
 def test_a_camera_that_freezes_keeps_answering_with_an_old_time(stage: Stage) -> None:
     reader = stage.reader()
     reader.ask()
@@ -191,6 +196,7 @@ def test_a_camera_that_freezes_keeps_answering_with_an_old_time(stage: Stage) ->
     assert reader.headers[-1].time_ns <= frozen_ns + 100_000_000
 
 
+@pytest.mark.long
 def test_a_camera_that_is_gone_is_named_and_returns(stage: Stage) -> None:
     reader = stage.reader()
     reader.ask()
@@ -213,6 +219,7 @@ def test_a_camera_that_is_gone_is_named_and_returns(stage: Stage) -> None:
     stage.until(lambda: state(CameraState.SHOWING))
 
 
+@pytest.mark.long
 def test_the_picture_shrinks_while_touch_grows_older(stage: Stage) -> None:
     reader = stage.reader()
     reader.ask(touch_age_us=20_000)
@@ -225,6 +232,7 @@ def test_the_picture_shrinks_while_touch_grows_older(stage: Stage) -> None:
     stage.until(smaller)
 
 
+@pytest.mark.long
 def test_after_a_picture_that_is_too_large_a_key_picture_follows(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     reader = stage.reader()
     reader.ask()

@@ -29,6 +29,7 @@ def hold(height_m: float, seconds: float, speed_m_s: float = 0.05) -> Iterator[f
         yield max(height_m, HOVER_M - speed_m_s * tick * TICK_S)
 
 
+@pytest.mark.long
 @settings(max_examples=25)
 @given(st.floats(100.0, 100_000.0), st.integers(0, 2**32), st.integers(1, 8))
 def test_a_sound_sensor_is_never_a_fault(stiffness_n_m: float, seed: int, late: int) -> None:

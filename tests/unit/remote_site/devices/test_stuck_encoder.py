@@ -21,6 +21,7 @@ def watch(seen: Iterator[Seen], stuck_from_s: float = float("inf")) -> Iterator[
         before_s = now.t_s
 
 
+@pytest.mark.long
 @settings(max_examples=25)
 @given(st.floats(0.0, 400_000.0), st.integers(0, 2**32), st.integers(1, 8))
 def test_a_sound_encoder_is_never_a_fault(stiffness_n_m: float, seed: int, late: int) -> None:

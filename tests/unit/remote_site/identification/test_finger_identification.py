@@ -112,6 +112,7 @@ def test_a_plate_is_used_in_contact_and_not_before(knowledge: ThermalKnowledge) 
     assert used == list(range(250, len(touches)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("preheat_k", sorted({OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K}))
 def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(knowledge: ThermalKnowledge, preheat_k: float) -> None:
     touches = explore(knowledge, warm(preheat_k))
@@ -128,17 +129,20 @@ def test_a_plate_that_reads_always_the_same_is_a_fault_and_asks_for_nothing(know
     assert touches[-1].no_differences == 0
 
 
+@pytest.mark.long
 def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
     touches = explore(knowledge, on("plastic"), stroke_from=0.65)
     assert touches[2000].row.mode is ExplorationMode.STROKING
     assert touches[2000].thermal.reason is ThermalReason.STROKED
 
 
+@pytest.mark.long
 def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
     touches = explore(knowledge, on("metal"), fault=ThermalReason.SENSOR_OPEN)
     assert touches[2000].thermal.reason is ThermalReason.SENSOR_OPEN
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_general_constants_come_before_the_name_of_the_material_and_its_own_after(
     rendered_knowledge: ThermalKnowledge, name: str

@@ -43,6 +43,7 @@ def column(ticks: list[Tick], name: str) -> Floats:
     return np.array([getattr(tick.line, name) for tick in ticks])
 
 
+@pytest.mark.long
 def test_the_objects_constants_come_with_how_well_they_are_known(ticks: list[Tick]) -> None:
     known = column(ticks, "conductivity_w_mk") > 0.0
     sd = column(ticks, "effusivity_ln_sd")

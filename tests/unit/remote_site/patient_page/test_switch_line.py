@@ -56,6 +56,7 @@ def test_the_driver_finds_it_and_reads_contact_and_slider(site: Site) -> None:
     assert site.driver.reading(time.monotonic()).wrong == ""
 
 
+@pytest.mark.long
 def test_its_silence_is_the_silence_of_the_switch(site: Site) -> None:
     site.until(site.heard)
     site.report = None

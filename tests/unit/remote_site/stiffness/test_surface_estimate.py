@@ -50,6 +50,7 @@ def test_one_press_gives_the_stiffness_only_when_it_is_known(stiffness_n_m: floa
         assert not each.known[felt.force_n[:, finger] < 0.1][0]
 
 
+@pytest.mark.long
 @given(st.floats(1.0, 3.3), st.floats(0.5, 5.0), st.floats(2e-3, 8e-3), st.floats(2e-3, 0.02))
 @settings(max_examples=100, deadline=None)
 def test_stiffening_tissue_is_never_shown_harder_than_it_is(
@@ -143,6 +144,7 @@ def test_a_moving_surface_is_followed(
     assert np.ptp(each.stiffness_n_m[late]) < 0.1 * stiffness_n_m, "it is the surface that moves"
 
 
+@pytest.mark.long
 def test_a_surface_that_rises_to_a_finger_gives_no_stiffness() -> None:
     felt = rested(np.array([1000.0]), 0.0, 4.0, amplitude_m=-2e-3, frequency_hz=0.5)
     (each,) = identified(felt, 6)
@@ -168,6 +170,7 @@ def test_a_stroke_onto_a_nodule_finds_it_stiffer_and_not_higher(edge_m: float) -
     assert each.known[-1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffness_n_m", [150.0, 3000.0])
 def test_a_stroke_gives_the_slope_and_a_rest_does_not(stiffness_n_m: float) -> None:
     wall = np.array([stiffness_n_m])

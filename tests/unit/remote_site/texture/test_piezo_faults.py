@@ -32,6 +32,7 @@ def touched(identification: TextureIdentification, piezo: Piezo, seed: int) -> l
     return readings
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("fault", "name"),
     [("saturated", SATURATED), ("clipped", CLIPPED), ("cut", DISCONNECTED), ("loose", NOISE_ONLY)],

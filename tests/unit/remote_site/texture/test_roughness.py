@@ -95,6 +95,7 @@ def test_another_surface_is_seen_and_learned_within_a_centimetre(before, after):
     assert roughness.roughness_v == pytest.approx(after, rel=0.35)
 
 
+@pytest.mark.long
 def test_the_roughness_scatters_by_its_stated_deviation():
     """On many equal surfaces, roughness scatters by its reported deviation, after 3 mm and after 30 mm."""
     values, stated = {30: [], 300: []}, {30: [], 300: []}

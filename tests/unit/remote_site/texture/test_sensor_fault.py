@@ -33,6 +33,7 @@ FAULTS: dict[str, tuple[str, Callable[[Array], Array]]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_named_and_nothing_is_felt(fault):
     sound = simulate_stroke("closely_grooved_pvc", 81_000, 60.0, 1.5)
@@ -42,6 +43,7 @@ def test_a_fault_is_named_and_nothing_is_felt(fault):
     assert not any(texture.valid or texture.impulses or texture.surface for texture in textures)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fault", ["saturated", "cut", "overdriven"])
 def test_a_fault_within_a_stroke_ends_with_its_cause(fault):
     trace = simulate_stroke("widely_grooved_pvc", 82_000, 60.0, 1.5, length_m=0.2)
@@ -57,6 +59,7 @@ def test_a_fault_within_a_stroke_ends_with_its_cause(fault):
     assert last.best == "widely_grooved_pvc"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", SIX)
 def test_a_false_fault_of_a_sensor_ends_with_the_next_contact(surface):
     """A force sensor that is biased for a while before the finger comes down, at once into a stroke."""
@@ -80,6 +83,7 @@ def test_a_false_fault_of_a_sensor_ends_with_the_next_contact(surface):
     assert last.valid
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("late_s", [-0.1, -0.05, 0.05, 0.1])
 def test_a_sound_sensor_has_no_fault_when_force_and_texture_come_apart(late_s):
     trace = drawn("closely_grooved_pvc", 85_000)

@@ -28,6 +28,7 @@ def test_a_surface_and_its_roughness_are_the_same_for_any_stroke_and_a_sound_sen
     assert np.std(roughness) / np.mean(roughness) < 0.15
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", ["closely_grooved_pvc", "widely_grooved_pvc", "arbitrarily_grooved_pvc"])
 def test_grooves_are_neither_missed_nor_invented(surface):
     for seed in (72_000, 72_001):
@@ -37,6 +38,7 @@ def test_grooves_are_neither_missed_nor_invented(surface):
         assert (found.missed, found.invented) == (0, 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", ["foam", "plain_pvc", "sandpaper", "skin", "lesion", "nodule", "pine"])
 def test_roughness_is_no_groove(surface):
     trace = simulate_stroke(surface, 73_000, 60.0, 1.5)
@@ -48,6 +50,7 @@ def changed_after_s(trace, blocks):
     return [block.texture.changed_s - trace.border_s for block in blocks if block.texture.changed_s is not None]
 
 
+@pytest.mark.long
 def test_a_stroke_over_skin_into_a_lesion_and_the_other_way_has_an_edge_and_no_grooves():
     for before, after in (("skin", "lesion"), ("lesion", "skin")):
         trace = simulate_stroke(before, 74_000, 60.0, 1.5, length_m=0.1, then=after)
@@ -57,6 +60,7 @@ def test_a_stroke_over_skin_into_a_lesion_and_the_other_way_has_an_edge_and_no_g
         assert 0.0 < seen_s < 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pair", [("plain_pvc", "widely_grooved_pvc"), ("sandpaper", "foam"), ("foam", "sandpaper")])
 def test_a_change_of_surface_is_seen_once_within_50_mm(pair):
     before, after = pair
@@ -81,6 +85,7 @@ def read(
     return impulses, reading
 
 
+@pytest.mark.long
 def test_pieces_of_any_size_give_the_same():
     trace = simulate_stroke("arbitrarily_grooved_pvc", 76_000, 90.0, 1.0)
     whole = len(trace.time_s) // 200 * 200
@@ -93,6 +98,7 @@ def test_pieces_of_any_size_give_the_same():
     assert len(found[0][0]) > 5
 
 
+@pytest.mark.long
 def test_an_hour_of_stroking_takes_no_more_memory_than_a_minute():
     trace = simulate_stroke("closely_grooved_pvc", 77_000, 60.0, 1.0)
     moving = (trace.time_s > trace.stroke_s[0] + 0.1) & (trace.time_s < trace.stroke_s[1] - 0.1)
@@ -104,6 +110,7 @@ def test_an_hour_of_stroking_takes_no_more_memory_than_a_minute():
     assert max(sizes[20:]) <= max(sizes[:20])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("factor", [0.8, 1.2])
 def test_a_wrong_speed_makes_the_period_wrong_by_its_factor_and_the_grooves_no_less_regular(factor):
     trace = simulate_stroke("closely_grooved_pvc", 78_000, 50.0, 1.2)
@@ -111,6 +118,7 @@ def test_a_wrong_speed_makes_the_period_wrong_by_its_factor_and_the_grooves_no_l
     assert not period_of(even(trace, factor)).irregular
 
 
+@pytest.mark.long
 def test_a_large_swing_of_the_arm_is_not_mistaken_for_the_pattern():
     stroke = even(simulate_stroke("widely_grooved_pvc", 79_000, 50.0, 1.2, length_m=0.12))
     way_m = np.cumsum(stroke.speed_m_s) / 2000.0

@@ -115,6 +115,7 @@ def densities(fingers: list[Finger], share: float) -> list[Array]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("count", "seed"), [(1, 0), (2, 1), (5, 0)])
 def test_the_posterior_is_the_integral(count: int, seed: int) -> None:
     fingers = [Finger(10 * seed + k, AMBIENT_C + 10.0 + k) for k in range(count)]
@@ -186,6 +187,7 @@ def pair(
     return knowledge.posterior.judge([estimated(knowledge, touch) for touch in touches]), touches[0]
 
 
+@pytest.mark.long
 def test_two_staggered_fingers_beat_two_equal_ones(knowledge: ThermalKnowledge) -> None:
     """On the same pieces after 0.5 s: the temperature is known better, and the truth is likelier."""
     sds, ln_true, errors = {}, {}, {}
@@ -221,12 +223,14 @@ def test_fingers_on_different_objects_are_recognised(
     assert knowledge.posterior.judge(found).same_object < 0.1
 
 
+@pytest.mark.long
 def test_fingers_on_one_object_are_not_torn_apart(knowledge: ThermalKnowledge) -> None:
     for name in MATERIALS:
         for seed in range(3):
             assert pair(knowledge, name, seed, (6.0, 14.0), 1.5)[0].same_object > 0.5, (name, seed)
 
 
+@pytest.mark.long
 def test_fingers_that_gave_up_each_others_material_are_still_judged(knowledge: ThermalKnowledge) -> None:
     """Nothing is left that explains both: they touch two objects, and every number stays one."""
     metal, plastic = (

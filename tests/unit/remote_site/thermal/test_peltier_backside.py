@@ -41,6 +41,7 @@ def test_a_sensor_at_rest_is_at_ambient() -> None:
     assert (back.above_k, back.sd_k) == (0.0, LEAST_SD_K)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("touches", [1, 3, 6])
 def test_reheated_plates_cool_the_backs(touches: int) -> None:
     back, world = session(touches)
@@ -48,6 +49,7 @@ def test_reheated_plates_cool_the_backs(touches: int) -> None:
     assert back.above_k == pytest.approx(leaks_to_k(world), abs=0.5 * back.sd_k)
 
 
+@pytest.mark.long
 def test_the_heaters_history_is_forgotten_in_minutes_and_uncertain_until_then() -> None:
     back, _ = session(6)
     assert back.sd_k > 1.1 * LEAST_SD_K

@@ -51,6 +51,7 @@ def test_on_different_objects_each_finger_speaks_for_itself(knowledge: ThermalKn
     assert Hand(knowledge, touches).play()[-1] is None
 
 
+@pytest.mark.long
 def test_a_joint_result_stays_when_the_touch_is_over(knowledge: ThermalKnowledge) -> None:
     hand = Hand(knowledge, same("stone", 5, 2.5))
     answer = hand.play()[-1]
@@ -75,6 +76,7 @@ def test_a_finger_whose_sensor_fails_at_once_does_not_count(knowledge: ThermalKn
     assert set(hand.play(0.5)) == {None}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stays", [False, True], ids=["all leave", "one by one"])
 def test_the_next_object_is_judged_separately(knowledge: ThermalKnowledge, stays: bool) -> None:
     """Fingers may change one by one: one always touches, and the answer for the object before must not stay."""

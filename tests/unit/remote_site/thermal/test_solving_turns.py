@@ -93,6 +93,7 @@ def test_without_a_period_no_tick_is_late() -> None:
     assert turns_of(SolvingTurns(math.inf), [Waiting(0.0)], 3, 10.0) == [0, 0, 0]
 
 
+@pytest.mark.long
 def test_a_tick_solves_one_finger_or_judges_the_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     worked: list[type] = []
 
@@ -118,6 +119,7 @@ def test_a_tick_solves_one_finger_or_judges_the_hand(monkeypatch: pytest.MonkeyP
     assert all_work == {TouchEstimate, SharedObject}
 
 
+@pytest.mark.long
 def test_answers_come_later_and_none_is_wrong_with_every_tick_late(knowledge: ThermalKnowledge) -> None:
     for seed, name in enumerate(MATERIALS):
         (touch,) = made_touches(name, 1, seed=700 + seed)
@@ -131,6 +133,7 @@ def test_answers_come_later_and_none_is_wrong_with_every_tick_late(knowledge: Th
         assert usual[-1].best == late[-1].best
 
 
+@pytest.mark.long
 def test_when_the_load_ends_all_readings_count(knowledge: ThermalKnowledge) -> None:
     (touch,) = made_touches(next(iter(MATERIALS)), 1, seed=710)
     usual, _ = course(knowledge, touch, 0.0)

@@ -21,6 +21,8 @@ from tests.unit.remote_site.made_touches import (
 )
 from tests.unit.remote_site.played_touches import names, play, touching
 
+pytestmark = pytest.mark.long
+
 EACH = 4
 """Fresh touches of each material."""
 

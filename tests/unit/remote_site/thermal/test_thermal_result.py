@@ -161,6 +161,7 @@ def posteriors(draw: st.DrawFn) -> Posterior:
     )
 
 
+@pytest.mark.long
 @given(st.lists(st.tuples(posteriors(), st.integers(1, 40)), max_size=25), st.sampled_from([0.01, 0.3, 6.5]))
 def test_a_name_follows_its_rules_for_all_posteriors(course: list[tuple[Posterior, int]], from_s: float) -> None:
     concluded, since_s = conclusion(), from_s

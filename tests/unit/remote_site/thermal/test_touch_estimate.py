@@ -137,6 +137,7 @@ def second_of(name: str, contact_z: float) -> MadeTouch:
     return made_touches(name, 1, seed=7, seconds=1.0, object_c=22.0, material=better)[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MATERIALS)
 @pytest.mark.parametrize("contact_z", [1.5, -2.0])
 def test_the_approximation_is_near_brute_force(knowledge: ThermalKnowledge, name: str, contact_z: float) -> None:
@@ -167,6 +168,7 @@ def compare_with_brute_force(knowledge: ThermalKnowledge, name: str, contact_z: 
     assert np.sqrt(said.covariance[number, 0, 0]) == pytest.approx(object_sd_k, rel=0.25 * nearer + 0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MATERIALS)
 def test_the_truth_lies_within_the_stated_uncertainty(knowledge: ThermalKnowledge, name: str) -> None:
     number = list(MATERIALS).index(name)
@@ -190,6 +192,7 @@ def test_all_temperatures_may_be_shifted(knowledge: ThermalKnowledge) -> None:
     assert there.start_c == here.start_c - 7.0
 
 
+@pytest.mark.long
 def test_the_uncertainty_of_the_object_shrinks(knowledge: ThermalKnowledge) -> None:
     touch = made_touches("plastic", 1, seed=3, seconds=5.0)[0]
     sds = [np.sqrt(estimated(knowledge, touch.until(t)).covariance[2, 0, 0]) for t in (0.3, 1.0, 2.0, 5.0)]

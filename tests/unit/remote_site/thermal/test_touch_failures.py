@@ -23,6 +23,7 @@ from tests.unit.remote_site.played_touches import Change, Hand, names, play
 # --- small temperature difference ---
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MATERIALS)
 @pytest.mark.parametrize("off_k", [-0.3, 0.3])
 def test_no_temperature_difference(knowledge: ThermalKnowledge, name: str, off_k: float) -> None:
@@ -32,6 +33,7 @@ def test_no_temperature_difference(knowledge: ThermalKnowledge, name: str, off_k
     assert (answers[-1].status, answers[-1].reason) == (ThermalStatus.UNIDENTIFIABLE, ThermalReason.NO_DIFFERENCE)
 
 
+@pytest.mark.long
 def test_a_second_start_temperature_adds_information(knowledge: ThermalKnowledge) -> None:
     hand = Hand(knowledge, made_touches("stone", 2, seed=2, seconds=3.0, start_c=np.array([31.0, 37.0]), object_c=31.0))
     joint = hand.play()[-1]
@@ -44,6 +46,7 @@ def test_a_second_start_temperature_adds_information(knowledge: ThermalKnowledge
 # --- contact lost ---
 
 
+@pytest.mark.long
 def test_a_contact_lost_early_gives_no_result_and_one_lost_late_keeps_the_name(knowledge: ThermalKnowledge) -> None:
     (touch,) = made_touches("metal", 1, seed=3, seconds=6.0)
     early = play(knowledge, touch, lambda t, c, f: (t, c, f if t < 0.15 else 0.0))[-1]
@@ -60,6 +63,7 @@ def test_a_moment_without_force_is_no_loss(knowledge: ThermalKnowledge) -> None:
     assert answers[-1].best == "stone"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MATERIALS)
 def test_contact_that_is_lost_while_the_force_stays(knowledge: ThermalKnowledge, name: str) -> None:
     """The course has a kink that no material makes: noticed as a misfit, not averaged into another material."""
@@ -78,6 +82,7 @@ BORNE: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", BORNE)
 def test_effects_within_or_near_the_model_change_no_name(knowledge: ThermalKnowledge, how: str) -> None:
     for name in MATERIALS:
@@ -89,6 +94,7 @@ def test_effects_within_or_near_the_model_change_no_name(knowledge: ThermalKnowl
 # --- partial contact ---
 
 
+@pytest.mark.long
 def test_a_partial_contact_is_never_another_material(knowledge: ThermalKnowledge) -> None:
     """With 30 % of the area stone conducts like plastic: a set that holds stone, or unknown, but not `plastic`."""
     stone = MATERIALS["stone"]
@@ -100,6 +106,7 @@ def test_a_partial_contact_is_never_another_material(knowledge: ThermalKnowledge
 # --- onset ---
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("late_s", [-0.04, -0.01, 0.01, 0.04])
 def test_heat_and_force_need_not_begin_together(knowledge: ThermalKnowledge, late_s: float) -> None:
     """One reading apart changes nothing; four are more than the table knows of, and may cost the name."""
@@ -113,6 +120,7 @@ def test_heat_and_force_need_not_begin_together(knowledge: ThermalKnowledge, lat
             assert answers[-1].status is not ThermalStatus.UNKNOWN
 
 
+@pytest.mark.long
 def test_a_sensor_that_is_not_the_tables_is_a_misfit(knowledge: ThermalKnowledge) -> None:
     """Readings ten times as noisy as calibrated: nothing is named from them."""
     for name in MATERIALS:
@@ -184,6 +192,7 @@ def test_thin_pieces_of_a_material_calibrated_thick_are_not_another_one(knowledg
         assert names(answers) <= {name}
 
 
+@pytest.mark.long
 def test_thin_pieces_that_were_calibrated_thin_are_named() -> None:
     materials = {**MATERIALS, "metal": MadeMaterial(14000.0, 2200.0, slab_s=0.5)}
     thin = ThermalKnowledge.of(true_table(materials))
@@ -232,6 +241,7 @@ def test_a_sensor_fault_is_no_material(knowledge: ThermalKnowledge, change: Chan
     assert answer.reason is reason
 
 
+@pytest.mark.long
 def test_a_fault_late_in_a_touch_keeps_the_name(knowledge: ThermalKnowledge) -> None:
     (touch,) = made_touches("stone", 1, seed=17, seconds=6.0)
     answer = play(knowledge, touch, lambda t, c, f: (t, c if t < 5.0 else np.nan, f))[-1]
@@ -239,6 +249,7 @@ def test_a_fault_late_in_a_touch_keeps_the_name(knowledge: ThermalKnowledge) -> 
     assert answer.reason is ThermalReason.NOT_A_NUMBER
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MATERIALS)
 def test_readings_cut_off_by_saturation_are_no_other_material(knowledge: ThermalKnowledge, name: str) -> None:
     """The converter ends at 31 C, and the plate began at 33 C."""

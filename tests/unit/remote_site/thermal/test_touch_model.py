@@ -27,6 +27,7 @@ def courses(touch, force_n=FIRM_N, steps=700, dt_s=0.01):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", OBJECTS)
 @pytest.mark.parametrize("lag_s", [0.1, 0.3, 0.5])
 @pytest.mark.parametrize("leak_per_s", [0.0, 0.06])
@@ -37,6 +38,7 @@ def test_the_closed_form(name, lag_s, leak_per_s):
     assert found == pytest.approx(closed_form(TIMES_S, *OBJECTS[name], leak_per_s, lag_s), abs=allowed)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("slab_s", [0.3, 2.0, 20.0])
 def test_a_slab_is_a_bar_of_finite_volumes(slab_s):
     sensor = MadeSensor(leak_w_m2k=LEAK_PER_S * PLATE_J_M2K, lag_s=LAG_S)
@@ -57,6 +59,7 @@ def test_a_slab_is_a_bar_of_finite_volumes(slab_s):
     assert start_c + found @ [object_c - start_c, 0.0, back_c - start_c] == pytest.approx(bar, abs=0.005)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("slab_s", [0.3, 1.0, 3.0])
 def test_plate_and_slab_end_at_one_temperature(slab_s):
     """Without a leak no heat is lost: the plate (capacity 1) and the slab (e sqrt(slab_s)) share what there was."""
@@ -78,6 +81,7 @@ def test_without_force_only_the_leak_is_left():
     assert found[late, 0, 0] == pytest.approx(0.0, abs=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", OBJECTS)
 def test_slopes_are_finite_differences(name):
     effusivity, conductance = OBJECTS[name]

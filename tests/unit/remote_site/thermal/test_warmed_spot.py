@@ -64,6 +64,7 @@ def test_touches_that_follow_each_other_at_once_add_up() -> None:
     assert spot.left(1.45 + 2.9, 0.0, 0.0) > WARM > spot.left(1.45 + 3.1, 0.0, 0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TRUE)
 def test_a_stumbling_finger_is_not_misled_by_its_own_warmth(name: str) -> None:
     moments = land(name, STUMBLED, fingers=THUMB)
@@ -110,6 +111,7 @@ def test_a_finger_that_bounces_as_it_lands_touches_once(name: str) -> None:
     assert {moments[-100].touches[finger].thermal.reason for finger in range(5)} == {ThermalReason.NONE}
 
 
+@pytest.mark.long
 def test_the_heater_waits_for_a_finger_that_may_bounce_and_warms_the_plate_of_one_that_left() -> None:
     tapped, left = (land("ceramic", (Landing(down_s, 0.4),), fingers=THUMB) for down_s in (0.05, 0.4))
     for moments, drives in ((tapped, False), (left, True)):

@@ -102,6 +102,7 @@ LINES = st.lists(
 )
 
 
+@pytest.mark.long
 @given(LINES, LINES)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=100)
 def test_a_strange_file_is_read_or_refused_in_one_line(tmp_path, rows, contacts):

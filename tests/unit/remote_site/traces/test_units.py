@@ -101,6 +101,7 @@ def test_labels_in_a_wrong_unit_are_refused(tmp_path: Path) -> None:
         read_labels(tmp_path, "material", "object_c")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings in {DATA}; TELETACTION_DATA names their folder")
 def test_real_recordings_are_in_the_right_units() -> None:
     files = sorted((DATA / "thermal_contact").rglob("*.csv"))

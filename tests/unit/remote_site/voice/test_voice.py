@@ -115,6 +115,7 @@ def stage(keys: Keys, base_port: int) -> Iterator[Stage]:
         yield Stage(keys, base_port, opened)
 
 
+@pytest.mark.long
 def test_the_microphone_is_heard_with_the_time_of_each_sound(stage: Stage) -> None:
     reader = stage.reader()
     stage.until(lambda: len(reader.sounds) >= 50)
@@ -127,6 +128,7 @@ def test_the_microphone_is_heard_with_the_time_of_each_sound(stage: Stage) -> No
     assert sorted(reader.ages_s)[len(began) // 2] < 0.2
 
 
+@pytest.mark.long
 def test_who_may_operate_is_played_and_named(stage: Stage) -> None:
     reader = stage.reader(state=VoiceState.TALKS)
     stage.until(lambda: len(stage.heard.played) >= 40)
@@ -147,6 +149,7 @@ def test_an_observer_hears_and_is_not_played(stage: Stage, keys: Keys) -> None:
     assert stage.voice.figures()["physician"] == "absent"
 
 
+@pytest.mark.long
 def test_one_talks_at_a_time_and_the_next_one_after_a_pause(stage: Stage) -> None:
     first, second = stage.reader(state=VoiceState.TALKS), stage.reader()
     stage.until(lambda: len(stage.heard.played) >= 5)
@@ -159,6 +162,7 @@ def test_one_talks_at_a_time_and_the_next_one_after_a_pause(stage: Stage) -> Non
     stage.until(lambda: len(stage.heard.played) > played + 5)
 
 
+@pytest.mark.long
 def test_a_muted_microphone_sends_nothing_and_says_so(stage: Stage) -> None:
     reader = stage.reader()
     stage.until(lambda: reader.sounds)
@@ -173,6 +177,7 @@ def test_a_muted_microphone_sends_nothing_and_says_so(stage: Stage) -> None:
         stage.voice.answer("engage")
 
 
+@pytest.mark.long
 def test_a_key_that_is_not_trusted_hears_nothing_and_a_revoked_one_no_more(stage: Stage, keys: Keys) -> None:
     stranger, reader = stage.reader("stranger"), stage.reader()
     stage.until(lambda: len(reader.sounds) >= 5)
@@ -185,6 +190,7 @@ def test_a_key_that_is_not_trusted_hears_nothing_and_a_revoked_one_no_more(stage
     assert len(reader.sounds) == count
 
 
+@pytest.mark.long
 def test_a_reader_that_reads_nothing_gets_no_queue_of_sounds(stage: Stage) -> None:
     reader, other = stage.reader(), stage.reader()
     stage.until(lambda: reader.sounds and other.sounds)
@@ -222,6 +228,7 @@ def test_what_is_no_sound_is_counted_and_not_played(stage: Stage) -> None:
     assert stage.heard.played == []
 
 
+@pytest.mark.long
 def test_more_readers_than_places_are_refused(stage: Stage) -> None:
     readers = [stage.reader() for _ in range(MOST_READERS + 1)]
     stage.until(lambda: stage.voice.counts["readers refused"] > 0)
@@ -258,6 +265,7 @@ voice = true
 """
 
 
+@pytest.mark.long
 def test_the_process_runs_with_its_desk_its_status_and_the_patients_consent(
     keys: Keys, base_port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

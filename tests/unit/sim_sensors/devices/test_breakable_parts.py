@@ -59,6 +59,7 @@ def test_drifting_servos_leave_along_x_at_their_speed_from_where_they_were() -> 
     assert said(servos.setpoint_m(20.0, place(0.3, 0.0))) == said(found)
 
 
+@pytest.mark.long
 @given(st.lists(st.binary(min_size=0, max_size=40), min_size=20, max_size=60))
 def test_babble_fills_its_line_and_no_more_and_leaves_every_frame_whole(payloads: list[bytes]) -> None:
     babble, reader, carried, found = Babble(BAUD), FrameReader(), 0, []

@@ -128,6 +128,7 @@ def test_a_client_that_asks_and_never_listens_is_hung_up_on(port: FaultPort, loo
     assert still_there(loop, port)
 
 
+@pytest.mark.long
 @given(st.lists(st.binary(max_size=300), max_size=5))
 def test_no_bytes_stop_it(chunks: list[bytes]) -> None:
     loop, machine = SelectLoop(), Machine()

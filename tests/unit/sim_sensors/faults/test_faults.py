@@ -166,6 +166,7 @@ def test_a_robot_that_drifts_goes_its_own_way_even_without_set_points(remote: Re
     assert remote.world.x_m == pytest.approx(-0.1 + 0.02 * 500 * STEP_S, abs=2e-3)
 
 
+@pytest.mark.long
 def test_a_module_without_water_warms_its_hot_side_by_cooling_its_plate_and_water_ends_that(
     operator: OperatorDevices,
 ) -> None:

@@ -95,6 +95,7 @@ def test_water_keeps_the_hot_side_near_its_own_temperature() -> None:
     assert abs(run(FingerPlates(1, 0), -1.0, 60.0).hot_side_c[0] - finger_plate.WATER_C) < 2.0
 
 
+@pytest.mark.long
 def test_a_finger_without_water_is_cooled_by_the_room_alone_and_its_neighbour_by_water_as_ever() -> None:
     alone, two = FingerPlates(1, 0), FingerPlates(2, 0)
     two.dry[0] = True
@@ -107,6 +108,7 @@ def test_a_finger_without_water_is_cooled_by_the_room_alone_and_its_neighbour_by
     assert abs(run(two, 0.0, 60.0).hot_side_c[0] - finger_plate.WATER_C) < 1.0
 
 
+@pytest.mark.long
 def test_without_water_the_joule_heat_of_the_peltiers_leaves_through_the_weak_link_to_the_room(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -57,6 +57,7 @@ def test_between_objects_there_is_nothing():
     assert world.z_m == pytest.approx(np.full(5, DOWN_M), abs=1e-4)
 
 
+@pytest.mark.long
 def test_same_seed_same_world_and_another_seed_another():
     first, again, other = (Hand(seed=seed).press("wood") for seed in (3, 3, 4))
     assert np.array_equal(first.world.plate_c, again.world.plate_c)
@@ -72,6 +73,7 @@ def test_what_the_hand_does_changes_nothing_of_what_was_drawn():
         assert (a.object_c, a.effusivity, a.grooves_x_m) == (b.object_c, b.effusivity, b.grooves_x_m)
 
 
+@pytest.mark.long
 def test_drawn_objects_stay_near_ambient_and_near_their_material():
     scene = load_scene("materials").model_copy(update={"pieces": "new"})
     drawn = [thing for seed in range(12) for thing in RemoteWorld(scene, seed).bench.objects]
@@ -170,6 +172,7 @@ def cooled_again_k(beside_m):
     return float(np.mean(before - hand.world.plate_c))
 
 
+@pytest.mark.long
 def test_a_spot_keeps_the_heat_of_a_touch_and_the_ground_beside_it_does_not():
     again, beside, far = (cooled_again_k(beside_m) for beside_m in (0.0, 0.010, 0.040))
     assert again < 0.75 * far

@@ -176,6 +176,7 @@ def test_sliding_brings_fresh_material_below_the_plate():
     assert sliding.plate_c[0] < resting.plate_c[0] - 0.5
 
 
+@pytest.mark.long
 def test_readings_have_the_noise_that_was_decided_and_do_not_change_by_being_read():
     touch = sensor()
     counts = []

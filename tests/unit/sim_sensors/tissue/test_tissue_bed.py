@@ -58,6 +58,7 @@ def test_the_surface_slopes_and_breathes() -> None:
     assert bed.under(3.0, 0.0, 0.0, 0.0, STILL)[0] - level == pytest.approx(-0.001)
 
 
+@pytest.mark.long
 def test_a_stroke_drags_the_tissue_along_by_friction() -> None:
     nodule = load_scene("phantom_nodules").nodules[0]
     place = nodule.x_m + 0.5 * nodule.size_m, nodule.y_m

@@ -47,6 +47,7 @@ def test_free_cool_down_is_slow_and_touches_nothing():
     assert 1.0 < trace.sensor_c[100] - trace.sensor_c[-1] < 4.0
 
 
+@pytest.mark.long
 def test_touches_are_drawn_apart_and_again_alike():
     first, again = (simulate_thermal("pvc", 7, touches=3, seconds=1.0) for _ in range(2))
     for a, b in zip(first, again, strict=True):
@@ -56,6 +57,7 @@ def test_touches_are_drawn_apart_and_again_alike():
     assert simulate_thermal("pine", 7, seconds=1.0)[0].object_c != first[0].object_c
 
 
+@pytest.mark.long
 def test_spread_of_the_contact_is_the_one_that_was_decided():
     traces = simulate_thermal("aluminium", 2, touches=300, seconds=0.5)
     logs = np.log([trace.conductance_w_m2k for trace in traces])
@@ -84,6 +86,7 @@ def test_stroke_is_a_trace_at_2_khz_with_true_grooves():
         assert trace.pressure_v[near].min() < -0.4
 
 
+@pytest.mark.long
 def test_thermal_files_share_a_folder_and_its_labels(tmp_path):
     traces = simulate_thermal_set("wood", 2, seconds=0.5, seed=3, out=tmp_path)
     simulate_thermal_set("air", 1, seconds=0.5, seed=3, out=tmp_path)
@@ -98,6 +101,7 @@ def test_thermal_files_share_a_folder_and_its_labels(tmp_path):
     assert np.array(written[1:], float)[:, 1] == pytest.approx(traces[0].sensor_c, abs=1e-4)
 
 
+@pytest.mark.long
 def test_stroke_files_and_labels(tmp_path):
     traces = simulate_stroke_set("foam", 2, speed_mm_s=100.0, force_n=1.0, seed=1, out=tmp_path, length_m=0.03)
     labels = rows(tmp_path / "labels.csv")

@@ -62,6 +62,7 @@ def test_a_finger_goes_up_while_the_hand_goes_on() -> None:
     assert order(lived(hand)) == [FREE, TAPPING, QUIESCENT, STROKING, FREE, TAPPING, STROKING]
 
 
+@pytest.mark.long
 def test_noise_is_what_it_is_said_to_be() -> None:
     hand = CommandedHand()
     hand.stay(60.0)

@@ -17,6 +17,7 @@ def test_fingers_of_a_hand_share_the_object_and_nothing_else() -> None:
     assert hands[0][0].object_c != hands[1][0].object_c
 
 
+@pytest.mark.long
 def test_a_finger_that_is_lifted_stops_conducting_and_one_that_presses_conducts_more() -> None:
     def fallen_k(later: tuple[float, float] | None) -> float:
         (trace,) = simulate_thermal("aluminium", 7, seconds=2.0, later=later)

@@ -71,6 +71,7 @@ def test_the_first_packet_is_never_lost_and_a_loss_is_the_share_it_is_said_to_be
     assert arrives.mean() == pytest.approx(0.8, abs=0.01)
 
 
+@pytest.mark.long
 def test_repeats_and_dead_reckoning_shorten_the_error_after_a_loss() -> None:
     rows = [
         row for way in ("hold", "linear") for repeats in (0, 1) for row in lossy_rows([SWAYING], way, repeats, 3, 1)

@@ -26,6 +26,7 @@ def level(method: str, noise: float = JUDGED) -> dict[str, Any]:
     return next(row for row in data()["levels"] if (row["method"], row["noise"]) == (method, noise))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SCENES)
 def test_each_kind_of_scene_gets_the_right_modes(kind: str) -> None:
     right = ticks = 0

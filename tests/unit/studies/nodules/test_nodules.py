@@ -96,6 +96,7 @@ def test_phantoms_are_within_their_ranges_and_repeat() -> None:
     assert {len(phantom.spheres) for phantom in phantoms()} == {0, 1, 2}
 
 
+@pytest.mark.long
 def test_presses_repeat_grow_with_depth_and_end_at_the_limit() -> None:
     hard = draw_phantom(
         0, Ranges(ground_kpa=(39.0, 40.0), exponent=(2.9, 3.0), probe_mm=(7.9, 8.0), press_mm=(3.9, 4.0))
@@ -164,6 +165,7 @@ def test_a_malformed_answer_is_refused(probability: np.ndarray[Any, Any]) -> Non
         judge(phantoms()[0], Answer(probability, ()))
 
 
+@pytest.mark.long
 def test_any_detector_can_be_judged() -> None:
     judged = judge_detector(nothing, judged_seeds(0, 12))
     assert [each.seed for each in judged] == list(range(12))
@@ -182,6 +184,7 @@ def test_the_reference_finds_a_plain_nodule_in_its_place() -> None:
         assert math.dist((best.x_mm, best.y_mm), (sphere.x_mm, sphere.y_mm)) < 3.0
 
 
+@pytest.mark.long
 def test_the_detector_finds_a_plain_nodule_in_its_place() -> None:
     for seed in range(3):
         phantom = draw_phantom(seed, CALM)

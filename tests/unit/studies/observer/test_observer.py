@@ -64,6 +64,7 @@ def real(name: str) -> Features:
     return surface_features(surface_kind(name).stiffness_n_m, profile(name))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["aluminium", "pvc", "wood"])
 def test_a_real_touch_is_that_of_another_finger_but_for_its_constants(name: str) -> None:
     """The reference has other cells, another integrator, and skin constants that differ by a tenth."""
@@ -86,6 +87,7 @@ def test_an_object_as_warm_as_the_skin_is_felt_as_little_as_the_air_it_takes_the
     assert abs(real_touch("aluminium", surface_c, 3.0)[-1]) < 0.25 < abs(real_touch("aluminium", 25.0, 3.0)[-1])
 
 
+@pytest.mark.long
 def test_the_simulated_plate_is_behind_the_ideal_one_and_that_behind_the_object() -> None:
     real, ideal = real_touch("aluminium", OBJECT_C, 3.0), ideal_plate_touch("aluminium", OBJECT_C, 3.0)
     assert (real[50:] < ideal[50:]).all()
@@ -111,6 +113,7 @@ def test_a_remote_object_is_felt_later_than_a_virtual_one() -> None:
     assert felt[AT_3_S] == pytest.approx(virtual()["wood"][AT_3_S], abs=0.15)
 
 
+@pytest.mark.long
 def test_a_tap_and_grooves_reach_the_motor_and_a_stroke_continues() -> None:
     course = stroke("widely_grooved_pvc")
     at_rest = (course.time_s > 0.45) & (course.time_s < REST_S)
@@ -124,6 +127,7 @@ def test_a_tap_and_grooves_reach_the_motor_and_a_stroke_continues() -> None:
     assert measured(course.force_n, TICK_S) == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.long
 def test_a_motor_left_to_itself_smooths_the_grooves_that_a_driven_one_shows() -> None:
     course = stroke("arbitrarily_grooved_pvc")
     driven, alone = (measured(each.speed_rad_s, TICK_S) for each in (course, left_to_itself(course)))
@@ -132,6 +136,7 @@ def test_a_motor_left_to_itself_smooths_the_grooves_that_a_driven_one_shows() ->
     assert abs(np.log(motor_features(driven, TICK_S).ln_period / motor_features(wanted, TICK_S).ln_period)) < 0.05
 
 
+@pytest.mark.long
 def test_grooves_that_come_slowly_enough_are_resolved() -> None:
     name = "closely_grooved_pvc"
     surface = VirtualSurface.of(name, profile(name).grooves_m)

@@ -71,6 +71,7 @@ def test_a_prediction_is_inside_up_to_the_interval_s_end() -> None:
     assert beside(0.5, None, 12)["inside"] is None
 
 
+@pytest.mark.long
 def test_features_set_by_hand_are_matched_as_often_as_known() -> None:
     shares = matching(BY_HAND, BY_HAND, seed=3, draws=20_000, lapse=0.0)
     assert [100.0 * share for share in shares] == pytest.approx([59, 83, 50, 95, 94, 97], abs=1.5)

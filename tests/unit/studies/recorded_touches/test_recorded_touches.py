@@ -63,6 +63,7 @@ def test_right_and_wrong_are_counted_by_class() -> None:
     assert (row["metal_wrong"], row["wood_wrong"], row["cooled_wood_wrong"]) == (0, 1, 1)
 
 
+@pytest.mark.long
 def test_the_figure_shows_every_way_to_sense(tmp_path: Path) -> None:
     cells = [
         {"method": method, "sensors": sensors, "prior": "even", "t_s": t_s, "touches": 9, "share": 0.5}

@@ -24,6 +24,7 @@ def quiet(seed: int) -> Kind:
     return replace(kind, sensor=silent)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_better_conductors_cool_the_plate_more(seed: int) -> None:
     kind = quiet(seed)
@@ -42,12 +43,14 @@ def test_a_piece_is_the_same_in_any_part_of_the_touches() -> None:
     np.testing.assert_array_equal(second.fingers[0].trace.sensor_c, alone.fingers[0].trace.sensor_c)
 
 
+@pytest.mark.long
 def test_fingers_share_the_object_and_differ_in_their_sensors() -> None:
     (hand,) = simulate_touches(quiet(6), "pvc", 1, 1, preheats_k=(10.0,) * 5, seconds=1.0)
     assert len(hand.fingers) == 5
     assert len({round(float(finger.trace.sensor_c[-1]), 4) for finger in hand.fingers}) == 5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["copper", "pvc"])
 def test_finer_steps_and_a_finer_grid_change_little(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     kind = quiet(7)

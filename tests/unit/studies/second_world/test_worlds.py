@@ -31,6 +31,7 @@ def test_no_touch_is_used_twice(world: World) -> None:
     assert len({reading for hand in hands for reading in read_c(hand)}) > len(hands)
 
 
+@pytest.mark.long
 def test_worlds_differ() -> None:
     one, other = (judged_hands(world, 3, "pvc", range(1), 0.5)[0] for world in ("A", "B"))
     assert not np.allclose(read_c(one), read_c(other), atol=1e-3)

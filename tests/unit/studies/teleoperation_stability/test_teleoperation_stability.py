@@ -47,6 +47,7 @@ def of(name: str, link: str = "steady") -> list[dict[str, Any]]:
     return [row for row in small(name) if row["link"] == link]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("period_s", [0.001, 0.004])
 def test_the_simulated_wall_of_the_device_alone_is_stable_to_colgates_bound(period_s):
     bound = 2.0 * 0.5 / period_s

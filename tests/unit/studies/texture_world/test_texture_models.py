@@ -39,6 +39,7 @@ def test_a_point_has_its_own_model_and_between_points_it_is_mixed(model):
     assert beyond.deviation[0] ** 2 == pytest.approx(model.variance[-1])
 
 
+@pytest.mark.long
 def test_a_rendered_stroke_has_the_power_of_its_model(model):
     speed, force = np.full(200_000, 150.0), np.full(200_000, 2.0)
     sensed = rendered(model, speed, force, np.random.default_rng(1))

@@ -133,6 +133,7 @@ def test_strangers_count_as_often_as_the_prior_expects_them() -> None:
     assert sure["claimed"] == pytest.approx((100 * 0.92 + 5 * 0.94) / 105.0, abs=1e-4)
 
 
+@pytest.mark.long
 def test_the_bound_falls_with_time_and_fingers_and_staggered_plates_tell_the_temperature() -> None:
     found = {(row["fingers"], row["t_s"]): row for row in bounds("pine", STAGGERED_K[:2], TIMES_S)}
     equal = {(row["fingers"], row["t_s"]): row for row in bounds("pine", (10.0, 10.0), TIMES_S)}
@@ -144,6 +145,7 @@ def test_the_bound_falls_with_time_and_fingers_and_staggered_plates_tell_the_tem
     assert reading_noise_k() > NOISE_C
 
 
+@pytest.mark.long
 def test_noise_is_added_up_to_the_wanted_one(hands: list[Hand]) -> None:
     assert noisier(hands, NOISE_C, 1) == hands
     before, after = hands[0].fingers[0].trace.sensor_c, noisier(hands, 0.2, 1)[0].fingers[0].trace.sensor_c
@@ -165,6 +167,7 @@ def made_rows(touches: int, fingers: int, seed: int) -> tuple[np.ndarray, list[s
     return np.concatenate((fallen_k, beside), axis=-1), materials, above_k
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fingers", [1, 3])
 def test_the_reference_learns_what_is_there_and_knows_how_well(fingers: int) -> None:
     reference = Reference.train(*made_rows(200, fingers, 1))

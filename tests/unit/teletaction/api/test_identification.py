@@ -16,6 +16,8 @@ from tests.commands import command
 from tests.places import TABLES
 from tests.presses import spring_presses, write_presses
 
+pytestmark = pytest.mark.long
+
 
 def test_a_touch_gets_the_answers_of_the_command(tmp_path: Path) -> None:
     simulate_thermal_set("pvc", 1, seconds=3.0, seed=4, out=tmp_path)
@@ -64,7 +66,6 @@ def test_a_touch_without_a_trace_is_refused_by_its_number() -> None:
         tt.calibrate_thermal([("pvc", tt.simulate_thermal("pvc", 0)), ("pvc",)])  # type: ignore[list-item]
 
 
-@pytest.mark.long
 def test_a_table_from_arrays_names_new_touches() -> None:
     materials = ("aluminium", "pvc", "pu_foam")
     touches = [(name, tt.simulate_thermal(name, seed)) for name in materials for seed in range(4)]

@@ -11,6 +11,8 @@ import teletaction as tt
 from teletaction.export.named_recording import NamedRecording
 from tests.places import ROOT
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> tt.Recording:

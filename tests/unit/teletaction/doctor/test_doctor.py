@@ -72,6 +72,7 @@ def test_unknown_devices_are_not_driven_and_exercises_are_duties_of_the_page() -
     assert {duty.number for checklist in CHECKLISTS for duty in checklist.duties} >= EXERCISES
 
 
+@pytest.mark.usefixtures("usual_speed")
 def test_missing_devices_are_reported(configs: dict[str, Path]) -> None:
     result = command("doctor", "--config", configs["remote"])
     assert result.code == 1

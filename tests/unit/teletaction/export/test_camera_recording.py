@@ -19,6 +19,8 @@ from teletaction.recordings.merge import merge_recordings
 from tests.commands import command
 from tests.vp8_stream import HEIGHT, HZ, WIDTH, pictures
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def recorded(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -22,6 +22,8 @@ from teletaction.recordings.session_data import SessionData
 from tests.commands import command, one_line
 from tests.places import GOLDEN
 
+pytestmark = pytest.mark.long
+
 BEGAN = "2026-11-27T10:00:00+00:00"
 
 

@@ -41,6 +41,7 @@ def quantities(observation: dict[str, Any]) -> dict[str, dict[str, Any]]:
     }
 
 
+@pytest.mark.long
 def test_a_finding_has_its_values_with_unit_and_uncertainty(tmp_path: Path) -> None:
     recording = record(tmp_path / "session.mcap")
     examination = Examination.read(recording)
@@ -88,6 +89,7 @@ def test_hostile_notes_are_plain_text(tmp_path: Path) -> None:
     assert all(note.replace("\n", "").isprintable() for note in notes)
 
 
+@pytest.mark.long
 def test_the_same_recording_gives_the_same_bundle(tmp_path: Path) -> None:
     recording = record(tmp_path / "session.mcap")
     exported(recording, tmp_path / "a")
@@ -95,6 +97,7 @@ def test_the_same_recording_gives_the_same_bundle(tmp_path: Path) -> None:
     assert (tmp_path / "a" / "findings.fhir.json").read_bytes() == (tmp_path / "b" / "findings.fhir.json").read_bytes()
 
 
+@pytest.mark.long
 def test_a_session_without_an_examination_has_an_empty_report(tmp_path: Path) -> None:
     found = exported(record_empty(tmp_path / "session.mcap"), tmp_path / "out")
     (report,) = found["DiagnosticReport"]
@@ -110,6 +113,7 @@ def test_five_hundred_findings_are_all_there(tmp_path: Path) -> None:
     assert len({each["id"] for each in found["Observation"]}) == 500
 
 
+@pytest.mark.long
 def test_every_observation_names_the_body_site(tmp_path: Path) -> None:
     recording = record(tmp_path / "session.mcap")
     found = exported(recording, tmp_path / "coded", body_site="SCT:80248007:left breast")

@@ -54,6 +54,7 @@ def misfits(fields: Any, schema: Mapping[str, Any], where: str) -> Iterator[str]
                 yield f"{where}: {fields!r} is no {kind}"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("source", ["golden", "session"])
 def test_messages_have_the_form_of_their_schema(source: str, session: Path) -> None:
     seen = set()

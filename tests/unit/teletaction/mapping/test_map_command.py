@@ -55,12 +55,14 @@ def test_the_files_of_the_contract(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_a_lump_at_the_edge_is_marked(tmp_path: Path) -> None:
     command("map", presses(tmp_path / "presses.csv", (0.0, 18.0)), "--out", tmp_path / "out")
     (lump,) = json.loads((tmp_path / "out" / "map.json").read_text())["lumps"]
     assert lump["at_edge"]
 
 
+@pytest.mark.long
 def test_several_files_and_lines_of_roughness_and_temperature(tmp_path: Path) -> None:
     lines = "x_mm,y_mm,roughness_v,object_c,object_c_sd\n1,1,0.01,33.1,0.2\n4,1,0.02,,\n7,1,,34.0,\n"
     (tmp_path / "strokes.csv").write_text(lines, "utf-8")
@@ -70,6 +72,7 @@ def test_several_files_and_lines_of_roughness_and_temperature(tmp_path: Path) ->
     assert found["quantities"] == ["temperature", "roughness", "stiffness"]
 
 
+@pytest.mark.long
 def test_a_few_presses_have_no_lump_probability(tmp_path: Path) -> None:
     assert command("map", presses(tmp_path / "few.csv", step_mm=20), "--out", tmp_path / "out").code == 0
     assert np.isnan(columns(tmp_path / "out" / "map.csv")["lump_probability"]).all()
@@ -77,6 +80,7 @@ def test_a_few_presses_have_no_lump_probability(tmp_path: Path) -> None:
     assert (found["lumps"], found["ground_spread_ln"]) == ([], None)
 
 
+@pytest.mark.long
 def test_failed_presses_are_listed_and_not_mapped(tmp_path: Path) -> None:
     file = presses(tmp_path / "presses.csv")
     (tmp_path / "contacts.csv").write_text("press,status\n0,fail\n1,ok\n", "utf-8")
@@ -108,6 +112,7 @@ def test_a_missing_file_or_folder_is_named(tmp_path: Path) -> None:
     assert "--out" in one_line(command("map", tmp_path / "no.csv"), 2)
 
 
+@pytest.mark.long
 def test_presses_on_a_line_give_a_map(tmp_path: Path) -> None:
     lines = [f"{n},{depth},{OFFSET_N + 0.8 * depth},{3 * n},0,0" for n in range(12) for depth in (0.0, 1.0, 2.0)]
     file = tmp_path / "line.csv"

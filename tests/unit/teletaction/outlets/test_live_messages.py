@@ -45,6 +45,7 @@ def test_every_stream_of_the_feed_has_a_topic() -> None:
     assert set(FED_TOPICS) == STREAMS
 
 
+@pytest.mark.long
 def test_names_values_and_times_are_those_of_the_export(fed: list[Fed], exported: list[NamedMessage]) -> None:
     begin_ns = exported[0].monotonic_ns
     live = LiveMessages(lambda: ClockAnchor("", begin_ns, exported[0].wall_ns, 0))

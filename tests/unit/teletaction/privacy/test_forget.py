@@ -16,6 +16,8 @@ from teletaction.privacy.project_files import kind_of
 from tests.commands import Outcome, command, one_line
 from tests.unit.teletaction.recorded_examination import record, record_findings
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -25,6 +25,8 @@ from teletaction.testbed.testbed import SessionConfigs
 from teletaction.testbed.virtual_recording import PATIENCE_S, recorded_testbed
 from tests.commands import command, one_line
 
+pytestmark = pytest.mark.long
+
 HOUR_S = 3600.0
 DRIFT = 50e-6
 SESSION_S = 6.0

@@ -115,6 +115,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_kept(tmp_path: Path, whole:
     assert 50 < len(missing) < 2 * writer_process.CHUNK_BYTES / 131
 
 
+@pytest.mark.long
 def test_everything_before_any_damage_is_restored(tmp_path_factory: pytest.TempPathFactory, whole: bytes) -> None:
     folder = tmp_path_factory.mktemp("damaged")
     path, out = folder / "damaged.mcap", folder / "out.mcap"

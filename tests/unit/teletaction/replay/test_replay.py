@@ -21,6 +21,8 @@ from teletaction.replay.replay_each import replay_each
 from tests.commands import command, one_line
 from tests.places import GOLDEN
 
+pytestmark = pytest.mark.long
+
 STREAMS = ("remote/sensed", "remote/touch", "operator/touch", "operator/input", "operator/rendered")
 Change = Callable[[str, int, bytes], Iterator[bytes]]
 Own = tuple[Path, dict[str, Any]]
@@ -106,7 +108,6 @@ def test_a_replay_writes_commands_of_devices_and_its_comparison(golden: Own) -> 
     assert {float(row["thumb_force_n"]) for row in rows if "thumb_force_n" in row} == set()
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("site", "streams"), [("remote", STREAMS[:2]), ("operator", STREAMS[2:])])
 def test_one_sites_recording_replays_the_half_that_is_there(
     own: Own, tmp_path: Path, site: str, streams: tuple[str, ...]
@@ -165,7 +166,6 @@ def test_the_first_difference_names_tick_field_and_both_values_and_missing_touch
     assert 40 * 25 - 25 <= difference["tick"] <= 40 * 25 + 25
 
 
-@pytest.mark.long
 def test_a_restarted_site_begins_from_its_initial_state(golden: Own, tmp_path: Path) -> None:
     """Two recordings of one site in one session: the second knows nothing of the first."""
     first = altered(tmp_path / "remote-1.mcap", as_it_is, STREAMS[:2], single=True)
@@ -176,7 +176,6 @@ def test_a_restarted_site_begins_from_its_initial_state(golden: Own, tmp_path: P
     assert result["remote"] == {"remote-1": expected, "remote": expected}
 
 
-@pytest.mark.long
 def test_a_cut_recording_is_replayed_after_it_was_recovered(own: Own, tmp_path: Path) -> None:
     whole = own[0].read_bytes()
     for share in (0.3, 0.8):
@@ -271,7 +270,6 @@ def test_values_are_compared_by_their_bits() -> None:
     assert comparison.first_difference == first
 
 
-@pytest.mark.long
 def test_several_recordings_are_replayed_side_by_side_with_the_same_results(own: Own, tmp_path: Path) -> None:
     whole, paths = own[0].read_bytes(), [tmp_path / "first.mcap", tmp_path / "second.mcap"]
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])

@@ -13,6 +13,8 @@ from teletaction.report.calibration_report import calibration_text
 from tests.commands import command, one_line
 from tests.places import TABLES
 
+pytestmark = pytest.mark.long
+
 OBJECTS_C = (20.0, 21.5, 23.0, 24.0, 25.0, 26.5)
 SECONDS = 6.2
 

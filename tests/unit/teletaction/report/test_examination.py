@@ -41,6 +41,7 @@ def numbers_in(page: Page) -> dict[str, Any]:
     return numbers
 
 
+@pytest.mark.long
 def test_a_recorded_examination_is_read(path: Path) -> None:
     examination = Examination.read(path)
     assert examination.begun["pseudonym"] == "P-0417"
@@ -53,6 +54,7 @@ def test_a_recorded_examination_is_read(path: Path) -> None:
     assert here.value == pytest.approx(35.0)
 
 
+@pytest.mark.long
 def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
     html, page = page_of(path)
     assert "@page { size: A4 portrait" in html
@@ -90,6 +92,7 @@ def test_hostile_text_stays_text_and_the_page_loads_and_runs_nothing(path: Path)
     assert "x" * 10_000 in page.text
 
 
+@pytest.mark.long
 def test_withdrawn_findings_are_struck_out_with_their_reason_and_lumps_are_outlined(tmp_path: Path) -> None:
     html, page = page_of(record_lump(tmp_path / "session.mcap"))
     assert html.count('<del class="withdrawn">') == 6
@@ -123,6 +126,7 @@ def test_every_number_is_in_the_json(path: Path) -> None:
     assert numbers["configurations"]["session"]
 
 
+@pytest.mark.long
 def test_a_report_without_a_console_says_so_and_keeps_the_rest(tmp_path: Path) -> None:
     _, page = page_of(record(tmp_path / "plain.mcap", console=False))
     assert "No console took part" in page.text
@@ -143,6 +147,7 @@ def test_an_empty_recording_has_a_report(tmp_path: Path) -> None:
     assert "Nothing was felt." in page.text
 
 
+@pytest.mark.long
 def test_the_command(path: Path, tmp_path: Path) -> None:
     out, beside = tmp_path / "out.html", tmp_path / "session.mcap"
     beside.write_bytes(path.read_bytes())

@@ -15,6 +15,7 @@ from tests.unit.teletaction.report_page import Page
 pytestmark = pytest.mark.usefixtures("coarse")
 
 
+@pytest.mark.long
 def test_the_report_says_when_and_by_how_much_and_hatches_what_is_older(tmp_path: Path) -> None:
     path, out = tmp_path / "session.mcap", tmp_path / "report.html"
     with Recorder(path, {"operator/touch": {}, "console/session": {}}, {"configuration": ""}) as recorder:

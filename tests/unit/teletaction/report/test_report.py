@@ -164,6 +164,7 @@ def test_targets_of_a_scene_and_a_missed_rate_are_reported(tmp_path: Path) -> No
     assert page.text.index("too slow for 5 fingers: the rate was not held for 12 s") < page.text.index("duration")
 
 
+@pytest.mark.long
 def test_names_are_escaped_everywhere(tmp_path: Path) -> None:
     figures = summary(
         fingers=1,
@@ -181,6 +182,7 @@ def test_names_are_escaped_everywhere(tmp_path: Path) -> None:
     assert page.text.count(NAME) >= 8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "figures", [{}, summary(contacts=[], modes={"agreement": None, "confusion": {}}, loop={}, packets={})]
 )
@@ -192,6 +194,7 @@ def test_an_empty_session_is_reported_as_empty(tmp_path: Path, figures: dict[str
     write_figure(nothing(), tmp_path / "session.png")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "streams", [("touch",), ("rendered",), ("gate", "contact", "skin"), ("fingertips", "thermal")], ids=" and ".join
 )
@@ -203,6 +206,7 @@ def test_streams_may_be_missing(tmp_path: Path, streams: tuple[str, ...]) -> Non
     write_figure(data, tmp_path / "session.png")
 
 
+@pytest.mark.long
 def test_picture_is_1600_by_1000_and_leaves_no_settings_behind(tmp_path: Path) -> None:
     before = dict(mpl.rcParams)
     write_figure(session(), tmp_path / "session.png")

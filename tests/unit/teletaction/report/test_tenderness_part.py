@@ -42,6 +42,7 @@ def agreed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return recorded(tmp_path_factory.mktemp("agreed") / "session.mcap", consent=True)
 
 
+@pytest.mark.long
 def test_the_report_has_map_place_threshold_reaction_and_number_of_answers(agreed: Path) -> None:
     out = agreed.with_suffix(".html")
     report([agreed], out)
@@ -65,6 +66,7 @@ def test_report_and_playback_show_the_same(agreed: Path) -> None:
     assert search_tenderness(console.pain.settled(final=True)) == Examination.read(agreed).tenderness()
 
 
+@pytest.mark.long
 def test_without_consent_the_report_says_nothing_of_pain(tmp_path: Path) -> None:
     path = recorded(tmp_path / "session.mcap", consent=False)
     assert Examination.read(path).tenderness().reports == 0

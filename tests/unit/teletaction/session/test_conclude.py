@@ -33,6 +33,7 @@ def record(path: Path, stream: str, times_ns: range) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_streams_of_all_processes_stand_in_one_order_of_time_with_the_recording_of_each(tmp_path: Path) -> None:
     sources = (("a", "remote-1"), ("a", "remote"), ("b", "operator"))
     paths = [

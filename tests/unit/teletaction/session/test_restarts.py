@@ -54,6 +54,7 @@ def session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SessionProcesses
     return session
 
 
+@pytest.mark.long
 def test_a_dead_console_is_restarted_and_never_ends_the_session(
     session: SessionProcesses, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -27,6 +27,7 @@ def ends() -> Iterator[ExitStack]:
         yield ends
 
 
+@pytest.mark.long
 def test_every_stream_crosses_and_both_sites_only_connect_outwards(keys: Keys, way: Way, ends: ExitStack) -> None:
     TrustedKeys(keys.remote).trust("colleague", load_keys(keys.stranger).public, Role.OBSERVER)
     for part in (way.rendezvous(), way.end("remote"), way.end("operator")):
@@ -46,6 +47,7 @@ def test_every_stream_crosses_and_both_sites_only_connect_outwards(keys: Keys, w
     wait_until(lambda: way.status("rendezvous")["rooms"][ROOM]["joined"] == 7)
 
 
+@pytest.mark.long
 def test_whoever_carries_the_bytes_reads_nothing_and_adds_nothing(keys: Keys, way: Way, ends: ExitStack) -> None:
     listener = Listener(way.port)
     for part in (way.rendezvous(), listener.listening(), way.end("remote", port=listener.port), way.end("operator")):
@@ -77,6 +79,7 @@ def test_whoever_carries_the_bytes_reads_nothing_and_adds_nothing(keys: Keys, wa
         got.clear()
 
 
+@pytest.mark.long
 def test_the_rendezvous_may_end_and_return(keys: Keys, way: Way, ends: ExitStack) -> None:
     for part in (way.end("remote"), way.end("operator")):
         ends.enter_context(part)
@@ -90,6 +93,7 @@ def test_the_rendezvous_may_end_and_return(keys: Keys, way: Way, ends: ExitStack
         wait_until(lambda: "connection refused" in way.status("remote")["missing"])
 
 
+@pytest.mark.long
 def test_the_operator_may_come_first(keys: Keys, way: Way, ends: ExitStack) -> None:
     for part in (way.rendezvous(), way.end("operator")):
         ends.enter_context(part)
@@ -101,6 +105,7 @@ def test_the_operator_may_come_first(keys: Keys, way: Way, ends: ExitStack) -> N
     wait_until(lambda: way.status("operator").get("missing", "") == "")
 
 
+@pytest.mark.long
 def test_a_wrong_secret_opens_no_room(keys: Keys, way: Way, ends: ExitStack) -> None:
     other = way.folder / "other"
     create_secret(other)
@@ -112,6 +117,7 @@ def test_a_wrong_secret_opens_no_room(keys: Keys, way: Way, ends: ExitStack) -> 
     assert not operator.send("control", b"?")
 
 
+@pytest.mark.long
 def test_silent_and_talkative_strangers_keep_nobody_out(
     keys: Keys, way: Way, ends: ExitStack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -136,6 +142,7 @@ def test_silent_and_talkative_strangers_keep_nobody_out(
         wait_until(lambda talkative=talkative: _ended(talkative))  # type: ignore[misc]
 
 
+@pytest.mark.long
 def test_a_room_holds_a_bounded_number_of_connections(way: Way, ends: ExitStack) -> None:
     ends.enter_context(way.rendezvous())
     secret, answers = read_secret(way.secret), []

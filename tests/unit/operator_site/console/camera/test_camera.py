@@ -74,6 +74,7 @@ def both(base_port: int, keys: Keys, monkeypatch: pytest.MonkeyPatch) -> Iterato
     made.close()
 
 
+@pytest.mark.long
 def test_an_absent_camera_is_named_and_one_that_comes_later_is_seen(both: Both) -> None:
     until(lambda: both.sees(Seen.SILENT))
     assert both.reader.now.holds
@@ -88,6 +89,7 @@ def test_an_absent_camera_is_named_and_one_that_comes_later_is_seen(both: Both) 
     until(lambda: both.step() or process.asks[-1].sequence == 1)
 
 
+@pytest.mark.long
 def test_a_lost_camera_is_frozen_then_silent_and_its_next_start_is_followed(both: Both) -> None:
     process = both.start()
     until(both.asked)
@@ -103,6 +105,7 @@ def test_a_lost_camera_is_frozen_then_silent_and_its_next_start_is_followed(both
     until(lambda: both.sees(Seen.LIVE))
 
 
+@pytest.mark.long
 def test_a_refused_key_is_named_and_taken_once_it_is_trusted(both: Both, keys: Keys) -> None:
     public = load_keys(keys.operator).public
     TrustedKeys(keys.remote).revoke("operator")
@@ -123,6 +126,7 @@ def test_a_damaged_header_is_dropped_and_the_next_picture_is_shown(both: Both) -
     until(lambda: both.took(2))
 
 
+@pytest.mark.long
 def test_an_oversized_picture_ends_the_connection_only(both: Both) -> None:
     process = both.start()
     until(both.asked)
@@ -134,6 +138,7 @@ def test_an_oversized_picture_ends_the_connection_only(both: Both) -> None:
     assert [picture.sequence for picture in both.taken] == [2]
 
 
+@pytest.mark.long
 def test_a_camera_that_answers_without_pictures_is_frozen(both: Both) -> None:
     process = both.start()
     until(both.asked)

@@ -50,6 +50,7 @@ def pressed() -> TactileMap:
     return surface
 
 
+@pytest.mark.long
 def test_a_changed_map_is_searched_at_intervals_and_the_result_shown_when_it_is_there() -> None:
     later, surface = Later(), pressed()
     search = BackgroundSearch("lumps", search_lumps, NOTHING, later)
@@ -69,6 +70,7 @@ def test_a_changed_map_is_searched_at_intervals_and_the_result_shown_when_it_is_
     assert len(later.waiting) == 1
 
 
+@pytest.mark.long
 def test_another_map_has_no_lumps_of_the_one_before() -> None:
     later, surface = Later(), pressed()
     search = BackgroundSearch("lumps", search_lumps, NOTHING, later)
@@ -90,6 +92,7 @@ def test_a_result_of_the_map_before_is_not_taken() -> None:
     assert search.found == NOTHING
 
 
+@pytest.mark.long
 def test_a_map_after_another_one_is_searched_at_once() -> None:
     later = Later()
     search = BackgroundSearch("lumps", search_lumps, NOTHING, later)

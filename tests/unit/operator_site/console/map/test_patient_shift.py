@@ -36,6 +36,7 @@ def test_a_movement_beyond_the_breath_is_noticed() -> None:
         assert 1 <= found.after <= 8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("breath_m", [0.0, 0.001])
 def test_breathing_is_no_movement(breath_m: float) -> None:
     for seed in SEEDS:
@@ -115,6 +116,7 @@ def test_squares_that_were_felt_before_the_movement_are_stale_until_they_are_fel
     assert surface.stale() == [(5 * STALE_M, 0.0)]
 
 
+@pytest.mark.long
 def test_the_page_gets_words_and_squares() -> None:
     console = Console()
     for at_ns, packet in packets(0, 0.005):

@@ -34,6 +34,7 @@ def temperatures(rows: list[tuple[float, float, float, float]]) -> list[Sample]:
     return [sample("temperature", number, *one) for number, one in enumerate(rows, 1)]
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=40)
 @given(SAMPLES)
 def test_nothing_is_shown_where_nothing_was_measured(rows: list[tuple[float, float, float, float]]) -> None:
@@ -47,6 +48,7 @@ def test_nothing_is_shown_where_nothing_was_measured(rows: list[tuple[float, flo
     assert shown >= 20  # one sample alone reaches 28 cells or so
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=40)
 @given(SAMPLES, st.randoms(use_true_random=False))
 def test_the_order_of_samples_does_not_matter(rows: list[tuple[float, float, float, float]], chance: object) -> None:
@@ -60,6 +62,7 @@ def test_the_order_of_samples_does_not_matter(rows: list[tuple[float, float, flo
             np.testing.assert_allclose(mine, theirs, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=40)
 @given(SAMPLES)
 def test_a_replaced_sample_leaves_no_trace(rows: list[tuple[float, float, float, float]]) -> None:
@@ -81,6 +84,7 @@ KEPT = st.tuples(
 )
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=40)
 @given(st.lists(st.tuples(KEPT, st.booleans()), min_size=1, max_size=25))
 def test_a_map_made_of_what_was_kept_now_and_then_shows_the_same(

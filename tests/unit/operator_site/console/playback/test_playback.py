@@ -68,6 +68,7 @@ def taken(made: Playback[Counting]) -> list[tuple[str, int, bytes]]:
     return made.console.taken
 
 
+@pytest.mark.long
 def test_it_plays_everything_once_in_order_at_its_speed(recording: Recording) -> None:
     made = Playback(recording, Counting)
     made.play(100.0, 4.0)
@@ -116,6 +117,7 @@ def test_a_moment_that_was_jumped_to_is_as_if_played(path: Path, moments: list[f
     recording.close()
 
 
+@pytest.mark.long
 def test_playing_continues_from_the_target_of_a_jump(recording: Recording) -> None:
     made = Playback(recording, Counting)
     made.play(0.0)
@@ -130,6 +132,7 @@ def test_playing_continues_from_the_target_of_a_jump(recording: Recording) -> No
     assert made.at_s == 0.0, "from the end it begins at the start"
 
 
+@pytest.mark.long
 def test_what_is_prepared_costs_a_jump_no_more_than_one_checkpoint(recording: Recording) -> None:
     made, ahead = Playback(recording, Counting), Playback(recording, Counting)
     steps = 0
@@ -160,6 +163,7 @@ def test_marks_are_where_things_were(recording: Recording) -> None:
     assert recording.title() == "session.mcap"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at_s", [0.0, 0.5, 21.3, 59.99, 60.0])
 def test_a_preview_has_the_last_messages_and_is_completed_in_parts(recording: Recording, at_s: float) -> None:
     whole, made = Playback(recording, Counting), Playback(recording, Counting)

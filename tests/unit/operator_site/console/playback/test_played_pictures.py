@@ -45,6 +45,7 @@ def test_it_plays_each_picture_once_and_drops_those_after_a_lost_one(recording: 
     assert sequences(found) == [number for number in range(HZ * SECONDS) if not LOST <= number < 120]
 
 
+@pytest.mark.long
 @given(st.floats(0.0, float(SECONDS)))
 def test_a_jump_starts_at_the_last_key_picture_before_it(recording: Recording, at_s: float) -> None:
     now_ns = START_NS + round(at_s * S)

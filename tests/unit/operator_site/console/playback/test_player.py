@@ -50,6 +50,7 @@ def place(player: Player) -> dict[str, float]:
     return playback
 
 
+@pytest.mark.long
 def test_a_jump_shows_a_preview_until_its_checkpoints_are_read_and_the_newest_counts(path: Path) -> None:
     with closing(Recording(path)) as recording:
         reader, all_made = Reader(), _read(path)
@@ -77,6 +78,7 @@ def test_a_jump_shows_a_preview_until_its_checkpoints_are_read_and_the_newest_co
         assert place(player)["at_s"] == place(player)["length_s"]
 
 
+@pytest.mark.long
 def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Path) -> None:
     with ExitStack() as opened, closing(Recording(path)) as recording:
         ahead = Checkpoints(path, opened)
@@ -94,6 +96,7 @@ def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Pat
         assert jumped.console.tactile_map.revision == played.console.tactile_map.revision > 0
 
 
+@pytest.mark.long
 def test_the_map_of_a_played_recording_has_its_lumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(player_module, "Checkpoints", lambda path, opened: Reader())
     pressed = tmp_path / "session.mcap"

@@ -37,6 +37,7 @@ def played() -> Console:
     return console
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["live", "played"])
 def test_place_threshold_and_reaction_are_found(kind: str, request: pytest.FixtureRequest) -> None:
     console: Console = request.getfixturevalue(kind)

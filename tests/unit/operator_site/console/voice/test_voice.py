@@ -123,6 +123,7 @@ def test_an_old_sound_of_a_page_is_not_sent(both: Both) -> None:
     assert not both.voice.say(VoiceSound("to_remote", 1, captured_s, 0.001, CONTENT))
 
 
+@pytest.mark.long
 def test_a_lost_voice_is_silent_and_its_next_start_is_heard(both: Both) -> None:
     both.start()
     until(lambda: both.took(2))
@@ -135,6 +136,7 @@ def test_a_lost_voice_is_silent_and_its_next_start_is_heard(both: Both) -> None:
     until(lambda: both.took(count + 2))
 
 
+@pytest.mark.long
 def test_a_refused_key_is_named_and_heard_once_it_is_trusted(both: Both, keys: Keys) -> None:
     public = load_keys(keys.operator).public
     TrustedKeys(keys.remote).revoke("operator")
@@ -153,6 +155,7 @@ def test_a_damaged_packet_is_dropped_and_the_next_sound_is_heard(both: Both) -> 
     until(lambda: both.took(2))
 
 
+@pytest.mark.long
 def test_an_oversized_packet_ends_the_connection_only(both: Both) -> None:
     process = both.start()
     until(lambda: both.took(1))

@@ -33,6 +33,7 @@ def test_stiffness_and_exponent_are_found(exponent):
     assert np.median(values(answers, "misfit")) == pytest.approx(0.9, abs=0.25)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [1.2, 2.0])
 def test_repeated_presses_differ_by_what_the_deviation_says(exponent):
     answers = [identify_presses(spring_presses(60, exponent=exponent, seed=2, noise_n=0.03))]
@@ -142,6 +143,7 @@ def test_a_force_that_is_not_positive_is_refused():
         identify_presses(spring_presses(2), at_n=0.0)
 
 
+@pytest.mark.long
 def test_each_file_is_an_object_of_its_own(tmp_path: Path):
     (tmp_path / "b").mkdir()
     paths = [

@@ -129,6 +129,7 @@ def test_a_motion_of_the_whole_sensor_is_not_taken_for_the_pattern(tilt, shake):
         assert found_mm(*shaken(seed, shake=shake, tilt=tilt)) == pytest.approx(4.0, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_motion_of_half_the_frequency_is_not_taken_for_the_fundamental():
     """At 20 mm/s a motion of 2.5 Hz is a line of 8 mm."""
     for seed in range(5):
@@ -150,6 +151,7 @@ def test_a_motion_alone_has_no_period():
         assert spatial_period(path_m, signals.mean(axis=1, keepdims=True), signals) is None
 
 
+@pytest.mark.long
 def test_a_motion_at_the_frequency_of_the_pattern_leaves_it_its_period():
     """At 10 mm/s a pattern of 4 mm comes at 2.5 Hz."""
     for seed in range(5):

@@ -19,6 +19,7 @@ def fit():
     return calibrate_spectra(folder_of((120, 180)))
 
 
+@pytest.mark.long
 def test_surfaces_are_recognised_at_another_pressure_and_place(fit):
     assert fit.by_load
     assert [model.along for model in fit.table.models] == ["m", "stroke"]
@@ -29,6 +30,7 @@ def test_surfaces_are_recognised_at_another_pressure_and_place(fit):
         assert [one.surface for one in found if one is not None] == [one.surface for one in new]
 
 
+@pytest.mark.long
 def test_the_stroke_is_the_unit_without_a_speed(fit):
     new = folder_of((240,), seed=3)
     found = [fit.table.recognise(one.trace) for one in new]
@@ -37,6 +39,7 @@ def test_the_stroke_is_the_unit_without_a_speed(fit):
     assert [model.along for model in table.models] == ["stroke"]
 
 
+@pytest.mark.long
 def test_strokes_of_unlike_length_at_one_speed_are_measured_in_seconds():
     strokes = [
         LabelledStroke(stroke(surface, load, 40.0, k, length_mm=length), surface, None)
@@ -96,6 +99,7 @@ def write(folder, traces):
     (folder / "labels.csv").write_text("\n".join(labels) + "\n")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signal", ["best", "mean", "taxel7"])
 def test_from_a_folder_to_a_name(tmp_path, signal):
     write(tmp_path, folder_of((120, 180)))
@@ -117,6 +121,7 @@ def test_from_a_folder_to_a_name(tmp_path, signal):
     assert all(line["k_speed_rpm_per_mm_s"] is None for line in lines)
 
 
+@pytest.mark.long
 def test_errors_name_the_remedy(tmp_path, fit):
     write(tmp_path, folder_of((120,)))
     with pytest.raises(ValueError, match="pressure_v is missing; --signal names another of"):

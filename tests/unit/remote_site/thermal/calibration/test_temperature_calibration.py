@@ -13,6 +13,8 @@ from remote_site.thermal.recorded.identify_thermal import identify_traces
 from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from tests.unit.remote_site.made_touches import AMBIENT_C, MadeTouch, made_touches
 
+pytestmark = pytest.mark.long
+
 OFF_K = 1.0
 """How much colder the references say they are than the table believes, K."""
 OBJECTS_C = AMBIENT_C + np.array([-4.0, -2.0, 0.0, 1.0, 2.0, 4.0])
@@ -53,7 +55,6 @@ def forgetful(table: MaterialTable) -> MaterialTable:
     return table.model_copy(update={"discrepancy": table.discrepancy.model_copy(update=unknown)})
 
 
-@pytest.mark.long
 def test_the_table_follows_the_references_and_keeps_the_rest(
     calibrated: tuple[MaterialTable, Path], tmp_path: Path
 ) -> None:
@@ -100,7 +101,6 @@ def test_a_table_without_object_temperatures_learns_one_material(
     assert found.stated_sd != table.discrepancy.stated_sd, "no other material depends on it"
 
 
-@pytest.mark.long
 def test_the_reference_sensor_learns_too(calibrated: tuple[MaterialTable, Path], tmp_path: Path) -> None:
     table = calibrated[0].model_copy(update={"reference": calibrated[0]})
     found = learn_temperature(table, traces(references(reference=True), tmp_path, OFF_K)).table

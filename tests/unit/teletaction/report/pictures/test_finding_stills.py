@@ -55,6 +55,7 @@ def test_each_moment_shows_the_newest_picture_before_it(pictures: list[Picture])
         assert found[key].uncertainty_s == 0.0004
 
 
+@pytest.mark.long
 def test_the_report_shows_the_picture_with_its_finding(pictures: list[Picture], tmp_path: Path) -> None:
     session, camera = record_findings(tmp_path / "session.mcap", [{}, {}]), tmp_path / "console.mcap"
     with Recorder(camera, {"console/camera": {}}, {}) as recorder:
