@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from common.link.keys import TrustedKeys, create_keys
 from common.runtime.containment import NAMED_IN
+from common.runtime.parallel_map import processors
 from common.wire.streams import STREAMS
 from tests.not_judged import NotJudged
 
@@ -31,6 +32,11 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 def pytest_configure(config: pytest.Config) -> None:
     """A failure beside a standstill of the machine is no finding."""
     config.pluginmanager.register(NotJudged(), "not-judged")
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than the processors: many tests wait for processes and sockets."""
+    return processors() + 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

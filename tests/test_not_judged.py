@@ -118,6 +118,7 @@ def test_only_a_failure_that_the_machine_may_have_made_is_not_judged(tmp_path: P
         assert any(line.startswith(f"{name} - {reason}") for line in lines), lines
 
 
+@pytest.mark.long
 def test_a_shared_fixture_counts_for_each_of_its_tests(tmp_path: Path) -> None:
     code, said = run(
         tmp_path,
@@ -139,6 +140,7 @@ def test_another(request):
     assert "1 passed, 2 skipped" in said
 
 
+@pytest.mark.long
 def test_many_unjudged_tests_fail_the_run(tmp_path: Path) -> None:
     tests = "".join(f"\n@pytest.mark.session\ndef test_{n}(still):\n    assert False\n" for n in range(MOST + 1))
     code, said = run(tmp_path, tests)
@@ -157,17 +159,17 @@ def test_of_something_else():
 """
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "1")])
-def test_a_test_that_is_not_judged_in_two_runs_fails(options: tuple[str, ...], tmp_path: Path) -> None:
+@pytest.mark.long
+def test_a_test_that_is_not_judged_in_two_runs_fails(tmp_path: Path) -> None:
     """A run without it between the two changes nothing; a run that judges it does."""
     bad, good = TWO.format(good=False), TWO.format(good=True)
-    assert run(tmp_path, bad, *options)[0] == 0
+    assert run(tmp_path, bad)[0] == 0
     assert run(tmp_path, bad, "-k", "something")[0] == 0
-    code, said = run(tmp_path, bad, *options)
+    code, said = run(tmp_path, bad, "-n", "1")
     assert code == 1
     assert "test_inner.py::test_disturbed - not judged in two runs" in said
-    assert run(tmp_path, good, *options)[0] == 0
-    assert run(tmp_path, bad, *options)[0] == 0
+    assert run(tmp_path, good)[0] == 0
+    assert run(tmp_path, bad)[0] == 0
 
 
 def test_the_watch_keeps_what_it_notes_until_it_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:

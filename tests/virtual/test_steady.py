@@ -7,6 +7,7 @@ from tests.virtual.judge import check_ramp
 from tests.virtual.session import VirtualSession, virtual_session
 
 
+@pytest.mark.long
 def test_contact_force_vibration_and_heat_appear(session: VirtualSession) -> None:
     session.work()
     session.run(0.1)  # the plate comes from the warmth of the wait

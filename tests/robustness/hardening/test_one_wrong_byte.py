@@ -48,6 +48,7 @@ KINDS = [
 """Packets, and payloads before a valid CRC."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "goods", "damages", "refusal", "harmless"), KINDS)
 def test_one_wrong_byte_in_a_message_is_refused_or_harmless(
     kind: Any, goods: Any, damages: Iterable[int], refusal: type[Exception], harmless: Any, golden: dict[str, bytes]

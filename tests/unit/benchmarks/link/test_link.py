@@ -214,6 +214,7 @@ def small_result() -> dict[str, object]:
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("faults", [[], [{"fault": "a", "safe_s": {"force": 0.1}}, {"fault": "b", "safe_s": {}}]])
 def test_the_figure_is_drawn_with_and_without_the_fault_matrix(tmp_path: Path, faults: list[object]) -> None:
     data = small_result()

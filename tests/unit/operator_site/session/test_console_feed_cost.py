@@ -8,6 +8,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from common.link.keys import load_keys
 from common.recording.recorder import Recorder
 from operator_site.session.console_feed import ConsoleFeedSocket
@@ -45,6 +47,7 @@ def median_ticks_us(recorder: Recorder, feed: ConsoleFeedSocket) -> tuple[float,
     return statistics.median(took_us[0]), statistics.median(took_us[1])
 
 
+@pytest.mark.long
 def test_a_console_costs_the_loop_almost_nothing(tmp_path: Path, keys: Keys, base_port: int) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     with (

@@ -22,6 +22,8 @@ from teletaction.testbed.testbed import SessionConfigs
 from teletaction.testbed.virtual_recording import recorded_testbed
 from tests.commands import command, one_line
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def keys(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
@@ -94,7 +96,6 @@ def test_replay_is_identical(session: Path, merged: Path, keys: dict[str, Path],
         assert (tmp_path / "plain" / name).read_bytes() == (tmp_path / "sealed" / name).read_bytes()
 
 
-@pytest.mark.long
 def test_report_and_export_are_identical(
     session: Path, merged: Path, keys: dict[str, Path], tmp_path: Path, coarse: None
 ) -> None:

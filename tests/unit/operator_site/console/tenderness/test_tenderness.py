@@ -16,6 +16,8 @@ from operator_site.console.web.page_state import page_state
 from tests.unit.operator_site.console.fed import S, touch
 from tests.unit.operator_site.console.tenderness.painful import CENTRE_M, REACTION_S, examine, press
 
+pytestmark = pytest.mark.long
+
 
 def searched(console: Console) -> Tenderness:
     return search_tenderness(console.pain.settled(final=True))
@@ -37,7 +39,6 @@ def played() -> Console:
     return console
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("kind", ["live", "played"])
 def test_place_threshold_and_reaction_are_found(kind: str, request: pytest.FixtureRequest) -> None:
     console: Console = request.getfixturevalue(kind)
