@@ -7,7 +7,7 @@ from common.faults.texts import said_fault
 from common.link.curve import LinkProblem
 from common.link.session_state import Refused
 
-_WORKING_S = 30.0
+WORKING_S = 30.0
 _COOL_S = 20.0
 _SLOW_STOPPED_S, _SLOW_RUNNING_S = 0.030, 0.010
 
@@ -82,7 +82,7 @@ class FaultedSession(ABC):
                 said[site] = answer["state"] + (f": {why}" if why else "")
         return said
 
-    def wait_until_working(self, seconds: float = _WORKING_S) -> None:
+    def wait_until_working(self, seconds: float = WORKING_S) -> None:
         """Wait until both sites are engaged and act on fresh data, the hand has worked, and this has lasted for
         `settled_s`.
 

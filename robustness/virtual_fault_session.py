@@ -10,11 +10,12 @@ from common.recording.recorder import Recorder
 from operator_site.site_recording import SCHEMAS
 from remote_site.site_recording import open_recorder
 from robustness.fault_session import prepare_session
-from robustness.faulted_session import FaultedSession, NotWorking
+from robustness.faulted_session import WORKING_S, FaultedSession, NotWorking
 from teletaction.testbed.network_faults import NetworkFaults
 from teletaction.testbed.testbed import COARSE_STEP_S, SITES, Extras, SessionConfigs, Testbed
 
 _PATIENCE_S = 20.0
+_RECOVERY_STEP_S = 0.004
 _FINE_S = 0.5
 """Part of a wait that passes in fine steps, s: all hold times end within it."""
 
@@ -48,6 +49,11 @@ class VirtualFaultSession(FaultedSession):
             opened.callback(bed.close)
             bed.until(lambda bed: bed.both_engaged, _PATIENCE_S)
             yield cls(bed)
+
+    def wait_until_working(self, seconds: float = WORKING_S) -> None:
+        """As for every session, in steps of 4 ms: no hold time ends while a session recovers."""
+        with self.bed.stepping(_RECOVERY_STEP_S):
+            super().wait_until_working(seconds)
 
     def now_s(self) -> float:
         """Virtual time, s."""

@@ -3,7 +3,8 @@
 Lines, buses and the link are in memory. Nothing waits and nothing is late: the same seed gives the same session.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -209,12 +210,18 @@ class Testbed:
 
     def run_coarsely(self, seconds: float) -> None:
         """Advance by `seconds` at 100 Hz, five times as fast, for long times without expected events."""
-        self._set_step(COARSE_STEP_S)
-        self.run(seconds)
-        self._set_step(STEP_S)
+        with self.stepping(COARSE_STEP_S):
+            self.run(seconds)
 
-    def _set_step(self, step_s: float) -> None:
+    @contextmanager
+    def stepping(self, step_s: float) -> Iterator[None]:
+        """Advance in steps of another length, s, until the context ends."""
+        before_s = self.step_s
         self.step_s = self.sim_remote.step_s = self.sim_operator.step_s = step_s
+        try:
+            yield
+        finally:
+            self.step_s = self.sim_remote.step_s = self.sim_operator.step_s = before_s
 
     def until(self, reached: Callable[[Self], object], patience_s: float) -> float:
         """Advance until `reached` is true; return the time that it took, s.
