@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from common import limits
 from common.buses.drive_monitor import MEMORY_S, NEAR_N, PERSIST_S
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.timing.safe_states import SAFE_STATES, TICK_S
 from common.timing.timeouts import Timeout, in_ms, ladder
 

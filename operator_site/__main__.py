@@ -2,7 +2,7 @@
 
 import sys
 
-from common.config.models import OperatorConfig
+from common.config.site_models import OperatorConfig
 from common.process import room_main
 from operator_site.site import run_operator
 

@@ -7,7 +7,7 @@ the devices.
 import math
 from collections.abc import Sequence
 
-from common.config.models import VibrationScale
+from common.config.site_models import VibrationScale
 from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.scenes.materials import materials

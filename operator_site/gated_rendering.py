@@ -6,7 +6,7 @@ The input and the touch packet that it names are recorded, and replay renders th
 import math
 from collections.abc import Sequence
 
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.faults.fault import Fault, contained
 from common.fingers import FINGERS
 from common.limits import PLATE_PROFILES

@@ -11,7 +11,7 @@ from msgspec import structs
 
 from common.buses.device_startup import wait_for_devices
 from common.config.file import to_toml
-from common.config.models import OperatorConfig
+from common.config.site_models import OperatorConfig
 from common.faults.fault import contained
 from common.faults.texts import fault_figures, fault_text
 from common.fingers import FINGERS

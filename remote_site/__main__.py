@@ -2,7 +2,7 @@
 
 import sys
 
-from common.config.models import RemoteConfig
+from common.config.site_models import RemoteConfig
 from common.process import room_main
 from remote_site.site import run_remote
 

@@ -1,6 +1,6 @@
 """Loads the calibrated tables that a remote site's configuration names."""
 
-from common.config.models import RemoteConfig
+from common.config.site_models import RemoteConfig
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
 

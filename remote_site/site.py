@@ -12,7 +12,7 @@ from msgspec import structs
 
 from common.buses.device_startup import wait_for_devices
 from common.config.file import to_toml
-from common.config.models import RemoteConfig
+from common.config.site_models import RemoteConfig
 from common.faults.fault import contained
 from common.faults.texts import fault_text
 from common.fingers import FINGERS

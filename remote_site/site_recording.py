@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 import msgpack
 
-from common.config.models import RemoteConfig
+from common.config.site_models import RemoteConfig
 from common.link.session_state import Happening
 from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.tenderness.patient_row import Patient

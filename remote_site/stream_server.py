@@ -4,7 +4,7 @@ import contextlib
 
 import zmq
 
-from common.config.models import RemoteLinkConfig
+from common.config.link_models import RemoteLinkConfig
 from common.link.authenticator import Authenticator
 from common.link.bind_address import check_bind
 from common.link.curve import Inbox, LinkProblem, Received, prepare_socket, receive_requests, serve_curve

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from common.config.file import load_config, load_site
-from common.config.models import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
 from common.files.unique_path import set_aside
 from common.link.keys import load_keys
 from common.link.local_control import ask_desk

@@ -2,7 +2,7 @@
 
 import sys
 
-from common.config.models import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
 from common.process import room_main
 from sim_sensors.network.proxy import run_sim_network
 from sim_sensors.operator_devices import run_sim_operator

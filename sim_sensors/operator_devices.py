@@ -7,7 +7,7 @@ import numpy as np
 
 from common.buses.serial_messages import DRIVE_FULL
 from common.config.file import to_toml
-from common.config.models import SimOperatorConfig
+from common.config.simulation_models import SimOperatorConfig
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.devices.breakable_parts import Encoder, Hang, Thermistor, read_all

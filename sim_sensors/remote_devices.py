@@ -7,7 +7,7 @@ from dataclasses import asdict
 import numpy as np
 
 from common.config.file import to_toml
-from common.config.models import SimRemoteConfig
+from common.config.simulation_models import SimRemoteConfig
 from common.fingers import FINGER_Y_M, FINGERS
 from common.scenes.scene import Scene, load_scene
 from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all

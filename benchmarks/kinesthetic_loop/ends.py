@@ -21,7 +21,7 @@ import numpy as np
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import database
 from common.config.file import to_toml
-from common.config.models import SimOperatorConfig
+from common.config.simulation_models import SimOperatorConfig
 from sim_sensors.devices.exoskeleton import Exoskeleton
 from teletaction.session.demo_files import HOST, free_port_block
 

@@ -13,7 +13,7 @@ import can
 
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender, database
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N

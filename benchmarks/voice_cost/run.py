@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.runtime_cost.measure import timed
-from common.config.models import RemoteLinkConfig
+from common.config.link_models import RemoteLinkConfig
 from common.link.keys import TrustedKeys, create_keys, load_keys
 from common.runtime.reference_step import reference_step
 from common.wire.voice_messages import FRAME_S, VoicePacket, VoiceState

@@ -6,20 +6,11 @@ from typing import get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from common.config.models import (
-    CameraConfig,
-    ConsoleConfig,
-    ObserverConfig,
-    OperatorConfig,
-    PatientPageConfig,
-    RemoteConfig,
-    RendezvousConfig,
-    SimNetworkConfig,
-    SimOperatorConfig,
-    SimRemoteConfig,
-    TunnelConfig,
-    VoiceConfig,
-)
+from common.config.link_models import ObserverConfig, RendezvousConfig, TunnelConfig
+from common.config.page_models import ConsoleConfig, PatientPageConfig
+from common.config.simulation_models import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
+from common.config.stream_models import CameraConfig, VoiceConfig
 from common.files.printable import printable
 
 COMMANDS: dict[str, type[BaseModel]] = {

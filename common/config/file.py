@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from common.config.advice import COMMANDS, advice, command_for
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.files.printable import printable
 from common.files.read_files import NotToml, read_toml
 

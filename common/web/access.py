@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, get_args
 from urllib.parse import urlsplit
 
-from common.config.models import WebConfig
+from common.config.page_models import WebConfig
 
 Role = Literal["act", "observe"]
 LEAST_TOKEN = 32

@@ -12,7 +12,7 @@ from typing import Any
 import uvicorn
 from starlette.applications import Starlette
 
-from common.config.models import WebConfig
+from common.config.page_models import WebConfig
 from common.runtime.containment import Containment
 from common.timing.interval import Interval
 from common.web.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit

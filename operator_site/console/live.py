@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from common.timing.interval import Interval
 from operator_site.console import texts
 from operator_site.console.background_search import BackgroundSearch
@@ -190,7 +190,7 @@ class LiveConsole:
         self._kept_s = -math.inf
         if before.cut_off:
             text = texts.cut_off(before.cut_off, len(before.findings), [path.name for path in before.files])
-            self._commands.saved = {"text": text, "report": None}
+            self._commands.examining.saved = {"text": text, "report": None}
             return
         for stream, record in before.records:
             try:
@@ -233,7 +233,7 @@ class LiveConsole:
         here = datetime.now()
         self._wall.take(now_s, here)
         state = page_state(self.console, now_s, self._journal.is_saved, self._operator, wall_clock=self._wall.at)
-        state["session"]["saved"] = self._commands.saved
+        state["session"]["saved"] = self._commands.examining.saved
         return {**state, "wall_clock": f"{here:%H:%M:%S}"}
 
     def _report_presence(self) -> None:

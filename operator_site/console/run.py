@@ -6,7 +6,8 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 
 from common.config.file import to_toml
-from common.config.models import ConsoleCameraConfig, ConsoleConfig, ConsoleVoiceConfig, OperatorLinkConfig
+from common.config.link_models import OperatorLinkConfig
+from common.config.page_models import ConsoleCameraConfig, ConsoleConfig, ConsoleVoiceConfig
 from common.link.keys import KeyPair, fingerprint, load_keys
 from common.privacy.key_variable import given_key
 from common.runtime.status_file import StatusFile

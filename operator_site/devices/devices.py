@@ -5,7 +5,7 @@ import math
 from common.buses.ready_lines import ReadyLines
 from common.buses.serial_device import SerialDevice
 from common.buses.wiring import SYSTEM, Wiring
-from common.config.models import OperatorConfig
+from common.config.site_models import OperatorConfig
 from common.faults.fault import EXOSKELETON, Fault
 from common.fingers import FINGERS
 from common.limits import GAP_S

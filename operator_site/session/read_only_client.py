@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from common.config.models import ObserverConfig
+from common.config.link_models import ObserverConfig
 from common.fingers import FINGERS
 from common.link.capabilities import OBSERVER, capabilities
 from common.link.curve import LinkProblem

@@ -1,6 +1,6 @@
 """Finds the public key that the remote site must have."""
 
-from common.config.models import OperatorLinkConfig
+from common.config.link_models import OperatorLinkConfig
 from common.link.keys import KeyProblem, TrustedKeys, check_public_key
 
 NAME = "remote"

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from common.config.models import VibrationScale
+from common.config.site_models import VibrationScale
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
 from operator_site.vibration.grooves import Grooves

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable
 from contextlib import ExitStack
 
-from common.config.models import OperatorConfig
+from common.config.site_models import OperatorConfig
 from common.link.keys import load_keys
 from common.scenes.scene import Scene
 from operator_site.site import run_operator_site

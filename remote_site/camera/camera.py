@@ -10,7 +10,7 @@ from contextlib import closing
 
 import zmq
 
-from common.config.models import CameraConfig
+from common.config.stream_models import CameraConfig
 from common.link.curve import Received
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor

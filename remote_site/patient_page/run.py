@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from importlib import resources
 from pathlib import Path
 
-from common.config.models import PatientPageConfig
+from common.config.page_models import PatientPageConfig
 from common.runtime.containment import Containment
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor

@@ -14,7 +14,8 @@ from typing import Any
 import zmq
 
 from common.config.file import load_config
-from common.config.models import RemoteConfig, VoiceConfig
+from common.config.site_models import RemoteConfig
+from common.config.stream_models import VoiceConfig
 from common.link.curve import Received
 from common.link.keys import load_keys
 from common.link.local_control import LocalControlSocket

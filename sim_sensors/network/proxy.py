@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import ExitStack, closing
 from random import Random
 
-from common.config.models import SimNetworkConfig
+from common.config.simulation_models import SimNetworkConfig
 from common.runtime.periodic_loop import PeriodicLoop
 from common.runtime.scheduling import become_timely
 from common.runtime.status_file import StatusFile

@@ -5,7 +5,7 @@ import socket
 from collections.abc import Callable
 from contextlib import suppress
 
-from common.config.models import SimCameraConfig
+from common.config.simulation_models import SimCameraConfig
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.tcp_port import TcpPort
 

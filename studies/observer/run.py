@@ -8,7 +8,7 @@ renders with. Predictions stand beside the paper's shares and their exact 95 % i
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from sim_sensors.physics.finger_plate import DEEP_C, ROOM_C
 from studies.compared import Compared

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from common.config.models import RenderingConfig, VibrationScale
+from common.config.site_models import RenderingConfig, VibrationScale
 from common.exploration.contact_detector import TAP_S
 from common.scenes.surfaces import surface_kind
 from common.wire.messages import Event, EventKind, ExplorationMode

@@ -24,7 +24,7 @@ def outlet_command(
     """Offer the session of a running operator site to a tool; --config is the site's file."""
     from functools import partial
 
-    from common.config.models import OperatorConfig
+    from common.config.site_models import OperatorConfig
     from common.process import run_process
     from teletaction.outlets.outlet import run_outlet
 

@@ -14,7 +14,7 @@ app = typer.Typer()
 @app.command()
 def remote(config: OwnConfigFile = None) -> None:
     """Run the remote site."""
-    from common.config.models import RemoteConfig
+    from common.config.site_models import RemoteConfig
     from common.process import run_process
     from remote_site.site import run_remote
 
@@ -28,7 +28,7 @@ def camera(config: OwnConfigFile = None) -> None:
 
     if find_spec("av") is None:
         raise ValueError("the camera needs `pip install teletaction[camera]`")
-    from common.config.models import CameraConfig
+    from common.config.stream_models import CameraConfig
     from common.process import run_process
     from remote_site.camera.camera import run_camera
 
@@ -42,7 +42,7 @@ def patient_page(config: OwnConfigFile = None) -> None:
 
     if find_spec("starlette") is None:
         raise ValueError("the patient's page needs `pip install teletaction[console]`")
-    from common.config.models import PatientPageConfig
+    from common.config.page_models import PatientPageConfig
     from common.process import run_process
     from remote_site.patient_page.run import run_patient_page
 
@@ -56,7 +56,7 @@ def voice(config: OwnConfigFile = None) -> None:
 
     if find_spec("av") is None:
         raise ValueError("the voice needs `pip install teletaction[voice]`")
-    from common.config.models import VoiceConfig
+    from common.config.stream_models import VoiceConfig
     from common.process import run_process
     from remote_site.voice.voice import run_voice
 
@@ -66,7 +66,7 @@ def voice(config: OwnConfigFile = None) -> None:
 @app.command()
 def operator(config: OwnConfigFile = None) -> None:
     """Run the operator site."""
-    from common.config.models import OperatorConfig
+    from common.config.site_models import OperatorConfig
     from common.process import run_process
     from operator_site.site import run_operator
 
@@ -82,7 +82,7 @@ def virtual(
     """Run the operator site on a virtual environment, without any remote site."""
     from functools import partial
 
-    from common.config.models import OperatorConfig
+    from common.config.site_models import OperatorConfig
     from common.process import run_process
     from common.scenes.scene import load_scene
     from operator_site.virtual.virtual_site import run_virtual
@@ -107,7 +107,7 @@ def console(
         raise ValueError("the console needs `pip install teletaction[console]`")
     if config is not None and play is not None:
         raise ValueError("console: give either --config FILE or --play SESSION.mcap")
-    from common.config.models import ConsoleConfig
+    from common.config.page_models import ConsoleConfig
     from common.logs import log_to_stderr
     from common.process import StopSignal, run_process
     from operator_site.console.run import run_console, run_playback
@@ -122,7 +122,7 @@ def console(
 @app.command()
 def observe(config: OwnConfigFile = None) -> None:
     """Watch a session read-only: print what the remote site identifies as JSON lines whenever it changes."""
-    from common.config.models import ObserverConfig
+    from common.config.link_models import ObserverConfig
     from common.process import run_process
     from operator_site.session.read_only_client import run_observer
 
@@ -132,7 +132,7 @@ def observe(config: OwnConfigFile = None) -> None:
 @app.command()
 def rendezvous(config: OwnConfigFile = None) -> None:
     """Run a rendezvous, at which two sites meet that cannot connect to each other."""
-    from common.config.models import RendezvousConfig
+    from common.config.link_models import RendezvousConfig
     from common.process import run_process
     from teletaction.tunnel.rendezvous import run_rendezvous
 
@@ -142,7 +142,7 @@ def rendezvous(config: OwnConfigFile = None) -> None:
 @app.command()
 def tunnel(config: OwnConfigFile = None) -> None:
     """Run one site's end of a tunnel over a rendezvous."""
-    from common.config.models import TunnelConfig
+    from common.config.link_models import TunnelConfig
     from common.process import run_process
     from teletaction.tunnel.tunnel_end import run_tunnel
 
@@ -152,7 +152,7 @@ def tunnel(config: OwnConfigFile = None) -> None:
 @app.command()
 def sim_remote(config: ConfigFile) -> None:
     """Run the simulated devices of the remote site."""
-    from common.config.models import SimRemoteConfig
+    from common.config.simulation_models import SimRemoteConfig
     from common.process import run_process
     from sim_sensors.remote_devices import run_sim_remote
 
@@ -162,7 +162,7 @@ def sim_remote(config: ConfigFile) -> None:
 @app.command()
 def sim_operator(config: ConfigFile) -> None:
     """Run the simulated devices and the scripted hand of the operator site."""
-    from common.config.models import SimOperatorConfig
+    from common.config.simulation_models import SimOperatorConfig
     from common.process import run_process
     from sim_sensors.operator_devices import run_sim_operator
 
@@ -173,7 +173,7 @@ def sim_operator(config: ConfigFile) -> None:
 @app.command("network", hidden=True)  # The demo starts this process under the name network.
 def sim_network(config: ConfigFile) -> None:
     """Run a simulated network between the two sites."""
-    from common.config.models import SimNetworkConfig
+    from common.config.simulation_models import SimNetworkConfig
     from common.process import run_process
     from sim_sensors.network.proxy import run_sim_network
 

@@ -115,7 +115,7 @@ def _ask_desk(config: Path | None, verb: str, details: dict[str, object] | None 
 
 def _ask_voice(config: Path | None, verb: str) -> None:
     from common.config.file import load_config
-    from common.config.models import VoiceConfig
+    from common.config.stream_models import VoiceConfig
     from common.link.keys import load_keys
 
     voice = load_config(own_config(config, "voice"), VoiceConfig)

@@ -12,7 +12,7 @@ from common.buses.can_port import CanPort
 from common.buses.serial_device import open_line, plain_name
 from common.buses.serial_messages import DeviceKind
 from common.config.file import load_site
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.fingers import FINGERS
 from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.runtime.reference_step import reference_step_s

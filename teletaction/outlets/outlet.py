@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from common.config.models import OperatorConfig
+from common.config.site_models import OperatorConfig
 from common.link.keys import fingerprint, load_keys
 from common.runtime.containment import Containment
 from common.runtime.scheduling import give_way

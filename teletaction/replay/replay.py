@@ -13,7 +13,7 @@ from typing import IO, Annotated, Any
 
 from pydantic import BaseModel, Field, ValidationError
 
-from common.config.models import OperatorConfig, RenderingConfig
+from common.config.site_models import OperatorConfig, RenderingConfig
 from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import GAP_S

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from msgspec.structs import replace
 
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.fingers import FINGERS
 from common.wire.messages import Touch
 from operator_site.coupling.coupling import DIRECT, Coupling

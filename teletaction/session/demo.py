@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from common.config.file import load_config
-from common.config.models import SimNetworkConfig
+from common.config.simulation_models import SimNetworkConfig
 from common.files.user_folders import make_private, state_folder
 from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old

@@ -13,22 +13,11 @@ from pydantic import BaseModel
 
 from common.buses.can_address import CanAddress
 from common.config.file import to_toml
-from common.config.models import (
-    CalibrationConfig,
-    CameraConfig,
-    ConsoleCameraConfig,
-    ConsoleConfig,
-    ConsoleVoiceConfig,
-    OperatorConfig,
-    OperatorLinkConfig,
-    RemoteConfig,
-    RemoteLinkConfig,
-    SimCameraConfig,
-    SimNetworkConfig,
-    SimOperatorConfig,
-    SimRemoteConfig,
-    VoiceConfig,
-)
+from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
+from common.config.page_models import ConsoleCameraConfig, ConsoleConfig, ConsoleVoiceConfig
+from common.config.simulation_models import SimCameraConfig, SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.site_models import CalibrationConfig, OperatorConfig, RemoteConfig
+from common.config.stream_models import CameraConfig, VoiceConfig
 from common.fingers import chosen_fingers
 from common.link.keys import TrustedKeys, create_keys
 from common.scenes.scene import load_scene

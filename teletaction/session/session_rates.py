@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.runtime.machine import Machine
 from common.timing.timeouts import FASTEST_RATE_HZ, SLOWEST_RATE_HZ
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.timing.standstill import HostClock
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand

@@ -11,7 +11,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from common.config.file import load_config, to_toml
-from common.config.models import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.link.local_control import LocalControlSocket

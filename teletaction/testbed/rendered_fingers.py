@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 
 from common.buses.serial_messages import DRIVE_FULL, MessageId, TactTipCommand, encode_frame
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import GAP_S

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from common.config.file import load_config
-from common.config.models import OperatorConfig, RemoteConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.recording.recorder import Recorder
 from common.timing.standstill import HostClock
 from common.timing.timeouts import NOTICE_S

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, MutableMapping
 from typing import Any
 
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from common.timing.interval import Interval
 from common.web.access import Visitor
 from operator_site.console.examination.journal import Journal

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from common.config.file import to_toml
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.link.keys import load_keys
 from common.recording.clock_anchor import ClockAnchor
 from common.recording.recorder import Recorder

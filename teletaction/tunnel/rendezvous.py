@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 
-from common.config.models import RendezvousConfig
+from common.config.link_models import RendezvousConfig
 from common.files.printable import printable
 from common.link.host_name import bare_host
 from common.runtime.status_file import StatusFile

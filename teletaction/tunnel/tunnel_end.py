@@ -12,7 +12,7 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from functools import partial
 
-from common.config.models import TunnelConfig
+from common.config.link_models import TunnelConfig
 from common.files.printable import printable
 from common.link.host_name import bare_host
 from common.runtime.status_file import StatusFile

@@ -3,7 +3,7 @@
 import threading
 from pathlib import Path
 
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from operator_site.console.run import run_console
 from tests.conftest import Keys, free_ports
 

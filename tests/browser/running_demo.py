@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from common.config.file import load_config
-from common.config.models import SimNetworkConfig
+from common.config.simulation_models import SimNetworkConfig
 from teletaction.session.demo_files import HOST, NETWORK
 from tests.waiting import wait_until
 

@@ -13,7 +13,7 @@ import uvicorn
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from common.config.file import load_config
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from common.runtime.containment import Containment
 from common.web.access import Access, Visitor
 from operator_site.console.web.camera_pages import CameraPages

@@ -13,7 +13,7 @@ import uvicorn
 from starlette.types import Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from common.runtime.containment import Containment
 from common.web.access import Access, Visitor
 from common.web.guarded_page import REFUSED

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from common.config.models import ConsentConfig, ConsoleCameraConfig
+from common.config.page_models import ConsoleCameraConfig
+from common.config.recording_models import ConsentConfig
 from common.recording.reader import RecordingReader
 from operator_site.console.camera.camera_picture import Picture
 from tests.browser.conftest import LIVE

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from common.config.models import PatientPageConfig
+from common.config.page_models import PatientPageConfig
 from common.limits import SWITCH_HOLD_S, SWITCH_LOST_S, SWITCH_SILENCE_S
 from remote_site.devices.patient_switch import PatientSwitch
 from remote_site.patient_page.run import run_patient_page

@@ -11,7 +11,8 @@ import msgpack
 import numpy as np
 import pytest
 
-from common.config.models import ConsentConfig, ConsoleVoiceConfig
+from common.config.page_models import ConsoleVoiceConfig
+from common.config.recording_models import ConsentConfig
 from common.recording.reader import RecordingReader
 from common.recording.recorder import Recorder
 from operator_site.console.examination.journal import SCHEMAS as KEPT

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from common.config.file import load_config
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from teletaction.conformance.checklist import HALF_A_REPORT_S
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses

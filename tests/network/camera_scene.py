@@ -10,7 +10,7 @@ from contextlib import closing
 
 import numpy as np
 
-from common.config.models import SimCameraConfig
+from common.config.simulation_models import SimCameraConfig
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.physics.camera_view import CameraView

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from common.config.file import to_toml
-from common.config.models import RendezvousConfig, TunnelConfig
+from common.config.link_models import RendezvousConfig, TunnelConfig
 from common.limits import GAP_S
 from common.link.keys import load_keys
 from common.link.packet_filter import FUTURE_TOLERANCE_NS

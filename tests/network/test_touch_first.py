@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from common.config.file import to_toml
-from common.config.models import CameraConfig, RemoteLinkConfig, VoiceConfig
+from common.config.link_models import RemoteLinkConfig
+from common.config.stream_models import CameraConfig, VoiceConfig
 from common.limits import VOICE_AGE_S
 from common.link.keys import load_keys
 from tests.conftest import Keys

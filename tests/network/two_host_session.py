@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from common.config.file import load_config, to_toml
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from robustness.fault_session import read_figures
 from teletaction.session.demo_files import DemoOptions, prepare
 from tests.network.two_hosts import REMOTE, Host, Program, two_hosts

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from common.config.file import load_config, to_toml
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from robustness.fault_session import read_figures
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses

@@ -18,7 +18,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from common.config.file import to_toml
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from tests.commands import command
 from tests.system.page import Page, opened
 from tests.system.truth import written

@@ -13,7 +13,7 @@ import pytest
 from mcap.reader import make_reader
 
 from common.config.file import load_config, to_toml
-from common.config.models import OperatorConfig
+from common.config.site_models import OperatorConfig
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.waiting import wait_until

@@ -21,7 +21,8 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.config.file import load_config, to_toml
-from common.config.models import ObserverConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig
+from common.config.link_models import ObserverConfig, OperatorLinkConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.limits import FORCE_SAFE_S, MOTOR_SAFE_S, THERMAL_SAFE_S
 from common.link.curve import LinkProblem
 from common.link.keys import TrustedKeys, create_keys, fingerprint, load_keys

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.testbed.lockstep import LockStep, SimulatedDevices, sites
 

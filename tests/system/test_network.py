@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from common.config.file import load_config
-from common.config.models import SimNetworkConfig
+from common.config.simulation_models import SimNetworkConfig
 from robustness.fault_session import read_figures
 from robustness.stroking_scene import write_stroking_scene
 from teletaction.session.demo_files import DemoOptions, prepare

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from common.web.access import Role, Visitor
 from teletaction.testbed.memory_feed import MemoryFeed
 from teletaction.testbed.testbed import Testbed

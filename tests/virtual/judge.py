@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 
-from common.config.models import RemoteConfig
+from common.config.site_models import RemoteConfig
 from common.limits import (
     AGE_DEFAULT_S,
     CONTACT_FORCE_N,

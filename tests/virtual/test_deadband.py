@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from common.config.models import RemoteConfig
+from common.config.site_models import RemoteConfig
 from common.fingers import FINGERS
 from common.timing.timeouts import REFRESH_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE

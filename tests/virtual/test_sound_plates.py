@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 import pytest
 
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.limits import GAP_S
 from common.scenes.materials import materials
 from common.wire.messages import NO_TOUCH, ExplorationMode, Touch, pack_rows

@@ -7,11 +7,9 @@ from collections import Counter
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
-from datetime import datetime
 from functools import partial
 from typing import Any, Protocol
 
-from common.files.printable import one_line
 from common.limits import MOTION_SCALES
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused
@@ -20,8 +18,6 @@ from common.runtime.containment import Containment
 from common.timing.interval import Interval
 from common.wire.packets import LinkState
 from operator_site.console import texts
-from operator_site.console.examination.examination import Finding
-from operator_site.console.examination.findings import TENDER
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
@@ -29,9 +25,11 @@ from operator_site.console.model import Console
 from operator_site.console.web.answer import Act, Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.control import Control
+from operator_site.console.web.examination_requests import ExaminationRequests
 from operator_site.console.web.map_requests import propose_kind, values_at
 from operator_site.console.web.page_state import refusal
 from operator_site.console.web.playback_requests import Playing, pause, play, seek
+from operator_site.console.web.request_record import LONGEST_KEPT, recorded, shown, whole
 
 log = logging.getLogger(__name__)
 
@@ -39,18 +37,12 @@ PAUSE_AGAIN_S = 0.5
 """Interval between two requests of the console to pause, s."""
 CLEARING_S = 2.0
 """Time after clearing a fault in which its alarm is cleared too, once both sites report the fault gone, s."""
-SETTLE_S = 0.15
-"""Longest wait of a request for the disk, s: half of the time for an answer."""
-_LOOK_S = 0.005
-"""Interval between two checks of the disk during that wait, s."""
 _ONLY_LOOKS = frozenset(("place", "propose"))
 """Requests that read the map. They are neither refused to observers nor recorded."""
 _WITHOUT_CONTROL = _ONLY_LOOKS | {"estop", "take_control"}
 """Requests that need no control; a page that may act may always stop."""
 _REFUSALS_PER_S, _REFUSALS_AT_ONCE = 0.2, 10
 """Rate and burst of the refused requests of one visitor that are recorded and logged; others are only counted."""
-_LONGEST_KEPT = 200
-"""Maximum length of a detail in the record of acts, characters; the finding holds the full note."""
 
 
 class SiteControl(Protocol):
@@ -74,14 +66,12 @@ class Commands:
         """Act on a running site through its local control, or on a recording through its player."""
         self.console, self._journal, self._site = console, journal, site
         self.control = Control()
-        self.reporting = Reporting((), None) if reporting is None else reporting
-        self.saved: dict[str, Any] | None = None
-        """Summary of the last examination and the address of its report."""
         self._clearing = (-math.inf, "")
         self._pausing = Interval(PAUSE_AGAIN_S)
         self._stopping: Future[dict[str, Any]] | None = None
         """The newest emergency stop; pages that stop at the same time share it."""
         self.contained = Containment()
+        self.examining = ExaminationRequests(console, journal, self._ask_to_pause, self.contained, reporting)
         self._writing: set[asyncio.Task[None]] = set()
         self._refusals: RateLimiters[str] = RateLimiters(_REFUSALS_PER_S, _REFUSALS_AT_ONCE)
         self._unrecorded: Counter[str] = Counter()
@@ -93,13 +83,7 @@ class Commands:
             "estop": self._stop,
             "clear_fault": self._clear,
             "acknowledge": self._acknowledge,
-            "begin": self._begin,
-            "end": self._end,
-            "finding": self._find,
-            "note": self._note,
-            "edit": self._edit,
-            "withdraw": self._withdraw,
-            "undo": self._undo,
+            **self.examining.verbs,
             "propose": self._propose,
             "take_control": self._take_control,
             "sound": self._sound,
@@ -125,12 +109,12 @@ class Commands:
         """
         given: dict[str, Any] = {}
         if isinstance(details, dict):
-            given = {str(_whole(str(name))): _whole(value) for name, value in details.items()}
+            given = {str(whole(str(name))): whole(value) for name, value in details.items()}
         record = {
             "at_s": now_s,
             "who": client.name,
-            "verb": _shown(verb if isinstance(verb, str) else type(verb).__name__),
-            "details": _recorded(given),
+            "verb": shown(verb if isinstance(verb, str) else type(verb).__name__),
+            "details": recorded(given),
         }
         try:
             act = self._act(client, verb)
@@ -144,7 +128,7 @@ class Commands:
             return Answer(False, texts.REQUEST_NOT_RECORDED)
         answer = await self._do(act, client, verb, given, now_s)
         self._record({**record, "ok": answer.ok, "answer": answer.text})
-        log.info("%s: %s, %s", client.name, record["verb"], _shown(answer.text, _LONGEST_KEPT))
+        log.info("%s: %s, %s", client.name, record["verb"], shown(answer.text, LONGEST_KEPT))
         return answer
 
     def _act(self, client: Client, verb: object) -> Act:
@@ -193,7 +177,7 @@ class Commands:
         except (LocalControlSilent, TimeoutError):
             return Answer(False, texts.STOP_NOT_SENT if verb == "estop" else texts.SITE_SILENT)
         except Exception as error:
-            self.contained.caught(f"act {_shown(verb)}", error, latches=False)
+            self.contained.caught(f"act {shown(verb)}", error, latches=False)
             return Answer(False, texts.FAILED_INSIDE)
 
     def _ask(self, verb: str, details: dict[str, Any] | None = None) -> "Future[dict[str, Any]]":
@@ -220,8 +204,11 @@ class Commands:
         await self._answered(self._ask("engage"), now_s)
         return Answer(True, "ENGAGING")
 
-    async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+    async def _ask_to_pause(self, now_s: float) -> None:
         await self._answered(self._ask("disengage"), now_s)
+
+    async def _disengage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+        await self._ask_to_pause(now_s)
         return Answer(True, texts.PAUSED)
 
     def pause(self, now_s: float, why: str) -> None:
@@ -237,7 +224,7 @@ class Commands:
         record = {"at_s": now_s, "who": "console", "verb": "disengage", "details": {"why": why}}
         answer = Answer(False, texts.SITE_SILENT)
         with suppress(Refused, LocalControlSilent, TimeoutError):
-            await self._answered(self._ask("disengage"), now_s)
+            await self._ask_to_pause(now_s)
             answer = Answer(True, texts.PAUSED)
         self._record({**record, "ok": answer.ok, "answer": answer.text})
         log.info("console: disengage, %s, %s", why, answer.text)
@@ -285,99 +272,6 @@ class Commands:
         if 0.0 <= now_s - asked_s <= CLEARING_S:
             self.console.alarms.clear(now_s, who)
 
-    async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        examination = self.console.examination
-        if self.console.consented and details.get("consent") is not True:
-            raise Refused(texts.ASK_CONSENT)
-        examination.begin(now_s, details.get("pseudonym"), details.get("sides"), details.get("body"))
-        self.console.begin_map()
-        self._journal.forget()
-        self.saved = None
-        self._write_session("begin", client, str(examination.pseudonym), now_s)
-        return Answer(True, texts.SESSION.format(pseudonym=examination.pseudonym))
-
-    async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        examination, site = self.console.examination, self.console.site
-        if site.state is LinkState.ENGAGED:
-            await self._answered(self._ask("disengage"), now_s)
-        await self._settle(now_s)
-        began_s, pseudonym = examination.began_s or now_s, examination.end(now_s)
-        self._write_session("end", client, pseudonym, now_s)
-        findings = examination.findings.values()
-        text = texts.ended(
-            now_s - began_s,
-            len(findings),
-            int(site.figures.get("recording_lost", 0)),
-            recorded=self.console.recording,
-            unsaved=sum(not self._journal.is_saved(finding) for finding in examination.findings),
-            placeless=sum(finding.x_m is None and not finding.withdrawn for finding in findings),
-            withdrawn=sum(bool(finding.withdrawn) for finding in findings),
-        )
-        self.saved = {"text": f"{text} {texts.WRITING_REPORT}", "report": None}
-        writing = asyncio.create_task(self._write_report(self.saved, text, pseudonym))
-        self._writing.add(writing)
-        writing.add_done_callback(self._writing.discard)
-        return Answer(True, text)
-
-    async def _write_report(self, saved: dict[str, Any], text: str, pseudonym: str) -> None:
-        """Write the report and put its address, or the failure, into the summary of the examination."""
-        try:
-            saved.update(report=await self.reporting.write(pseudonym, self._journal.files), text=text)
-        except OSError as error:
-            log.warning("report of %s: %s", pseudonym, _shown(error, _LONGEST_KEPT))
-            saved["text"] = f"{text} {texts.NO_REPORT.format(why=_shown(error, _LONGEST_KEPT))}"
-        except Exception as error:
-            why = self.contained.caught("report", error, latches=False)
-            saved["text"] = f"{text} {texts.NO_REPORT.format(why=why)}"
-
-    async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        self._check_consent(details)
-        console = self.console
-        finding = console.examination.find(console.tactile_map, details, now_s, console.tenderness)
-        return await self._keep(finding, now_s, texts.FINDING, f"saved: {finding.text}.")
-
-    def _check_consent(self, details: dict[str, Any]) -> None:
-        """Refuse a finding of pain without the patient's consent to record it.
-
-        Raises:
-            Refused: it is one, and a site has noted no consent.
-        """
-        if details.get("kind") == TENDER and not self.console.pain_agreed:
-            raise Refused(texts.PAIN_NOT_AGREED)
-
-    async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self.console.examination.note(details.get("finding"), details.get("text"))
-        return await self._keep(finding, now_s, texts.NOTE, "saved.")
-
-    async def _edit(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        self._check_consent(details)
-        finding = self.console.examination.edit(self.console.tactile_map, details, self.console.tenderness)
-        return await self._keep(finding, now_s, texts.EDITED, f"saved: {finding.text}.")
-
-    async def _withdraw(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self.console.examination.withdraw(details.get("finding"), details.get("reason"))
-        return await self._keep(finding, now_s, texts.WITHDRAWN, "saved.")
-
-    async def _undo(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self.console.examination.undo()
-        return await self._keep(finding, now_s, texts.UNDONE, f"saved: {finding.text}.")
-
-    async def _keep(self, finding: Finding, now_s: float, text: str, on_disk: str) -> Answer:
-        """Write a finding, wait for the disk, and answer whether the disk has it."""
-        self._journal.write("console/finding", now_s, finding.record())
-        await self._settle(now_s)
-        saved = self._journal.is_saved(finding.ident)
-        answer = text.format(number=finding.ident, kept=on_disk if saved else texts.NOT_ON_DISK)
-        return Answer(True, answer, {"id": finding.ident, "saved": saved})
-
-    async def _settle(self, now_s: float) -> None:
-        """Wait until the disk has all records, at most SETTLE_S; the state shows records that are saved later."""
-        clock = asyncio.get_running_loop().time
-        until_s = clock() + SETTLE_S
-        while self._journal.unsaved and not self._journal.failed and clock() < until_s:
-            await asyncio.sleep(_LOOK_S)
-            self._journal.step(now_s)
-
     async def _take_control(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if self.control.holder is client:
             return Answer(True, texts.IN_CONTROL)
@@ -412,44 +306,3 @@ class Commands:
     async def _propose(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         console = self.console
         return propose_kind(console.tactile_map, details, console.tenderness if console.pain_agreed else None)
-
-    def _write_session(self, what: str, client: Client, pseudonym: str, now_s: float) -> None:
-        examination = self.console.examination
-        record = {
-            "what": what,
-            "at_s": now_s,
-            "pseudonym": pseudonym,
-            "wall_clock": datetime.now().astimezone().isoformat(timespec="seconds"),
-            "who": client.name,
-            "sides": examination.sides,
-            "body": None if examination.body is None else examination.body.record(),
-            "consented": self.console.consented,
-        }
-        self._journal.write("console/session", now_s, record)
-
-
-def _whole(value: object) -> object:
-    """Replace unpaired surrogates in a text, which no file and no socket accepts; return other values unchanged."""
-    return value.encode("utf-16", "surrogatepass").decode("utf-16", "replace") if isinstance(value, str) else value
-
-
-def _shown(text: object, longest: int = 40) -> str:
-    """Return a text for record and log: one line of printable characters."""
-    return one_line(str(text), longest)
-
-
-def _recorded(details: dict[Any, Any]) -> dict[str, object]:
-    """Return details for the record: at most 20, each short."""
-    return {str(name)[:40]: _plain(value) for name, value in list(details.items())[:20]}
-
-
-def _plain(value: object) -> object:
-    """Return a detail for the record."""
-    if value is None or isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 2**63):
-        return value
-    if isinstance(value, str):
-        return value[:_LONGEST_KEPT]
-    try:
-        return str(_whole(str(value)[:_LONGEST_KEPT]))
-    except (RecursionError, ValueError):  # nested too deeply, or an integer with too many digits
-        return f"a {type(value).__name__}"

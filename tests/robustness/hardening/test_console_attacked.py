@@ -22,7 +22,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from common.config.file import to_toml
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from tests.busy import busy
 from tests.conftest import Keys
 from tests.unit.operator_site.console.stub_site import Site

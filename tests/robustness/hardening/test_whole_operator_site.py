@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from common.buses.can_address import CanAddress
-from common.config.models import OperatorConfig, OperatorLinkConfig
+from common.config.link_models import OperatorLinkConfig
+from common.config.site_models import OperatorConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N, MOTOR_MAX_RPM

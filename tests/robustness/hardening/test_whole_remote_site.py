@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from common.buses.can_address import CanAddress
-from common.config.models import CalibrationConfig, RemoteConfig, RemoteLinkConfig
+from common.config.link_models import RemoteLinkConfig
+from common.config.site_models import CalibrationConfig, RemoteConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.link.curve import Received, Sender

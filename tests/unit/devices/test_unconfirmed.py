@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.config.models import CalibrationConfig, OperatorConfig, OperatorLinkConfig, RemoteConfig, RemoteLinkConfig
+from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
+from common.config.site_models import CalibrationConfig, OperatorConfig, RemoteConfig
 from common.fingers import FINGERS
 from operator_site.devices.devices import OperatorDevices
 from operator_site.safety.gated_output import GatedOutput, Outputs

@@ -6,7 +6,7 @@ from types import EllipsisType
 import pytest
 from msgspec.structs import replace
 
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.faults.fault import Fault, FaultCode
 from common.limits import FORCE_SAFE_S, MOTOR_FLOOR_RPM, PRODUCED_J
 from common.wire.messages import Event, EventKind, ExplorationMode, Touch

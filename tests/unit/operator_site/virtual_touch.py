@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from common.buses.can_address import CanAddress
-from common.config.models import OperatorConfig, OperatorLinkConfig
+from common.config.link_models import OperatorLinkConfig
+from common.config.site_models import OperatorConfig
 from common.faults.fault import Fault
 from common.fingers import FINGERS
 from common.recording.recorder import Recorder

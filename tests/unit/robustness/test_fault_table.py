@@ -2,7 +2,7 @@
 
 import pytest
 
-from common.config.models import SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
 from robustness.fault_table import DEVICE_FAULTS, FREE, PLATE_FAULTS, STROKING, Fault
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.ports.select_loop import SelectLoop

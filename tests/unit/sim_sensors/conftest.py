@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from common.config.models import SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.remote_devices import RemoteDevices

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.config.models import SimCameraConfig
+from common.config.simulation_models import SimCameraConfig
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.physics.camera_stamp import Luma, draw_stamp, read_stamp

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 from common.buses.can_frames import FrameSender
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand, encode_frame
-from common.config.models import SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
 from sim_sensors.devices.exoskeleton import DRIVEN_S
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.operator_hand.hand_plan import HOVER_M

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from common.config.file import load_config
-from common.config.models import OperatorConfig, RemoteConfig, SimNetworkConfig
+from common.config.simulation_models import SimNetworkConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.wire.streams import STREAMS
 from sim_sensors.network.file import load_network
 from teletaction.recordings.summary import proxy

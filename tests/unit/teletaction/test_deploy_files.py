@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from common.config.file import load_config
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from tests.places import ROOT
 
 RULES = ROOT / "deploy" / "udev" / "70-teletaction.rules"

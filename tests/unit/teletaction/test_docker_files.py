@@ -8,19 +8,11 @@ import pytest
 from pydantic import BaseModel
 
 from common.config.file import load_config
-from common.config.models import (
-    CameraConfig,
-    ConsoleConfig,
-    OperatorConfig,
-    PatientPageConfig,
-    RemoteConfig,
-    RendezvousConfig,
-    SimOperatorConfig,
-    SimRemoteConfig,
-    TunnelConfig,
-    VoiceConfig,
-    WebConfig,
-)
+from common.config.link_models import RendezvousConfig, TunnelConfig
+from common.config.page_models import ConsoleConfig, PatientPageConfig, WebConfig
+from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
+from common.config.stream_models import CameraConfig, VoiceConfig
 from tests.places import ROOT
 
 DOCKER = ROOT / "docker"

@@ -9,7 +9,8 @@ import pytest
 import zmq
 
 from common.config.file import load_config, to_toml
-from common.config.models import ObserverConfig, OperatorLinkConfig, RemoteConfig
+from common.config.link_models import ObserverConfig, OperatorLinkConfig
+from common.config.site_models import RemoteConfig
 from common.link.bind_address import check_bind
 from common.link.curve import LinkProblem
 from common.link.keys import Role, TrustedKeys, create_keys, fingerprint, load_keys

@@ -11,7 +11,9 @@ import pytest
 
 import common.link.local_control
 from common.config.file import load_config, load_site, to_toml
-from common.config.models import ObserverConfig, OperatorConfig, OperatorLinkConfig, RemoteLinkConfig, VoiceConfig
+from common.config.link_models import ObserverConfig, OperatorLinkConfig, RemoteLinkConfig
+from common.config.site_models import OperatorConfig
+from common.config.stream_models import VoiceConfig
 from common.faults.fault import Fault, FaultCode, read_fault
 from common.faults.texts import fault_text
 from common.link.keys import create_keys, load_keys

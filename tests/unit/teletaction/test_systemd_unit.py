@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from common.config.models import SiteConfig
+from common.config.site_models import SiteConfig
 from common.runtime.watchdog import EXIT_CODE
 from common.timing.timeouts import NOTICE_S, SITE_WATCHDOG_S, SUPERVISOR_WATCHDOG_S
 from tests.places import ROOT

@@ -6,7 +6,9 @@ import pytest
 from pydantic import BaseModel
 
 from common.config.file import ConfigProblem, load_config, load_site
-from common.config.models import ConsoleConfig, ObserverConfig, OperatorConfig, RemoteConfig
+from common.config.link_models import ObserverConfig
+from common.config.page_models import ConsoleConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from tests.unit.common.config.test_file import OPERATOR, REMOTE
 
 

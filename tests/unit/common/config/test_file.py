@@ -4,7 +4,9 @@ from pathlib import Path
 import pytest
 
 from common.config.file import ConfigProblem, load_config, to_toml
-from common.config.models import ConsoleConfig, OperatorConfig, RemoteConfig, SimOperatorConfig
+from common.config.page_models import ConsoleConfig
+from common.config.simulation_models import SimOperatorConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.fingers import FINGERS
 
 OPERATOR = """\

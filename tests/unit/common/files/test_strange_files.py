@@ -9,7 +9,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from common.config.file import load_config, load_site
-from common.config.models import ConsoleConfig, OperatorConfig, RemoteConfig, SimNetworkConfig
+from common.config.page_models import ConsoleConfig
+from common.config.simulation_models import SimNetworkConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.health import NoStatus, find_problem, read_status
 from common.scenes.materials import read_materials
 from common.scenes.scene import load_scene

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from common.web.access import Access, AccessProblem, Visitor, read_tokens
 
 TOKEN, OTHER = "a" * 40, "b" * 40

@@ -4,7 +4,7 @@ import socket
 
 from starlette.applications import Starlette
 
-from common.config.models import WebConfig
+from common.config.page_models import WebConfig
 from common.runtime.containment import Containment
 from common.web.page_server import Work, serve_page
 from tests.conftest import Contained

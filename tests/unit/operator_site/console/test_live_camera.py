@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from common.config.models import ConsentConfig, ConsoleCameraConfig, ConsoleConfig
+from common.config.page_models import ConsoleCameraConfig, ConsoleConfig
+from common.config.recording_models import ConsentConfig
 from common.recording.reader import RecordingReader
 from common.wire.camera_messages import CameraAsk
 from operator_site.console import texts

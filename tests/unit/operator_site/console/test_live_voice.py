@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from common.config.models import ConsentConfig, ConsoleConfig, ConsoleVoiceConfig
+from common.config.page_models import ConsoleConfig, ConsoleVoiceConfig
+from common.config.recording_models import ConsentConfig
 from common.link.voice_end import VoiceEnd
 from common.recording.reader import RecordingReader
 from common.wire.voice_messages import VoicePacket, VoiceState

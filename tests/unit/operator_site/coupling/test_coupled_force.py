@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.limits import (
     COUPLING_STEP_N,
     FORCE_RAMP_UP_N_S,

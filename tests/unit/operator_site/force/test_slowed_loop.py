@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from common.config.models import RenderingConfig
+from common.config.site_models import RenderingConfig
 from common.wire.packets import N
 from operator_site.gated_rendering import GatedRendering
 from operator_site.safety.limit_flags import Limit

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from common.config.models import ObserverConfig, OperatorLinkConfig
+from common.config.link_models import ObserverConfig, OperatorLinkConfig
 from common.fingers import FINGERS
 from common.link.capabilities import OBSERVER, capabilities
 from common.link.curve import LinkProblem

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from common.config.models import OperatorLinkConfig
+from common.config.link_models import OperatorLinkConfig
 from common.link.keys import KeyProblem, TrustedKeys, create_keys
 from operator_site.session.remote_key import remote_public_key
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from common.config.file import load_config
-from common.config.models import OperatorConfig, SimOperatorConfig
+from common.config.simulation_models import SimOperatorConfig
+from common.config.site_models import OperatorConfig
 from common.fingers import FINGERS
 from common.scenes.scene import SceneObject, load_scene, scene_names
 from common.wire.packets import LinkState

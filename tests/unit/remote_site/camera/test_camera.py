@@ -11,7 +11,9 @@ import pytest
 import zmq
 from numpy.typing import NDArray
 
-from common.config.models import CameraConfig, RemoteLinkConfig, SimCameraConfig
+from common.config.link_models import RemoteLinkConfig
+from common.config.simulation_models import SimCameraConfig
+from common.config.stream_models import CameraConfig
 from common.fingers import FINGERS
 from common.link.clock_offset import ClockOffset
 from common.link.curve import LinkProblem, prepare_socket, use_curve

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import zmq
 
-from common.config.models import RemoteLinkConfig, VoiceConfig
+from common.config.link_models import RemoteLinkConfig
+from common.config.stream_models import VoiceConfig
 from common.link.curve import prepare_socket, use_curve
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.local_control import ask_desk

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from common.buses.serial_messages import MessageId, TactTipCommand, encode_frame
 from common.buses.thermometry import COUNT_MAX
-from common.config.models import SimOperatorConfig
+from common.config.simulation_models import SimOperatorConfig
 from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.faults.faults import Fault, Faults

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from common.config.models import SimNetworkConfig
+from common.config.simulation_models import SimNetworkConfig
 from common.wire.streams import STREAMS
 from sim_sensors.network.proxy import NetworkProxy, run_sim_network
 from sim_sensors.ports.select_loop import SelectLoop

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from common.config.file import load_config
-from common.config.models import OperatorConfig, RemoteConfig
+from common.config.site_models import OperatorConfig, RemoteConfig
 from common.link.keys import load_keys
 from teletaction.session.demo_files import DemoOptions, prepare
 

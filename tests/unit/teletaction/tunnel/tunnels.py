@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any, Literal
 
-from common.config.models import RendezvousConfig, TunnelConfig
+from common.config.link_models import RendezvousConfig, TunnelConfig
 from teletaction.tunnel.rendezvous import run_rendezvous
 from teletaction.tunnel.room_secret import create_secret
 from teletaction.tunnel.tunnel_end import run_tunnel

@@ -379,7 +379,7 @@ def test_a_report_that_fails_inside_says_so_and_ends_nothing(workplace: Workplac
         async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
             raise ValueError("embedded null byte")
 
-    workplace.commands.reporting = Failing((), None)
+    workplace.commands.examining.reporting = Failing((), None)
 
     async def examine() -> None:
         await workplace.commands.ask(workplace.first, "begin", {"pseudonym": "P-0417"}, 101.0)
@@ -389,7 +389,7 @@ def test_a_report_that_fails_inside_says_so_and_ends_nothing(workplace: Workplac
     asyncio.run(examine())
     (name,) = contained.take()
     assert "embedded null byte" in name
-    assert "No report: report: ValueError" in str(workplace.commands.saved)
+    assert "No report: report: ValueError" in str(workplace.commands.examining.saved)
 
 
 def test_refusals_without_end_are_answered_and_only_a_part_is_recorded(

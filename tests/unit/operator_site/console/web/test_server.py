@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from common.config.models import ConsoleConfig
+from common.config.page_models import ConsoleConfig
 from common.web.access import Access
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.server import application
