@@ -1,4 +1,4 @@
-"""What sections of several configurations share."""
+"""Fingers and addresses in configurations, and the base of their sections."""
 
 from typing import Annotated, Literal
 
