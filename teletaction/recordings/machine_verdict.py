@@ -28,7 +28,8 @@ def machine_verdict(summary: Mapping[str, Any]) -> str:
         late = f" but for {late_s:.1f} s" if late_s else ""
         return f"This machine was fast enough: every process held its rate{late}. The figures are those of the method."
     duration_s = summary.get("duration_s")
-    of = f" of {duration_s:.0f} s" if isinstance(duration_s, int | float) else ""
+    # A process also counts its time before and after the session.
+    of = f" of {duration_s:.0f} s" if isinstance(duration_s, int | float) and late_s <= duration_s else ""
     late = f"the rate was not held for {late_s:.0f} s{of} ({behind(summary)})"
     words = [
         f"This machine was too slow for {_session_size(summary)}: {late}.",

@@ -30,6 +30,7 @@ def roughness_shown(value_v: float, sd_v: float, scale: RoughnessUm | None) -> R
     relative = sd_v / value_v
     if scale is None:
         per_ln = 10.0 / math.log(LEVEL_10_V / LEVEL_0_V)
-        return RoughnessShown(per_ln * math.log(value_v / LEVEL_0_V), per_ln * relative, "of 10")
+        level = min(10.0, max(0.0, per_ln * math.log(value_v / LEVEL_0_V)))
+        return RoughnessShown(level, per_ln * relative, "of 10")
     value_um = math.exp(scale.ln_um + scale.exponent * math.log(value_v))
     return RoughnessShown(value_um, value_um * math.hypot(scale.exponent * relative, scale.ln_sd), "µm")

@@ -26,6 +26,10 @@ def test_a_late_session_names_the_late_process_and_its_effect() -> None:
     assert behind(LATE) == "remote for 57 s, sim-remote for 3 s"
 
 
+def test_a_process_that_was_late_for_longer_than_the_session_has_no_share_of_it() -> None:
+    assert "the rate was not held for 57 s (" in machine_verdict(LATE | {"duration_s": 11.0})
+
+
 def test_a_punctual_session_is_reported_as_such() -> None:
     loop = {"remote": {"behind_s": 0.0}, "operator": {"behind_s": 0.8}, "gone": None}
     assert machine_verdict(LATE | {"loop": loop}).startswith("This machine was fast enough")

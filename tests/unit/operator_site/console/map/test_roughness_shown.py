@@ -16,6 +16,7 @@ def test_the_level_runs_from_0_to_10_in_equal_ratios() -> None:
     middle_v = math.sqrt(LEVEL_0_V * LEVEL_10_V)
     levels = [roughness_shown(value_v, 0.1 * value_v, None).value for value_v in (LEVEL_0_V, middle_v, LEVEL_10_V)]
     assert levels == pytest.approx([0.0, 5.0, 10.0])
+    assert [roughness_shown(value_v, 0.01, None).value for value_v in (1e-6, 3.0)] == [0.0, 10.0]
     assert roughness_shown(middle_v, 0.1 * middle_v, None).sd == pytest.approx(10.0 * 0.1 / math.log(100.0))
 
 
