@@ -82,14 +82,14 @@ test: $(READY)
 WITHIN := tests
 .PHONY: long
 long: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal -m 'long and not hardening' $(filter $(addsuffix /%,$(WITHIN)),$(call marked,long))
+	$(BIN)/pytest -n auto --dist worksteal --durations=10 -m 'long and not hardening' $(filter $(addsuffix /%,$(WITHIN)),$(call marked,long))
 
 # Those that load the machine, measure cost or run all five fingers run alone. The others run two at a time.
 MEASURED := tests/system/test_demo.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
 .PHONY: session
 session: $(READY)
-	$(BIN)/pytest -m session -n 2 --dist loadfile $(filter-out $(MEASURED),$(call marked,session))
-	$(BIN)/pytest -m session $(MEASURED)
+	$(BIN)/pytest -m session -n 2 --dist loadfile --durations=10 $(filter-out $(MEASURED),$(call marked,session))
+	$(BIN)/pytest -m session --durations=10 $(MEASURED)
 
 .PHONY: study-tests
 study-tests: $(READY)
@@ -101,7 +101,7 @@ costs: $(READY)
 
 .PHONY: containers
 containers: $(READY)
-	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs tests/containers
+	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs --durations=10 tests/containers
 
 # Builds the image twice.
 .PHONY: image
