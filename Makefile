@@ -78,11 +78,11 @@ demo: $(READY)
 test: $(READY)
 	$(BIN)/pytest -n auto --dist worksteal -m 'not (session or long or containers or image or hardening or netns or faults or console or dask or pages or exports or examples or costs or study)' $(addprefix --ignore=,$(WITHOUT))
 
-# WITHIN=folders runs only theirs.
+# WITHIN names folders or files, and only theirs run.
 WITHIN := tests
 .PHONY: long
 long: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal --durations=10 -m 'long and not hardening' $(filter $(addsuffix /%,$(WITHIN)),$(call marked,long))
+	$(BIN)/pytest -n auto --dist worksteal --durations=10 -m 'long and not hardening' $(filter $(WITHIN) $(addsuffix /%,$(WITHIN)),$(call marked,long))
 
 # Those that load the machine, measure cost or run all five fingers run alone. The others run two at a time.
 MEASURED := tests/system/test_demo.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py
