@@ -18,7 +18,7 @@ from tests.docs.pages import LASTING, NAMES, NOT_RUN, PRINTED, RUN_BY, Block, bl
 from tests.places import ROOT
 
 BLOCKS = [block for name in NAMES for block in blocks(name)]
-OTHER = {"golden", "text", "nginx", "{literalinclude}", "{toctree}", "{eval-rst}"}
+OTHER = {"golden", "text", "ini", "nginx", "{literalinclude}", "{toctree}", "{eval-rst}"}
 """Blocks with tests of their own, or nothing to test."""
 
 

@@ -17,8 +17,8 @@ from common.config.stream_models import CameraConfig, VoiceConfig
 from common.limits import VOICE_AGE_S
 from common.link.keys import load_keys
 from tests.conftest import Keys
+from tests.network.link_bench import BASE_PORT, Bench
 from tests.network.operator_end import EVERY
-from tests.network.test_impaired_link import BASE_PORT, Bench
 from tests.network.two_hosts import REMOTE, why_not
 
 pytestmark = [pytest.mark.netns, pytest.mark.timeout(300)]

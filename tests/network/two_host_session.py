@@ -16,7 +16,8 @@ from common.config.file import load_config, to_toml
 from common.config.site_models import OperatorConfig, RemoteConfig
 from robustness.fault_session import read_figures
 from teletaction.session.demo_files import DemoOptions, prepare
-from tests.network.two_hosts import REMOTE, Host, Program, two_hosts
+from tests.network.link_bench import BASE_PORT
+from tests.network.two_hosts import REMOTE, Host, Program, Way, two_hosts
 from tests.waiting import wait_until
 
 LEAD_S = 3600
@@ -57,7 +58,7 @@ class RemoteClock:
 class TwoHostSession:
     """The four processes of a session, which end with `ends`."""
 
-    def __init__(self, ends: ExitStack, out: Path, delays: Delays, step_s: float = 0.0):
+    def __init__(self, ends: ExitStack, out: Path, delays: Delays, step_s: float = 0.0, way: Way | None = None):
         """Start the session.
 
         Args:
@@ -65,11 +66,13 @@ class TwoHostSession:
             out: folder for the files of the session.
             delays: delays of the network between the hosts.
             step_s: step of both sites' wall clocks in `step_wall_clocks`, s.
+            way: joins the hosts in another way than by their addresses.
         """
         self.out = out
         self._step_s = step_s
-        self._files = _on_two_hosts(prepare(DemoOptions(seconds=SECONDS, fingers=FINGERS), out))
         self._hosts = ends.enter_context(two_hosts())
+        address = way(self._hosts, out) if way else REMOTE
+        self._files = _on_two_hosts(prepare(DemoOptions(seconds=SECONDS, fingers=FINGERS), out), address)
         self._hosts.remote.impair(delays.to_remote_ms, JITTER_MS, 0.0)
         self._hosts.operator.impair(delays.to_operator_ms, JITTER_MS, 0.0)
         self._programs: dict[str, Program] = {}
@@ -129,13 +132,13 @@ class TwoHostSession:
         return start_ns
 
 
-def _on_two_hosts(files: dict[str, Path]) -> dict[str, Path]:
-    """Move the link of a session's configurations from this machine to the two hosts."""
-    _set_link(files["remote"], load_config(files["remote"], RemoteConfig), bind=REMOTE)
-    _set_link(files["operator"], load_config(files["operator"], OperatorConfig), host=REMOTE)
+def _on_two_hosts(files: dict[str, Path], address: str) -> dict[str, Path]:
+    """Move the link of a session's configurations from this machine to the address of the remote site."""
+    _set_link(files["remote"], load_config(files["remote"], RemoteConfig), bind=address, base_port=BASE_PORT)
+    _set_link(files["operator"], load_config(files["operator"], OperatorConfig), host=address, base_port=BASE_PORT)
     return files
 
 
-def _set_link(file: Path, config: RemoteConfig | OperatorConfig, **fields: str) -> None:
+def _set_link(file: Path, config: RemoteConfig | OperatorConfig, **fields: object) -> None:
     link = config.link.model_copy(update=fields)
     file.write_text(to_toml(config.model_copy(update={"link": link})), "utf-8")

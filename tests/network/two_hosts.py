@@ -7,7 +7,7 @@ programs inside. However this process ends, nothing stays behind.
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -172,6 +172,10 @@ class TwoHosts:
         """Impair both directions, each by itself; the numbers are of both together."""
         both = [host.impair(delay_ms, jitter_ms, loss, rate_kbit_s) for host in (self.remote, self.operator)]
         return Passed(sum(one.passed for one in both), sum(one.dropped for one in both))
+
+
+Way = Callable[[TwoHosts, Path], str]
+"""Joins the hosts, with files in a folder; returns the remote site's address, the same at both hosts."""
 
 
 @contextmanager
