@@ -214,19 +214,9 @@ class Scenario:
 
     def alarm(self, ident: str, priority: str, text: str, **more: Any) -> "Scenario":
         """Raise one more alarm."""
-        usual = {
-            "id": ident,
-            "priority": priority,
-            "text": text,
-            "since_s": 700.0,
-            "age_s": 61.2,
-            "active": True,
-            "ended_s": None,
-            "cleared_by": None,
-            "waits": False,
-            "since": "14:06:01",
-        }
-        self.state["alarms"].append(usual | more)
+        usual = {"since_s": 700.0, "since": "14:06:01", "age_s": 61.2, "active": True}
+        usual |= {"ended_s": None, "cleared_by": None, "waits": False}
+        self.state["alarms"].append({"id": ident, "priority": priority, "text": text} | usual | more)
         return self
 
 
@@ -240,26 +230,14 @@ def disconnected() -> Scenario:
     """No remote site, two devices missing, nothing calibrated: first run."""
     scenario = Scenario().session(state="disconnected")
     scenario.state["link"] = {"delay_ms": None, "delay_sd_ms": None, "age_ms": None, "loss": None}
-    scenario.state["devices"][3] |= {
-        "ready": False,
-        "text": "Ring module absent. Check its cable, then:",
-        "help": "teletaction doctor --config operator.toml",
-    }
-    scenario.state["devices"][6] |= {
-        "ready": False,
-        "text": "Remote site does not answer. Start it:",
-        "help": "teletaction remote --config remote.toml",
-    }
-    scenario.state["checks"][0] |= {
-        "ready": False,
-        "text": "Not calibrated. Materials stay UNKNOWN.",
-        "help": "teletaction calibrate --config remote.toml",
-    }
-    scenario.state["checks"][1] |= {
-        "ready": False,
-        "text": "Key of the remote site is refused.",
-        "help": "teletaction keys trust remote.key",
-    }
+    devices, checks = scenario.state["devices"], scenario.state["checks"]
+    for part, text, remedy in (
+        (devices[3], "Ring module absent. Check its cable, then:", "teletaction doctor --config operator.toml"),
+        (devices[6], "Remote site does not answer. Start it:", "teletaction remote --config remote.toml"),
+        (checks[0], "Not calibrated. Materials stay UNKNOWN.", "teletaction calibrate --config remote.toml"),
+        (checks[1], "Key of the remote site is refused.", "teletaction keys trust remote.key"),
+    ):
+        part.update(ready=False, text=text, help=remedy)
     scenario.state["meaning"] = None
     scenario.absent = {3}
     return scenario.alarm("calibration", "low", "Not calibrated: materials stay unknown.")
@@ -376,21 +354,14 @@ def unknown() -> Scenario:
         "object_c_sd": 2.1,
         "object_c_uncertain": True,
     }
-    return scenario.alarm(
-        "plate-index",
-        "medium",
-        "Index: plate held at 42.0 °C limit. Lift the finger.",
-    )
+    return scenario.alarm("plate-index", "medium", "Index: plate held at 42.0 °C limit. Lift the finger.")
 
 
 def cannot_identify() -> Scenario:
     """The remote site cannot identify the material, and gives the reason."""
     scenario = engaged()
-    scenario.state["fingers"][1] |= {
-        "decision": "CANNOT IDENTIFY",
-        "line": "no temperature difference",
-        "candidates": [],
-    }
+    answer = {"decision": "CANNOT IDENTIFY", "line": "no temperature difference", "candidates": []}
+    scenario.state["fingers"][1] |= answer
     return scenario
 
 
