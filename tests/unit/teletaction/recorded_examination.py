@@ -30,6 +30,7 @@ NOTES = {
 }
 """Notes that have broken programs before, each as long as the console allows or shorter, but for the first."""
 START_S = 5000.0
+WALL_CLOCK = "2026-11-23T14:07:03+01:00"
 INDEX = FINGERS.index("index")
 PLACES_M = [(x, y) for y in (0.0, 0.006, 0.012) for x in (0.0, 0.006, 0.012, 0.018, 0.024)]
 TOUCH_S = 2.0
@@ -64,8 +65,19 @@ def record(out: Path, *, console: bool = True, note: str = HOSTILE) -> Path:
 
 def begin_of(at_s: float) -> bytes:
     """The record of an examination's begin."""
-    begin = {"what": "begin", "at_s": at_s, "pseudonym": "P-0419", "wall_clock": None, "who": None, "sides": {}}
-    return bytes(msgpack.packb(begin))
+    return bytes(msgpack.packb(_begun(at_s, "P-0419")))
+
+
+def _begun(at_s: float, pseudonym: str, **known: Any) -> dict[str, Any]:
+    """An examination's begin, of which only `known` is known."""
+    unknown = {"wall_clock": None, "who": None, "sides": {}}
+    return {"what": "begin", "at_s": at_s, "pseudonym": pseudonym} | unknown | known
+
+
+def _found(number: int, at_s: float, text: str, **known: Any) -> dict[str, Any]:
+    """A finding of the index finger without a place, unless `known` has one."""
+    nowhere = {"kind": "stiff", "finger": "index", "x_m": None, "y_m": None}
+    return {"id": number, "at_s": at_s, "text": text, "compare": None, "note": None} | nowhere | known
 
 
 def record_empty(out: Path) -> Path:
@@ -76,12 +88,10 @@ def record_empty(out: Path) -> Path:
 def record_findings(out: Path, findings: Iterable[dict[str, Any]], pseudonym: str = "P-0418") -> Path:
     """Findings one second apart, of the index finger on an unexplored bench; returns the recording."""
     with Recorder(out, {"console/session": {}, "console/finding": {}}, {}) as recorder:
-        begin = {"what": "begin", "at_s": 1.0, "pseudonym": pseudonym, "wall_clock": None, "who": None, "sides": {}}
-        recorder.write("console/session", 10**9, msgpack.packb(begin))
+        recorder.write("console/session", 10**9, msgpack.packb(_begun(1.0, pseudonym)))
         for number, finding in enumerate(findings, 1):
-            known = {"id": number, "at_s": 1.0 + number, "kind": "stiff", "finger": "index", "x_m": None, "y_m": None}
-            texts = {"text": f"stiff {number}", "compare": None, "note": None}
-            recorder.write("console/finding", 10**9 * (1 + number), msgpack.packb(known | texts | finding))
+            found = _found(number, 1.0 + number, f"stiff {number}") | finding
+            recorder.write("console/finding", 10**9 * (1 + number), msgpack.packb(found))
     return out
 
 
@@ -134,58 +144,34 @@ def _touch(
 def _of_a_lump() -> list[tuple[str, dict[str, Any]]]:
     """An examination with a place on the body, three findings, and one that was withdrawn."""
     body = {"region": "forearm", "side": "left", "landmark": "wrist crease", "landmark_mm": 80.0}
-    begun = {"what": "begin", "at_s": START_S, "pseudonym": "P-0419", "wall_clock": "2026-11-23T14:07:03+01:00"}
     places = (("stiff", LUMP_M), ("warm", (0.036, 0.008)), ("soft", (0.004, 0.030)), ("stiff", (0.030, 0.030)))
     texts = ("stiff, 1150 ± 30 N/m", "warm, 35.0 ± 0.2 °C", "soft, 602 ± 15 N/m", "stiff, 611 ± 15 N/m")
+    compare = "1.91 ± 0.05 times the 602 ± 15 N/m around it (9 touches)"
+    findings = [
+        _found(number, START_S + 2.0 * number, text, kind=kind, x_m=x_m, y_m=y_m)
+        | {"compare": compare, "note": "", "withdrawn": ""}
+        for number, ((kind, (x_m, y_m)), text) in enumerate(zip(places, texts, strict=True), 1)
+    ]
+    findings[0]["note"] = "moves with the skin"
+    findings[3]["withdrawn"] = "pressed twice, no difference"
     return [
-        ("console/session", {**begun, "who": "OR-1", "sides": {}, "body": body}),
-        *(
-            (
-                "console/finding",
-                {
-                    "id": number,
-                    "at_s": START_S + 2.0 * number,
-                    "kind": kind,
-                    "finger": "index",
-                    "x_m": x_m,
-                    "y_m": y_m,
-                    "text": text,
-                    "compare": "1.91 ± 0.05 times the 602 ± 15 N/m around it (9 touches)",
-                    "note": "moves with the skin" if number == 1 else "",
-                    "withdrawn": "pressed twice, no difference" if number == 4 else "",
-                },
-            )
-            for number, ((kind, (x_m, y_m)), text) in enumerate(zip(places, texts, strict=True), 1)
-        ),
+        ("console/session", _begun(START_S, "P-0419", wall_clock=WALL_CLOCK, who="OR-1", body=body)),
+        *(("console/finding", found) for found in findings),
         ("console/session", {"what": "end", "at_s": START_S + 61.0, "pseudonym": "P-0419"}),
     ]
 
 
 def _at_the_console(note: str) -> list[tuple[str, dict[str, Any]]]:
-    warm: dict[str, Any] = {
-        "id": 1,
-        "at_s": START_S + 18.0,
-        "kind": "warm",
-        "finger": "index",
-        "x_m": 0.012,
-        "y_m": 0.006,
-    }
-    said = {"text": "warm, 35.0 ± 0.2 °C", "compare": "+2.0 ± 0.3 K against 33.0 ± 0.2 °C around it (8 touches)"}
-    moment = {
-        "id": 2,
-        "at_s": START_S + 5.0,
-        "kind": None,
-        "finger": "ring",
-        "x_m": None,
-        "y_m": None,
-        "text": "a moment",
-    }
-    begun = {"what": "begin", "at_s": START_S, "pseudonym": "P-0417", "wall_clock": "2026-11-23T14:07:03+01:00"}
+    compare = "+2.0 ± 0.3 K against 33.0 ± 0.2 °C around it (8 touches)"
+    warm = {"kind": "warm", "x_m": 0.012, "y_m": 0.006, "compare": compare, "note": ""}
+    found = _found(1, START_S + 18.0, "warm, 35.0 ± 0.2 °C", **warm)
+    moment = _found(2, START_S + 5.0, "a moment", kind=None, finger="ring", compare="", note="")
+    sides = {"top": "head", "right": "left"}
     return [
-        ("console/session", {**begun, "who": "OR-1", "sides": {"top": "head", "right": "left"}}),
-        ("console/finding", {**warm, **said, "note": ""}),
-        ("console/finding", {**warm, **said, "note": note}),
-        ("console/finding", {**moment, "compare": "", "note": ""}),
+        ("console/session", _begun(START_S, "P-0417", wall_clock=WALL_CLOCK, who="OR-1", sides=sides)),
+        ("console/finding", found),
+        ("console/finding", found | {"note": note}),
+        ("console/finding", moment),
         (
             "console/act",
             {"at_s": START_S, "who": HOSTILE[:50], "verb": "estop", "details": {"a": HOSTILE}, "ok": False},
