@@ -54,11 +54,7 @@ SERIAL: dict[str, tuple[MessageId, int, Any]] = {
     "identify": (MessageId.IDENTIFY, 0, Nothing()),
     "identity": (MessageId.IDENTITY, 0, Identity(DeviceKind.THERMAL_SENSOR, 1, "TH0001", 1, 100, 0.0, 60.0)),
     "texture_samples": (MessageId.TEXTURE_SAMPLES, 7, TextureSamples(5000, SAMPLES)),
-    "thermal_reading": (
-        MessageId.THERMAL_READING,
-        200,
-        ThermalReading(1_000_000, 2210, 1610, 0, -250),
-    ),
+    "thermal_reading": (MessageId.THERMAL_READING, 200, ThermalReading(1_000_000, 2210, 1610, 0, -250)),
     "heater_command": (MessageId.HEATER_COMMAND, 1, HeaterCommand(-250)),
     "tacttip_command": (MessageId.TACTTIP_COMMAND, 2, TactTipCommand(1410, -500, 3000, 24_600, 5)),
     "tacttip_state": (
@@ -66,9 +62,9 @@ SERIAL: dict[str, tuple[MessageId, int, Any]] = {
         255,
         TactTipState(0xFFFFFFFF, 1700, 2275, DeviceFlag.THERMAL_CUT_OUT, 1410, 0),
     ),
+    "patient_switch_state": (MessageId.PATIENT_SWITCH_STATE, 3, PatientSwitchState(1_000_000, closed=True)),
+    "patient_switch_with_slider": (MessageId.PATIENT_SWITCH_STATE, 4, PatientSwitchState(1_000_000, True, 420)),
 }
-SERIAL["patient_switch_state"] = (MessageId.PATIENT_SWITCH_STATE, 3, PatientSwitchState(1_000_000, closed=True))
-SERIAL["patient_switch_with_slider"] = (MessageId.PATIENT_SWITCH_STATE, 4, PatientSwitchState(1_000_000, True, 420))
 POSES = {"HandPose": (0, -170.0, 2.0), "HandSetpoint": (15, 655.34, -655.36), "HandPoseMeasured": (9, 100.0, -0.02)}
 FIVES = {
     "FingerHeights": (1, (6.0, -2.0, 0.0, 0.005, -10.24)),
@@ -133,7 +129,7 @@ SHOWN = (
     TouchSummary((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.0078125, None, None),
     *(NOTHING,) * 3,
 )
-BEAT = (2, T, -5_000_000, 150_001)
+AGREED = {"schema": SCHEMA_VERSION, "layout": LAYOUT, "fingers": ALL_FINGERS, "rate_hz": 500.0}
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {
     "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, motion_rows(MOTION_BLOCK.tobytes())),
@@ -149,34 +145,13 @@ PACKETS: dict[str, Any] = {
     ),
     "heartbeat": Heartbeat(SESSION, 12, T, LinkState.ENGAGED, T, 0, -5_000_000, 150_001),
     "heartbeat_answer": Heartbeat(SESSION, 12, REMOTE_T, LinkState.ENGAGED, T, REMOTE_T, -5_000_000, 150_001),
-    "hello": Request(
-        0,
-        1,
-        T,
-        "hello",
-        {
-            "schema": SCHEMA_VERSION,
-            "layout": LAYOUT,
-            "fingers": ALL_FINGERS,
-            "rate_hz": 500.0,
-            "force_n": 10.0,
-            "role": "operator",
-        },
-    ),
+    "hello": Request(0, 1, T, "hello", AGREED | {"force_n": 10.0, "role": "operator"}),
     "hello_answer": Answer(
         SESSION,
         1,
         T + 77,
         "",
-        {
-            "session": SESSION,
-            "schema": SCHEMA_VERSION,
-            "layout": LAYOUT,
-            "fingers": ALL_FINGERS,
-            "rate_hz": 500.0,
-            "materials": ["aluminium", "pvc"],
-            "calibration": "5f2c",
-        },
+        {"session": SESSION} | AGREED | {"materials": ["aluminium", "pvc"], "calibration": "5f2c"},
     ),
     "engage": Request(SESSION, 2, T, "engage", {"max_age_s": 0.15}),
     "status_answer": Answer(
