@@ -42,6 +42,14 @@ def load(tmp_path, text):
     return load_scene(str(path))
 
 
+def assert_refused(tmp_path, text, message):
+    """Assert that a scene is refused in one line that names its file and matches `message`."""
+    with pytest.raises(ValueError, match=message) as caught:
+        load(tmp_path, text)
+    assert "small.toml: " in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
 def test_shipped_scenes_load_and_a_missing_one_is_reported():
     assert scene_names() == SHIPPED
     for name in scene_names():
@@ -125,10 +133,7 @@ def test_alias_and_defaults(tmp_path):
 )
 def test_bad_scene_is_refused_in_one_line_that_names_file_and_field(tmp_path, old, new, message):
     assert old in SCENE
-    with pytest.raises(ValueError, match=message) as caught:
-        load(tmp_path, SCENE.replace(old, new, 1))
-    assert "small.toml" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert_refused(tmp_path, SCENE.replace(old, new, 1), message)
 
 
 OWN = """
@@ -162,7 +167,5 @@ def test_a_scene_brings_materials_of_its_own(tmp_path):
 )
 def test_a_wrong_material_of_a_scene_is_named(tmp_path, old, new, said):
     assert old in OWN
-    with pytest.raises(ValueError, match=said) as caught:
-        load(tmp_path, OWN.replace(old, new) + SCENE if "materials" in new else SCENE + OWN.replace(old, new))
-    assert "small.toml: " in str(caught.value)
-    assert "\n" not in str(caught.value)
+    own = OWN.replace(old, new)
+    assert_refused(tmp_path, own + SCENE if "materials" in new else SCENE + own, said)

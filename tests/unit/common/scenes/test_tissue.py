@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from common.scenes.scene import Scene, load_scene
+from common.scenes.scene import load_scene
+from tests.unit.common.scenes.test_scene import assert_refused, load
 
 SCENE = """
 name = "small"
@@ -34,12 +35,6 @@ ratio = 10.0
 """
 
 
-def load(tmp_path: Path, text: str) -> Scene:
-    path = tmp_path / "small.toml"
-    path.write_text(text, "utf-8")
-    return load_scene(str(path))
-
-
 def test_the_scene_knows_its_true_nodules(tmp_path: Path) -> None:
     assert [(n.name, n.x_m, n.size_m, n.ratio) for n in load(tmp_path, SCENE).nodules] == [
         ("one", 0.010, 0.010, 5.0),
@@ -65,7 +60,4 @@ def test_the_scene_knows_its_true_nodules(tmp_path: Path) -> None:
 )
 def test_impossible_tissue_is_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in SCENE
-    with pytest.raises(ValueError, match=message) as caught:
-        load(tmp_path, SCENE.replace(old, new, 1))
-    assert "small.toml" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert_refused(tmp_path, SCENE.replace(old, new, 1), message)
