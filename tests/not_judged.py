@@ -177,7 +177,8 @@ class NotJudged:
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Fail a run of which too much was not judged, or a test that was not judged twice."""
-        cache = session.config.cache if not hasattr(session.config, "workerinput") else None
+        here = not hasattr(session.config, "workerinput")
+        cache: pytest.Cache | None = getattr(session.config, "cache", None) if here else None
         if cache is not None:
             before = set(cache.get(_CACHED, []))
             self.again = before & self.found.keys()
