@@ -1,10 +1,11 @@
-"""Cost of encoding the camera's picture: bit rate, and processor time in reference steps, by size and rate.
+"""Cost of the camera's picture by size and rate: bit rate, and processor time of encoding and of still pictures.
 
-`python -m benchmarks.camera_cost.run` prints a table. The pictures are those of the simulated camera over a moving
+`python -m benchmarks.camera_cost.run` prints two tables. The pictures are those of the simulated camera over a moving
 hand. The time of reference steps and pictures is measured in turns, in one thread.
 """
 
 import math
+import time
 from functools import partial
 from typing import NamedTuple
 
@@ -15,6 +16,9 @@ from benchmarks.runtime_cost.measure import timed
 from common.fingers import FINGERS
 from common.runtime.reference_step import reference_step
 from common.scenes.scene import load_scene
+from operator_site.console.camera.camera_picture import Picture
+from operator_site.console.camera.still_picture import PictureDecoder, jpeg_of
+from operator_site.console.camera.stills import STILL_S
 from remote_site.camera.video_encoder import VideoEncoder
 from sim_sensors.physics.camera_view import CameraView
 
@@ -37,16 +41,33 @@ class Cost(NamedTuple):
     core: float
 
 
-def cost(width: int, height: int, rate_hz: int, bit_s: int) -> Cost:
-    """Encode the simulated camera's pictures for SECONDS."""
+class StillCost(NamedTuple):
+    """Cost of still pictures for browsers that cannot decode.
+
+    Attributes:
+        decode_ms: processor time of decoding one picture of the stream, mean, ms.
+        still_ms: processor time of writing one still picture, median, ms.
+        kbyte: size of a still picture, median, kB.
+        core: share of a processor at the highest rate of still pictures.
+    """
+
+    decode_ms: float
+    still_ms: float
+    kbyte: float
+    core: float
+
+
+def cost(width: int, height: int, rate_hz: int, bit_s: int) -> tuple[Cost, list[Picture]]:
+    """Encode the simulated camera's pictures for SECONDS; return the cost and the encoded pictures."""
     view = CameraView(load_scene("materials"), FINGERS, width, height)
     encoder = VideoEncoder(width, height, rate_hz, bit_s)
-    pictures_ns, steps_ns, size = [], [], 0
+    pictures_ns, steps_ns = [], []
+    coded: list[Picture] = []
 
     def encode(time_s: float, frame: av.VideoFrame) -> None:
-        nonlocal size
         encoded = encoder.encode(frame, round(time_s * 1e9), key=False)
-        size += 0 if encoded is None else len(encoded.data)
+        if encoded is not None:
+            coded.append(Picture(len(coded) + 1, time_s, 0.0, encoded.is_key, width, height, encoded.data))
 
     for number in range(round(SECONDS * rate_hz)):
         time_s = 1.0 + number / rate_hz
@@ -57,14 +78,35 @@ def cost(width: int, height: int, rate_hz: int, bit_s: int) -> Cost:
         pictures_ns.append(timed(partial(encode, time_s, frame)))
         steps_ns.append(timed(reference_step))
     steps = float(np.median(pictures_ns) / np.median(steps_ns))
-    return Cost(8e-3 * size / SECONDS, steps, 1e-9 * float(np.mean(pictures_ns)) * rate_hz)
+    size = sum(len(picture.content) for picture in coded)
+    return Cost(8e-3 * size / SECONDS, steps, 1e-9 * float(np.mean(pictures_ns)) * rate_hz), coded
+
+
+def still_cost(coded: list[Picture]) -> StillCost:
+    """Decode SECONDS of pictures, and write a still picture of one in STILL_S, as the console's process does."""
+    decoder, batch = PictureDecoder(), max(1, round(len(coded) * STILL_S / SECONDS))
+    decode_ns, still_ns, sizes = [], [], []
+    for first in range(0, len(coded), batch):
+        began_ns = time.process_time_ns()
+        frame = decoder.decode(coded[first : first + batch])
+        decode_ns.append(time.process_time_ns() - began_ns)
+        began_ns = time.process_time_ns()
+        sizes.append(len(jpeg_of(frame)))
+        still_ns.append(time.process_time_ns() - began_ns)
+    core = 1e-9 * (sum(decode_ns) + sum(still_ns)) / SECONDS
+    decode_ms = 1e-6 * sum(decode_ns) / len(coded)
+    return StillCost(decode_ms, 1e-6 * float(np.median(still_ns)), 1e-3 * float(np.median(sizes)), core)
 
 
 if __name__ == "__main__":
     print("| size | pictures/s | at most, kbit/s | kbit/s | reference steps a picture | processors |\n|" + "---|" * 6)
+    stills = []
     for form in FORMS:
-        found = cost(*form)
-        print(
-            f"| {form[0]} x {form[1]} | {form[2]} | {form[3] * 1e-3:.0f} | {found.kbit_s:.0f} | {found.steps:.1f} | "
-            f"{found.core:.3f} |"
-        )
+        found, coded = cost(*form)
+        what = f"| {form[0]} x {form[1]} | {form[2]} | {form[3] * 1e-3:.0f} |"
+        print(f"{what} {found.kbit_s:.0f} | {found.steps:.1f} | {found.core:.3f} |")
+        stills.append((what, still_cost(coded)))
+    print("\n| size | pictures/s | at most, kbit/s | decode one, ms | write a still one, ms | kB | processors |")
+    print("|" + "---|" * 7)
+    for what, still in stills:
+        print(f"{what} {still.decode_ms:.2f} | {still.still_ms:.1f} | {still.kbyte:.1f} | {still.core:.3f} |")

@@ -151,6 +151,7 @@ class LiveConsole:
             self.camera_pages.show(picture)
             if self._records_pictures:
                 self._journal.write_media("console/camera", now_s, picture.record())
+        self.camera_pages.step()
         now = camera.now
         self.console.around = replace(self.console.around, camera=now)
         if now.holds:

@@ -97,6 +97,7 @@ def _serve(
     opened: ExitStack,
 ) -> None:
     socket = opened.enter_context(bound(config))
+    opened.callback(shown.camera_pages.close)
     status = StatusFile(config.status, "console")
     about = {"address": address_of(config, socket)}
     app = application(access, shown.pages, shown.camera_pages, shown.voice_pages, config.reports, lambda: {"ok": True})

@@ -111,6 +111,7 @@ class Stage:
         self._server.should_exit = True
         self._server.force_exit = True
         self._thread.join()
+        self.camera.close()
 
     @property
     def url(self) -> str:
@@ -178,6 +179,7 @@ class Stage:
             is_key, content = coded[(number - 1) % len(coded)]
             captured_s = 24_000 * SPAN_S + time.monotonic() - self._started
             self.camera.show(Picture(number, captured_s, 0.001, is_key, WIDTH, HEIGHT, content))
+            self.camera.step()
 
     async def _speak(self) -> None:
         """Say a sound every 20 ms, which began 20 ms before it is sent."""

@@ -278,7 +278,7 @@ def clutched() -> Scenario:
 def watching() -> Scenario:
     """The camera's picture is seen, reduced for touch."""
     scenario = engaged()
-    scenario.state["camera"] = {"seen": "live", "reduced": True}
+    scenario.state["camera"] = {"seen": "live", "reduced": True, "stills": True}
     return scenario
 
 
@@ -300,7 +300,7 @@ def unheard() -> Scenario:
 def unseen() -> Scenario:
     """The remote site has no camera, and the configuration requires one."""
     scenario = paused()
-    scenario.state["camera"] = {"seen": "no_camera", "reduced": False}
+    scenario.state["camera"] = {"seen": "no_camera", "reduced": False, "stills": True}
     return scenario.alarm("camera", "medium", "No camera at the remote site. Session pauses.")
 
 

@@ -1,6 +1,7 @@
 """The camera's picture on the page: decoded, with its age, named when it stands still, large or off."""
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -123,8 +124,62 @@ def test_what_is_missing_is_named(stage: Stage, open_page: Open) -> None:
         page.wait_for_selector(f"#camera-said:has-text('{text}')")
 
 
-def test_a_browser_without_a_decoder_says_so(stage: Stage, open_page: Open) -> None:
-    page = open_page("watching", script="delete window.VideoDecoder;")
+NO_DECODER = "delete window.VideoDecoder;"
+
+
+@pytest.mark.parametrize(
+    ("script", "why"),
+    [
+        (NO_DECODER, "this browser decodes no video"),
+        (NO_DECODER + "Object.defineProperty(window, 'isSecureContext', { value: false });", "this page has no HTTPS"),
+        ("VideoDecoder.prototype.configure = () => { throw new DOMException('', 'NotSupportedError'); };", "no video"),
+    ],
+)
+def test_a_browser_without_a_decoder_shows_still_pictures_and_says_why(
+    stage: Stage, open_page: Open, picture_of: Callable[[Any, str], None], script: str, why: str
+) -> None:
+    page = open_page("watching", script=script)
+    page.wait_for_selector(LIVE_TEXT, timeout=60_000)  # the process that decodes starts with the first picture
+    text = page.inner_text("#camera-said")
+    assert "Still pictures" in text
+    assert why in text
+    width, height, bright, first = page.evaluate(PIXELS)
+    assert (width, height) == (WIDTH, HEIGHT)
+    assert 28 <= bright <= 36
+    page.evaluate(MOVED, first)
+    picture_of(page, f"still {why}")
+    stage.scenario.state["camera"]["seen"] = "late"
+    page.wait_for_selector("#camera.frozen #camera-said:has-text('late by')")
+    stage.scenario.state["camera"]["seen"] = "live"
+    page.wait_for_selector("#camera:not(.frozen)")
+    stage.films = False
+    page.wait_for_selector("#camera.frozen #camera-said:has-text('frozen for')")
+    stage.films = True
+    page.wait_for_selector(LIVE_TEXT)
+    page.keyboard.press("w")
+    assert page.evaluate(LOOK) + axe_findings(page) == []
+
+
+def test_still_pictures_come_at_most_twice_a_second(open_page: Open) -> None:
+    page = open_page("watching", script=NO_DECODER)
+    page.wait_for_selector(LIVE_TEXT, timeout=60_000)
+    drawn = page.evaluate(
+        """() => new Promise(resolve => {
+          const canvas = document.getElementById('camera-picture'), at = [];
+          const draw = CanvasRenderingContext2D.prototype.drawImage;
+          CanvasRenderingContext2D.prototype.drawImage = function (...given) {
+            if (this.canvas === canvas) at.push(performance.now());
+            return draw.apply(this, given);
+          };
+          setTimeout(() => resolve(at.length), 4000);
+        })"""
+    )
+    assert 1 <= drawn <= 9
+
+
+def test_a_console_that_makes_no_still_pictures_says_what_is_missing(stage: Stage, open_page: Open) -> None:
+    stage.show("watching").state["camera"]["stills"] = False
+    page = open_page(script=NO_DECODER)
     page.wait_for_selector("#camera.frozen #camera-said:has-text('HTTPS or localhost')")
     assert page.is_hidden("#camera-picture")
 

@@ -1,10 +1,12 @@
-// The remote site's camera over a part of the map: VP8 over a websocket of its own, decoded by the browser.
+// The remote site's camera over a part of the map: VP8 over a websocket of its own, decoded by the browser. A browser
+// that cannot decode it gets still pictures, JPEG files that the console makes of some of the pictures.
 import { openBeside } from "./connection.js";
 import { byId, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { WORDS } from "./words.js";
 
 export const FROZEN_S = 0.5;
+const STILL_S = 0.5; // interval between two still pictures
 const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, LEAD_MS = 5000, SIZES = ["small", "large", "off"];
 let socket = null, decoder = null, waits = true, size = 0, drawn = null, drawnAt_ms = -Infinity, failed = false;
 const sent = new Map(); // header of each picture in the decoder, by its time stamp
@@ -50,7 +52,7 @@ export function nextSize() {
 // WebCodecs exist on HTTPS and on localhost only.
 const decodes = () => typeof VideoDecoder !== "undefined" && !failed;
 
-const open = () => { socket = openBeside("camera", { onmessage: event => take(event.data), onclose: end }, () => { socket = null; }); };
+const open = () => { socket = openBeside("camera", { onopen: askStills, onmessage: event => take(event.data), onclose: end }, () => { socket = null; }); };
 
 function end() {
   if (decoder?.state === "configured") decoder.close();
@@ -61,36 +63,49 @@ function end() {
 
 const say = message => { if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
 
-function lost() {
+const askStills = () => { if (!decodes()) say({ kind: "still" }); };
+
+function lost(error) {
   end();
-  say({ kind: "lost" });
+  failed ||= error?.name === "NotSupportedError";
+  say({ kind: decodes() ? "lost" : "still" });
 }
 
 function take(data) {
   let picture;
   try { picture = decodePicture(data); } catch { return; } // such as of a newer version
+  if (!decodes()) { takeStill(picture); return; }
   if (waits && !picture.isKey) return;
   try {
     if (!decoder) {
-      decoder = new VideoDecoder({ output: draw, error: lost });
+      decoder = new VideoDecoder({ output: drawFrame, error: lost });
       decoder.configure({ codec: "vp8", optimizeForLatency: true });
     }
     stamp += 1;
     sent.set(stamp, picture);
     decoder.decode(new EncodedVideoChunk({ type: picture.isKey ? "key" : "delta", timestamp: stamp, data: picture.content }));
     waits = false;
-  } catch (error) {
-    failed = error.name === "NotSupportedError";
-    lost();
-  }
+  } catch (error) { lost(error); }
 }
 
-function draw(frame) {
-  const picture = sent.get(frame.timestamp), canvas = byId("camera-picture");
+async function takeStill(picture) {
+  try {
+    const image = await createImageBitmap(new Blob([picture.content], { type: "image/jpeg" }));
+    draw(image, image.width, image.height, picture);
+  } catch { say({ kind: "lost" }); }
+}
+
+function drawFrame(frame) {
+  const picture = sent.get(frame.timestamp);
   sent.delete(frame.timestamp);
-  if (canvas.width !== frame.displayWidth || canvas.height !== frame.displayHeight) { canvas.width = frame.displayWidth; canvas.height = frame.displayHeight; }
-  canvas.getContext("2d").drawImage(frame, 0, 0);
-  frame.close();
+  draw(frame, frame.displayWidth, frame.displayHeight, picture);
+}
+
+function draw(image, width, height, picture) {
+  const canvas = byId("camera-picture");
+  if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+  canvas.getContext("2d").drawImage(image, 0, 0);
+  image.close();
   if (!picture) return;
   drawn = picture;
   drawnAt_ms = performance.now();
@@ -98,7 +113,7 @@ function draw(frame) {
   showCamera();
   changed();
   clearTimeout(timer);
-  timer = setTimeout(showCamera, Math.max(0, 1000 * (FROZEN_S - age_s())) + 5);
+  timer = setTimeout(showCamera, Math.max(0, 1000 * (longest_s() - age_s())) + 5);
 }
 
 // The site's clock ahead of the page's, s: a delay only lowers what a message shows, so the largest of 5 to 10 s is kept.
@@ -118,15 +133,17 @@ function age_s() {
   return Math.max((at_ms - drawnAt_ms) / 1000, siteTime_s() - drawn.captured_s);
 }
 
-export const frozen = () => age_s() > FROZEN_S;
+// Between two still pictures the drawn one grows older; the console names the camera that is late or frozen meanwhile.
+const longest_s = () => FROZEN_S + (decodes() ? 0 : STILL_S);
+export const frozen = () => age_s() > longest_s() || (!decodes() && now.state?.camera?.seen !== "live");
 
 function said(camera) {
-  if (!decodes()) return WORDS.cameraNeeds;
+  if (!decodes() && !camera.stills) return WORDS.cameraNeeds;
   if (["no_camera", "refused"].includes(camera.seen)) return WORDS.camera[camera.seen];
   const age = age_s();
   if (age === Infinity) return WORDS.camera.waiting;
-  if (age > FROZEN_S) return WORDS.camera[camera.seen === "late" ? "late" : "frozen"](age);
-  return `${WORDS.camera.live(age)}${camera.reduced ? ` · ${WORDS.camera.reduced}` : ""}`;
+  const text = WORDS.camera[!frozen() ? "live" : camera.seen === "late" ? "late" : "frozen"](age);
+  return [text, ...(camera.reduced && !frozen() ? [WORDS.camera.reduced] : []), ...(decodes() ? [] : [WORDS.camera.still(window.isSecureContext)])].join(" · ");
 }
 
 // Runs ten times a second and with each picture.
@@ -134,10 +151,10 @@ export function showCamera() {
   const camera = now.state?.camera, button = byId("camera");
   button.hidden = !camera;
   if (!camera) return;
-  if (!socket && decodes() && now.connected) open();
+  if (!socket && (decodes() || camera.stills) && now.connected) open();
   byId("map-view").dataset.camera = SIZES[size];
   byId("camera-picture").hidden = !drawn || SIZES[size] === "off";
-  const is = !decodes() || frozen();
+  const is = frozen();
   if (is !== button.classList.contains("frozen")) { button.classList.toggle("frozen", is); changed(); }
   write(byId("camera-said"), said(camera));
 }

@@ -81,13 +81,14 @@ export const WORDS = {
   camera: {
     live: age_s => `Picture ${age_s.toFixed(2)} s`, late: age_s => `Picture late by ${age_s.toFixed(1)} s`, frozen: age_s => `Picture frozen for ${age_s.toFixed(1)} s`,
     waiting: "No picture yet", no_camera: "No camera", refused: "Camera refuses the key", reduced: "Reduced for touch",
+    still: secure => `Still pictures: ${secure ? "this browser decodes no video" : "this page has no HTTPS"}`,
   },
   voice: {
     far: { live: "Voice", muted: "Remote microphone muted", no_microphone: "No remote microphone", silent: "No voice", refused: "Voice refuses the key" },
     off: "you are muted", talks: "you are talking", unheard: "nobody hears you", other: who => `${who} talks`, recorded: "recorded",
     NotSupportedError: "no voice here: HTTPS or localhost is needed", NotAllowedError: "microphone refused", NotFoundError: "no microphone",
   },
-  cameraNeeds: "No picture: this browser decodes none here. HTTPS or localhost is needed.",
+  cameraNeeds: "No picture: HTTPS or localhost is needed, or the extra camera at the console.",
   markAsk: (number, of) => `Mark ${number} of ${of}: touch it, then tap it in the picture.`, markTouch: "No finger touches. Touch the mark first.",
   markError: error_mm => `Registered: error ${error_mm.toFixed(1)} mm.`, markLine: "Not registered: the marks are on one line.",
   rows: { force_n: "force N", plate_c: "plate °C", motor_hz: "vibration Hz", mode: "mode", remarks: "limit, age" },

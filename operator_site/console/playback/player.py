@@ -181,6 +181,7 @@ class PlayedConsole:
     def _see(self, recorded: PlayedPictures, now_s: float, *, jumped: bool) -> None:
         """Relay the pictures up to the present moment; after a jump, from the last key picture before it."""
         now_ns = self._player.now_ns
+        self.camera_pages.step()
         if jumped:
             self.camera_pages.restart(recorded.jump(now_ns))
             return

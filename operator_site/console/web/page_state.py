@@ -13,6 +13,7 @@ from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import DISK_NEARLY_FULL, unconfirmed
 from operator_site.console.alarms.alarms import Alarm
 from operator_site.console.camera.camera_now import CameraNow
+from operator_site.console.camera.still_picture import can_decode
 from operator_site.console.examination.contrast import contrast_of, contrast_text
 from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import UNCERTAIN_SD_K
@@ -79,7 +80,7 @@ def page_state(
 
 def camera_state(now: CameraNow) -> dict[str, Any]:
     """Return what the camera shows for a page."""
-    return {"seen": now.seen, "reduced": now.reduced}
+    return {"seen": now.seen, "reduced": now.reduced, "stills": can_decode()}
 
 
 def refusal(console: Console) -> str:

@@ -16,25 +16,32 @@ class Viewer:
 
     Attributes:
         visitor: user of the page.
+        stills: whether the page shows still pictures, because its browser cannot decode the stream.
         waits_for_key: whether the page can decode key pictures only.
         queue: messages that are to be sent.
         skipped: number of pictures that were not sent.
     """
 
     visitor: Visitor
+    stills: bool = False
     waits_for_key: bool = True
     queue: deque[bytes] = field(default_factory=deque)
     skipped: int = 0
     _undrawn: deque[int] = field(default_factory=deque)
 
     @property
+    def has_credit(self) -> bool:
+        """Whether a picture may be sent: a page of still pictures has drawn the last one."""
+        return len(self._undrawn) < (1 if self.stills else CREDIT)
+
+    @property
     def wants_key(self) -> bool:
         """Whether a key picture would be sent."""
-        return self.waits_for_key and len(self._undrawn) < CREDIT
+        return self.waits_for_key and self.has_credit
 
     def offer(self, picture: Picture) -> bool:
         """Queue a picture if the page can decode it and has credit; return whether it was queued."""
-        full = len(self._undrawn) >= CREDIT
+        full = not self.has_credit
         if full or (self.waits_for_key and not picture.is_key):
             self.waits_for_key = self.waits_for_key or full
             self.skipped += 1

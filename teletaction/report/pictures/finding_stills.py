@@ -1,17 +1,16 @@
 """Finds the camera's picture at the moment of each finding in a recording."""
 
 from collections.abc import Callable, Iterable, Mapping
-from io import BytesIO
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from operator_site.console.camera.camera_picture import Picture, follows
+from operator_site.console.camera.still_picture import PictureDecoder, jpeg_of
 
 LATE_S = 1.0
 """Largest age of a picture at the moment that it shows, s."""
-_QUALITY = 85
 Pixels = NDArray[np.uint8]
 Cover = Callable[[Pixels, float], Pixels]
 """Returns a picture, (rows, columns, 3), with a part of it covered, from the picture and its moment, s."""
@@ -63,15 +62,9 @@ def _decode(since_key: list[Picture], key: int, at_s: float, cover: Cover | None
     """Decode the newest of these pictures, unless it is too old."""
     if not since_key or at_s - since_key[-1].captured_s > LATE_S:
         return
-    import av  # noqa: PLC0415 - an extra, and only some recordings have pictures
-
-    decoder = av.VideoCodecContext.create("vp8", "r")
-    frames = [frame for picture in since_key for frame in decoder.decode(av.Packet(picture.content))]
-    frame = frames[-1]
+    frame = PictureDecoder().decode(since_key)
     if cover is not None:
-        frame = av.VideoFrame.from_ndarray(cover(np.asarray(frame.to_ndarray(format="rgb24"), np.uint8), at_s), "rgb24")
-    jpeg = BytesIO()
-    image = frame.to_image()  # type: ignore[no-untyped-call]
-    image.save(jpeg, "JPEG", quality=_QUALITY)
+        pixels = cover(np.asarray(frame.to_ndarray(format="rgb24"), np.uint8), at_s)
+        frame = frame.from_ndarray(pixels, "rgb24")
     newest = since_key[-1]
-    found[key] = Still(jpeg.getvalue(), at_s - newest.captured_s, newest.uncertainty_s, cover is not None)
+    found[key] = Still(jpeg_of(frame), at_s - newest.captured_s, newest.uncertainty_s, cover is not None)

@@ -3,11 +3,15 @@
 import asyncio
 import json
 from collections.abc import Coroutine
+from concurrent.futures import Future
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from common.runtime.containment import Containment
+from operator_site.console.camera.camera_picture import Picture
+from operator_site.console.camera.stills import STILL_S, Stills
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import FULL, MESSAGES_AT_ONCE, NOT_UNDERSTOOD, TOO_MUCH
 from operator_site.console.web.places import OBSERVING_PLACES
@@ -20,7 +24,8 @@ class Watching:
     """Pages that watch, and a camera that the test drives."""
 
     def __init__(self) -> None:
-        self.pages = CameraPages(Containment(), lambda: 100.0)
+        self.now_s = 100.0
+        self.pages = CameraPages(Containment(), lambda: self.now_s)
         self._serving: list[asyncio.Task[None]] = []
 
     async def enter(self, socket: Socket | None = None) -> Socket:
@@ -80,6 +85,62 @@ def test_a_page_that_cannot_decode_gets_the_next_key_picture() -> None:
         room.pages.restart([picture(3, is_key=True)], waiting=True)
         assert not room.pages.wants_key
         await room.end()
+
+    run(watch())
+
+
+class Making:
+    """Makes still pictures at once."""
+
+    def __init__(self) -> None:
+        self.made: list[int] = []
+
+    def __call__(self, given: list[Picture]) -> "Future[Picture]":
+        self.made.append(given[-1].sequence)
+        running: Future[Picture] = Future()
+        running.set_result(replace(given[-1], is_key=True))
+        return running
+
+
+def test_a_page_that_decodes_nothing_gets_still_pictures_and_the_others_all() -> None:
+    async def watch() -> None:
+        room, making = Watching(), Making()
+        room.pages._stills = Stills(making)
+        quick, still = await room.enter(), await room.enter()
+        room.pages.show(picture(1, is_key=True))
+        await settled(lambda: still.pictures == 1)
+        still.said.put_nowait(json.dumps({"kind": "still"}))
+        await settled(lambda: room.pages.wants_key)
+        assert making.made == []
+        room.pages.show(picture(2, is_key=True))
+        assert not room.pages.wants_key
+        for _ in range(2):
+            room.pages.step()
+        await settled(lambda: still.pictures == 2)
+        room.now_s += STILL_S
+        room.pages.show(picture(3))
+        room.pages.step()
+        assert making.made == [2]  # the page has not drawn the last one
+        still.said.put_nowait(json.dumps({"kind": "drawn", "sequence": 2}))
+        await settled(still.said.empty)
+        for _ in range(2):
+            room.pages.step()
+        await settled(lambda: still.pictures == 3)
+        await settled(lambda: quick.pictures == 3)
+        late = await room.enter()
+        late.said.put_nowait(json.dumps({"kind": "still"}))
+        await settled(lambda: late.pictures == 1)  # the newest one, as in a paused recording
+        late.said.put_nowait(json.dumps({"kind": "drawn", "sequence": 3}))
+        await settled(late.said.empty)
+        await asyncio.sleep(0.0)
+        room.pages.restart([picture(90, is_key=True), picture(91)])
+        room.now_s += STILL_S
+        for _ in range(2):
+            room.pages.step()
+        await settled(lambda: making.made == [2, 3, 91])
+        await settled(lambda: quick.pictures == 5)
+        await room.end()
+        assert room.pages._stills.wants_key  # nobody needs one any more
 
     run(watch())
 
