@@ -195,6 +195,7 @@ class OperatorSite:
             "refusal": client.refusal,
             "calibrated": client.calibrated,
             "roughness_um": client.roughness_um,
+            "remote_consent": None if client.remote_consent is None else client.remote_consent.details(),
             "wanted": client.want_engaged,
             "session": client.session.ident,
             "coupling": structs.asdict(self.coupling.now),

@@ -31,6 +31,7 @@ from common.tenderness.presses import PAINFUL
 from common.timing.standstill import HostClock
 from common.timing.timeouts import TICK_AGE_S
 from common.wire.messages import Motion, Touch
+from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.devices import RemoteDevices
@@ -76,7 +77,9 @@ class RemoteSite:
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None else SiteRecording(recorder)
-        self._pain_recorded = config.consent is not None and config.consent.pain
+        answers = config.consent
+        self._consent = NotedConsent(None if answers is None else tuple(kind for kind, agreed in answers if agreed))
+        self._pain_recorded = answers is not None and answers.pain
         self._desk = desk
         materials, surfaces = load_tables(config)
         self.gate = PatientGate(config.patient.contact_force_n)
@@ -87,6 +90,7 @@ class RemoteSite:
             calibration=materials.content_hash,
             calibrated=materials.described(),
             surfaces=surfaces.content_hash,
+            **self._consent.details(),
             **({} if surfaces.roughness_scale is None else {"roughness_um": surfaces.roughness_scale.model_dump()}),
             contact_force_n=config.patient.contact_force_n,
             max_age_s=config.link.max_age_s,

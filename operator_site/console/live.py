@@ -78,7 +78,7 @@ class LiveConsole:
         self._feed, self._site, self._journal, self._clock_s = feed, site, journal, clock_s
         self.console = Console()
         if config.consent is not None:
-            self.console.consented = tuple(name for name, agreed in config.consent if agreed)
+            self.console.noted = tuple(name for name, agreed in config.consent if agreed)
         self._time = SiteTime()
         self._wall = WallClock()
         reporting = Reporting(config.report_command, config.reports)
@@ -149,7 +149,7 @@ class LiveConsole:
         for taken in camera.step(site.session, touch_age_s, wants_key=self.camera_pages.wants_key):
             picture = replace(taken, captured_s=taken.captured_s + self._time.ahead_s)
             self.camera_pages.show(picture)
-            if self._records_pictures:
+            if self._records_pictures and self.console.consent.allows("picture"):
                 self._journal.write_media("console/camera", now_s, picture.record())
         self.camera_pages.step()
         now = camera.now
@@ -208,6 +208,8 @@ class LiveConsole:
     def _keep_samples(self, now_s: float) -> None:
         """Record the new samples of an examination, so that a later run of the console can show them."""
         if self.console.examination.pseudonym is None or not self._journal.enabled:
+            return
+        if self.console.consent.forbids("touch"):
             return
         if samples := self.console.tactile_map.after(self._kept_s):
             self._kept_s = samples[-1].t_s

@@ -17,6 +17,7 @@ from common.wire.messages import Touch
 from common.wire.packets import LinkState
 from operator_site.console.alarms.alarm_rules import Surroundings, causes, causes_unknown
 from operator_site.console.alarms.alarms import Alarms
+from operator_site.console.consent import Consent
 from operator_site.console.examination.examination import Examination
 from operator_site.console.map.lump_search import NOTHING, Searched
 from operator_site.console.map.patient_shift import PatientShift
@@ -55,7 +56,7 @@ class Console:
     Attributes:
         live: whether the messages come from a running site; False for a recording.
         around: state of the disk, the recording and the page, from the console's process.
-        consented: what the patient agrees to have recorded, by the configuration; empty where nobody has asked.
+        noted: what the patient agrees to have recorded, by the configuration; None where nobody has asked.
         calm: the last sure answer of each finger, for the pages.
         searched: lumps on the map and the next place to press, from a search every few seconds.
         shift: whether the patient has moved under the map.
@@ -66,7 +67,7 @@ class Console:
 
     live: bool = True
     around: Surroundings = field(default_factory=Surroundings)
-    consented: tuple[str, ...] = ()
+    noted: tuple[str, ...] | None = None
     site: SiteNow = field(default_factory=SiteNow)
     fingers: FingersNow = field(default_factory=FingersNow)
     calm: CalmAnswers = field(default_factory=CalmAnswers)
@@ -190,7 +191,12 @@ class Console:
     def pain_agreed(self) -> bool:
         """Whether the patient agrees to have pain recorded, by the remote site and by this one where it has asked."""
         patient = self.site.patient
-        return patient is not None and patient.agreed and (not self.consented or "pain" in self.consented)
+        return patient is not None and patient.agreed and not self.consent.forbids("pain")
+
+    @property
+    def consent(self) -> Consent:
+        """What the patient agrees to have recorded, by both sites."""
+        return Consent(self.noted, self.site.remote_consent)
 
     @property
     def recording(self) -> bool:

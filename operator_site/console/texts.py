@@ -117,6 +117,8 @@ REMOTE_NOT_RECORDED = "Remote recording stopped. Check the remote site."
 CONSOLE_NOT_RECORDED = "Console's own record stopped. Findings are kept here."
 STUDY_NUMBER = "Use a study number, not a name."
 ASK_CONSENT = "Ask the patient about the recording, then tick the answer."
+TOUCH_NOT_AGREED = "The patient has not agreed to have touch recorded: remove record, then start again."
+SAME_CONSENT = "write the same [consent] into the files of both sites"
 NOT_SOUNDED = "Cannot engage: sound not checked."
 RESTARTED = "Console was restarted. Findings and map are kept."
 NOTHING_HERE = "Nothing was felt here."
@@ -214,6 +216,16 @@ REPORT_ENDED = "the command ended with {code}"
 def capital(text: str) -> str:
     """Return a text with a capital first letter, such as a device's name that begins a sentence."""
     return text[:1].upper() + text[1:]
+
+
+def consents_differ(here: Sequence[str] | None, there: Sequence[str] | None) -> str:
+    """Return how the patient's answers of both sites differ, each with what may be recorded; None for no answer."""
+    if here is None or there is None:
+        answer = ", ".join(here or there or ["nothing"])
+        return f"No answer noted {'here' if here is None else 'at the remote site'}. Counts: {answer}."
+    both = ", ".join(kind for kind in here if kind in there) or "nothing"
+    here_all, there_all = ", ".join(here) or "nothing", ", ".join(there) or "nothing"
+    return f"Patient's answers differ: here {here_all}; remote {there_all}. Counts: {both}."
 
 
 def short(text: str) -> str:

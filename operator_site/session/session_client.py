@@ -18,6 +18,7 @@ from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Session
 from common.timing.timeouts import SESSION_SILENCE_S
 from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
+from common.wire.noted_consent import NotedConsent
 from common.wire.packets import BadPacket, LinkState, WrongVersion
 from common.wire.roughness_um import RoughnessUm
 from common.wire.session_messages import Answer, Heartbeat, Request
@@ -121,6 +122,11 @@ class SessionClient:
     def calibrated(self) -> str:
         """The remote site's description of its calibration; empty if unknown."""
         return str(self.remote.get("calibrated", ""))[:LONGEST_DESCRIPTION]
+
+    @property
+    def remote_consent(self) -> NotedConsent | None:
+        """What the remote site has noted of the patient's consent; None before its first answer to hello."""
+        return NotedConsent.of(self.remote) if self.remote else None
 
     @property
     def roughness_um(self) -> dict[str, float] | None:

@@ -8,6 +8,7 @@ from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import Unconfirmed
 from common.site_status import SessionEnd
 from common.wire.messages import Touch
+from common.wire.noted_consent import NotedConsent
 from operator_site.session.remote_status import RemotePatient
 
 
@@ -56,6 +57,10 @@ class SessionProtocol(SessionEnd, Protocol):
     @property
     def roughness_um(self) -> dict[str, float] | None:
         """Scale of roughness in um of the other end; None if it was not calibrated."""
+
+    @property
+    def remote_consent(self) -> NotedConsent | None:
+        """What the other end has noted of the patient's consent; None while it is unknown."""
 
     @property
     def spared(self) -> int:

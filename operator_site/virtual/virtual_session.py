@@ -11,6 +11,7 @@ from common.link.emergency_stop import EmergencyStop, Unconfirmed
 from common.link.packet_filter import PacketFilter
 from common.link.session_state import Session
 from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
+from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
 from operator_site.session.remote_status import RemotePatient
 from operator_site.virtual.virtual_environment import VirtualEnvironment
@@ -46,6 +47,7 @@ class VirtualSession:
     refusal: str = ""
     calibrated: str = "Virtual: everything is as its scene says."
     roughness_um: dict[str, float] | None = None
+    remote_consent: NotedConsent | None = None
     spared: int = 0
     """Number of motion packets that were not sent because of no perceptible change; always 0."""
     _sequence: int = 0

@@ -23,6 +23,7 @@ from common.link.session_display import (
 from common.link.session_state import Happening
 from common.timing.timeouts import REFRESH_S
 from common.wire.messages import Touch
+from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
 from common.wire.roughness_um import RoughnessUm
 from operator_site.console import texts
@@ -138,6 +139,7 @@ class SiteNow:
         figures: contents of its status file.
         calibrated: readable description of the calibration; empty if unknown.
         roughness_um: scale of the roughness in um; None if it was not calibrated.
+        remote_consent: what the remote site has noted of the patient's consent; None while it is unknown.
         stop_asked_s: time of the request for the latched emergency stop; None without one.
         stop_after_s: time from that request to each device's confirmation; None before it.
         lost_engaged: whether the session ended while engaged and no other has begun.
@@ -160,6 +162,7 @@ class SiteNow:
         self.paused: str | None = None
         self.refusal = self.calibrated = ""
         self.roughness_um: RoughnessUm | None = None
+        self.remote_consent: NotedConsent | None = None
         self.session = 0
         self.gap_s: float | None = None
         self.figures: dict[str, Any] = {}
@@ -262,6 +265,8 @@ class SiteNow:
         self.figures = figures
         self.calibrated = str(figures.get("calibrated", ""))
         self.roughness_um = RoughnessUm.of(figures.get("roughness_um"))
+        noted = figures.get("remote_consent")
+        self.remote_consent = NotedConsent.of(noted) if isinstance(noted, dict) else None
         if isinstance(coupling := figures.get("coupling"), dict):
             self.coupling = Coupling(**coupling)
         self.take_brief(t_s, figures)

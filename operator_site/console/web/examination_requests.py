@@ -61,7 +61,10 @@ class ExaminationRequests:
 
     async def _begin(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         examination = self.console.examination
-        if self.console.consented and details.get("consent") is not True:
+        consent = self.console.consent
+        if self.console.recording and consent.forbids("touch"):
+            raise Refused(texts.TOUCH_NOT_AGREED)
+        if consent.agreed and details.get("consent") is not True:
             raise Refused(texts.ASK_CONSENT)
         examination.begin(now_s, details.get("pseudonym"), details.get("sides"), details.get("body"))
         self.console.begin_map()
@@ -162,6 +165,6 @@ class ExaminationRequests:
             "who": client.name,
             "sides": examination.sides,
             "body": None if examination.body is None else examination.body.record(),
-            "consented": self.console.consented,
+            "consented": self.console.consent.agreed or (),
         }
         self._journal.write("console/session", now_s, record)

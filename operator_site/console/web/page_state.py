@@ -112,7 +112,7 @@ def _session(console: Console, now_s: float) -> dict[str, Any]:
         "playback": None,
         "sound": console.around.sound or None,
         "body": None if console.examination.body is None else console.examination.body.text(),
-        "consented": console.consented,
+        "consented": console.consent.agreed or (),
     }
 
 
@@ -201,7 +201,8 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
     link = site.link.shown(now_s)
     measured = link["delay_ms"] is not None
     used = texts.DISK_USED.format(percent=around.disk_used * 100)
-    return [
+    consent = console.consent
+    found = [
         _check("operator site", answers, texts.START_SITE, f"teletaction operator --config {operator}"),
         _check("key", not site.refusal, texts.short(site.refusal), "teletaction keys show --keys KEYS"),
         _check(
@@ -214,6 +215,10 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
         _check("disk", around.disk_used < DISK_NEARLY_FULL, used, "df -h"),
         _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND),
     ]
+    if consent.agreed is not None:
+        text = texts.consents_differ(consent.here, consent.there)
+        found.append(_check("consent", not consent.differs, text, texts.SAME_CONSENT))
+    return found
 
 
 def _device(console: Console, name: str, operator: str) -> dict[str, Any]:

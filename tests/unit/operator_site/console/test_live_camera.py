@@ -56,6 +56,7 @@ class Work:
 
     def __init__(self, path: Path | None = None, **camera: Any) -> None:
         self.now_s, self.sequence, self.line, self.site = 100.0, 0, Line(), AnsweringSite()
+        self.remote_consent: dict[str, list[str]] | None = {}
         self.site.answer = lambda: {"state": "engaged", "session": 7}
         consent = ConsentConfig(touch=True, pain=False, picture=True)
         config = ConsoleConfig(keys=Path(), record=path, consent=consent, camera=ConsoleCameraConfig(**camera))
@@ -67,7 +68,7 @@ class Work:
 
     def receive(self) -> Iterator[Fed]:
         site_ns = round((self.now_s + AHEAD_S) * S)
-        yield Fed("operator/figures", site_ns, figures())
+        yield Fed("operator/figures", site_ns, figures(remote_consent=self.remote_consent))
         yield Fed("operator/rendered", site_ns, rendered())
 
     async def go(self, seconds: float, *, films: bool = True) -> None:
@@ -153,6 +154,21 @@ def test_pictures_are_recorded_only_where_the_configuration_says_so(tmp_path: Pa
             assert time_ns * 1e-9 - picture.captured_s == pytest.approx(0.05, abs=picture.uncertainty_s + 1e-6)
             assert picture.content == b"vp8"
         assert [picture.sequence for _, picture in found] == [*range(1, len(found) + 1)]
+
+    asyncio.run(watch())
+
+
+@pytest.mark.parametrize("consented", [None, {"consented": ["touch"]}])
+def test_no_picture_is_recorded_against_the_remote_sites_answer_or_before_it(
+    tmp_path: Path, consented: dict[str, list[str]] | None
+) -> None:
+    async def watch() -> None:
+        work = Work(tmp_path / "console.mcap", record=True)
+        work.remote_consent = consented
+        await work.go(1.0)
+        work.journal.close()
+        with (tmp_path / "console.mcap").open("rb") as file:
+            assert not [*RecordingReader(tmp_path / "console.mcap", file).messages(["console/camera"])]
 
     asyncio.run(watch())
 

@@ -8,6 +8,7 @@ from common.faults.fault import Fault, FaultCode
 from common.limits import AGE_MAX_S
 from common.link.emergency_stop import PATIENCE_NS
 from common.link.session_state import Refused
+from common.wire.noted_consent import NotedConsent
 from common.wire.packets import MAX_TEXT, LinkState
 from common.wire.session_messages import Answer
 from operator_site.session.session_client import SILENCE_NS
@@ -215,6 +216,17 @@ def test_a_remote_site_that_sends_far_too_many_answers_is_read_no_faster(pair: P
         pair.run()
     assert pair.client.damaged["control"] <= 210
     assert pair.client.damaged["control: too many"] >= 390
+
+
+def test_the_patients_consent_is_what_the_remote_site_has_noted(pair: Pair) -> None:
+    pair.client.remote.clear()  # as before the first hello
+    assert pair.client.remote_consent is None
+    pair.client.remote["session"] = 7
+    assert pair.client.remote_consent == NotedConsent(None)
+    pair.client.remote["consented"] = ["voice", "touch", "something newer"]
+    assert pair.client.remote_consent == NotedConsent(("touch", "voice"))
+    pair.client.remote["consented"] = "touch"
+    assert pair.client.remote_consent == NotedConsent(None)
 
 
 def test_the_scale_of_roughness_is_that_of_the_remote_site_or_none(pair: Pair) -> None:

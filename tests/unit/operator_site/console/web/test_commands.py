@@ -22,9 +22,10 @@ from operator_site.console.model import Console
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands
+from operator_site.console.web.page_state import checks
 from teletaction.report.pictures.covered_picture import marked_places
 from tests.conftest import Contained
-from tests.unit.operator_site.console.fed import fed, happen
+from tests.unit.operator_site.console.fed import S, fed, figures, happen
 from tests.unit.operator_site.console.page_room import BRIEF, AnsweringSite, MemoryJournal
 from tests.unit.operator_site.console.touch_rows import sample
 
@@ -107,7 +108,7 @@ def test_a_finding_of_pain_needs_the_patients_consent(workplace: Workplace) -> N
     workplace.console.take_answer(101.0, BRIEF | {"pain": 0.0, "pain_agreed": False})
     assert workplace.ask("edit", finding=1, kind="tender").text == "The patient has not agreed to have pain recorded."
     workplace.console.take_answer(101.0, BRIEF | {"pain": 0.0, "pain_agreed": True})
-    workplace.console.consented = ("touch",)
+    workplace.console.noted = ("touch",)
     assert not workplace.ask("edit", finding=1, kind="tender").ok, "the answer noted at this site counts as well"
 
 
@@ -179,7 +180,7 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(workplace: Wor
 
 
 def test_what_is_recorded_is_confirmed_by_the_patient_before_the_examination(workplace: Workplace) -> None:
-    workplace.console.consented = ("touch", "picture")
+    workplace.console.noted = ("touch", "picture")
     refused = workplace.ask("begin", pseudonym="P-0417")
     assert refused.text == "Ask the patient about the recording, then tick the answer."
     assert not workplace.ask("begin", pseudonym="P-0417", consent="yes").ok
@@ -187,6 +188,40 @@ def test_what_is_recorded_is_confirmed_by_the_patient_before_the_examination(wor
     assert workplace.ask("begin", pseudonym="P-0417", consent=True).ok
     (begun,) = workplace.journal.of("console/session")
     assert begun["consented"] == ("touch", "picture")
+
+
+def test_the_remote_sites_answer_counts_where_it_is_stricter(workplace: Workplace) -> None:
+    console = workplace.console
+    console.noted = ("touch", "pain", "picture")
+    assert not console.consent.allows("picture"), "the remote site's answer is not known yet"
+    console.take("operator/figures", 101 * S, figures(remote_consent={}))
+    assert console.consent.agreed == console.noted, "no answer does not restrict"
+    assert "No answer noted at the remote site." in consent_check(console)
+    console.take("operator/figures", 101 * S, figures(remote_consent={"consented": ["pain", "touch"]}))
+    assert (console.consent.agreed, console.consent.allows("picture")) == (("touch", "pain"), False)
+    assert consent_check(console) == (
+        "Patient's answers differ: here touch, pain, picture; remote touch, pain. Counts: touch, pain."
+    )
+    assert workplace.ask("begin", pseudonym="P-0417", consent=True).ok
+    (begun,) = workplace.journal.of("console/session")
+    assert begun["consented"] == ("touch", "pain")
+    console.take("operator/figures", 101 * S, figures(remote_consent={"consented": ["picture", "touch", "pain"]}))
+    assert consent_check(console) == ""
+
+
+def test_nobody_begins_while_touch_is_recorded_against_the_patients_answer(workplace: Workplace) -> None:
+    workplace.console.take("operator/figures", 101 * S, figures(remote_consent={"consented": ["pain"]}))
+    refused = workplace.ask("begin", pseudonym="P-0417", consent=True)
+    assert refused.text == "The patient has not agreed to have touch recorded: remove record, then start again."
+    workplace.console.take("operator/figures", 101 * S, figures(remote_consent={"consented": ["pain"]}, recorded={}))
+    assert not workplace.ask("begin", pseudonym="P-0417").ok, "the remote site's answer is confirmed as well"
+    assert workplace.ask("begin", pseudonym="P-0417", consent=True).ok
+
+
+def consent_check(console: Console) -> str:
+    """What the check list says of the consent; empty where it is ready."""
+    (found,) = [check for check in checks(console, 101.0, "operator.toml") if check["name"] == "consent"]
+    return str(found["text"])
 
 
 @pytest.mark.parametrize(
