@@ -34,6 +34,14 @@ def demo(
     voice: Annotated[
         bool, typer.Option("--voice", help="Let the console hear a tone from the remote site; needs the extra `voice`.")
     ] = False,
+    consent: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KINDS",
+            help="What the made-up patient agrees to have recorded: touch,pain,picture,voice. With picture, the "
+            "console records the camera's pictures; with voice, the sound.",
+        ),
+    ] = None,
     patient_stop: Annotated[
         float | None,
         typer.Option(min=0.0, help="Time at which the patient presses the stop switch, s, from the first movement."),
@@ -55,6 +63,7 @@ def demo(
         network=network,
         camera=camera,
         voice=voice,
+        consent=None if consent is None else tuple(kind.strip() for kind in consent.split(",")),
         patient_stop_s=patient_stop,
         out=out,
         console=not headless,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel
 
@@ -15,12 +16,14 @@ from common.buses.can_address import CanAddress
 from common.config.file import to_toml
 from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
 from common.config.page_models import ConsoleCameraConfig, ConsoleConfig, ConsoleVoiceConfig
+from common.config.recording_models import ConsentConfig
 from common.config.simulation_models import SimCameraConfig, SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
 from common.config.site_models import CalibrationConfig, OperatorConfig, RemoteConfig
 from common.config.stream_models import CameraConfig, VoiceConfig
 from common.fingers import chosen_fingers
 from common.link.keys import TrustedKeys, create_keys
 from common.scenes.scene import load_scene
+from common.wire.noted_consent import KINDS
 from common.wire.streams import STREAMS
 from sim_sensors.network.file import is_file, load_network
 from teletaction.session.session_rates import DEFAULT, Rates
@@ -39,8 +42,9 @@ NETWORK = "network"
 WATCHED_S = 3.0
 """Time without a visible console page after which a session with a console pauses, s."""
 REACTION_S = 0.6
-"""Reaction time of the simulated patient of a scene with tender places, s. This patient agrees to have pain recorded.
-"""
+"""Reaction time of the simulated patient of a scene with tender places, s."""
+TENDER_CONSENT = ("touch", "pain")
+"""What the made-up patient of such a scene agrees to have recorded."""
 TABLES = Path(str(resources.files("remote_site"))) / "tables"
 """Folder of the shipped calibration tables."""
 SURFACES = TABLES / "surfaces.json"
@@ -64,6 +68,8 @@ class DemoOptions:
     """Whether the console shows a simulated camera at the remote site."""
     voice: bool = False
     """Whether the console hears a tone from the remote site."""
+    consent: tuple[str, ...] | None = None
+    """What the made-up patient agrees to have recorded, of KINDS; None: nobody has asked, but in a tender scene."""
     rates: Rates = DEFAULT
     patient_switch: bool = True
     """Whether the patient has a stop switch."""
@@ -129,8 +135,25 @@ def _patient_switch(options: DemoOptions, port: int) -> tuple[dict[str, object],
     patient: dict[str, object] = {"port": f"tcp:{HOST}:{port}", "pressed_at_s": presses_s}
     if load_scene(options.scene).tender:
         patient["reaction_s"] = REACTION_S
-        remote["consent"] = {"touch": True, "pain": True}
     return remote, {"patient_switch": patient}
+
+
+def _consent(options: DemoOptions) -> ConsentConfig | None:
+    """Return the made-up patient's answer for the files of all processes that record; None where nobody has asked.
+
+    Raises:
+        ValueError: there is no such kind, or touch is missing, which each demo records.
+    """
+    agreed = options.consent
+    if agreed is None and options.patient_switch and load_scene(options.scene).tender:
+        agreed = TENDER_CONSENT
+    if agreed is None:
+        return None
+    if unknown := sorted(set(agreed) - set(KINDS)):
+        raise ValueError(f"--consent: {unknown[0]!r} is none of {', '.join(KINDS)}")
+    if "touch" not in agreed:
+        raise ValueError("--consent: a demo records touch; add touch")
+    return ConsentConfig(**{kind: kind in agreed for kind in KINDS})
 
 
 def _beside(
@@ -138,11 +161,17 @@ def _beside(
 ) -> dict[str, BaseModel]:
     """Return the configurations of the processes beside the remote site: camera and voice."""
     models: dict[str, BaseModel] = {}
+    remote = out / "config" / "remote.toml"
     if options.camera:
         models[CAMERA] = CameraConfig(link=link, source=source, status=out / f"{CAMERA}.json")
     if options.voice:
         models[VOICE] = VoiceConfig(
-            link=link, source="tone:440", sink="none", desk_port=desk_port, status=out / f"{VOICE}.json"
+            link=link,
+            source="tone:440",
+            sink="none",
+            desk_port=desk_port,
+            remote=remote,
+            status=out / f"{VOICE}.json",
         )
     return models
 
@@ -187,7 +216,8 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
         return {"record": out / f"{process}.mcap", "status": out / f"{process}.json"}
 
     simulation = {"fingers": fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
-    site = {"fingers": fingers, "wait_for_devices_s": 20.0}
+    consent = _consent(options)
+    site = {"fingers": fingers, "wait_for_devices_s": 20.0, "consent": consent}
     remote_switch, sim_switch = _patient_switch(options, next(ports))
     operator_port, network = base_port, {}
     if options.network is not None:
@@ -259,9 +289,13 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     source = f"tcp://{HOST}:{camera_port}"
     models |= _beside(options, remote_link, source, desk_port=next(ports), out=out)
     if options.console:
+        far: dict[str, Any] = {"host": HOST, "base_port": operator_port}
         models[CONSOLE] = ConsoleConfig(
-            camera=ConsoleCameraConfig(host=HOST, base_port=operator_port) if options.camera else None,
-            voice=ConsoleVoiceConfig(host=HOST, base_port=operator_port) if options.voice else None,
+            camera=ConsoleCameraConfig(**far, record=consent is not None and consent.picture)
+            if options.camera
+            else None,
+            voice=ConsoleVoiceConfig(**far, record=consent is not None and consent.voice) if options.voice else None,
+            consent=consent,
             keys=operator_keys,
             desk_port=desk_port,
             feed_port=feed_port,
