@@ -120,27 +120,48 @@ def press(phantom: Phantom, places_mm: Floats | None = None, ranges: Ranges = RA
     there = places + phantom.place_noise_mm * rng.standard_normal(places.shape)
     softness = np.exp(_field(there, phantom, rng))
     depths, force = force_at(phantom.ground, phantom.spheres, there[:, 0], there[:, 1], _DEEPEST_MM)
+    phase = rng.uniform(0.0, 2.0 * math.pi)
+    noise = rng.standard_normal((2, count, DEPTH_STEPS))
+    return readings(phantom, places, depths, force * softness[:, None], phase, noise, ranges)
+
+
+def readings(
+    phantom: Phantom,
+    places_mm: Floats,
+    depths_mm: Floats,
+    normal_n: Floats,
+    phase: float,
+    noise: Floats,
+    ranges: Ranges = RANGES,
+) -> Presses:
+    """Return the readings of presses with known courses of force, one press each `PRESS_S`.
+
+    Args:
+        phantom: the phantom.
+        places_mm: stated places, (presses, 2).
+        depths_mm: depths of the courses, ascending from 0.
+        normal_n: force along the surface's normal at these depths, (presses, depths).
+        phase: phase of breathing at the start, rad.
+        noise: standard normal noise of force and depth readings, (2, presses, DEPTH_STEPS).
+        ranges: the ranges that the phantom was drawn from.
+    """
     tilt = math.radians(phantom.tilt_deg)
     along = math.cos(tilt) + min(phantom.friction, math.tan(tilt)) * math.sin(tilt)
-    force = force * softness[:, None] * along
     travel = np.concatenate([[0.0], phantom.press_mm * (np.arange(DEPTH_STEPS) + 1.0) / DEPTH_STEPS])
-    time_s = PRESS_S * np.arange(count)[:, None] + STEP_S * np.arange(DEPTH_STEPS + 1)
-    phase = rng.uniform(0.0, 2.0 * math.pi)
+    time_s = PRESS_S * np.arange(len(places_mm))[:, None] + STEP_S * np.arange(DEPTH_STEPS + 1)
     rise = phantom.breath_mm * np.sin(2.0 * math.pi * phantom.breaths_per_min / 60.0 * time_s + phase)
-    true_force = np.empty((count, DEPTH_STEPS))
-    for number, course in enumerate(force):
-        contact_mm = float(np.interp(CONTACT_N, course, depths))
+    true_force = np.empty((len(places_mm), DEPTH_STEPS))
+    for number, course in enumerate(normal_n * along):
+        contact_mm = float(np.interp(CONTACT_N, course, depths_mm))
         deep = contact_mm + (travel[1:] + rise[number, 1:] - rise[number, 0]) * math.cos(tilt)
-        true_force[number] = np.interp(np.maximum(deep, 0.0), depths, course)
-    measured = true_force + phantom.force_noise_n * rng.standard_normal(true_force.shape)
-    depth = travel[1:] + phantom.depth_noise_mm * rng.standard_normal(true_force.shape)
+        true_force[number] = np.interp(np.maximum(deep, 0.0), depths_mm, course)
     beyond = np.maximum.accumulate(true_force > FORCE_LIMIT_N, axis=1)
     return Presses(
-        places[:, 0],
-        places[:, 1],
+        places_mm[:, 0],
+        places_mm[:, 1],
         time_s[:, 1:],
-        depth,
-        np.where(beyond, np.nan, measured),
+        travel[1:] + phantom.depth_noise_mm * noise[1],
+        np.where(beyond, np.nan, true_force + phantom.force_noise_n * noise[0]),
         phantom.ground.probe_mm,
         ranges.side_mm,
     )
