@@ -108,23 +108,22 @@ def _breathing(value: Floats, variance: Floats, relative: Floats, times: list[Fl
         contact_s: times of the contacts, (n,), s.
     """
 
-    def columns(per_min: float) -> Floats:
-        turn_s = 2.0 * math.pi * per_min / 60.0
-        found = np.zeros((4, len(value), *value.shape))
+    def columns(per_min: Floats) -> Floats:
+        """Return the effects at some rates, (rates, columns, k * n)."""
+        turn_s = 2.0 * math.pi / 60.0 * per_min[:, None, None]
+        found = np.zeros((len(per_min), 4, len(value), *value.shape))
         for number, since_s in enumerate(times):
             now, start = turn_s * (contact_s[:, None] + since_s), turn_s * contact_s[:, None]
             cosine, sine = np.cos(now) - np.cos(start), np.sin(now) - np.sin(start)
             # The squares of both add up to a constant, so that one of them is enough.
             rises = (cosine, sine, relative[number] * cosine * cosine, relative[number] * cosine * sine)
             for order, rise in enumerate(rises):
-                found[order, number, number] = relative[number] * rise.mean(axis=1)
-        return found.reshape(-1, *value.shape)
+                found[:, order, number, number] = relative[number] * rise.mean(axis=2)
+        return found.reshape(len(per_min), -1, value.size)
 
     deviation = np.sqrt(variance + _TYPICAL_SD**2)
     off = ((value - np.median(value, axis=1, keepdims=True)) / deviation).ravel()
-
-    def explained(per_min: float) -> float:
-        basis = np.linalg.qr((columns(per_min) / deviation).reshape(-1, off.size).T)[0]
-        return float(np.sum((basis.T @ off) ** 2))
-
-    return columns(max(np.linspace(*BREATHS_PER_MIN, _RATES).tolist(), key=explained))
+    rates = columns(np.linspace(*BREATHS_PER_MIN, _RATES))
+    basis = np.linalg.qr((rates / deviation.ravel()).transpose(0, 2, 1))[0]
+    explained = np.square(off @ basis).sum(axis=1)
+    return np.asarray(rates[int(explained.argmax())].reshape(-1, *value.shape))
