@@ -21,11 +21,10 @@ _UNTIL_INPUT_ENDS = ("sh", "-c", '"$@" & cat >/dev/null; kill $!; wait', "sh")
 
 def let_out(host: Host, protocol: str, port: int) -> None:
     """Let a host connect only outwards, and only to one port; what it has asked for may return."""
-    asked = ("-m", "conntrack", "--ctstate", "ESTABLISHED", "-j", "ACCEPT")
-    for chain, way in (("INPUT", "-i"), ("OUTPUT", "-o")):
-        host.run("iptables", "-I", chain, way, "cable", "-j", "DROP")
-        host.run("iptables", "-I", chain, way, "cable", *asked)
-    host.run("iptables", "-I", "OUTPUT", "-o", "cable", "-p", protocol, "--dport", str(port), "-j", "ACCEPT")
+    new = ("-m", "conntrack", "--ctstate", "NEW", "-j", "DROP")
+    host.run("iptables", "-I", "INPUT", "-i", "cable", *new)
+    host.run("iptables", "-I", "OUTPUT", "-o", "cable", "!", "-p", protocol, *new)
+    host.run("iptables", "-I", "OUTPUT", "-o", "cable", "-p", protocol, "!", "--dport", str(port), *new)
 
 
 def over_rendezvous(hosts: TwoHosts, folder: Path) -> str:
