@@ -37,7 +37,7 @@ _TICK_IN = 0.15
 """Least distance of two ticks on a scale, inches."""
 _LOWEST_IN = 0.9
 """Least height of a map, so that its scale can be read, inches."""
-_HALO = withStroke(linewidth=2.6, foreground="#FFFFFF")
+HALO = withStroke(linewidth=2.6, foreground="#FFFFFF")
 """White around outlines and their labels, so that they stand out on every colour."""
 
 
@@ -152,7 +152,7 @@ def scale_ticks(quantity: str, legend: tuple[float, float]) -> list[float]:
 
 
 def draw_stale(axes: Axes, tactile_map: TactileMap) -> None:
-    """Hatch the squares that were felt before the patient has moved, and not since."""
+    """Stripe the squares that were felt before the patient has moved, and not since."""
     for x_m, y_m in tactile_map.stale():
         place, side = (1e3 * x_m, 1e3 * y_m), 1e3 * STALE_M
         axes.add_patch(
@@ -185,9 +185,9 @@ def draw_lumps(axes: Axes, lumps: Iterable[Mapping[str, Any]]) -> None:
     """Draw the dashed outline of each lump with its probability, %, beside it."""
     for lump in lumps:
         outline = Polygon(lump["outline_mm"], facecolor="none", edgecolor="#000000", linestyle="--", linewidth=1.2)
-        axes.add_patch(outline).set_path_effects([_HALO])
+        axes.add_patch(outline).set_path_effects([HALO])
         lowest_mm = min(y for _, y in lump["outline_mm"]) - 0.8
-        how: dict[str, Any] = {"fontsize": 7.5, "ha": "center", "va": "top", "path_effects": [_HALO], "clip_on": True}
+        how: dict[str, Any] = {"fontsize": 7.5, "ha": "center", "va": "top", "path_effects": [HALO], "clip_on": True}
         axes.text(lump["x_mm"], lowest_mm, lump_label(lump), **how)
 
 

@@ -11,6 +11,7 @@ from operator_site.console.tenderness.tender_search import CIRCLE_SD, Tenderness
 from operator_site.console.texts import NOT_KNOWN_YET
 from teletaction.plotting.figure_style import BLACK, BLUE, RED
 from teletaction.report.examination import Examination
+from teletaction.report.map_figure import HALO
 from teletaction.report.report_parts import fact_list, figure
 from teletaction.report.report_words import shown
 
@@ -64,6 +65,8 @@ def tenderness_figure(examination: Examination, found: Tenderness) -> Figure:
             (7, 5),
             textcoords="offset points",
             fontsize=8.5,
+            path_effects=[HALO],
+            zorder=4,
         )
     if found.place_mm is not None:
         x, y, sd = found.place_mm

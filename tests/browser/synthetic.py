@@ -325,7 +325,7 @@ def painful() -> Scenario:
 def shifted() -> Scenario:
     """The patient has moved under the map; its left part was felt before."""
     scenario = engaged()
-    scenario.state["map"]["moved"] = "Patient moved by about 5 mm towards the hand. Hatched: felt before."
+    scenario.state["map"]["moved"] = "Patient moved by about 5 mm towards the hand. Striped: felt before."
     scenario.state["map"]["stale_mm"] = [[x, y] for x in range(-70, 10, 4) for y in range(-44, 44, 4)]
     return scenario
 

@@ -30,4 +30,4 @@ def test_the_report_says_when_and_by_how_much_and_hatches_what_is_older(tmp_path
     assert sum(patch.get_hatch() is not None for patch in figure.axes[0].patches) == len(examination.felt.stale())
     report([path], out)
     words = " ".join(Page(out.read_text("utf-8")).texts)
-    assert ": Patient moved by about 5 mm towards the hand. Hatched: felt before." in words
+    assert ": Patient moved by about 5 mm towards the hand. Striped: felt before." in words

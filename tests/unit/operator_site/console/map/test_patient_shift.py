@@ -122,7 +122,7 @@ def test_the_page_gets_words_and_squares() -> None:
     for at_ns, packet in packets(0, 0.005):
         console.take("operator/touch", at_ns, packet)
     state = page_state(console, 300.0, lambda _: True, "operator.toml")["map"]
-    assert state["moved"] == "Patient moved by about 5 mm towards the hand. Hatched: felt before."
+    assert state["moved"] == "Patient moved by about 5 mm towards the hand. Striped: felt before."
     assert state["stale_mm"]
     assert all(len(corner) == 2 for corner in state["stale_mm"])
     console.begin_map()
@@ -131,5 +131,5 @@ def test_the_page_gets_words_and_squares() -> None:
 
 
 def test_a_turn_has_no_distance_in_words() -> None:
-    assert texts.moved(None) == "Patient turned or moved sideways. Hatched: felt before."
-    assert texts.moved(-0.0031) == "Patient moved by about 3 mm away from the hand. Hatched: felt before."
+    assert texts.moved(None) == "Patient turned or moved sideways. Striped: felt before."
+    assert texts.moved(-0.0031) == "Patient moved by about 3 mm away from the hand. Striped: felt before."
