@@ -1,21 +1,26 @@
-"""Figure of simulated nodules: AUC of reference and detector in each cell, nodules that are missed, and calibration."""
+"""Figure of simulated nodules: AUC in each cell, missed nodules, calibration, and presses one after another."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from sim_sensors.tissue.contrast import Sphere
 from sim_sensors.tissue.ground import Ground, force_at
-from studies.drawing import WIDEST_IN, Data, Rows, figure_file, where
+from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, where
 from studies.nodules.ranges import DEPTH_EDGES_MM, RANGES, RATIO_EDGES, SIZE_EDGES_MM
+from studies.nodules.sequential import NEXT, RANDOM, RASTER
 from teletaction.plotting.figure_style import BLACK, BLUE, GREY
 
 CHANCE_AUC = 0.6
 """AUC below which a cell counts as impossible."""
 GOAL_AUC = 0.02
 """Difference between the AUC of the detector and of the reference that counts as equal."""
+GOAL_SAVED = 0.3
+"""Share of presses that the chosen places should save at the AUC of a raster."""
 EFFECTS = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Contours of the growth of force over a nodule's middle."""
 PRESSED_MM = 3.0
@@ -24,12 +29,17 @@ _GROUND = Ground(young_kpa=10.0, exponent=1.5, layer_mm=60.0, probe_mm=6.0)
 _RATIO_OF_CONTOURS = (2.0, 5.0, 12.6)
 """Stiffness ratios of the contours: the middle of each class."""
 _POINTS = 24
+_WAYS: dict[str, dict[str, Any]] = {
+    RASTER: {"color": BLACK, "linestyle": "-"},
+    RANDOM: {"color": GREY, "linestyle": ":"},
+    NEXT: {"color": BLUE, "linestyle": "-"},
+}
 
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data of the study, and write the figure as PNG."""
-    with figure_file(path, WIDEST_IN, 15.5, dpi=130) as figure:
-        reference, detector, effects, whole = figure.subplots(4, 3)
+    with figure_file(path, WIDEST_IN, 19.0, dpi=130) as figure:
+        reference, detector, effects, whole, sequences = figure.subplots(5, 3)
         for column, size in enumerate(pairwise(SIZE_EDGES_MM)):
             draw_cells(reference[column], data["cells"], size, "reference")
             draw_cells(detector[column], data["detector_cells"], size, "detector")
@@ -37,6 +47,7 @@ def plot(data: Data, path: Path) -> None:
             draw_effect(axes, data, limits, ratio)
         for axes, draw in zip(whole, (draw_reliability, draw_sizes, draw_differences), strict=True):
             draw(axes, data)
+        draw_sequences(sequences, data)
         figure.legend(*effects[0].get_legend_handles_labels(), loc="outside lower left", ncols=2)
 
 
@@ -121,6 +132,30 @@ def draw_differences(axes: Axes, data: Data) -> None:
     axes.set_xlabel("AUC of the reference")
     axes.set_ylabel("AUC of the detector")
     axes.set_title(f"Each cell; grey: within {GOAL_AUC:g}", loc="left")
+
+
+def draw_sequences(row: Sequence[Axes], data: Data) -> None:
+    """Draw AUC and place over the number of presses for each way, and the presses that each way saves."""
+    auc, place, share = row
+    for way, style in _WAYS.items():
+        rows = where(data["sequences"], way=way)
+        curve(auc, rows, "presses", "auc", **style, label=way)
+        curve(place, rows, "presses", "within_3_mm", (1.0, 100.0), **style, label=way)
+    auc.set(xlabel="presses", ylabel="AUC over all nodules")
+    auc.set_title("Presses one after another", loc="left")
+    auc.legend(loc="lower right", fontsize=7)
+    place.set(xlabel="presses", ylabel="nodules placed within 3 mm (%)")
+    place.set_title("Place", loc="left")
+    for number, one in enumerate(data["saved"]):
+        ends = [100.0 * one["saved_from"], 100.0 * one["saved_to"]]
+        share.plot(ends, [number, number], color=_WAYS[one["way"]]["color"], linewidth=1.5)
+        share.plot(100.0 * one["saved"], number, "o", color=_WAYS[one["way"]]["color"], markersize=4)
+    share.set_yticks(
+        range(len(data["saved"])), [f"{one['way']}, {one['raster_presses']}" for one in data["saved"]], fontsize=7
+    )
+    share.axvline(100.0 * GOAL_SAVED, color=GREY, linewidth=0.8)
+    share.set_xlabel("presses saved (%), 90 % interval; line: goal")
+    share.set_title("At the AUC of a raster of 30 or 60", loc="left")
 
 
 def _force(size_mm: float, depth_mm: float, ratio: float) -> float:

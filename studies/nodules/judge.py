@@ -181,7 +181,7 @@ def by_cell(judged: Iterable[Judged]) -> list[dict[str, Any]]:
         size_class = class_of(cell["size_mm"][0], SIZE_EDGES_MM)
         controls = [site.score for site in sites if site.sphere is None and site.size_class == size_class]
         auc = area_under_curve([site.score for site in inside], controls)
-        errors = [_place_error_mm(site) for site in inside]
+        errors = [place_error_mm(site) for site in inside]
         rows.append(
             {
                 **{f"{name}_from": low for name, (low, _) in cell.items()},
@@ -189,7 +189,7 @@ def by_cell(judged: Iterable[Judged]) -> list[dict[str, Any]]:
                 "nodules": len(inside),
                 "auc": auc,
                 "auc_se": None if auc is None else _standard_error(auc, len(inside), len(controls)),
-                "place_median_mm": _finite_median(errors),
+                "place_median_mm": finite_median(errors),
                 "within_3_mm": float(np.mean(np.array(errors) <= NEAREST_MM)) if errors else None,
             }
         )
@@ -211,7 +211,7 @@ def overall(judged: Sequence[Judged], good: Sequence[dict[str, Any]]) -> dict[st
         if row["auc"] is not None and row["auc"] >= GOOD_AUC
     ]
     there = [site for site in nodules if site.sphere and any(_in_cell(site.sphere, cell) for cell in limits)]
-    errors = np.array([_place_error_mm(site) for site in there])
+    errors = np.array([place_error_mm(site) for site in there])
     return {
         "phantoms": len(judged),
         "nodules": len(nodules),
@@ -246,14 +246,14 @@ def _nearest(sphere: Sphere, found: Sequence[FoundNodule]) -> FoundNodule | None
     return max(near, key=lambda one: one.probability, default=None)
 
 
-def _place_error_mm(site: Site) -> float:
+def place_error_mm(site: Site) -> float:
     """Return the distance of the found nodule from the true one, mm; infinite where none was found."""
     if site.sphere is None or site.found is None:
         return math.inf
     return math.hypot(site.found.x_mm - site.sphere.x_mm, site.found.y_mm - site.sphere.y_mm)
 
 
-def _finite_median(errors: Sequence[float]) -> float | None:
+def finite_median(errors: Sequence[float]) -> float | None:
     """Return the median; None without errors, or where half of the nodules were not found."""
     median = float(np.median(errors)) if errors else math.inf
     return median if math.isfinite(median) else None

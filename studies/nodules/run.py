@@ -1,5 +1,7 @@
 """Simulated nodules: detection in random phantoms by the detector, and by a reference that knows the generator.
 
+Other phantoms are pressed one place after another, to judge where the detector proposes to press next (`sequential`).
+
 `judge_detector` gives the same figures for any other detector, on the same phantoms and presses.
 """
 
@@ -23,6 +25,7 @@ from studies.nodules.judge import (
 from studies.nodules.phantoms import Phantom, draw_phantom, press
 from studies.nodules.ranges import PHANTOMS, RANGES
 from studies.nodules.reference import Reference, correction
+from studies.nodules.sequential import curves, judged_sequences, saved
 from studies.pieces import HERE, Piece, ReportShare, Work, part_of
 from studies.running import Progress, tables_of
 
@@ -32,15 +35,20 @@ LEARNED = 200
 """Phantoms on which the reference learns the correction of its probabilities."""
 QUICK_PHANTOMS, QUICK_LEARNED = 24, 16
 """Judged and learned phantoms of a quick run."""
+SEQUENCES, QUICK_SEQUENCES = 60, 4
+"""Phantoms that are pressed one place after another, and those of a quick run."""
 CHUNK = 10
 """Phantoms of a piece of work."""
 _LEARNING_SEED = 1_000_000
 """Seeds from here on are of phantoms that are not judged."""
+_SEQUENCE_SEED = 3_000_100
+"""Seeds from here on are of phantoms that are pressed one place after another; nothing was chosen with them."""
 _SEEDS_APART = 1000
 DETECTOR = "detector_"
 """Beginning of the names of the detector's figures; those of the reference have no such beginning."""
 tables = tables_of(
-    "cells", "nodules", "reliability", *(DETECTOR + name for name in ("cells", "nodules", "reliability"))
+    *("cells", "nodules", "reliability", "sequences", "saved"),
+    *(DETECTOR + name for name in ("cells", "nodules", "reliability")),
 )
 _CELL = ("depth_mm_from", "size_mm_from", "ratio_from")
 COMPARED = (
@@ -49,6 +57,7 @@ COMPARED = (
     Compared("overall", "within_3_mm", "more", counted="good_nodules"),
     Compared("detector_cells", "auc", "more", _CELL, absolute=0.05),
     Compared("detector_overall", "auc", "more", absolute=0.02),
+    Compared("sequences", "auc", "more", ("way", "presses"), absolute=0.05),
 )
 
 
@@ -64,11 +73,15 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     phantoms, learned = (QUICK_PHANTOMS, QUICK_LEARNED) if quick else (PHANTOMS, LEARNED)
     reference = learn(learned, work, part_of(progress, 0.0, 0.3))
     seeds = judged_seeds(seed, phantoms)
-    judged = judge_detector(reference, seeds, work, part_of(progress, 0.3, 0.8))
-    detected = judge_detector(detect, seeds, work, part_of(progress, 0.8, 1.0))
+    judged = judge_detector(reference, seeds, work, part_of(progress, 0.3, 0.6))
+    detected = judge_detector(detect, seeds, work, part_of(progress, 0.6, 0.7))
+    sequences = QUICK_SEQUENCES if quick else SEQUENCES
+    rows = in_sequence(_SEQUENCE_SEED + _SEEDS_APART * seed, sequences, work, part_of(progress, 0.7, 1.0))
     good = by_cell(judged)
     return figures(judged, good) | {
         **{DETECTOR + name: value for name, value in figures(detected, good).items() if name != "good_auc"},
+        "sequences": curves(rows),
+        "saved": saved(rows),
         "ranges": asdict(RANGES),
         "correction": {"slope": reference.slope, "offset": reference.offset, "phantoms": learned},
     }
@@ -90,6 +103,14 @@ def judge_detector(
     """
     pieces: list[Piece] = [(_judged, (detector, list(seeds[at : at + CHUNK]))) for at in range(0, len(seeds), CHUNK)]
     return [each for chunk in work(pieces, progress) for each in chunk]
+
+
+def in_sequence(
+    first: int, phantoms: int, work: Work = HERE, progress: ReportShare = lambda _: None
+) -> list[dict[str, Any]]:
+    """Press phantoms one place after another in each way; return the rows of `sequential.judged_sequences`."""
+    pieces: list[Piece] = [(judged_sequences, ([seed],)) for seed in range(first, first + phantoms)]
+    return [row for rows in work(pieces, progress) for row in rows]
 
 
 def judged_seeds(seed: int = 0, phantoms: int = PHANTOMS) -> range:
