@@ -12,29 +12,13 @@ import numpy as np
 import pytest
 
 from tests.conftest import Keys
-from tests.network.link_bench import HEAD, MEASURED, Bench, assert_sound
-from tests.network.two_hosts import Program, namespace_of, why_not
+from tests.network.link_bench import MEASURED, Bench, assert_sound
+from tests.network.two_hosts import Program, namespace_of
 from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.netns, pytest.mark.timeout(180)]
 
 PARTITION_S = 2.0
-
-
-@pytest.fixture(scope="module", autouse=True)
-def possible() -> None:
-    """Skip where it cannot be done."""
-    reason = why_not()
-    if reason:
-        pytest.skip(reason)
-
-
-@pytest.fixture(scope="module")
-def table() -> Iterator[list[str]]:
-    """Rows of all links, printed at the end."""
-    rows: list[str] = []
-    yield rows
-    print("\n".join((HEAD, *rows)))
 
 
 @pytest.fixture
@@ -49,7 +33,7 @@ def bench(keys: Keys) -> Iterator[Bench]:
     ids=["unimpaired", "20+-2ms", "20+-2ms,1%", "20+-2ms,5%"],
 )
 def test_packets_accepted_over_an_impaired_network_are_young_and_in_order(
-    bench: Bench, table: list[str], delay_ms: float, jitter_ms: float, loss: float
+    bench: Bench, link_table: list[str], delay_ms: float, jitter_ms: float, loss: float
 ) -> None:
     if delay_ms:
         bench.hosts.impair(delay_ms, jitter_ms, loss)
@@ -57,7 +41,7 @@ def test_packets_accepted_over_an_impaired_network_are_young_and_in_order(
     bench.accept(MEASURED)
     packets = bench.hosts.impair(delay_ms, jitter_ms, loss) if delay_ms else None
     measured = bench.finish()
-    table.append(measured.row(f"{delay_ms:g} +- {jitter_ms:g} ms, loss {loss:.0%}"))
+    link_table.append(measured.row(f"{delay_ms:g} +- {jitter_ms:g} ms, loss {loss:.0%}"))
     assert_sound(measured)
     assert np.median(measured.true_age_ns) >= (delay_ms - jitter_ms) * 1e6, "the packets were not delayed"
     if packets is not None:
@@ -71,7 +55,7 @@ def test_packets_accepted_over_an_impaired_network_are_young_and_in_order(
     ids=["partition", "nothing to remote", "nothing to operator"],
 )
 def test_nothing_passes_a_cut_network_and_after_healing_packets_are_accepted_again(
-    bench: Bench, table: list[str], to_remote: bool, to_operator: bool
+    bench: Bench, link_table: list[str], to_remote: bool, to_operator: bool
 ) -> None:
     hosts = bench.hosts
     cut = (hosts.remote,) * to_remote + (hosts.operator,) * to_operator
@@ -93,7 +77,7 @@ def test_nothing_passes_a_cut_network_and_after_healing_packets_are_accepted_aga
     silent_ns = measured.arrived_ns[measured.arrived_ns <= heal_ns][-1]
     row = measured.row(f"20 +- 2 ms, cut {ways} {PARTITION_S:g} s")
     last_ms, again_ms = (silent_ns - cut_ns) / 1e6, (back_ns - heal_ns) / 1e6
-    table.append(f"{row}, last accepted {last_ms:.0f} ms after the cut, again {again_ms:.0f} ms after healing")
+    link_table.append(f"{row}, last accepted {last_ms:.0f} ms after the cut, again {again_ms:.0f} ms after healing")
     assert_sound(measured)
     if to_operator:
         during = (measured.source_ns > cut_done_ns) & (measured.arrived_ns < heal_ns)

@@ -19,7 +19,6 @@ from teletaction.recordings.session_data import Series, SessionData
 from teletaction.recordings.summary import one_way_s
 from tests.commands import command, one_line
 from tests.network.two_host_session import FINGERS, LEAD_S, SECONDS, Delays, RemoteClock, TwoHostSession
-from tests.network.two_hosts import why_not
 
 pytestmark = [pytest.mark.netns, pytest.mark.timeout(180)]
 
@@ -73,13 +72,6 @@ class Hosts:
             ]
         merged, true = np.array(found, dtype=np.int64).T
         return merged, true
-
-
-@pytest.fixture(scope="module", autouse=True)
-def possible() -> None:
-    """Skip where it cannot be done."""
-    if reason := why_not():
-        pytest.skip(reason)
 
 
 @pytest.fixture(scope="module", params=[(EVEN, 0.0), (UNEVEN, STEP_S)], ids=["drift", "drift and step of wall clocks"])

@@ -3,7 +3,6 @@
 import json
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from common.link.keys import load_keys
 from tests.conftest import Keys
 from tests.network.link_bench import BASE_PORT, Bench
 from tests.network.operator_end import EVERY
-from tests.network.two_hosts import REMOTE, why_not
+from tests.network.two_hosts import REMOTE
 
 pytestmark = [pytest.mark.netns, pytest.mark.timeout(300)]
 
@@ -140,21 +139,6 @@ def measure(
         sounds_s = np.array(json.loads(bench.sounds.end().splitlines()[-1]) if voice else [])
         found = bench.finish()
         return found.age_ns[found.arrived_ns >= begun_ns] / 1e6, pictures, sounds_s
-
-
-@pytest.fixture(scope="module", autouse=True)
-def possible() -> None:
-    """Skip where it cannot be done."""
-    if reason := why_not():
-        pytest.skip(reason)
-
-
-@pytest.fixture(scope="module")
-def table() -> Iterator[list[str]]:
-    """Rows of all networks, printed at the end."""
-    rows: list[str] = []
-    yield rows
-    print("\n".join(rows))
 
 
 @pytest.mark.parametrize("network", NETWORKS)

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -12,9 +11,9 @@ import pytest
 
 from tests.commands import command
 from tests.conftest import Keys
-from tests.network.link_bench import HEAD, MEASURED, Bench, assert_sound
+from tests.network.link_bench import MEASURED, Bench, assert_sound
 from tests.network.two_host_session import FINGERS, Delays, TwoHostSession
-from tests.network.two_hosts import Way, why_not
+from tests.network.two_hosts import Way
 from tests.network.ways import over_rendezvous, over_ssh, over_wireguard
 
 pytestmark = [pytest.mark.netns, pytest.mark.timeout(180)]
@@ -27,25 +26,10 @@ WAYS: dict[str, tuple[Way, str]] = {
 """What joins the hosts, and the program that it needs."""
 
 
-@pytest.fixture(scope="module", autouse=True)
-def possible() -> None:
-    """Skip where it cannot be done."""
-    if reason := why_not():
-        pytest.skip(reason)
-
-
-@pytest.fixture(scope="module")
-def table() -> Iterator[list[str]]:
-    """Rows of all ways, printed at the end."""
-    rows: list[str] = []
-    yield rows
-    print("\n".join((HEAD, *rows)))
-
-
 @pytest.mark.parametrize("delay_ms", [0.0, 20.0])
 @pytest.mark.parametrize("name", WAYS)
 def test_the_link_works_with_one_way_out(
-    name: str, delay_ms: float, keys: Keys, table: list[str], tmp_path: Path
+    name: str, delay_ms: float, keys: Keys, link_table: list[str], tmp_path: Path
 ) -> None:
     way, program = WAYS[name]
     if program and shutil.which(program) is None:
@@ -57,12 +41,12 @@ def test_the_link_works_with_one_way_out(
         bench.connect(way(bench.hosts, tmp_path))
         bench.accept(MEASURED)
         measured = bench.finish()
-    table.append(measured.row(f"{name}, {delay_ms:g} ms{', loss 1%' * bool(delay_ms)}"))
+    link_table.append(measured.row(f"{name}, {delay_ms:g} ms{', loss 1%' * bool(delay_ms)}"))
     assert_sound(measured)
     assert np.median(measured.true_age_ns) >= 0.9e6 * delay_ms
 
 
-def test_a_whole_session_keeps_its_figures_over_a_rendezvous(table: list[str], tmp_path: Path) -> None:
+def test_a_whole_session_keeps_its_figures_over_a_rendezvous(link_table: list[str], tmp_path: Path) -> None:
     figures: dict[str, dict[str, Any]] = {}
     for name, way in (("direct", None), ("rendezvous", over_rendezvous)):
         out = tmp_path / name
@@ -74,7 +58,7 @@ def test_a_whole_session_keeps_its_figures_over_a_rendezvous(table: list[str], t
         assert made.code == 0, made.err
         figures[name] = json.loads((out / "result" / "summary.json").read_text("utf-8"))
         delays = figures[name]["latency_ms"]
-        table.append(
+        link_table.append(
             f"whole session, {name}: one way {delays['link_one_way']['p50']} / {delays['link_one_way']['p99']} ms, "
             f"contact to motor {delays['contact_to_motor']['p50']} ms, taps {figures[name]['taps']}"
         )
