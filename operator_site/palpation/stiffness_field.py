@@ -6,14 +6,14 @@ standard deviation. This deviation, and the scatter of a press, are those of the
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_solve, solve_triangular
 from scipy.spatial.distance import cdist
 
 Floats = NDArray[np.float64]
@@ -77,7 +77,7 @@ class StiffnessField:
         self._centre = float(np.median(self.value))
         some = np.unique(np.linspace(0, len(merged) - 1, min(len(merged), MOST_FITTED)).round().astype(int))
         self.field_sd, self.press_sd = _fitted(merged[some])
-        covariance = self.field_sd**2 * _correlation(cdist(self.places_m, self.places_m)) + CONSTANT_SD**2
+        covariance = self.field_sd**2 * correlation(cdist(self.places_m, self.places_m)) + CONSTANT_SD**2
         covariance[np.diag_indices(len(merged))] += self.variance + self.press_sd**2
         lower = np.linalg.cholesky(covariance)
         self._inverse: Floats = solve_triangular(lower, np.eye(len(merged)), lower=True)
@@ -86,7 +86,7 @@ class StiffnessField:
 
     def at(self, places_m: ArrayLike) -> Estimate:
         """Return ln stiffness at some places, (n, 2), m; the deviation is that of the tissue and not of a new press."""
-        covariance = self.field_sd**2 * _correlation(self._far(places_m)) + CONSTANT_SD**2
+        covariance = self.field_sd**2 * correlation(self._far(places_m)) + CONSTANT_SD**2
         return self._estimate(covariance, 2.0 * self.field_sd**2 + CONSTANT_SD**2, self._centre)
 
     def excess(self, places_m: ArrayLike) -> Estimate:
@@ -102,8 +102,8 @@ class StiffnessField:
         places, far_m = np.asarray(places_m, dtype=np.float64), self._far(places_m)
         apart_m = cdist(places, places)
         narrow = self.field_sd**2 * matern(far_m, NARROW_M)
-        half = self._half(self.field_sd**2 * _correlation(far_m) + CONSTANT_SD**2)
-        whole = self.field_sd**2 * _correlation(apart_m) + CONSTANT_SD**2 - half.T @ half
+        half = self._half(self.field_sd**2 * correlation(far_m) + CONSTANT_SD**2)
+        whole = self.field_sd**2 * correlation(apart_m) + CONSTANT_SD**2 - half.T @ half
         excess = self.field_sd**2 * matern(apart_m, NARROW_M) - self._half(narrow).T @ half
         return np.asarray(whole), np.asarray(excess)
 
@@ -129,25 +129,34 @@ def matern(far_m: Floats, length_m: float) -> Floats:
     return np.asarray((1.0 + scaled) * np.exp(-scaled))
 
 
-def _correlation(far_m: Floats) -> Floats:
+def correlation(far_m: Floats) -> Floats:
+    """Return the correlation of both components together at distances, m."""
     return matern(far_m, NARROW_M) + matern(far_m, WIDE_M)
+
+
+def factors(correlations: Floats, variance: Floats) -> Iterator[tuple[tuple[float, float], Floats, float]]:
+    """Yield each pair of standard deviations, of field and press, to choose from.
+
+    With it come the lower Cholesky factor of the presses' covariance, and the part of the ln posterior density that
+    does not depend on their values.
+    """
+    for field_sd, press_sd in product(FIELD_SD, PRESS_SD):
+        covariance = field_sd**2 * correlations + CONSTANT_SD**2
+        covariance[np.diag_indices(len(variance))] += variance + press_sd**2
+        lower = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+        from_prior = math.log(field_sd / EXPECTED_FIELD_SD) ** 2 + math.log(press_sd / EXPECTED_PRESS_SD) ** 2
+        yield (field_sd, press_sd), lower, float(-np.log(np.diag(lower)).sum() - 0.5 * from_prior / PRIOR_LN_SD**2)
 
 
 def _fitted(rows: Floats) -> tuple[float, float]:
     """Return the standard deviations of field and press of the largest posterior density."""
-    correlation = _correlation(cdist(rows[:, :2], rows[:, :2]))
     off = rows[:, 2] - np.median(rows[:, 2])
-    densities = {pair: _ln_density(correlation, off, rows[:, 3], *pair) for pair in product(FIELD_SD, PRESS_SD)}
-    return max(densities, key=densities.__getitem__)
-
-
-def _ln_density(correlation: Floats, off: Floats, variance: Floats, field_sd: float, press_sd: float) -> float:
-    covariance = field_sd**2 * correlation + CONSTANT_SD**2
-    covariance[np.diag_indices(len(off))] += variance + press_sd**2
-    lower = cho_factor(covariance, lower=True)
-    likelihood = -0.5 * off @ cho_solve(lower, off) - np.log(np.diag(lower[0])).sum()
-    from_prior = math.log(field_sd / EXPECTED_FIELD_SD) ** 2 + math.log(press_sd / EXPECTED_PRESS_SD) ** 2
-    return float(likelihood - 0.5 * from_prior / PRIOR_LN_SD**2)
+    best, found = -math.inf, (EXPECTED_FIELD_SD, EXPECTED_PRESS_SD)
+    for pair, lower, ln_rest in factors(correlation(cdist(rows[:, :2], rows[:, :2])), rows[:, 3]):
+        density = ln_rest - 0.5 * off @ cho_solve((lower, True), off)
+        if density > best:
+            best, found = density, pair
+    return found
 
 
 def _merged(rows: Floats) -> Floats:

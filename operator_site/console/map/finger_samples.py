@@ -55,6 +55,7 @@ class Sample(NamedTuple):
         t_s: time of the sample, s.
         value, variance: in the quantity's unit and its square.
         name: name of the material.
+        force_n: force of the press, N; 0 where it is not known.
     """
 
     quantity: str
@@ -67,6 +68,7 @@ class Sample(NamedTuple):
     value: float
     variance: float
     name: str = ""
+    force_n: float = 0.0
 
 
 def slant(t_s: float, finger: int, x_m: float, y_m: float) -> Sample:
@@ -152,7 +154,8 @@ class FingerSamples:
         presses = row.contact_force_n >= PRESSES_SHARE * self._largest_n
         if presses and row.stiffness_n_m > 0.0 and row.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD:
             stiffness = math.log(row.stiffness_n_m)
-            samples.append(self._sample("stiffness", t_s, *self._from_m, stiffness, row.stiffness_ln_sd**2))
+            sample = self._sample("stiffness", t_s, *self._from_m, stiffness, row.stiffness_ln_sd**2)
+            samples.append(sample._replace(force_n=row.contact_force_n))
         if row.thermal_status == ThermalStatus.IDENTIFIED and summary.candidates:
             name, probability = summary.candidates[0]
             samples.append(self._sample("material", t_s, *self._from_m, probability, 1.0)._replace(name=name))

@@ -9,7 +9,7 @@ from scipy.ndimage import binary_dilation, label
 from scipy.spatial import ConvexHull, Delaunay, QhullError
 
 from operator_site.console.map.map_layer import CELL_M
-from operator_site.console.map.stiffness_layer import SHOWN_M
+from operator_site.console.map.stiffness_layer import SHOWN_M, field_of_presses
 from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap, lumps_of_field
 from operator_site.palpation.next_press import next_presses
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
@@ -44,11 +44,11 @@ def field_of(rows: Floats) -> StiffnessField | None:
     """Return the field of samples of stiffness; None with too few places for lump probabilities.
 
     Args:
-        rows: place, m, ln stiffness in N/m, and its variance of each sample, (n, 4).
+        rows: the samples, `StiffnessLayer.rows`.
     """
     if not len(rows):
         return None
-    field = StiffnessField(rows[:, :2], rows[:, 2], rows[:, 3])
+    field = field_of_presses(rows)
     return field if len(field.places_m) >= FEWEST_PLACES else None
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.map_layer import CELL_M, TILE, Floats, Layer, Tile, tile_of
 from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap
+from operator_site.palpation.press_depth import at_one_depth
 from operator_site.palpation.stiffness_field import StiffnessField
 
 SHOWN_M = 10e-3
@@ -42,13 +43,13 @@ class StiffnessLayer(Layer):
         if self._field is None:
             every = self.rows()
             if len(every):
-                self._field = StiffnessField(every[:, :2], every[:, 2], every[:, 3])
+                self._field = field_of_presses(every)
         return self._field
 
     def rows(self) -> Floats:
-        """Return place, m, ln stiffness and its variance of each sample, (n, 4)."""
-        rows = [(s.x_m, s.y_m, s.value, s.variance) for tile in self.tiles.values() for s in tile.samples.values()]
-        every = np.array(rows).reshape(-1, 4)
+        """Return place, m, ln stiffness, its variance, and force, N, of each sample, (n, 5); force 0 is not known."""
+        samples = (sample for tile in self.tiles.values() for sample in tile.samples.values())
+        every = np.array([(s.x_m, s.y_m, s.value, s.variance, s.force_n) for s in samples]).reshape(-1, 5)
         # a damaged journal has others
         return np.asarray(every[np.isfinite(every).all(axis=1) & (every[:, 3] > 0.0)])
 
@@ -93,6 +94,12 @@ class StiffnessLayer(Layer):
         for column in range(low[0], high[0] + 1):
             for row in range(low[1], high[1] + 1):
                 self.tiles.setdefault((column, row), Tile()).revision = revision
+
+
+def field_of_presses(presses: Floats) -> StiffnessField:
+    """Return the field of presses, `StiffnessLayer.rows`, at their median depth."""
+    rows = at_one_depth(presses)
+    return StiffnessField(rows[:, :2], rows[:, 2], rows[:, 3])
 
 
 def _cells(computed: Floats) -> Floats:

@@ -28,7 +28,7 @@ def test_the_stated_deviation_holds_between_presses() -> None:
     for seed in range(12):
         chance = np.random.default_rng(seed)
         places_m = 0.05 * chance.random((120, 2))
-        covariance = 0.2**2 * stiffness_field._correlation(stiffness_field.cdist(places_m, places_m))
+        covariance = 0.2**2 * stiffness_field.correlation(stiffness_field.cdist(places_m, places_m))
         values = GROUND_LN + np.linalg.cholesky(covariance + 1e-9 * np.eye(120)) @ chance.normal(size=120)
         mean, sd = field(places_m[:60], values[:60] + 0.02 * chance.normal(size=60)).at(places_m[60:])
         outside.append(np.abs(values[60:] - mean) > sd)
