@@ -61,10 +61,11 @@ help:
 INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --prefer-binary --no-compile
 LOCKED := $(INSTALL) --no-deps --require-hashes -r
 
-$(READY): pyproject.toml locks/dev.txt
+$(READY): pyproject.toml locks/dev.txt locks/installer.txt
 	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 with venv found; say make PYTHON=/path/to/python3" >&2; exit 2; }
 	rm -rf .venv
 	$(PYTHON) -m venv .venv
+	$(LOCKED) locks/installer.txt
 	$(LOCKED) locks/dev.txt
 	$(INSTALL) --no-deps --no-build-isolation -e .
 	@touch $@
@@ -237,7 +238,7 @@ budget: $(READY)
 # Versions stay as they are unless ARGUMENTS=--upgrade, or --upgrade-package NAME.
 COMPILE := UV_CUSTOM_COMPILE_COMMAND='make lock' $(BIN)/uv pip compile --system-certs --quiet --universal --python-version 3.11 --no-annotate
 HASHED := $(COMPILE) --generate-hashes -c constraints.txt
-TOOLS := docs browser mutants examples supply
+TOOLS := docs browser mutants examples supply installer
 # Large packages, which only exports need: a lock of their own.
 EXPORTS := dicom pandas parquet rerun foxglove lsl quality
 .PHONY: lock

@@ -15,7 +15,8 @@ from teletaction.testbed.network_faults import NetworkFaults
 from teletaction.testbed.testbed import COARSE_STEP_S, SITES, Extras, SessionConfigs, Testbed
 
 _PATIENCE_S = 20.0
-_RECOVERY_STEP_S = 0.004
+_RECOVERY_STEP_S = 0.008
+"""No hold time ends while a session recovers."""
 _FINE_S = 0.5
 """Part of a wait that passes in fine steps, s: all hold times end within it."""
 
@@ -51,9 +52,14 @@ class VirtualFaultSession(FaultedSession):
             yield cls(bed)
 
     def wait_until_working(self, seconds: float = WORKING_S) -> None:
-        """As for every session, in steps of 4 ms: no hold time ends while a session recovers."""
+        """As for every session, in longer steps."""
         with self.bed.stepping(_RECOVERY_STEP_S):
             super().wait_until_working(seconds)
+
+    def clear_and_engage(self) -> None:
+        """As for every session, in longer steps."""
+        with self.bed.stepping(_RECOVERY_STEP_S):
+            super().clear_and_engage()
 
     def now_s(self) -> float:
         """Virtual time, s."""

@@ -17,6 +17,7 @@ from common.runtime.containment import NAMED_IN
 from common.runtime.parallel_map import processors
 from common.wire.streams import STREAMS
 from tests.not_judged import NotJudged
+from tests.shared_imports import SharedImports
 
 LONG_S = 600.0
 """Timeout of a test with the mark `long`, s. Each takes less than a minute on an idle machine."""
@@ -30,8 +31,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """A failure beside a standstill of the machine is no finding."""
+    """A failure beside a standstill of the machine is no finding, and processes share the first import."""
     config.pluginmanager.register(NotJudged(), "not-judged")
+    config.pluginmanager.register(SharedImports(), "shared-imports")
 
 
 def pytest_xdist_auto_num_workers() -> int:
