@@ -2,7 +2,11 @@
 
 import pytest
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import SIZES, Open
+from tests.browser.stage import Stage
+from tests.browser.synthetic import painful
+from tests.browser.test_camera import LIVE_TEXT
+from tests.browser.test_every_state import LOOK
 
 pytestmark = pytest.mark.console
 
@@ -16,6 +20,19 @@ def test_pain_and_the_force_limit_are_shown_with_the_act_that_ends_it(open_page:
         "Remote side asks patient, then: teletaction session restore-force.",
         "Most tender near x 14 y 4 mm, ± 3 mm; pain from about 2.1 N; reaction about 0.6 s.",
     ]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_cameras_picture_covers_none_of_it(stage: Stage, open_page: Open, size: str) -> None:
+    stage.show("watching").state["patient"] = painful().state["patient"]
+    page = open_page(size=SIZES[size])
+    page.wait_for_selector(LIVE_TEXT)
+    assert page.evaluate(LOOK) == []
+    over = [page.eval_on_selector(name, "e => Number(getComputedStyle(e).zIndex)") for name in ("#patient", "#camera")]
+    assert over[0] > over[1]
+    text, picture = (page.locator(name).bounding_box() for name in ("#patient", "#camera"))
+    if SIZES[size][2] == 1:  # at a zoom of 200 % the text lies over the picture
+        assert text["y"] + text["height"] <= picture["y"]
 
 
 def test_without_a_slider_there_is_no_line(open_page: Open) -> None:

@@ -24,7 +24,7 @@ export function silent_s(at_ms = performance.now()) {
   return silence(document.hidden ? null : age_s(now.pictureAt_ms), age_s(now.stateAt_ms));
 }
 
-// Returns whether numbers may be shown and requests begun; a short gap ends no held press.
+// Returns whether numbers may be shown: a short gap hides none.
 export function live() {
   return now.connected && now.picture !== null && now.state !== null && silent_s() < NOT_LIVE_S;
 }
