@@ -45,6 +45,8 @@ def begin(page: Any, study_number: str) -> None:
     page.wait_for_selector("#begin-form:visible")  # it is offered where no examination is open
     if state_of(page)["session"]["sound"] is None:
         page.click("#sound-refused")
+    if page.is_visible("#begin-consent"):
+        page.check("#begin-consent")
     page.fill("#begin-pseudonym", study_number)
     page.keyboard.press("Enter")
     page.wait_for_selector(f"#pseudonym:has-text('{study_number}')")
@@ -75,7 +77,7 @@ def engage(page: Any) -> None:
     if state_of(page)["session"]["pseudonym"] is None:
         begin(page, "P-0400")
     clear(page)
-    page.wait_for_selector("#act-button:is(:has-text('Engage'), :has-text('Resume'))")
+    page.wait_for_selector("#act-button:enabled:is(:has-text('Engage'), :has-text('Resume'))")
     hold(page, "e", "body[data-shown=engaged]")
     page.wait_for_function(FORCE)
 

@@ -5,14 +5,13 @@ import signal
 import socket
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from common.config.file import load_config
-from common.config.simulation_models import SimNetworkConfig
-from teletaction.session.demo_files import HOST, NETWORK
+from teletaction.session.demo_files import HOST
 from tests.waiting import wait_until
 
 
@@ -24,12 +23,16 @@ class Demo:
     address: str
     out: Path
 
-    def network(self, line: str) -> None:
-        """Command a failure of the network between the sites."""
-        port = load_config(self.out / "config" / f"{NETWORK}.toml", SimNetworkConfig).fault_port
+    def command(self, process: str, line: str) -> None:
+        """Command a failure of a simulation, or end it."""
+        port = tomllib.loads((self.out / "config" / f"{process}.toml").read_text("utf-8"))["fault_port"]
         with socket.create_connection((HOST, port), timeout=5.0) as connection:
             connection.sendall(line.encode() + b"\n")
             assert connection.makefile().readline().startswith("ok")
+
+    def say(self, *words: str) -> None:
+        """Run another command of the product beside it."""
+        subprocess.run([sys.executable, "-m", "teletaction", *words], check=True)
 
     def finish(self) -> Path:
         """End it as Ctrl-C does; its recording."""

@@ -116,7 +116,7 @@ def test_a_session_whose_page_is_hidden_pauses_and_says_why(
     tab.evaluate("document.querySelector('#begin-pseudonym').value = 'P-0420'")
     tab.evaluate("document.querySelector('#begin-form').requestSubmit()")
     tab.until("now.state.session.pseudonym === 'P-0420'")
-    tab.until("document.querySelector('#act-button').textContent.startsWith('Engage')")
+    tab.until("document.querySelector('#act-button:enabled')?.textContent.startsWith('Engage')")
     tab.key("e", down=True)
     tab.until("document.body.dataset.shown === 'engaged'")
     tab.key("e", down=False)

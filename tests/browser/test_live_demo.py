@@ -69,7 +69,7 @@ def test_the_lesion_is_found_the_link_is_cut_and_all_of_it_is_reported_and_playe
     page.click("#noting [type=submit]")
     page.wait_for_selector("#noting", state="hidden")
 
-    demo.network(f"partition {LINK_LOST_S}")
+    demo.command("network", f"partition {LINK_LOST_S}")
     page.wait_for_selector("#alarm-text:has-text('LINK LOST. Outputs are neutral. Wait for the link.')")
     page.wait_for_selector("body[data-shown=disconnected]")
     picture_of(page, "demo link cut")

@@ -52,7 +52,7 @@ def test_a_whole_session_by_keyboard_alone(
     assert wait_for(stage, "begin")[0]["details"]["pseudonym"] == "P-0417"
     page.wait_for_selector("#sheet-session", state="hidden")
     assert page.input_value("#begin-pseudonym") == "", "it is not there for the next person"
-    page.wait_for_selector("#act-button:has-text('Engage')")
+    page.wait_for_selector("#act-button:enabled:has-text('Engage')")
     hold(page, "e", stage, "engage")
     page.wait_for_selector("body[data-shown=engaged]")
     page.keyboard.press("2")
@@ -208,7 +208,7 @@ def test_control_is_taken_over_only_while_nothing_is_driven(stage: Stage, open_p
         # A page that is late at this moment asks for nothing, and shows that; a person presses again.
         page.click("#act-button:has-text('Take control')")
         page.wait_for_timeout(500)
-    page.wait_for_selector("#act-button:has-text('Engage')")
+    page.wait_for_selector("#act-button:enabled:has-text('Engage')")
 
 
 def test_a_recording_is_played_and_sought(stage: Stage, open_page: Open) -> None:
