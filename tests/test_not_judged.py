@@ -107,6 +107,7 @@ NOT_JUDGED = {"test_disturbed": STOOD_STILL, "test_quick": STOOD_STILL, "test_co
 """Of MIXED, with the beginning of the reason."""
 
 
+@pytest.mark.long
 def test_only_a_failure_that_the_machine_may_have_made_is_not_judged(tmp_path: Path) -> None:
     """Shared among processes, as the tests of sessions run; those below run in one process."""
     code, said = run(tmp_path, MIXED, "-n", "1")

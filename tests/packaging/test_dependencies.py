@@ -120,6 +120,7 @@ def test_a_lock_has_the_pinned_versions_with_their_hashes(name: str) -> None:
     assert "://" not in path.read_text("utf-8")
 
 
+@pytest.mark.long
 def test_imports_match_the_requirements() -> None:
     distributions = {"rerun": ["rerun-sdk"], "foxglove": ["foxglove-sdk"], **packages_distributions()}
     allowed = names(PROJECT["dependencies"]).union(*(names(EXTRAS[extra]) for extra in EXTRAS))

@@ -28,6 +28,7 @@ STATUS = {
 """Last status of a process."""
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("usual_speed")
 def test_checks_of_the_doctor(configs: dict[str, Path]) -> None:
     result = command("doctor", "--config", configs["remote"], "--json")
@@ -64,6 +65,7 @@ def test_objects_of_a_scene() -> None:
         assert written | {"step_us": ""} == row | {"step_us": ""}, "all but the measured time of a step"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("coarse")
 def test_summary_of_a_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_in_a_thread(monkeypatch)

@@ -120,6 +120,7 @@ def report(tmp_path: Path, data: SessionData, figures: dict[str, object]) -> tup
     return html, Page(html)
 
 
+@pytest.mark.long
 def test_a_report_holds_all_figures_and_numbers_and_needs_nothing_from_outside(tmp_path: Path) -> None:
     html, page = report(tmp_path, session(), summary())
     assert len(page.pictures) == len(FIGURES) + 1

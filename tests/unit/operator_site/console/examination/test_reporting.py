@@ -9,6 +9,7 @@ import pytest
 from operator_site.console.examination import reporting
 from operator_site.console.examination.reporting import Reporting
 
+pytestmark = pytest.mark.long
 WRITE = (sys.executable, "-c", "import sys; open(sys.argv[1], 'w').write('<p>')", "{report}")
 
 
