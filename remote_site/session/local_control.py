@@ -48,7 +48,7 @@ def answer_desk(
                 raise Refused("the patient reports pain: the slider has to be at 0 first")
             restore_force()
         case "mute_voice" | "unmute_voice":
-            raise Refused(f"{verb} is for the desk of the voice's process: teletaction session {verb.replace('_', '-')}")
+            raise Refused(f"{verb} is for the voice's process: teletaction session {verb.replace('_', '-')}")
         case _:
             raise Refused(f"{verb} is for the operator's site to ask")
     return desk_answer(verb, server, not_ready) | server.patient()

@@ -1,4 +1,4 @@
-"""What a person at the remote site asks of the wrong process is refused with the command that is right."""
+"""Requests of a person at the remote site to the wrong process are refused with the right command."""
 
 from typing import cast
 
