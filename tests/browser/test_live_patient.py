@@ -143,7 +143,8 @@ def test_a_patient_is_seen_heard_and_felt_and_stops_and_the_report_shows_it(
     with playing(recording) as address:
         played = opened(browser, address)
         played.wait_for_selector("body[data-shown=playback]")
-        played.keyboard.press("]")
+        played.keyboard.press("End")
         played.wait_for_selector("#camera-picture", state="visible")
+        played.wait_for_selector(LIVE_TEXT)
         picture_of(played, "patient played")
         played.close()
