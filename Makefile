@@ -32,7 +32,7 @@ help:
 	@echo "make properties  every property with a thousand examples (minutes)"
 	@echo "make netns       the link over packets that are really delayed and lost (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
-	@echo "make image       whether a second build of the image is identical (installs an engine where it may)"
+	@echo "make image       whether a second build of the image is identical, and the services beside the sites run in it (installs an engine where it may)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
 	@echo "make faults      every fault of the table, on the test bed where that can show it; writes docs/faults.md (FAULTS=real: all in real time)"
 	@echo "make everything  all that takes longer, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
@@ -104,7 +104,7 @@ costs: $(READY)
 containers: $(READY)
 	@settings=$$(PYTHON=$(PYTHON) tests/network/prepare.sh); eval "$$settings"; $(BIN)/pytest -m containers -rPs --durations=10 tests/containers
 
-# Builds the image twice.
+# Builds the image twice, and the image for camera and voice.
 .PHONY: image
 image: $(READY)
 	@settings=$$(tests/containers/engine.sh); eval "$$settings"; trap '[ -z "$$ENGINE_PID" ] || kill $$ENGINE_PID' EXIT; \

@@ -110,8 +110,9 @@ MOTOR_STILL_S = 0.250
 """Maximum time from the last valid input until the motor is below its floor, s."""
 THERMAL_SAFE_S = 0.200
 """Maximum time from the last valid input until Peltier and heater drives are 0, s."""
-FROZEN_S = 0.500
-"""Maximum age of a live picture of the camera, s; an older one is named, and pauses a session that needs it."""
+FROZEN_S = 0.450
+"""Maximum age of a live picture of the camera, s; the page has named an older one 0.5 s after its capture. It pauses a
+session that needs it."""
 VOICE_AGE_S = 0.500
 """Maximum age of a sound of the voice that is played, s; an older one is dropped, and none waits behind it."""
 MODULE_TIMEOUT_S = 0.100

@@ -14,10 +14,12 @@ from operator_site.console.camera.camera_picture import Picture
 from tests.browser.conftest import SIZES, Open, wait_for
 from tests.browser.stage import Stage
 from tests.browser.test_every_state import LOOK, axe_findings
-from tests.vp8_stream import HEIGHT, HZ, WIDTH
+from tests.vp8_stream import HEIGHT, WIDTH
 
 pytestmark = [pytest.mark.console, pytest.mark.timeout(120)]
 
+NAMED_MS = 500.0
+"""Longest time from the last picture until the page names it, ms."""
 LIVE_TEXT = "#camera-said:has-text('Picture 0.')"
 PIXELS = """() => {
   const canvas = document.getElementById('camera-picture'), pen = canvas.getContext('2d');
@@ -69,7 +71,7 @@ def test_a_frozen_picture_is_named_and_marked_within_half_a_second(stage: Stage,
     named_ms, marked, text = page.evaluate("() => window.named")
     assert marked
     assert re.fullmatch(r"Picture frozen for 0\.\d s", text)
-    assert named_ms <= 1e3 * FROZEN_S + 1e3 / HZ
+    assert named_ms <= NAMED_MS
     print(f"frozen picture named {named_ms:.0f} ms after the last drawn one")
     stage.films = True
     page.wait_for_selector(LIVE_TEXT)

@@ -15,7 +15,7 @@ from common.recording.reader import RecordingReader
 from operator_site.console.camera.camera_picture import Picture
 from tests.browser.conftest import LIVE
 from tests.browser.running_console import RunningConsole
-from tests.browser.test_camera import LIVE_TEXT, NAMED
+from tests.browser.test_camera import LIVE_TEXT, NAMED, NAMED_MS
 from tests.conftest import Keys
 from tests.unit.operator_site.console.camera.fake_camera import FakeCamera, until
 from tests.vp8_stream import HZ, pictures
@@ -88,6 +88,7 @@ def test_a_picture_comes_through_to_the_page_and_into_the_record(
     named_ms, marked, text = page.evaluate("() => window.named")
     assert marked
     assert text.startswith("Picture frozen for 0.")
+    assert named_ms <= NAMED_MS
     page.wait_for_selector("#alarm-text:has-text('Session pauses.')")
     print(f"frozen picture named {named_ms:.0f} ms after the last drawn one")
     filming.films = True

@@ -12,8 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from pydantic import BaseModel
+
 from common.config.file import load_config, to_toml
+from common.config.page_models import ConsoleConfig
 from common.config.site_models import OperatorConfig, RemoteConfig
+from common.config.stream_models import CameraConfig
 from robustness.fault_session import read_figures
 from teletaction.session.demo_files import DemoOptions, prepare
 from tests.network.link_bench import BASE_PORT
@@ -27,6 +31,7 @@ DRIFT = 50e-6
 SECONDS = 8.0
 """Duration of the exploration, s."""
 FINGERS = 2
+SESSION = DemoOptions(seconds=SECONDS, fingers=FINGERS)
 JITTER_MS = 1.0
 """Standard deviation of a packet's delay, ms."""
 _PATIENCE_S = 60.0
@@ -58,7 +63,15 @@ class RemoteClock:
 class TwoHostSession:
     """The four processes of a session, which end with `ends`."""
 
-    def __init__(self, ends: ExitStack, out: Path, delays: Delays, step_s: float = 0.0, way: Way | None = None):
+    def __init__(
+        self,
+        ends: ExitStack,
+        out: Path,
+        delays: Delays,
+        step_s: float = 0.0,
+        way: Way | None = None,
+        options: DemoOptions = SESSION,
+    ):
         """Start the session.
 
         Args:
@@ -67,27 +80,32 @@ class TwoHostSession:
             delays: delays of the network between the hosts.
             step_s: step of both sites' wall clocks in `step_wall_clocks`, s.
             way: joins the hosts in another way than by their addresses.
+            options: of the session. With a console, too, it engages by itself. A voice is not known here.
         """
         self.out = out
         self._step_s = step_s
-        self._hosts = ends.enter_context(two_hosts())
-        address = way(self._hosts, out) if way else REMOTE
-        self._files = _on_two_hosts(prepare(DemoOptions(seconds=SECONDS, fingers=FINGERS), out), address)
-        self._hosts.remote.impair(delays.to_remote_ms, JITTER_MS, 0.0)
-        self._hosts.operator.impair(delays.to_operator_ms, JITTER_MS, 0.0)
+        self.hosts = ends.enter_context(two_hosts())
+        address = way(self.hosts, out) if way else REMOTE
+        self._files = prepare(options, out)
+        _on_two_hosts(self._files, address)
+        self.hosts.remote.impair(delays.to_remote_ms, JITTER_MS, 0.0)
+        self.hosts.operator.impair(delays.to_operator_ms, JITTER_MS, 0.0)
         self._programs: dict[str, Program] = {}
         self._pids: dict[str, int] = {}
-        self._start(self._hosts.remote, "sim-remote")
-        self._start(self._hosts.operator, "sim-operator")
+        self._start(self.hosts.remote, "sim-remote")
+        self._start(self.hosts.operator, "sim-operator")
         self.remote_clock = self.boot_remote(LEAD_S)
-        self._start(self._hosts.operator, "operator")
+        self._start(self.hosts.operator, "operator")
+        if options.camera:
+            self._start(self.hosts.remote, "camera", _boot(LEAD_S), DRIFT)
+        if options.console:
+            self._start(self.hosts.operator, "console")
 
     def boot_remote(self, lead_s: int) -> RemoteClock:
         """Start the remote site on a host whose clock is ahead by `lead_s` (s); an earlier one ends first."""
         if "remote" in self._programs:
             self._programs["remote"].end()
-        boot = ("unshare", "--time", "--kill-child", "--monotonic", str(lead_s), "--boottime", str(lead_s))
-        return RemoteClock(self._start(self._hosts.remote, "remote", boot, DRIFT))
+        return RemoteClock(self._start(self.hosts.remote, "remote", _boot(lead_s), DRIFT))
 
     def wait_for_script(self, script_s: float) -> None:
         """Wait until the hand has explored for a time, s."""
@@ -132,13 +150,26 @@ class TwoHostSession:
         return start_ns
 
 
-def _on_two_hosts(files: dict[str, Path], address: str) -> dict[str, Path]:
+def _boot(lead_s: int) -> tuple[str, ...]:
+    """Return the command that starts a program with clocks that lead by `lead_s`, s."""
+    return "unshare", "--time", "--kill-child", "--monotonic", str(lead_s), "--boottime", str(lead_s)
+
+
+def _on_two_hosts(files: dict[str, Path], address: str) -> None:
     """Move the link of a session's configurations from this machine to the address of the remote site."""
-    _set_link(files["remote"], load_config(files["remote"], RemoteConfig), bind=address, base_port=BASE_PORT)
-    _set_link(files["operator"], load_config(files["operator"], OperatorConfig), host=address, base_port=BASE_PORT)
-    return files
+    here, there = {"bind": address, "base_port": BASE_PORT}, {"host": address, "base_port": BASE_PORT}
+    _update(files["remote"], RemoteConfig, link=here)
+    _update(files["operator"], OperatorConfig, link=there)
+    if "camera" in files:
+        _update(files["camera"], CameraConfig, link=here)
+        _update(files["console"], ConsoleConfig, camera=there)
+    if "console" in files:
+        config = load_config(files["operator"], OperatorConfig)
+        files["operator"].write_text(to_toml(config.model_copy(update={"engage": True, "console_required_s": 0.0})))
 
 
-def _set_link(file: Path, config: RemoteConfig | OperatorConfig, **fields: object) -> None:
-    link = config.link.model_copy(update=fields)
-    file.write_text(to_toml(config.model_copy(update={"link": link})), "utf-8")
+def _update(file: Path, kind: type[BaseModel], **groups: dict[str, object]) -> None:
+    """Replace fields of groups of a configuration."""
+    config = load_config(file, kind)
+    changed = {name: getattr(config, name).model_copy(update=fields) for name, fields in groups.items()}
+    file.write_text(to_toml(config.model_copy(update=changed)), "utf-8")

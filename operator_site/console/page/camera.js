@@ -5,7 +5,7 @@ import { byId, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { WORDS } from "./words.js";
 
-export const FROZEN_S = 0.5;
+export const FROZEN_S = 0.45; // the name stands within 0.5 s of the capture
 const STILL_S = 0.5; // interval between two still pictures
 const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, LEAD_MS = 5000, SIZES = ["small", "large", "off"];
 let socket = null, decoder = null, waits = true, size = 0, drawn = null, drawnAt_ms = -Infinity, failed = false;
@@ -113,7 +113,7 @@ function draw(image, width, height, picture) {
   showCamera();
   changed();
   clearTimeout(timer);
-  timer = setTimeout(showCamera, Math.max(0, 1000 * (longest_s() - age_s())) + 5);
+  timer = setTimeout(showCamera, Math.max(0, 1000 * (longest_s() - pictureAge_s())) + 5);
 }
 
 // The site's clock ahead of the page's, s: a delay only lowers what a message shows, so the largest of 5 to 10 s is kept.
@@ -126,7 +126,7 @@ export function followClock(message) {
 export const siteTime_s = () => performance.now() / 1000 + Math.max(...leads);
 
 // Age of the drawn picture on the site's clock, s; a paused recording stands still.
-function age_s() {
+export function pictureAge_s() {
   if (!drawn || !now.picture) return Infinity;
   if (playback()) return Math.max(0, now.picture.time_s - drawn.captured_s);
   const at_ms = performance.now();
@@ -135,12 +135,12 @@ function age_s() {
 
 // Between two still pictures the drawn one grows older; the console names the camera that is late or frozen meanwhile.
 const longest_s = () => FROZEN_S + (decodes() ? 0 : STILL_S);
-export const frozen = () => age_s() > longest_s() || (!decodes() && now.state?.camera?.seen !== "live");
+export const frozen = () => pictureAge_s() > longest_s() || (!decodes() && now.state?.camera?.seen !== "live");
 
 function said(camera) {
   if (!decodes() && !camera.stills) return WORDS.cameraNeeds;
   if (["no_camera", "refused"].includes(camera.seen)) return WORDS.camera[camera.seen];
-  const age = age_s();
+  const age = pictureAge_s();
   if (age === Infinity) return WORDS.camera.waiting;
   const text = WORDS.camera[!frozen() ? "live" : camera.seen === "late" ? "late" : "frozen"](age);
   return [text, ...(camera.reduced && !frozen() ? [WORDS.camera.reduced] : []), ...(decodes() ? [] : [WORDS.camera.still(window.isSecureContext)])].join(" · ");

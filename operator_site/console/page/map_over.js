@@ -109,10 +109,10 @@ function outline(pen, at, { outline_mm, probability, at_edge }) {
   pen.setLineDash([]);
 }
 
-// Its name, below it if a finger is above.
+// Its name, below it if a finger is above, whose own name is to its left.
 function name(pen, at, { outline_mm, probability, at_edge, x_mm }, fingers) {
   const x = at.toX(x_mm), all = outline_mm.map(corner => at.toY(corner[1])), above = Math.min(...all) - 8;
-  const taken = fingers.some(([left, top]) => Math.abs(left - x) < 60 && Math.abs(top - above) < 24);
+  const taken = fingers.some(([left, top]) => Math.abs(left - 12 - x) < 64 && Math.abs(top - above) < 24);
   word(pen, `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, x, taken ? Math.max(...all) + 18 : above, 0.8);
 }
 
