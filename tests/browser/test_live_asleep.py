@@ -112,6 +112,7 @@ def test_for_a_frozen_page_nothing_queues_and_it_is_back_within_a_second(
 def test_a_session_whose_page_is_hidden_pauses_and_says_why(
     browser_alone: Chromium, session: Session, tab: Tab
 ) -> None:
+    tab.until("document.querySelector('#sound-refused:enabled') !== null")  # nothing is offered before data are live
     tab.evaluate("document.querySelector('#sound-refused').click()")
     tab.evaluate("document.querySelector('#begin-pseudonym').value = 'P-0420'")
     tab.evaluate("document.querySelector('#begin-form').requestSubmit()")

@@ -234,14 +234,17 @@ class SiteNow:
         session, text = happening.session, happening.text
         match happening.what:
             case "connected":
-                self.state, self.session, self.lost_engaged = self._unless_fault(LinkState.CONNECTED), session, False
+                self._become(self._unless_fault(LinkState.CONNECTED))
+                self.session, self.lost_engaged = session, False
             case "engaged":
-                self.state, self.paused = LinkState.ENGAGED, None
+                self._become(LinkState.ENGAGED)
+                self.paused = None
             case "disengaged":
-                self.state, self.paused = LinkState.CONNECTED, text
+                self._become(LinkState.CONNECTED)
+                self.paused = text
             case "disconnected" | "left":
-                self.lost_engaged = self.lost_engaged or self.state is LinkState.ENGAGED
-                self.state, self.session = self._unless_fault(LinkState.DISCONNECTED), 0
+                self._become(self._unless_fault(LinkState.DISCONNECTED))
+                self.session = 0
             case "fault":
                 self.state, self.fault = LinkState.FAULT, happening.fault or Fault(FaultCode.UNKNOWN)
             case "cleared":
@@ -285,7 +288,7 @@ class SiteNow:
             return
         self._known_s = t_s
         state = str(report.get("state", self.state.name))
-        self.state = LinkState.ENGAGED if state in _ENGAGED_HERE else LinkState[state.upper()]
+        self._become(LinkState.ENGAGED if state in _ENGAGED_HERE else LinkState[state.upper()])
         self.fault, self.remote_fault = read_fault(report.get("fault")), read_fault(report.get("remote_fault"))
         paused = report.get("paused", self.paused)
         self.paused = None if paused is None else str(paused)
@@ -313,6 +316,14 @@ class SiteNow:
         self.ready[name], self.whys[name] = not why, why
         if not why:
             self.was_ready.add(name)
+
+    def _become(self, state: LinkState) -> None:
+        """Take the link's state; an event or an answer, whichever comes first, shows that it was lost."""
+        if state is LinkState.DISCONNECTED:
+            self.lost_engaged = self.lost_engaged or self.state is LinkState.ENGAGED
+        elif state is not LinkState.FAULT:
+            self.lost_engaged = False
+        self.state = state
 
     def _unless_fault(self, state: LinkState) -> LinkState:
         return LinkState.FAULT if self.state is LinkState.FAULT else state

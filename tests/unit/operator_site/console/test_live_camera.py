@@ -119,9 +119,9 @@ def test_a_frozen_picture_is_an_alarm_and_pauses_where_it_is_required(required: 
     async def watch() -> None:
         work = Work(required=required)
         await work.go(1.0)
-        await work.go(0.40, films=False)
+        await work.go(0.35, films=False)
         assert "camera" not in work.alarms
-        await work.go(0.22, films=False)
+        await work.go(0.27, films=False)
         act = "Session pauses." if required else "Do not rely on it."
         assert work.alarms["camera"] == ("MEDIUM" if required else "LOW", f"Picture frozen for 0.7 s. {act}")
         assert work.site.asked.count("disengage") == int(required)

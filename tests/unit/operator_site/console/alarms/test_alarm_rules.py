@@ -68,10 +68,16 @@ def test_a_short_silence_of_the_link_ends_by_itself(console: Console) -> None:
     assert shown(console, 102.1) == []
 
 
-def test_a_link_that_is_lost_while_engaged_latches_until_it_is_back_and_cleared(console: Console) -> None:
+@pytest.mark.parametrize("answers_first", [False, True])
+def test_a_link_that_is_lost_while_engaged_latches_until_it_is_back_and_cleared(
+    console: Console, answers_first: bool
+) -> None:
     console.take("operator/rendered", 102 * S, rendered(gap_s=0.15))
     lost = (Priority.HIGH, "LINK LOST. Outputs are neutral. Wait for the link.")
     assert shown(console, 102.0) == [lost]
+    if answers_first:  # the answer of the local control overtakes the feed
+        console.take_answer(102.01, {"state": "disconnected", "session": 0, "time_ns": round(102.01 * S)})
+        assert shown(console, 102.01) == [lost]
     happen(console, 102.0, "disconnected", "the remote site is silent")
     assert shown(console, 102.1) == [lost]
     assert console.alarms.clear(102.1, "me") == 0
