@@ -68,8 +68,11 @@ class SharedObject:
         solved = longest_s - self._judged_s >= JUDGE_EVERY_S - NEARLY_S and all(
             finger.fresh or not finger.running for finger in touching
         )
+        if not running:  # their last solutions count, too
+            solved = any(finger.fresh for finger in touching)
         # After a finger has left, the others keep the last joint answer, since they have no more evidence than it had.
-        due = running and len(touching) >= max(2, self._count) and (solved or len(touching) > self._count)
+        more = running and len(touching) > self._count
+        due = len(touching) >= max(2, self._count) and (solved or more)
         self._touching, self.waited_s = touching, POSTPONED_S if due else NOTHING_DUE
         if self._answer is None or not self._one:
             return None

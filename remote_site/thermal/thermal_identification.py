@@ -12,13 +12,21 @@ import numpy as np
 
 from common.exploration.contact_detector import CONTACT_OFF_N
 from common.wire.messages import ThermalReason, ThermalStatus
+from remote_site.thermal.contact_change import NEARLY_S
 from remote_site.thermal.evidence_correction import EvidenceCorrection
 from remote_site.thermal.exponential_response import ExponentialFit, ExponentialResponse
 from remote_site.thermal.material_posterior import MaterialPosterior
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.solving_turns import NOTHING_DUE
-from remote_site.thermal.thermal_result import NO_CONTACT, NOT_RENDERED, ThermalConclusion, ThermalResult, undecided
-from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence
+from remote_site.thermal.thermal_result import (
+    LATEST_S,
+    NO_CONTACT,
+    NOT_RENDERED,
+    ThermalConclusion,
+    ThermalResult,
+    undecided,
+)
+from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence, last_solution_s
 from remote_site.thermal.touch_hypotheses import FOREIGN, Substances, TouchHypotheses, guesses, substances
 
 ANSWERED = (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
@@ -80,7 +88,13 @@ class ThermalKnowledge:
 
     def conclusion(self) -> ThermalConclusion:
         """Return the conclusion of a touch that begins."""
-        return ThermalConclusion(self.table.names(), self.table.plate_j_m2k)
+        latest_s = min(LATEST_S, self.last_s)
+        return ThermalConclusion(self.table.names(), self.table.plate_j_m2k, latest_s=latest_s)
+
+    @property
+    def last_s(self) -> float:
+        """Time of a touch's last solution, s after contact."""
+        return last_solution_s(self.table.lasts_s, self.solve_every_s)
 
 
 class ThermalIdentification:
@@ -233,7 +247,9 @@ class ThermalIdentification:
         self._estimate.work()
         if self._estimate.news:
             self.fresh = True
-            if self.alone and (evidence := self.evidence()) is not None:
+            # The last answer holds for the rest of the contact, even where the fingers no longer answer together.
+            last = self.since_s >= self._knowledge.last_s - NEARLY_S
+            if (self.alone or last) and (evidence := self.evidence()) is not None:
                 posterior = self._knowledge.posterior.judge([evidence])
                 self.answer = self.with_exponential(self._conclusion.step(posterior, self.since_s))
         self._update_due(self._estimate)

@@ -7,6 +7,7 @@ import numpy as np
 
 from common.scenes.materials import ALIASES, materials
 from common.wire.messages import ThermalReason, ThermalStatus
+from remote_site.thermal.contact_change import NEARLY_S
 from remote_site.thermal.material_posterior import Posterior
 
 CAUTION = 5.0
@@ -111,16 +112,24 @@ def undecided(prior: Mapping[str, float]) -> ThermalResult:
 class ThermalConclusion:
     """Turns posteriors of one touch, or of all fingers on one object, into answers."""
 
-    __slots__ = ("_held_since_s", "_named", "_names", "_plate_j_m2k", "_rule", "_seen")
+    __slots__ = ("_held_since_s", "_latest_s", "_named", "_names", "_plate_j_m2k", "_rule", "_seen")
 
-    def __init__(self, names: Sequence[str], plate_j_m2k: float, rule: NamingRule = NamingRule()) -> None:
+    def __init__(
+        self,
+        names: Sequence[str],
+        plate_j_m2k: float,
+        rule: NamingRule = NamingRule(),
+        latest_s: float = LATEST_S,
+    ) -> None:
         """Begin a touch.
 
         Args:
             names: calibrated materials.
             plate_j_m2k: the table's heat capacity of the plate, J/(m2 K).
             rule: when to name a material.
+            latest_s: time after contact from which an undecided touch is ambiguous, s.
         """
+        self._latest_s = latest_s
         self._names = names
         self._rule = rule
         self._plate_j_m2k = plate_j_m2k
@@ -148,7 +157,7 @@ class ThermalConclusion:
         if undecided_now and kept:
             return replace(seen, status=ThermalStatus.IDENTIFIED, material=self._named, reason=ThermalReason.NONE)
         if not held and not undecided_now and seen.material != self._named:
-            return replace(seen, status=_waiting(since_s), material=None, reason=ThermalReason.NONE)
+            return replace(seen, status=self._waiting(since_s), material=None, reason=ThermalReason.NONE)
         self._named = seen.material
         return seen
 
@@ -162,7 +171,7 @@ class ThermalConclusion:
             if sum(candidates.values()) >= SET * calibrated:
                 break
         best, probability = self._names[order[0]], float(posterior.probability[order[0]])
-        status, reason = _waiting(since_s), ThermalReason.NONE
+        status, reason = self._waiting(since_s), ThermalReason.NONE
         if since_s >= GIVEN_UP_S - 1e-9 and posterior.no_difference > 0.5:
             status, reason = ThermalStatus.UNIDENTIFIABLE, ThermalReason.NO_DIFFERENCE
         elif since_s >= GIVEN_UP_S - 1e-9 and posterior.misfit > MISFIT:
@@ -187,9 +196,8 @@ class ThermalConclusion:
             reason=reason,
         )
 
-
-def _waiting(since_s: float) -> ThermalStatus:
-    return ThermalStatus.AMBIGUOUS if since_s >= LATEST_S - 1e-9 else ThermalStatus.DECIDING
+    def _waiting(self, since_s: float) -> ThermalStatus:
+        return ThermalStatus.AMBIGUOUS if since_s >= self._latest_s - NEARLY_S else ThermalStatus.DECIDING
 
 
 def rendered_constants(answer: ThermalResult) -> Constants:

@@ -89,6 +89,12 @@ def solve_interval_s(since_s: float, solve_every_s: Intervals = SOLVE_EVERY_S) -
     return next(every_s for until_s, every_s in solve_every_s if since_s < until_s - NEARLY_S)
 
 
+def last_solution_s(lasts_s: float, solve_every_s: Intervals = SOLVE_EVERY_S) -> float:
+    """Return the time of the last solution of a touch whose readings are used up to `lasts_s`, s."""
+    every_s = solve_interval_s(lasts_s, solve_every_s)
+    return every_s * math.floor((lasts_s + NEARLY_S) / every_s)
+
+
 class TouchEstimate:
     """The running estimate of one touch; step it at 100 Hz."""
 

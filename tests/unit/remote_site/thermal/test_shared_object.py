@@ -70,6 +70,24 @@ def test_a_touch_that_ends_undecided_leaves_each_finger_its_reason(knowledge: Th
     assert {finger.answer.reason for finger in hand.fingers.values()} == {ThermalReason.CONTACT_LOST}
 
 
+@pytest.mark.parametrize("lasts_s", [0.3, 0.33])
+def test_fingers_whose_readings_end_undecided_keep_one_ambiguous_answer(
+    knowledge: ThermalKnowledge, lasts_s: float
+) -> None:
+    brief = ThermalKnowledge.of(knowledge.table.model_copy(update={"lasts_s": lasts_s}))
+    hand = Hand(brief, same("stone", 6, 1.0))
+    for finger in hand.fingers.values():
+        finger.alone = False
+    answers = hand.play()
+    assert not any(finger.running for finger in hand.fingers.values())
+    assert {answer and answer.status for answer in answers[-60:]} == {ThermalStatus.AMBIGUOUS}
+    own = [finger.answer for finger in hand.fingers.values()]
+    assert {answer.status for answer in own} == {ThermalStatus.AMBIGUOUS}
+    joint = answers[-1]
+    assert joint is not None
+    assert [answer.object_c for answer in own] == pytest.approx([joint.object_c] * 2, abs=2.0)
+
+
 def test_a_finger_whose_sensor_fails_at_once_does_not_count(knowledge: ThermalKnowledge) -> None:
     hand = Hand(knowledge, same("stone", 7))
     hand.fingers[1].stop(ThermalReason.SENSOR_OPEN)
