@@ -43,6 +43,14 @@ NAMED = """() => new Promise(resolve => {
   }).observe(said, { characterData: true, childList: true, subtree: true });
 })"""
 
+FROZEN_AT = """() => new Promise(resolve => {
+  const camera = document.getElementById('camera');
+  new MutationObserver((_, watch) => {
+    if (!camera.classList.contains('frozen')) return;
+    watch.disconnect();
+    resolve(performance.now());
+  }).observe(camera, { attributes: true });
+})"""
 
 MOVED = f"async before => {{ while (({PIXELS})()[3] === before) await new Promise(requestAnimationFrame); }}"
 
@@ -154,7 +162,11 @@ def test_a_browser_without_a_decoder_shows_still_pictures_and_says_why(
     page.wait_for_selector("#camera.frozen #camera-said:has-text('late by')")
     stage.scenario.state["camera"]["seen"] = "live"
     page.wait_for_selector("#camera:not(.frozen)")
+    page.evaluate(f"() => {{ window.frozen = ({FROZEN_AT})(); }}")
     stage.films = False
+    last_ms = page.evaluate("performance.now()")
+    named_ms = page.evaluate("() => window.frozen") - last_ms
+    print(f"frozen camera named {named_ms:.0f} ms after its last picture, beside still ones")
     page.wait_for_selector("#camera.frozen #camera-said:has-text('frozen for')")
     stage.films = True
     page.wait_for_selector(LIVE_TEXT)
