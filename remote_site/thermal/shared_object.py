@@ -65,14 +65,13 @@ class SharedObject:
             return None
         if longest_s < self._judged_s:  # the fingers of the previous touch have left one by one
             self._release()
-        solved = longest_s - self._judged_s >= JUDGE_EVERY_S - NEARLY_S and all(
-            finger.fresh or not finger.running for finger in touching
-        )
-        if not running:  # their last solutions count, too
-            solved = any(finger.fresh for finger in touching)
+        if running:
+            solved = all(finger.fresh or not finger.running for finger in touching)
+            due = len(touching) > self._count or (solved and longest_s - self._judged_s >= JUDGE_EVERY_S - NEARLY_S)
+        else:  # their last solutions count, too
+            due = any(finger.fresh for finger in touching)
         # After a finger has left, the others keep the last joint answer, since they have no more evidence than it had.
-        more = running and len(touching) > self._count
-        due = len(touching) >= max(2, self._count) and (solved or more)
+        due = due and len(touching) >= max(2, self._count)
         self._touching, self.waited_s = touching, POSTPONED_S if due else NOTHING_DUE
         if self._answer is None or not self._one:
             return None

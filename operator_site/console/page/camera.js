@@ -5,7 +5,7 @@ import { byId, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { WORDS } from "./words.js";
 
-export const FROZEN_S = 0.45; // the name stands within 0.5 s of the capture
+const FROZEN_S = 0.45; // the name stands within 0.5 s of the capture
 const STILL_S = 0.5; // interval between two still pictures
 const MAGIC = 0x7ea8, VERSION = 1, HEADER = 24, LEAD_MS = 5000, SIZES = ["small", "large", "off"];
 let socket = null, decoder = null, waits = true, size = 0, drawn = null, drawnAt_ms = -Infinity, failed = false;
