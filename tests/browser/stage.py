@@ -137,6 +137,11 @@ class Stage:
         """Accept connections again."""
         self.accepts = True
 
+    def answer_late(self, ask: dict[str, Any], details: dict[str, Any]) -> None:
+        """Answer a request of the first page that had no answer yet."""
+        answer = {"kind": "answer", "id": ask["id"], "ok": True, "text": "", "details": details}
+        self._on_loop(self.clients[0].socket.send_text(json.dumps(answer)))
+
     def _on_loop(self, todo: Any) -> None:
         asyncio.run_coroutine_threadsafe(todo, self._loop).result(5)
 

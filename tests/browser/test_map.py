@@ -27,6 +27,12 @@ KNOWN = """async ([column, row]) => {
   const { kept } = await import('/page/map_tiles.js');
   return kept.temperature.values[row * 256 + column] !== 65535;
 }"""
+FOLLOW = """() => {
+  window.shown = [];
+  const readOut = document.getElementById('read-out'), all = { childList: true, characterData: true, subtree: true };
+  new MutationObserver(() => shown.push(readOut.textContent)).observe(readOut, all);
+}"""
+"""Keeps every text of the read-out."""
 PINCH = """([from, to]) => {
   const canvas = document.getElementById('map-surface'), box = canvas.getBoundingClientRect();
   canvas.setPointerCapture = () => {};
@@ -144,6 +150,19 @@ def test_a_tap_keeps_the_value_of_a_place(stage: Stage, open_page: Open) -> None
     assert "36.4 ± 0.2 °C" in page.inner_text("#read-out")
     at = view(page)
     assert asked["x_mm"] == pytest.approx(at["left"] + 200 / at["scale"], abs=0.5)
+
+
+def test_a_late_value_does_not_replace_what_was_shown_since(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    stage.answers["place"] = lambda _: {"ok": None}
+    page.hover("#map-surface")
+    ask = wait_for(stage, "place")[-1]
+    page.mouse.move(0, 0)
+    page.wait_for_selector("#read-out:has-text('Point at')")
+    page.evaluate(FOLLOW)
+    stage.answer_late(ask, {"text": "36.4 ± 0.2 °C"})
+    page.wait_for_timeout(600)  # two rounds of the read-out
+    assert page.evaluate("shown") == []
 
 
 def test_two_quantities_stand_side_by_side_at_the_same_places(stage: Stage, open_page: Open) -> None:

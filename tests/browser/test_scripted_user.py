@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, label
 
 from common.scenes.scene import load_scene
@@ -72,7 +73,14 @@ HIGHER = """side_px => {
   return rows;
 }"""
 """Mean redness of squares of the map: the colour of values above their surroundings, from -1 to 1."""
+ANSWERED = "() => /^x .*: (?!No answer)/.test(document.getElementById('read-out').textContent)"
+"""The page shows what is at a place; it repeats a request that had no answer."""
 SQUARE_PX = 12
+RED, STILL_MS = 0.1, 1000
+"""Redness of a square that a comparison has coloured; time for which a finished map stays the same, ms.
+
+Tiles come in groups, and a comparison is computed twice a second.
+"""
 STANDS_OUT, GAP_SQUARES = 0.4, 2
 """Share of the largest redness of the area that stands out, and half of the gaps that do not divide it."""
 BESIDE_PX = 18
@@ -86,15 +94,22 @@ class User:
         self.page = page
 
     def compare(self, key: str, comparison: str) -> None:
-        """Show a quantity, by its key, in a comparison."""
+        """Show a quantity, by its key, in a comparison; wait until something red is there and the map stands still."""
         self.page.keyboard.press(key)
         self.page.select_option("#compare", comparison)
         self.page.focus("#map-surface")
-        self.page.wait_for_timeout(2000)  # tiles come, and a comparison is computed twice a second
+        before, drawn = np.zeros(0), self._redness()
+        while drawn.max() < RED or not np.array_equal(before, drawn):
+            self.page.wait_for_timeout(STILL_MS)
+            before, drawn = drawn, self._redness()
+
+    def _redness(self) -> NDArray[np.float64]:
+        """Mean redness of the squares of the map."""
+        return np.array(self.page.evaluate(HIGHER, SQUARE_PX))
 
     def reddest(self) -> tuple[float, float]:
         """Middle of the area that stands out most on the map, px."""
-        redness = np.array(self.page.evaluate(HIGHER, SQUARE_PX))
+        redness = self._redness()
         red = redness > STANDS_OUT * np.quantile(redness, 0.999)
         areas, count = label(binary_dilation(red, iterations=GAP_SQUARES))
         masks = [(areas == number) & red for number in range(1, count + 1)]
@@ -107,20 +122,23 @@ class User:
     def tap(self, place: tuple[float, float]) -> str:
         """Tap the map; what the page says of that place."""
         self.page.hover("#map-surface")
+        self.page.wait_for_function(ANSWERED)
         self.page.mouse.move(0, 0)
         self.page.wait_for_function("() => document.getElementById('read-out').textContent.startsWith('Point at')")
         self._click(place)
-        self.page.wait_for_function("() => /^x .*: /.test(document.getElementById('read-out').textContent)")
+        self.page.wait_for_function(ANSWERED)
         return str(self.page.inner_text("#read-out"))
 
     def felt(self, key: str, place: tuple[float, float]) -> tuple[float, float]:
         """The place itself, or one just beside it, where a tap gives a contrast in the quantity of that key."""
+        read = []
         for dx in (0, -BESIDE_PX, BESIDE_PX):
             for dy in (0, -BESIDE_PX, BESIDE_PX):
                 beside = place[0] + dx, place[1] + dy
-                if re.search(rf"± [\d.]+ {UNITS[key]}.* (K against|times the)", self.tap(beside)):
+                read.append(self.tap(beside))
+                if re.search(rf"± [\d.]+ {UNITS[key]}.* (K against|times the)", read[-1]):
                     return beside
-        raise AssertionError(f"no contrast near {place}")
+        raise AssertionError(f"no contrast near {place}: {read}")
 
     def mark(self, place: tuple[float, float]) -> str:
         """Mark a place with the proposed kind; the kind."""

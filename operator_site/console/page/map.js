@@ -19,7 +19,7 @@ export { moved } from "./map_pointer.js";
 const ZOOM = 1.5, LOOK_MS = 250, PAINT_MS = 100, COMPARE_MS = 500, ENDS = [1, 2], WIDER = 2, FULLER = 1.5;
 const panes = [{ id: "map-surface", over: "map-over" }, { id: "map-surface-2", over: "map-over-2" }].map(pane => ({ ...pane, painting: new Painting(), quantity: null, legendKey: "", comparedAt_ms: -Infinity, stale: false }));
 let connection = null, both = false, sure = false, comparison = "none", axis_mm = null, chosen = false;
-let frameKey = "", stillKey = "", dirty = true, paintedAt_ms = 0, wider = 0, cursor = null, looked = "", lookedAt_ms = 0, looking = false;
+let frameKey = "", stillKey = "", dirty = true, paintedAt_ms = 0, wider = 0, cursor = null, looked = "", lookedAt_ms = 0, looking = null;
 
 export function startMap(link, pick) {
   connection = link;
@@ -234,18 +234,24 @@ export function drawMap(finding, at_ms = performance.now()) {
   dirty = false;
 }
 
-// Shows the values at the cursor; requests them at most four times a second.
-export async function readOut(said, place = cursor) {
-  if (said) { write(byId("read-out"), said); return; }
-  if (!known()) { looked = ""; write(byId("read-out"), "--"); return; }
-  if (comparison === "before" && !hasBefore(panes[0].quantity)) { write(byId("read-out"), WORDS.nothingBefore); return; }
-  if (!place) { looked = ""; write(byId("read-out"), WORDS.pointAtMap); return; }
+// Shows the values at the cursor; requests them at most four times a second. Drops an answer when something else was shown since.
+export async function readOut(said) {
+  const place = cursor, instead = said || insteadOfValues();
+  if (instead) { [looked, looking] = ["", null]; write(byId("read-out"), instead); return; }
   const key = `${Math.round(place.x)} ${Math.round(place.y)} ${panes[0].quantity} ${comparison}`, at_ms = performance.now();
   if (looking || (key === looked && at_ms - lookedAt_ms < 4 * LOOK_MS) || at_ms - lookedAt_ms < LOOK_MS) return;
-  [looked, lookedAt_ms, looking] = [key, at_ms, true];
+  const mine = {};
+  [looked, lookedAt_ms, looking] = [key, at_ms, mine];
   const text = comparison === "mirror" ? WORDS.mirrored(await valueAt(place), await valueAt({ x: 2 * axis() - place.x, y: place.y })) : await valueAt(place);
-  looking = false;
-  write(byId("read-out"), `${WORDS.placeOf(place.x, place.y)}: ${text}`);
+  if (looking !== mine) return;
+  looking = null;
+  if (cursor) write(byId("read-out"), `${WORDS.placeOf(place.x, place.y)}: ${text}`);
+}
+
+function insteadOfValues() {
+  if (!known()) return "--";
+  if (comparison === "before" && !hasBefore(panes[0].quantity)) return WORDS.nothingBefore;
+  return cursor ? "" : WORDS.pointAtMap;
 }
 
 async function valueAt(place) {
