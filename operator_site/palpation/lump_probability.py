@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr
 
-from operator_site.palpation.nodule_search import REACH_M, NoduleSearch, PressNumbers, one_stiffness
+from operator_site.palpation.nodule_search import DIAMETERS_M, REACH_M, NoduleSearch, PressNumbers, one_stiffness
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 
 Floats = NDArray[np.float64]
@@ -29,6 +29,11 @@ RESOLVED = 0.5
 """Smallest probability of the largest excess from which on it outweighs a search for nodules."""
 UNKNOWN = 0.05
 """Probability of a place of which nothing is known."""
+SEEN_M = REACH_M + 0.5 * math.sqrt(DIAMETERS_M[0] * DIAMETERS_M[-1])
+"""Largest distance from a press at which a search knows something, m.
+
+A searched nodule of middle size reaches as far. Gaps of a raster are nearer: their surroundings were searched.
+"""
 TAIL = 10.0
 """Degrees of freedom of the excess without a lump."""
 PEAK_SHARE = 0.5
@@ -96,7 +101,7 @@ class LumpMap:
         doubt = (1.0 - lump) * (1.0 - self._searched_lump[highest])
         lump = np.where(lump >= RESOLVED, 1.0 - doubt, 0.0)
         found = lump * inside + (1.0 - lump) * searched
-        return np.asarray(np.where(self._field.nearest_m(places) <= REACH_M, found, np.maximum(found, unknown)))
+        return np.asarray(np.where(self._field.nearest_m(places) <= SEEN_M, found, np.maximum(found, unknown)))
 
     def _existence(self, excess: Floats, sd: Floats) -> Floats:
         """Return the probability that an excess is a lump's; its prior in the field is divided out."""

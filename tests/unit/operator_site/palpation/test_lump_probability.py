@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from operator_site.palpation.lump_probability import FEWEST_PLACES, UNKNOWN, LumpMap
+from operator_site.palpation.lump_probability import FEWEST_PLACES, UNKNOWN, LumpMap, lumps_of_field
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 from tests.unit.operator_site.palpation.made_ground import grid_m, ln_stiffness
 
@@ -40,6 +40,15 @@ def test_an_even_ground_has_hardly_any_lump() -> None:
 
 def test_a_place_far_from_every_press_has_the_prior_probability() -> None:
     assert lump_map("ball", 1).probability(np.array([[0.2, 0.2]]))[0] == pytest.approx(UNKNOWN)
+
+
+def test_a_gap_of_a_raster_is_no_unknown_place() -> None:
+    places_m = grid_m(step_m=0.01)
+    values = ln_stiffness(places_m, np.random.default_rng(1), "none")
+    found = lumps_of_field(StiffnessField(places_m, values, np.full(len(values), 1e-4)))
+    gaps_m = 0.005 + grid_m(0.05, 0.01)
+    assert np.median(found.probability(gaps_m)) < 0.2 * UNKNOWN
+    assert found.probability(np.array([[0.2, 0.2]]))[0] == pytest.approx(UNKNOWN)
 
 
 def test_the_spread_of_the_ground_needs_some_places() -> None:
