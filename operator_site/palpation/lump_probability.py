@@ -6,8 +6,9 @@ component of the field. The largest excess itself is a lump with the probability
 excess has the natural spread of this ground, with the heavy tails of a Student distribution.
 
 That excess shows lumps near the surface. A deeper one lifts the stiffness less than the ground varies, over a wider
-area. So where the largest excess is hardly a lump, the probability is that of a search for nodules, if there is one.
-Where it is one, both are evidence, and their doubts multiply.
+area. So there may be a search for nodules beside it. The excess then counts by the square of its probability, because
+a small one is mostly of the ground. Where it is a lump, their doubts multiply inside of the lump, and outside of it
+only what the excess leaves open is the search's.
 """
 
 import math
@@ -25,8 +26,6 @@ LUMP_SHARE = 0.08
 """Prior probability that the largest excess nearby is a lump."""
 LUMP_LN = 0.5
 """Mean excess of a lump's middle in the prior, an exponential distribution of the natural logarithm of the ratio."""
-RESOLVED = 0.5
-"""Smallest probability of the largest excess from which on it outweighs a search for nodules."""
 UNKNOWN = 0.05
 """Probability of a place of which nothing is known."""
 SEEN_M = REACH_M + 0.5 * math.sqrt(DIAMETERS_M[0] * DIAMETERS_M[-1])
@@ -83,7 +82,6 @@ class LumpMap:
         order = np.argsort(-mean)
         self._searched_m, self._excess = searched_m[order], mean[order] - self._middle
         self._lump = self._existence(self._excess, sd[order])
-        self._searched_lump = np.zeros(len(order)) if search is None else search.probability(self._searched_m)
 
     def probability(self, places_m: ArrayLike) -> Floats:
         """Return the probability that each place, (n, 2), m, belongs to a lump, (n,), 0..1."""
@@ -97,10 +95,8 @@ class LumpMap:
         unknown = (sd / self._field.field_sd) ** 4 * UNKNOWN
         if self._search is None:
             return np.asarray(np.maximum(lump * inside, unknown))
-        searched = self._search.probability(places)
-        doubt = (1.0 - lump) * (1.0 - self._searched_lump[highest])
-        lump = np.where(lump >= RESOLVED, 1.0 - doubt, 0.0)
-        found = lump * inside + (1.0 - lump) * searched
+        trusted = lump**2
+        found = trusted * inside + (1.0 - trusted) * self._search.probability(places)
         return np.asarray(np.where(self._field.nearest_m(places) <= SEEN_M, found, np.maximum(found, unknown)))
 
     def _existence(self, excess: Floats, sd: Floats) -> Floats:
