@@ -6,9 +6,8 @@ component of the field. The largest excess itself is a lump with the probability
 excess has the natural spread of this ground, with the heavy tails of a Student distribution.
 
 That excess shows lumps near the surface. A deeper one lifts the stiffness less than the ground varies, over a wider
-area. So there may be a search for nodules beside it. The excess then counts by the square of its probability, because
-a small one is mostly of the ground. Where it is a lump, their doubts multiply inside of the lump, and outside of it
-only what the excess leaves open is the search's.
+area. So there may be a search for nodules beside it. Where it finds nothing, the excess counts by the square of its
+probability, because a small one mostly belongs to the ground. Where both find a lump, their doubts multiply.
 """
 
 import math
@@ -82,6 +81,9 @@ class LumpMap:
         order = np.argsort(-mean)
         self._searched_m, self._excess = searched_m[order], mean[order] - self._middle
         self._lump = self._existence(self._excess, sd[order])
+        if search is not None:
+            found_nodule = search.probability(self._searched_m)
+            self._lump *= 1.0 - (1.0 - self._lump) * (1.0 - found_nodule)
 
     def probability(self, places_m: ArrayLike) -> Floats:
         """Return the probability that each place, (n, 2), m, belongs to a lump, (n,), 0..1."""
@@ -95,8 +97,7 @@ class LumpMap:
         unknown = (sd / self._field.field_sd) ** 4 * UNKNOWN
         if self._search is None:
             return np.asarray(np.maximum(lump * inside, unknown))
-        trusted = lump**2
-        found = trusted * inside + (1.0 - trusted) * self._search.probability(places)
+        found = lump * inside + (1.0 - lump) * self._search.probability(places)
         return np.asarray(np.where(self._field.nearest_m(places) <= SEEN_M, found, np.maximum(found, unknown)))
 
     def _existence(self, excess: Floats, sd: Floats) -> Floats:
