@@ -7,7 +7,7 @@ excess has the natural spread of this ground, with the heavy tails of a Student 
 
 That excess shows lumps near the surface. A deeper one lifts the stiffness less than the ground varies, over a wider
 area. So there may be a search for nodules beside it. Where it finds nothing, the excess counts by the square of its
-probability, because a small one mostly belongs to the ground. Where both find a lump, their doubts multiply.
+probability, because a small one says hardly more than its prior. Where both find a lump, their doubts multiply.
 """
 
 import math

@@ -10,7 +10,8 @@ repetition:
   at the deepest sample is judged on the samples of its fit, and the live estimate while its stiffness is known.
 - Maps of some presses are compared with lumps that are inferred from the denser recording (`map_bars`).
 - A window of the stream is one period of the force. The probe moves on between windows. A window is compared with the
-  mean of its neighbours, by a robust standard deviation. A plain regression is judged in the same way.
+  mean of its neighbours, by a robust standard deviation. A plain regression is judged in the same way. The odd and the
+  even samples of each window are compared, too, because the tissue does not change between them.
 
 Constants of the law were chosen with these recordings. Other recordings are kept aside to judge it.
 """

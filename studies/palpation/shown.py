@@ -101,16 +101,18 @@ def streamed(name: str, stream: Stream) -> list[Row]:
     edges = np.searchsorted(stream.time_s, np.arange(stream.time_s[0], stream.time_s[-1], period_s))
     windows = [slice(a, b) for a, b in pairwise(edges.tolist()) if b - a > 10]
     ends = np.array([window.stop - 1 for window in windows])
-    plain = np.array([_regression_n_m(stream, window) for window in windows])
-    answers = identify_presses([_press(k, stream, window) for k, window in enumerate(windows)])
-    recorded = np.array([answer["stiffness_n_m"] or np.nan for answer in answers])
+    odd, even = ([slice(window.start + first, window.stop, 2) for window in windows] for first in (1, 0))
+    answers = _answers(stream, windows)
     known_share = float(np.mean([answer["status"] == "known" for answer in answers]))
+    recorded_cv = pair_cv(*(_stiffness_n_m(_answers(stream, half)) for half in (odd, even)))
+    regression_cv = pair_cv(*(_regressions_n_m(stream, half) for half in (odd, even)))
     return [
-        {"stream": name, "method": method, "windows": len(windows), "known": share, "cv": neighbour_cv(values)}
-        for method, share, values in (
-            (LIVE, float(known[ends].mean()), stiffness[ends]),
-            (RECORDED, known_share, recorded),
-            (REGRESSION, None, plain),
+        {"stream": name, "method": method, "windows": len(windows), "known": share}
+        | {"cv": neighbour_cv(values), "cv_of_halves": of_halves}
+        for method, share, values, of_halves in (
+            (LIVE, float(known[ends].mean()), stiffness[ends], None),
+            (RECORDED, known_share, _stiffness_n_m(answers), recorded_cv),
+            (REGRESSION, None, _regressions_n_m(stream, windows), regression_cv),
         )
     ]
 
@@ -123,6 +125,12 @@ def neighbour_cv(stiffness_n_m: Array) -> float:
     ln = np.log(np.maximum(stiffness_n_m, 1.0))
     bend = ln[1:-1] - 0.5 * (ln[:-2] + ln[2:])
     return float(1.4826 * np.median(np.abs(bend - np.median(bend))) / np.sqrt(1.5))
+
+
+def pair_cv(one_n_m: Array, other_n_m: Array) -> float:
+    """Return the coefficient of variation of one of two estimates of the same windows: robust, from their ratio."""
+    ln = np.log(one_n_m / other_n_m)
+    return float(1.4826 * np.nanmedian(np.abs(ln - np.nanmedian(ln))) / np.sqrt(2.0))
 
 
 def _period_s(stream: Stream) -> float:
@@ -143,6 +151,14 @@ def _press(number: int, stream: Stream, window: slice) -> Press:
     return Press(number, height_mm.max() - height_mm, stream.force_n[window], stream.time_s[window])
 
 
-def _regression_n_m(stream: Stream, window: slice) -> float:
-    depth_m, force_n = -1e-3 * stream.place_mm[window, 2], stream.force_n[window]
-    return float(np.polyfit(depth_m, force_n, 1)[0])
+def _answers(stream: Stream, windows: Sequence[slice]) -> list[StiffnessAnswer]:
+    return identify_presses([_press(k, stream, window) for k, window in enumerate(windows)])
+
+
+def _stiffness_n_m(answers: Sequence[StiffnessAnswer]) -> Array:
+    return np.array([answer["stiffness_n_m"] or np.nan for answer in answers])
+
+
+def _regressions_n_m(stream: Stream, windows: Sequence[slice]) -> Array:
+    places = ((-1e-3 * stream.place_mm[window, 2], stream.force_n[window]) for window in windows)
+    return np.array([np.polyfit(depth_m, force_n, 1)[0] for depth_m, force_n in places])

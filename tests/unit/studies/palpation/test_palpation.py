@@ -10,7 +10,7 @@ from remote_site.traces.press_files import Contact, Press
 from studies.palpation import run as study
 from studies.palpation.presses import LAW, LINE, SLOPE, answered, intraclass_correlation, predicted, repeated
 from studies.palpation.recordings import Stream, read_stream
-from studies.palpation.shown import DRAWN, LIVE, RECORDED, REGRESSION, STEPPED, neighbour_cv, shown, streamed
+from studies.palpation.shown import DRAWN, LIVE, RECORDED, REGRESSION, STEPPED, neighbour_cv, pair_cv, shown, streamed
 from studies.palpation.shown import LAW as TANGENT
 from studies.running import Unavailable
 from tests.places import DATA
@@ -73,12 +73,21 @@ def test_a_steady_stream_repeats():
     assert rows[RECORDED]["windows"] == pytest.approx(40, abs=1)
     assert rows[RECORDED]["known"] > 0.9
     assert rows[REGRESSION]["cv"] < 0.01
+    assert rows[RECORDED]["cv_of_halves"] < 0.02
+    assert rows[LIVE]["cv_of_halves"] is None
 
 
 def test_a_trend_is_no_variation():
     assert neighbour_cv(np.exp(np.linspace(5.0, 7.0, 50))) < 1e-9
     random = np.random.default_rng(3)
     assert neighbour_cv(500.0 * np.exp(0.04 * random.standard_normal(20_000))) == pytest.approx(0.04, rel=0.05)
+
+
+def test_a_change_between_windows_is_no_variation_of_their_halves():
+    random = np.random.default_rng(3)
+    place = 500.0 * np.exp(random.standard_normal(20_000))
+    one, other = (place * np.exp(0.04 * random.standard_normal(len(place))) for _ in range(2))
+    assert pair_cv(one, other) == pytest.approx(0.04, rel=0.05)
 
 
 def test_without_a_stream_the_error_names_it(tmp_path: Path):
