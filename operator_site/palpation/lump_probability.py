@@ -82,8 +82,7 @@ class LumpMap:
         self._searched_m, self._excess = searched_m[order], mean[order] - self._middle
         self._lump = self._existence(self._excess, sd[order])
         if search is not None:
-            found_nodule = search.probability(self._searched_m)
-            self._lump *= 1.0 - (1.0 - self._lump) * (1.0 - found_nodule)
+            self._lump *= 1.0 - (1.0 - self._lump) * (1.0 - search.probability(self._searched_m))
 
     def probability(self, places_m: ArrayLike) -> Floats:
         """Return the probability that each place, (n, 2), m, belongs to a lump, (n,), 0..1."""
