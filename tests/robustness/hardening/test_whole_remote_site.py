@@ -140,6 +140,12 @@ class Devices:
     def write(self, command: GatedCommand, sensed: SensorFrame) -> None:
         self.command = command
 
+    def switch_reading(self, t_s: float) -> None:
+        return None
+
+    def pain_reading(self, t_s: float) -> None:
+        return None
+
     def unconfirmed(self, since_s: float) -> dict[str, str]:
         return {}
 
