@@ -83,7 +83,7 @@ test: $(READY)
 WITHIN := tests
 .PHONY: long
 long: $(READY)
-	$(BIN)/pytest -n auto --dist worksteal --durations=10 -m 'long and not hardening' $(filter $(WITHIN) $(addsuffix /%,$(WITHIN)),$(call marked,long))
+	$(BIN)/pytest -n auto --dist worksteal --durations=10 -m 'long and not (hardening or exports)' $(filter $(WITHIN) $(addsuffix /%,$(WITHIN)),$(call marked,long))
 
 # Those that load the machine, measure cost or run all five fingers run alone. The others run two at a time.
 MEASURED := tests/system/test_demo.py tests/system/test_overload.py tests/unit/benchmarks/runtime_cost/test_runtime_cost.py

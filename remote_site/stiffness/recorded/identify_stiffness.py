@@ -254,8 +254,8 @@ def _answer(
         "press": press.press,
         "status": "known" if known else "uncertain",
         "reason": None,
-        "stiffness_n_m": round(stiffness_n_m, 2),
-        "stiffness_sd_n_m": round(stiffness_n_m * ln_sd, 2),
+        "stiffness_n_m": _rounded(stiffness_n_m),
+        "stiffness_sd_n_m": _rounded(stiffness_n_m * ln_sd),
         "at_n": at_n,
         "exponent": round(exponent, 4),
         "exponent_sd": round(exponent_sd, 4),
@@ -263,6 +263,11 @@ def _answer(
         "model": _model(press, onset, fits, k),
         "misfit": round(misfit, 3),
     }
+
+
+def _rounded(value: float) -> float:
+    """Return a positive number with two decimals, or with three digits below 1: none becomes 0."""
+    return round(value, 2) if value >= 1.0 else float(f"{value:.3g}")
 
 
 def _model(press: Press, onset: _Onset, fits: Fits, k: int) -> Model:

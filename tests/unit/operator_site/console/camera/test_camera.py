@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from common.limits import FROZEN_S
 from common.link.keys import TrustedKeys, load_keys
 from common.wire.camera_messages import MAX_PICTURE
 from operator_site.console.camera.camera import Camera
@@ -150,4 +151,4 @@ def test_a_camera_that_answers_without_pictures_is_frozen(both: Both) -> None:
         return both.sees(Seen.FROZEN)
 
     until(repeated)
-    assert both.reader.now.age_s > 0.5
+    assert both.reader.now.age_s > FROZEN_S

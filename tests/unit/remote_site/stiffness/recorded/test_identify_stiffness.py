@@ -173,6 +173,12 @@ SAMPLES = st.integers(0, 50).flatmap(
 )
 
 
+def test_a_press_into_hardly_anything_has_a_stiffness():
+    (answer,) = identify_presses([made(np.array([-32.0, 0.0, 0.0, 1.0]), np.array([0.0, 0.0, 2.0, -11.0]), "ok")])
+    assert answer["status"] == "uncertain"
+    assert answer["stiffness_n_m"] > 0.0
+
+
 @pytest.mark.long
 @given(st.lists(st.tuples(SAMPLES, st.sampled_from([None, "ok", "limit", "fail"])), max_size=3))
 @settings(suppress_health_check=[HealthCheck.too_slow], max_examples=60)
