@@ -67,7 +67,7 @@ class Listener:
         while not stop():
             await asyncio.sleep(0.05)
         server.close()
-        await asyncio.sleep(0.0)  # connections that were just accepted begin
+        await asyncio.sleep(0.05)  # connections that were just accepted begin
         for client in (clients := tuple(self._clients)):
             client.cancel()
         await asyncio.gather(*clients, return_exceptions=True)
@@ -77,9 +77,9 @@ class Listener:
         assert task is not None
         self._clients.add(task)
         writers = [writer]
+        connecting = asyncio.create_task(asyncio.open_connection("127.0.0.1", self._to_port))
         try:
-            to_reader, to_writer = await asyncio.open_connection("127.0.0.1", self._to_port)
-            writers.append(to_writer)
+            to_reader, to_writer = await asyncio.shield(connecting)
             ways = [asyncio.create_task(self._carry(*way)) for way in ((reader, to_writer), (to_reader, writer))]
             await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
             for way in ways:
@@ -88,6 +88,8 @@ class Listener:
         except OSError:
             pass
         finally:
+            with suppress(OSError):  # a cancelled client closes a connection that is just made, too
+                writers.append((await connecting)[1])
             for end in writers:
                 end.transport.abort()
                 with suppress(OSError):
