@@ -6,7 +6,7 @@ component of the field. The largest excess itself is a lump with the probability
 excess has the natural spread of this ground, with the heavy tails of a Student distribution.
 
 That excess shows lumps near the surface. A deeper one lifts the stiffness less than the ground varies, over a wider
-area. So there may be a search for nodules beside it. Where it finds nothing, the excess counts by the square of its
+area, and a search for nodules can find it. Where the search finds nothing, the excess counts by the square of its
 probability, because a small one says hardly more than its prior. Where both find a lump, their doubts multiply.
 """
 

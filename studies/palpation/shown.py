@@ -1,5 +1,6 @@
 """Judges what would be shown of recorded presses, and the stiffness along a stream: known share and repeats."""
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -124,13 +125,17 @@ def neighbour_cv(stiffness_n_m: Array) -> float:
     """
     ln = np.log(np.maximum(stiffness_n_m, 1.0))
     bend = ln[1:-1] - 0.5 * (ln[:-2] + ln[2:])
-    return float(1.4826 * np.median(np.abs(bend - np.median(bend))) / np.sqrt(1.5))
+    return _robust_sd(bend) / math.sqrt(1.5)
 
 
 def pair_cv(one_n_m: Array, other_n_m: Array) -> float:
     """Return the coefficient of variation of one of two estimates of the same windows: robust, from their ratio."""
     ln = np.log(one_n_m / other_n_m)
-    return float(1.4826 * np.nanmedian(np.abs(ln - np.nanmedian(ln))) / np.sqrt(2.0))
+    return _robust_sd(ln[np.isfinite(ln)]) / math.sqrt(2.0)
+
+
+def _robust_sd(values: Array) -> float:
+    return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def _period_s(stream: Stream) -> float:

@@ -55,7 +55,7 @@ class Listener:
         self.change: Callable[[bytes], bytes] = bytes
         self.port = port or free_port()
         self._to_port = to_port
-        self._clients: set[asyncio.Task[None]] = set()
+        self._clients: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
 
     @contextmanager
     def listening(self) -> Iterator[None]:
@@ -63,20 +63,21 @@ class Listener:
             yield
 
     async def _run(self, stop: Callable[[], bool]) -> None:
-        server = await asyncio.start_server(self._client, "127.0.0.1", self.port)
+        server = await asyncio.start_server(self._accept, "127.0.0.1", self.port)
         while not stop():
             await asyncio.sleep(0.05)
         server.close()
-        await asyncio.sleep(0.05)  # connections that were just accepted begin
-        for client in (clients := tuple(self._clients)):
+        for client in (clients := dict(self._clients)):
             client.cancel()
         await asyncio.gather(*clients, return_exceptions=True)
+        await _end(*clients.values())  # a client that had not begun has ended nothing
+
+    def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        client = asyncio.create_task(self._client(reader, writer))
+        self._clients[client] = writer
+        client.add_done_callback(self._clients.pop)
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        task = asyncio.current_task()
-        assert task is not None
-        self._clients.add(task)
-        writers = [writer]
         connecting = asyncio.create_task(asyncio.open_connection("127.0.0.1", self._to_port))
         try:
             to_reader, to_writer = await asyncio.shield(connecting)
@@ -88,13 +89,9 @@ class Listener:
         except OSError:
             pass
         finally:
-            with suppress(OSError):  # a cancelled client closes a connection that is just made, too
-                writers.append((await connecting)[1])
-            for end in writers:
-                end.transport.abort()
-                with suppress(OSError):
-                    await end.wait_closed()
-            self._clients.discard(task)
+            await _end(writer)
+            with suppress(OSError):  # a cancelled client ends a connection that was just made, too
+                await _end((await connecting)[1])
 
     async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(OSError):
@@ -103,3 +100,10 @@ class Listener:
                 self.pieces += 1
                 writer.write(self.change(data))
                 await writer.drain()
+
+
+async def _end(*writers: asyncio.StreamWriter) -> None:
+    for writer in writers:
+        writer.transport.abort()
+        with suppress(OSError):
+            await writer.wait_closed()
