@@ -9,8 +9,9 @@ solves the equation sample by sample. A sample is a mean over 8 ms. It counts wh
 sample that counted. A finger at rest gives no information about c, and the noise of its force would look like a press.
 
 Force and height alone cannot distinguish an object that yields from a surface that moves or slopes. Under a press the
-force rises while the finger sinks; such samples teach c. If both rise, the surface has risen. If a sample contradicts
-the estimate of a stroked surface, the finger has reached another object.
+force rises while the finger sinks; such samples teach c. If both rise, the surface has risen. Where this contradicts
+the estimate, the surface moves by itself, and `moving_surface` estimates c from then on. If a sample contradicts the
+estimate of a stroked surface, the finger has reached another object.
 
 Tissue stiffens with depth, and a line through its forces is harder than the tissue at some depths. Some samples of the
 press are therefore kept. A surface up to `highest_m` exceeds none of them.
@@ -18,6 +19,7 @@ press are therefore kept. A surface up to `highest_m` exceeds none of them.
 
 import math
 
+from remote_site.stiffness.moving_surface import MovingSurface, motion_sd_m
 from remote_site.stiffness.pressed_samples import PressedSample, PressedSamples
 
 FORCE_SD_N, PLACE_SD_M, SPEED_SD_M_S = 0.011, 10e-6, 1.8e-3
@@ -41,12 +43,12 @@ PATCH_M = 3e-3
 """Length of stroke within which a fingertip passes from one object to another, m."""
 LEAST_CHANGE_N = 0.05
 """Smallest change of force that makes a sample count, N: ten times the noise of the mean force."""
+MOVING_S = 0.02
+"""Time between samples of a moving surface, s; at 250 Hz, their means have no sample in common."""
 REST_S = 0.05
 """Time since the last sample that counted after which a stroke's separately tracked height is used, s."""
 CONTRADICTION_SD = 3.5
 """Innovation from which a sample contradicts the estimate, in standard deviations."""
-MISTAKEN_SHARE = 0.25
-"""Fraction of a surface's motion under a press that is mistaken for depth."""
 YIELDS_LN_SD = 0.3
 """Standard deviation that is added to ln c when a press contradicts c."""
 HARDER_SD = 2.0
@@ -71,9 +73,9 @@ class HuntCrossleyFit:
     __slots__ = (
         "_began_s",
         "_cov",
-        "_doubt_m_n",
         "_force_n",
         "_most_n",
+        "_moving",
         "_passing_m",
         "_press_s",
         "_pressed",
@@ -103,14 +105,15 @@ class HuntCrossleyFit:
         self._cov = [[height, shared, 0.0], [shared, c * c, 0.0], [0.0, 0.0, DAMPING_SD_S_M**2]]
         self._t_s, self._force_n, self._z_m = t_s, force_n, z_m
         self._began_s, self._press_s, self._most_n = t_s, 0.0, force_n
-        self._way_m = self._passing_m = self._doubt_m_n = 0.0
+        self._way_m = self._passing_m = 0.0
+        self._moving: MovingSurface | None = None
         self._seen: tuple[float, float, float] | None = None
         self._pressed = PressedSamples(z_m)
 
     @property
     def ln_sd(self) -> float:
         """Standard deviation of ln c, and so of ln k."""
-        return math.hypot(math.hypot(math.sqrt(self._cov[1][1]), self._doubt_m_n) / self.compliance_m_n, LAW_SHARE)
+        return math.hypot(math.sqrt(self._cov[1][1]) / self.compliance_m_n, LAW_SHARE)
 
     @property
     def damping_sd_s_m(self) -> float:
@@ -159,6 +162,8 @@ class HuntCrossleyFit:
         self._way_m += way_m
         self.met_other = False
         self.highest_m = None
+        if self._moving is not None:
+            return self._follow(self._moving, t_s, PressedSample(force_n, z_m, speed_m_s, samples))
         change_n = force_n - self._force_n
         if abs(change_n) < LEAST_CHANGE_N:
             return False
@@ -201,13 +206,46 @@ class HuntCrossleyFit:
                 cross[0] += moved_m2
                 variance += moved_m2
                 self.moved_m += rise_m
-            if contradicts:  # the surface may have moved at this speed during the press, too
-                self._pressed.forget()
-                moved_m = MISTAKEN_SHARE * abs(innovation_m) / seconds * self._press_s
-                self._doubt_m_n = max(self._doubt_m_n, moved_m / self._most_n)
         self._learn(learned, cross, variance, innovation_m)
+        if contradicts and learned == (0,):  # the surface may have moved during the press, too
+            self._pressed.forget()
+            self._begin_to_follow(t_s, force_n, motion_sd_m(self._press_s) / self._most_n)
+            return True
         if learned != (0,) and not way_m:
             self._bound(PressedSample(force_n, z_m, speed_m_s, samples))
+        return True
+
+    def _begin_to_follow(self, t_s: float, force_n: float, doubt_m_n: float) -> None:
+        """Follow a surface that moves by itself; c has a further standard deviation, m/N."""
+        self._cov[1][1] += doubt_m_n**2
+        self._moving = MovingSurface(t_s, force_n, self.surface_m, self.compliance_m_n, self._cov[1][1])
+
+    def _follow(self, moving: MovingSurface, t_s: float, sample: PressedSample) -> bool:
+        """Take the mean of the newest samples on a surface that moves; return whether it counted."""
+        force_n, z_m, speed_m_s, samples = sample
+        if t_s - self._t_s < MOVING_S:
+            return False
+        self._t_s, way_m, self._way_m = t_s, self._way_m, 0.0
+        change_n, rise_m = force_n - self._force_n, z_m - self._z_m
+        changed = abs(change_n) >= LEAST_CHANGE_N
+        if changed:
+            self._force_n, self._z_m = force_n, z_m
+        teaches = changed and rise_m * change_n < 0.0
+        height_m, noise_m2 = self.measured(force_n, z_m, speed_m_s)
+        depth_m = height_m - z_m
+        noise_m2 = noise_m2 / samples + self._law_m2(depth_m, speed_m_s)
+        by_c = -depth_m / self.compliance_m_n
+        innovation = moving.step(t_s, z_m, by_c, noise_m2, (STEEPNESS * way_m) ** 2, teaches)
+        if way_m and abs(innovation) > CONTRADICTION_SD:
+            self._meet(z_m, depth_m, noise_m2)
+            self._begin_to_follow(t_s, force_n, self.compliance_m_n)
+            return True
+        self._pressed.follow(moving.surface_m - self.surface_m)
+        self.surface_m = moving.surface_m
+        self.compliance_m_n = min(max(moving.compliance_m_n, 1.0 / HARDEST_N_M), 1.0 / SOFTEST_N_M)
+        self._cov[1][1] = moving.variance_m2_n2 + (moving.compliance_m_n - self.compliance_m_n) ** 2
+        if teaches and not way_m:
+            self._bound(sample)
         return True
 
     def _bound(self, sample: PressedSample) -> None:

@@ -22,6 +22,7 @@ from studies.surface_identification.scenes import (
     Identified,
     identify,
     pressed,
+    pressed_again,
     rested,
     stroked,
 )
@@ -39,11 +40,12 @@ MOVES = {"2 mm, 0.25 Hz": (1e-3, 0.25), "12 mm/s, 0.5 Hz": (12e-3 / math.pi, 0.5
 """Amplitude, m, and frequency, Hz, of each motion of a surface."""
 MOVED_N_M, MOVED_N = (150.0, 500.0, 1000.0, 3000.0), 4.0
 SETTLED_S = 1.5
+AGAIN_N_M, AGAIN_S, CONTACTS, QUICK_CONTACTS = (150.0, 500.0, 1000.0, 3000.0), 12.0, 120, 4
 TISSUE_N_M, NODULE_N_M, NODULE_FROM_M, NODULE_TO_M = 150.0, 600.0, 0.03, 0.05
 EDGES_M = (0.0, 2e-3, 5e-3)
 SLOPE = 0.1
 MOST_LAG_TICKS = 100
-tables = tables_of("presses", "known", "dampings", "jitter", "moving", "nodule", "slope", "cost")
+tables = tables_of("presses", "known", "dampings", "jitter", "moving", "again", "nodule", "slope", "cost")
 COMPARED = (
     Compared("known", "seconds_p50", "less", ("steps", "stiffness_n_m"), absolute=0.01, relative=0.3),
     Compared("known", "ever_told_wrong", "less", ("steps", "stiffness_n_m"), absolute=1.0),
@@ -51,6 +53,8 @@ COMPARED = (
     Compared("dampings", "error_p50", "less", ("damping_s_m",), absolute=0.005, relative=0.5),
     Compared("jitter", "told_mm", "less", ("stiffness_n_m",), relative=0.3),
     Compared("moving", "lag_ms", "less", ("moves", "stiffness_n_m"), absolute=4.0),
+    Compared("again", "known_and_wrong", "less", ("breathes", "stiffness_n_m"), absolute=0.02),
+    Compared("again", "known", "more", ("breathes", "stiffness_n_m"), absolute=0.1),
     Compared("cost", "times_a_bare_call", "less", ("while",), relative=0.5),
 )
 
@@ -60,12 +64,13 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 
     The cost is measured in this process after all other work.
     """
-    count = QUICK_PRESSES if quick else PRESSES
+    count, contacts = (QUICK_PRESSES, QUICK_CONTACTS) if quick else (PRESSES, CONTACTS)
     pieces: dict[str, list[Piece]] = {
         "pressed": [(_pressed, (stiffness_n_m, count, seed)) for stiffness_n_m in STIFFNESSES_N_M],
         "dampings": [(_damping, (damping_s_m, count, seed)) for damping_s_m in DAMPINGS_S_M],
         "jitter": [(_jitter, (seed,))],
         "moving": [(_moving, (name, seed)) for name in MOVES],
+        "again": [(_again, (k, breathes, contacts, seed)) for breathes in (False, True) for k in AGAIN_N_M],
         "nodule": [(_nodule, (edge_m, seed)) for edge_m in EDGES_M],
         "slope": [(_slope, (seed,))],
     }
@@ -79,6 +84,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "dampings": found["dampings"],
         "jitter": found["jitter"],
         "moving": [row for rows, _ in found["moving"] for row in rows],
+        "again": found["again"],
         "nodule": [row for rows, _ in found["nodule"] for row in rows],
         "slope": found["slope"],
         "cost": cost,
@@ -222,6 +228,23 @@ def _moving(name: str, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[s
         if MOVED_N_M[finger] == 500.0:
             course = _course(touches.time_s, true_mm=1e3 * true_m, told_mm=1e3 * identified.surface_m)
     yield rows, course
+
+
+def _again(stiffness_n_m: float, breathes: bool, contacts: int, seed: int) -> Iterator[dict[str, Any]]:
+    """Press again and again; yield the share of time that the stiffness is known, and known and wrong."""
+    rng = _chance(seed, "again", stiffness_n_m, breathes)
+    touches = pressed_again(np.full(contacts, stiffness_n_m), rng, AGAIN_S, breathes=breathes)
+    known, wrong, hard = [], [], []
+    for finger, identified in enumerate(_identified(touches, rng)):
+        late = (touches.time_s > SETTLED_S) & (touches.force_n[:, finger] > 0.1)
+        error = identified.stiffness_n_m[late] / stiffness_n_m - 1.0
+        known.append(identified.known[late].mean())
+        wrong.append((identified.known[late] & (np.abs(error) > WITHIN)).mean())
+        hard.append((error > WITHIN).mean())
+    shares = {"known": known, "known_and_wrong": wrong, "too_hard": hard}
+    yield {"breathes": breathes, "stiffness_n_m": stiffness_n_m, "contacts": contacts} | {
+        name: float(np.nanmean(share)) for name, share in shares.items()
+    }
 
 
 def _lag_ticks(identified_m: Floats, true_m: Floats, late: Any) -> int:

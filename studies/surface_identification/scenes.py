@@ -70,6 +70,34 @@ def pressed(
     return touches, force_n
 
 
+def pressed_again(stiffness_n_m: Floats, rng: np.random.Generator, seconds: float, *, breathes: bool) -> Touches:
+    """Press each of N objects again and again without a lift, on a surface that may breathe as a sine.
+
+    Presses have 2 to 4.5 N, or the force at 18 mm of depth if that is less and above 2 N. Between them 0.3 to 1 N
+    remain. A motion takes 0.15 to 0.8 s, and the rest after it 0.1 to 1.5 s. A breath moves the surface by 0.3 to
+    2.5 mm to each side, 0.2 to 0.5 times a second.
+    """
+    count = len(stiffness_n_m)
+    moves_s, rests_s = rng.uniform(0.15, 0.8, count), rng.uniform(0.1, 1.5, count)
+    least_n = rng.uniform(0.3, 1.0, count)
+    most_n = np.minimum(rng.uniform(2.0, 4.5, count), np.maximum(2.0, 0.018 * stiffness_n_m))
+    amplitude_m = rng.uniform(0.3e-3, 2.5e-3, count) if breathes else np.zeros(count)
+    pulse, phase = 2.0 * math.pi * rng.uniform(0.2, 0.5, count), rng.uniform(0.0, 2.0 * math.pi, count)
+    way_m = 1.0 / stiffness_n_m + 1.0 / SERVO_N_M
+
+    def setpoint_m(t_s: float) -> Floats:
+        again_s = np.maximum(0.0, t_s - PRESS_FROM_S - moves_s - rests_s) % (2.0 * (moves_s + rests_s))
+        lifted = minimum_jerk(again_s / moves_s) - minimum_jerk((again_s - moves_s - rests_s) / moves_s)
+        level_n = most_n - (most_n - least_n) * lifted
+        down = minimum_jerk((t_s - PRESS_FROM_S) / moves_s)
+        return 2e-3 - (2e-3 + level_n * way_m) * down
+
+    def surface_m(t_s: float, _: Floats) -> Floats:
+        return np.asarray(amplitude_m * (np.sin(pulse * t_s + phase) - np.sin(phase)))
+
+    return simulate(seconds, setpoint_m, lambda _: stiffness_n_m, surface_m=surface_m)
+
+
 def rested(
     stiffness_n_m: Floats, force_n: float, seconds: float, *, amplitude_m: float = 0.0, frequency_hz: float = 0.0
 ) -> Touches:

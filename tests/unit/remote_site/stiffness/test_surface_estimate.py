@@ -17,6 +17,7 @@ from studies.surface_identification.scenes import (
     Identified,
     identify,
     pressed,
+    pressed_again,
     rested,
     stroked,
 )
@@ -142,6 +143,20 @@ def test_a_moving_surface_is_followed(
     assert np.abs(shown_n - felt.force_n[:, 0])[late].max() < 0.05 + stiffness_n_m * fastest_m_s * late_s
     assert each.stiffness_n_m[late] == pytest.approx(stiffness_n_m, rel=0.25)
     assert np.ptp(each.stiffness_n_m[late]) < 0.1 * stiffness_n_m, "it is the surface that moves"
+
+
+@pytest.mark.long
+def test_presses_on_a_breathing_surface_make_its_stiffness_known_again() -> None:
+    """A contradiction leaves the stiffness unknown until the presses of this contact have identified it again."""
+    stiffness_n_m = np.full(6, 150.0)
+    felt = pressed_again(stiffness_n_m, np.random.default_rng(81_110), 12.0, breathes=True)
+    again = []
+    for each in identified(felt, 10):
+        doubted = np.flatnonzero((np.diff(each.known.astype(int)) < 0) & (each.stiffness_n_m[1:] > 0.0))
+        if len(doubted):
+            again.append(each.known[doubted[0] :].mean())
+    assert len(again) >= 4
+    assert np.mean(again) > 0.7
 
 
 @pytest.mark.long
