@@ -94,6 +94,8 @@ class VideoSource:
     def _read_pictures(self) -> None:
         keywords: dict[str, Any] = {"options": self._options, "timeout": (_OPEN_S, _SILENT_S)}
         with av.open(self._source, format=self._format, **keywords) as container:
+            if not container.streams.video:
+                raise ValueError("has no pictures")
             opened_s = time.monotonic()
             for frame in container.decode(video=0):
                 now_ns = time.monotonic_ns()

@@ -1,9 +1,11 @@
 """The camera's process against a simulated network camera and a reader with real keys."""
 
 import time
+import wave
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import av
 import numpy as np
@@ -251,3 +253,13 @@ def test_after_a_picture_that_is_too_large_a_key_picture_follows(stage: Stage, m
 def test_a_taken_port_is_a_link_problem(stage: Stage, keys: Keys, base_port: int) -> None:
     with pytest.raises(LinkProblem, match=r"\(camera\): .*in use"):
         StreamServer(RemoteLinkConfig(base_port=base_port, keys=keys.remote), "camera")
+
+
+def test_a_source_of_sound_alone_is_named_as_one_without_pictures(tmp_path: Path) -> None:
+    with wave.open(str(tmp_path / "sound.wav"), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(8000)
+        file.writeframes(bytes(16000))
+    with closing(VideoSource(str(tmp_path / "sound.wav"), (WIDTH, HEIGHT), RATE_HZ, 0.0)) as source:
+        wait_until(lambda: source.problem.endswith("sound.wav: has no pictures"), lambda: source.problem)
