@@ -156,7 +156,7 @@ def _repeated(path: Path) -> Iterator[Samples]:
     try:
         with av.open(path) as container:
             empty = next(_blocks(container), None) is None
-    except (FFmpegError, OSError) as error:
+    except (FFmpegError, OSError, ValueError) as error:
         raise ValueError(f"source {path}: {getattr(error, 'strerror', None) or error}") from None
     if empty:
         raise ValueError(f"source {path}: has no sound of {1e3 * FRAME_S:g} ms")

@@ -4,6 +4,7 @@ import itertools
 import wave
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
@@ -73,6 +74,12 @@ def test_a_file_without_sound_is_refused(tmp_path: Path) -> None:
     (tmp_path / "text.wav").write_text("no sound")
     with pytest.raises(ValueError, match=r"text\.wav: "):
         open_source(tmp_path / "text.wav")
+    with av.open(tmp_path / "film.mkv", "w") as film:
+        stream = film.add_stream("mpeg4", rate=10, width=64, height=64, pix_fmt="yuv420p")
+        film.mux(stream.encode(av.VideoFrame(64, 64, "yuv420p")))
+        film.mux(stream.encode())
+    with pytest.raises(ValueError, match=r"film\.mkv: has no sound"):
+        open_source(tmp_path / "film.mkv")
 
 
 has_alsa = pytest.mark.skipif(not Path(FOLDER, "alsa.conf").exists(), reason="the system has no ALSA (libasound2-data)")
