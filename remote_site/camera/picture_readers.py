@@ -24,14 +24,14 @@ class Reader:
 
     Attributes:
         who: routing identity.
-        operates: whether its key may operate the session.
+        operates: whether the key of its newest packet may operate the session.
         heard_s: time of its newest packet, s.
         asked_ns, heard_ns: its newest packet's time on its own clock, and on the camera's when it was read, ns.
         needs_key: whether it can only use a picture that can be decoded by itself.
     """
 
     who: bytes
-    operates: bool
+    operates: bool = False
     heard_s: float = 0.0
     asked_ns: int = 0
     heard_ns: int = 0
@@ -81,7 +81,8 @@ class PictureReaders:
         if reader is None:
             if len(self._readers) >= MOST_READERS:
                 return None
-            reader = self._readers[who] = Reader(who, operates)
+            reader = self._readers[who] = Reader(who)
+        reader.operates = operates
         reader.take(ask, now_ns)
         return reader
 

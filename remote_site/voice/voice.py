@@ -47,9 +47,11 @@ _FRAME_NS = round(FRAME_S * 1e9)
 
 @dataclass(slots=True, eq=False)
 class _Reader:
+    """One reader; `operates` says whether the key of its newest packet may operate the session."""
+
     who: bytes
-    operates: bool
     end: VoiceEnd
+    operates: bool = False
 
 
 class Voice:
@@ -90,7 +92,8 @@ class Voice:
             if len(self._readers) >= MOST_READERS:
                 self.counts["readers refused"] += 1
                 return
-            reader = _Reader(sender.who, self._server.may_operate(sender.key), VoiceEnd(now_ns))
+            reader = _Reader(sender.who, VoiceEnd(now_ns))
+        reader.operates = self._server.may_operate(sender.key)
         damaged = reader.end.counts["damaged"]
         sound = reader.end.take(packed, now_ns)
         if reader.end.counts["damaged"] > damaged:

@@ -68,6 +68,15 @@ def test_a_slow_reader_misses_pictures_and_then_needs_a_key_picture() -> None:
     assert slow.needs_key
 
 
+def test_the_role_of_the_newest_packet_counts() -> None:
+    """The same routing identity may come back with another key, and a key may get another role."""
+    readers = PictureReaders()
+    for operates in (True, False, True):
+        reader = readers.take(b"a", operates, ask(), 0)
+        assert reader is not None
+        assert reader.operates is operates
+
+
 def test_readers_leave_and_are_limited() -> None:
     readers = PictureReaders()
     assert all(readers.take(bytes([number]), False, ask(), 0) for number in range(MOST_READERS))

@@ -150,6 +150,16 @@ def test_an_observer_hears_and_is_not_played(stage: Stage, keys: Keys) -> None:
     assert stage.voice.figures()["physician"] == "absent"
 
 
+def test_an_operator_that_becomes_an_observer_is_no_longer_played(stage: Stage, keys: Keys) -> None:
+    reader = stage.reader(state=VoiceState.TALKS)
+    stage.until(lambda: stage.heard.played)
+    trusted = TrustedKeys(keys.remote)
+    trusted.trust(trusted.owners()[own := load_keys(keys.operator).public].name, own, Role.OBSERVER)
+    stage.until(lambda: stage.voice.counts["refused"] > 5)
+    assert reader.sounds
+    assert stage.voice.figures()["physician"] == "absent"
+
+
 @pytest.mark.long
 def test_one_talks_at_a_time_and_the_next_one_after_a_pause(stage: Stage) -> None:
     first, second = stage.reader(state=VoiceState.TALKS), stage.reader()
