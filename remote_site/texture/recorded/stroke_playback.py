@@ -49,6 +49,8 @@ class StrokeBlock:
 def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStroke:
     """Resample a recording to the sensor's rate; of several signals, the one that varies most is used.
 
+    A negative speed is a stroke backwards, and counts as a stroke.
+
     Args:
         trace: the recording.
         speed_m_s: speed if the recording has none, m/s.
@@ -59,11 +61,12 @@ def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStrok
         return np.full(len(time_s), otherwise) if values is None else np.interp(time_s, trace.time_s, values)
 
     signals = [even(column, 0.0) for column in trace.signals.T]
+    speed = None if trace.speed_m_s is None else np.abs(trace.speed_m_s)
     return EvenStroke(
         time_s,
         max(signals, key=lambda signal: float(np.abs(signal - np.median(signal)).mean())),
         even(trace.force_n, NOMINAL_FORCE_N),
-        even(trace.speed_m_s, NOMINAL_SPEED_M_S if speed_m_s is None else speed_m_s),
+        even(speed, NOMINAL_SPEED_M_S if speed_m_s is None else speed_m_s),
     )
 
 

@@ -1,0 +1,18 @@
+"""Recorded strokes at the sensor's rate."""
+
+from remote_site.texture.recorded.identify_texture import identify_stroke
+from remote_site.traces.trace_files import StrokeTrace
+from sim_sensors.traces.simulated_stroke import simulate_stroke
+from tests.unit.remote_site.shipped_tables import SURFACES
+
+
+def test_a_stroke_backwards_has_the_answer_of_one_forwards() -> None:
+    made = simulate_stroke("widely_grooved_pvc", 7, 80.0, 1.0)
+    forwards, backwards = (
+        identify_stroke(
+            StrokeTrace(made.time_s, made.pressure_v, made.force_n, direction * 1e-3 * made.speed_mm_s), SURFACES
+        )
+        for direction in (1.0, -1.0)
+    )
+    assert forwards == backwards
+    assert [part["surface"] for part in forwards if part["mode"] == "stroking"] == ["widely_grooved_pvc"]
