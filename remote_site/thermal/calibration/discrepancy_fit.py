@@ -35,6 +35,8 @@ UNKNOWN_SPREAD = 0.05
 """Spread where the temperatures of the objects are not known, from kinds of sensors whose objects are."""
 ROUNDS = 10
 """Rounds between the errors and their variances."""
+EARLY_END = "contact is lost, or readings are missing or stuck"
+"""Reasons why a touch ends before its trace."""
 LEAST_BY_OBJECT = -0.9
 """Least error by object; at -1 the estimate would not depend on the object."""
 _SETTLED = 0.02
@@ -96,6 +98,9 @@ def courses(table: MaterialTable, labelled: Sequence[Labelled], mapped: Map) -> 
         table: the table. Its discrepancy does not correct the evidence, but its times count if it has one.
         labelled: the touches.
         mapped: the function `map`, or a parallel one.
+
+    Raises:
+        ValueError: no touch gives any evidence.
     """
     wanted_s = TIMES_S if table.discrepancy is None else table.discrepancy.times_s
     times_s = [t_s for t_s in wanted_s if t_s <= table.lasts_s + 1e-6]
@@ -107,6 +112,8 @@ def courses(table: MaterialTable, labelled: Sequence[Labelled], mapped: Map) -> 
         for t_s, evidence in zip(times_s, course, strict=True):
             if evidence is not None:
                 found[t_s].append(Seen(evidence, each.material, each.object_c, number))
+    if not any(found.values()):
+        raise ValueError(f"no touch lasts {times_s[0]:g} s: {EARLY_END}")
     return {t_s: seen for t_s, seen in found.items() if seen}
 
 

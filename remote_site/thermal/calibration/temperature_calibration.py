@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
-from remote_site.thermal.calibration.discrepancy_fit import Labelled, Seen, courses, learn
+from remote_site.thermal.calibration.discrepancy_fit import EARLY_END, Labelled, Seen, courses, learn
 from remote_site.thermal.calibration.thermal_calibration import check_difference, touch_of
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_start import reference_touch
@@ -108,21 +108,21 @@ def learn_temperature(
 
     Raises:
         ValueError: the table has no discrepancy, a material is not in it or has fewer than FEWEST touches, or a touch
-            has no contact, is too short or has no temperature difference.
+            has no contact, is too short, ends early or has no temperature difference.
     """
     if table.discrepancy is None:
         raise ValueError(
             f"{table_name}: field discrepancy: this older table has none; make it again with `teletaction calibrate "
             "thermal`"
         )
-    names = table.names()
+    names, needed_s = table.names(), table.discrepancy.times_s[-1]
     touches: list[Labelled] = []
     for label, trace, object_c in labelled:
         if label not in names:
             raise ValueError(f"{where}: column material: {label} is not in {table_name}, which has {', '.join(names)}")
         touch = touch_of(trace)
         check_difference(touch, object_c)
-        length_s, needed_s = float(trace.time_s[-1]) - touch.contact_s, table.discrepancy.times_s[-1]
+        length_s = float(trace.time_s[-1]) - touch.contact_s
         if length_s < needed_s - 1e-6:
             raise ValueError(f"{trace.name}: the touch lasts {length_s:.2f} s, needs {needed_s:.2f} s as in the table")
         touches.append(Labelled(touch, names.index(label), object_c))
@@ -136,6 +136,10 @@ def learn_temperature(
             )
     with kept_processes(processes) as mapped:
         fit = _learned(table, touches, mapped)
+        whole = {one.number for one in fit.seen.get(needed_s, ())}
+        for number, one in enumerate(touches):
+            if number not in whole:
+                raise ValueError(f"{one.touch.trace.name}: the touch ends before {needed_s:.2f} s: {EARLY_END}")
         progress(0.5)
         beside = table.reference
         if beside is not None and beside.discrepancy is not None and _have_reference(touches):

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
-from remote_site.thermal.calibration.discrepancy_fit import UNKNOWN_SPREAD, Seen, learn
+from remote_site.thermal.calibration.discrepancy_fit import UNKNOWN_SPREAD, Labelled, Seen, courses, learn
+from remote_site.thermal.calibration.temperature_calibration import learn_temperature
+from remote_site.thermal.calibration.thermal_calibration import touch_of
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.touch_estimate import ANYWHERE_K, TouchEvidence
-from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, true_table
+from remote_site.traces.trace_files import ThermalTrace
+from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, true_table
 
 TABLE = true_table({name: MATERIALS[name] for name in ("metal", "plastic")})
 BY_PLATE, BY_OBJECT = (0.01, -0.03), (0.0, 0.12)
@@ -71,3 +74,24 @@ def test_objects_of_unknown_temperature_teach_nothing_about_it() -> None:
     assert found.by_plate[0][0] == pytest.approx(BY_PLATE[0], abs=0.01)
     assert (found.by_plate[0][1], found.by_object[0][1]) == (0.0, 0.0)
     assert found.spread[0][1] == UNKNOWN_SPREAD
+
+
+def lifted(seconds: float, count: int = 1) -> list[ThermalTrace]:
+    """Traces of touches whose finger leaves the object after some seconds."""
+    return [
+        ThermalTrace(one.time_s, one.sensor_c, np.where(one.time_s < seconds, one.force_n, 0.0), name=f"{seconds} s")
+        for one in made_touches("plastic", count, 5, 1.5)
+    ]
+
+
+def test_touches_that_are_too_short_to_teach_anything_are_refused() -> None:
+    (trace,) = lifted(0.1)
+    with pytest.raises(ValueError, match=r"no touch lasts 0.3 s: contact is lost, or readings are missing or stuck"):
+        courses(TABLE, [Labelled(touch_of(trace), 1, AMBIENT_C)], map)
+
+
+def test_a_reference_that_the_finger_leaves_early_is_refused() -> None:
+    table = TABLE.model_copy(update={"discrepancy": learn(TABLE, {0.5: seen(5, 10), 1.0: seen(6, 10)})})
+    touches = [("plastic", trace, AMBIENT_C) for trace in [*lifted(1.5, 4), *lifted(0.7)]]
+    with pytest.raises(ValueError, match=r"0\.7 s: the touch ends before 1\.00 s: contact is lost"):
+        learn_temperature(table, touches)
