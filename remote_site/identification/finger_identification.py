@@ -131,6 +131,8 @@ class FingerIdentification:
             self.period.groove(impulse.place_m)
             amplitude_rad_s = groove_rad_s(impulse.strength_v, self._groove_v)
             self._events.add(EventKind.GROOVE, self._finger, amplitude_rad_s, time_s=impulse.time_s)
+        if self.texture_fault is not None:
+            self.period.interrupt()  # after a fault, the path begins again
 
     def _touch(self, sensed: SensorFrame, stroke: StrokeConstants) -> TouchRow:
         """Return the finger's row; a free finger has no surface, so that none is rendered."""

@@ -82,7 +82,10 @@ def _segment(part: list[StrokeBlock]) -> Segment:
         likeliest = [texture.probability for texture in settled if texture.best == segment.surface]
         segment.probability = likeliest[-1]
     period = GroovePeriod()
-    for impulse in impulses:
-        period.groove(impulse.place_m)
+    for block in part:
+        for impulse in block.texture.impulses:
+            period.groove(impulse.place_m)
+        if block.texture.fault is not None:
+            period.interrupt()  # after a fault, the path begins again
     segment.period = period.estimate()
     return segment

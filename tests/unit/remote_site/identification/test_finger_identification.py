@@ -17,6 +17,7 @@ from remote_site.identification.touch_events import TouchEvents
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.thermal_result import ThermalResult
+from sim_sensors.traces.simulated_stroke import simulate_stroke
 from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
 from tests.unit.remote_site.made_touches import SENSOR as MADE_SENSOR
 from tests.unit.remote_site.shipped_tables import SURFACES
@@ -165,3 +166,26 @@ def test_general_constants_come_before_the_name_of_the_material_and_its_own_afte
     if before.thermal.material is None:
         assert effusivity(before) == pytest.approx(before.thermal.effusivity, rel=1e-6)
     assert len({constants(touch) for touch in named}) == 1
+
+
+def test_no_distance_of_grooves_spans_a_fault_of_the_sensor(knowledge: ThermalKnowledge) -> None:
+    stroke = simulate_stroke("widely_grooved_pvc", 7, 80.0, 1.0, length_m=0.07)
+    counts = (stroke.pressure_v / VOLTS_PER_COUNT).round().astype("<i2")
+    middle = len(counts) // 2
+    counts[middle : middle + 40] = 2047
+    x_m = np.cumsum(1e-3 * stroke.speed_mm_s) / 2000.0
+    hand, events = HandMotion(), TouchEvents()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
+    grooves, faulty = 0, False
+    for first in range(0, len(counts) - 9, 10):
+        t_s, x, force_n = float(stroke.time_s[first + 9]), float(x_m[first + 9]), float(stroke.force_n[first + 9])
+        chunk = (counts[first : first + 10].tobytes(),) * COUNT
+        sensed = SensorFrame(t_s, x, 0.0, (0.0,) * COUNT, (force_n,) * COUNT, chunk, (None,) * COUNT, None)
+        hand.step(t_s, x, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+        grooves += sum(event.kind is EventKind.GROOVE for event in events.new)
+        faulty = faulty or finger.texture_fault is not None
+    assert faulty
+    assert grooves > 3
+    assert finger.period.estimate() is None, "each side of the fault has too few grooves for a period"
