@@ -81,6 +81,21 @@ def wrong_speeds(values_mm_s: Array) -> str:
     return f"at most {largest:g} mm/s is no stroke: it looks like m/s; multiply by 1000"
 
 
+def stated_speed_m_s(speed_mm_s: float | None) -> float | None:
+    """Return the speed of `--speed`, m/s; None without one.
+
+    Raises:
+        ValueError: it is not positive, or looks like another unit.
+    """
+    if speed_mm_s is None:
+        return None
+    if not 0.0 < speed_mm_s < 1000.0 * FASTEST_M_S:
+        raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
+    if why := wrong_speeds(np.array([speed_mm_s])):
+        raise ValueError(f"--speed: {why}")
+    return speed_mm_s / 1000.0
+
+
 def wrong_speeds_m_s(values: Array) -> str:
     """Return what speeds look like if they are not in m/s, and how to convert; empty if they may be."""
     largest = float(np.abs(values).max())

@@ -87,7 +87,9 @@ def calibrate_texture_command(
     from teletaction.report.texture_report import texture_text
 
     if not of_slow_strokes(strokes, signal):
-        made = calibrate_texture(strokes, out, sensor_serial=serial, made_on=f"{date.today()}")
+        made = calibrate_texture(
+            strokes, out, signal=signal, speed_mm_s=speed, sensor_serial=serial, made_on=f"{date.today()}"
+        )
         _report(texture_text(made), out, report)
         return
     fit = calibrate_spectra(read_labelled(strokes, signal, speed), sensor_serial=serial, made_on=f"{date.today()}")

@@ -11,6 +11,7 @@ from remote_site.texture.recorded.spectrum_table import SpectrumModel, SpectrumT
 from remote_site.texture.recorded.stroke_playback import FAST_HZ
 from remote_site.texture.recorded.surface_spectrum import Along, Unevenness, bands, sensor_noise, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace, TraceFile, read_labels, read_stroke
+from remote_site.traces.units import stated_speed_m_s
 
 Array = NDArray[np.float64]
 
@@ -68,21 +69,21 @@ def read_labelled(folder: Path, signal: str | None, speed_mm_s: float | None) ->
 
     Raises:
         ValueError: a file cannot be used, or there is a column `roughness_um`; the message names file, line and column.
+            Or the speed cannot be one.
     """
     if "roughness_um" in TraceFile(folder / "labels.csv").names:
         raise ValueError(
             f"{folder / 'labels.csv'}: column roughness_um: strokes below {FAST_HZ:.0f} samples/s show no roughness; "
             "remove the column"
         )
-    strokes = []
+    strokes, stated_m_s = [], stated_speed_m_s(speed_mm_s)
     for path, surface, own in read_labels(folder, "surface", "speed_mm_s"):
-        speed = own if own is not None else speed_mm_s
-        if speed is not None and not 0.0 < speed < 10_000.0:
-            raise ValueError(f"{folder / 'labels.csv'}: column speed_mm_s: must be positive, mm/s, not {speed}")
+        if own is not None and not 0.0 < own < 10_000.0:
+            raise ValueError(f"{folder / 'labels.csv'}: column speed_mm_s: must be positive, mm/s, not {own}")
         trace = read_stroke(path, "best" if signal == "mean" else signal)
         if trace.rate_hz >= FAST_HZ:
             raise ValueError(f"{path}: {trace.rate_hz:.0f} samples/s among strokes below {FAST_HZ:.0f}")
-        strokes.append(LabelledStroke(trace, surface, None if speed is None else speed / 1000.0))
+        strokes.append(LabelledStroke(trace, surface, stated_m_s if own is None else own / 1000.0))
     return strokes
 
 

@@ -19,6 +19,7 @@ from remote_site.texture.recorded.stroke_segments import even_segments
 from remote_site.texture.surface_table import Surface, SurfaceTable
 from remote_site.texture.texture_law import TextureLaw, ln_roughness
 from remote_site.traces.trace_files import read_labels, read_stroke
+from remote_site.traces.units import stated_speed_m_s
 
 LEAST_SD = 0.08
 """Minimum standard deviation of ln(roughness) of a surface."""
@@ -58,6 +59,8 @@ def calibrate_texture(
     folder: Path,
     out: Path,
     *,
+    signal: str | None = None,
+    speed_mm_s: float | None = None,
     constants: dict[str, tuple[float, float]] | None = None,
     sensor_serial: str = "unknown",
     made_on: str = "",
@@ -67,20 +70,22 @@ def calibrate_texture(
     Args:
         folder: holds labels.csv and the strokes it names.
         out: file to write.
+        signal: column, `best` or `mean`; see `read_stroke`.
+        speed_mm_s: speed of recordings without a speed column, mm/s.
         constants: K_v,s in (rad/s)/(m/s) and K_F,s in (rad/s)/N of surfaces with values of their own; the others get
             theirs from a scale of roughness.
         sensor_serial: serial number of the sensor that recorded the strokes.
         made_on: ISO date of the calibration.
 
     Raises:
-        ValueError: a file cannot be used; the message names file, line and column.
+        ValueError: a file cannot be used (the message names file, line and column), or the speed cannot be one.
     """
-    labelled = []
+    labelled, stated_m_s = [], stated_speed_m_s(speed_mm_s)
     for path, label, roughness_um in read_labels(folder, "surface", "roughness_um"):
-        trace = read_stroke(path)
+        trace = read_stroke(path, signal)
         if trace.rate_hz < FAST_HZ:
             raise ValueError(f"{path}: recorded at {trace.rate_hz:.0f} Hz; single grooves need {FAST_HZ:.0f} Hz")
-        labelled.append(LabelledStroke(str(path), label, even_stroke(trace), roughness_um))
+        labelled.append(LabelledStroke(str(path), label, even_stroke(trace, stated_m_s), roughness_um))
     fit = fit_surfaces(labelled, constants or {})
     table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
     table.save(out)

@@ -6,8 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
-import numpy as np
-
 from common.files.read_files import read_json
 from common.runtime.parallel_map import Progress, in_order, unseen
 from remote_site.texture.motion_spectrum import UNKNOWN, MotionSpectra
@@ -18,7 +16,7 @@ from remote_site.texture.recorded.stroke_segments import segments
 from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
 from remote_site.texture.texture_law import ln_roughness
 from remote_site.traces.trace_files import StrokeTrace, read_stroke
-from remote_site.traces.units import wrong_speeds
+from remote_site.traces.units import stated_speed_m_s
 
 RPM_PER_MM_S = 60.0 / (2.0 * math.pi) / 1000.0
 """Factor from (rad/s)/(m/s) to rpm/(mm/s)."""
@@ -109,12 +107,7 @@ def identify_texture(
     """
     if not 0.0 <= speed_sd_mm_s < 10_000.0:
         raise ValueError(f"--speed-sd: must be 0 or more, mm/s, not {speed_sd_mm_s}")
-    if speed_mm_s is not None and not 0.0 < speed_mm_s < 10_000.0:
-        raise ValueError(f"--speed: must be positive, mm/s, not {speed_mm_s}")
-    if speed_mm_s is not None and (why := wrong_speeds(np.array([speed_mm_s]))):
-        raise ValueError(f"--speed: {why}")
-    speed_m_s = None if speed_mm_s is None else speed_mm_s / 1000.0
-    one = partial(_lines, table, signal, speed_m_s, speed_sd_mm_s / 1000.0)
+    one = partial(_lines, table, signal, stated_speed_m_s(speed_mm_s), speed_sd_mm_s / 1000.0)
     for lines in in_order(one, strokes, processes, progress):
         yield from lines
 

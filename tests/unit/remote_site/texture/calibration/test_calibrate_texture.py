@@ -1,0 +1,42 @@
+"""The command that calibrates textures takes its options for every kind of stroke."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from remote_site.texture.surface_table import SurfaceTable
+from sim_sensors.traces.simulate import simulate_stroke_set
+from tests.commands import command, one_line
+
+
+def test_signal_and_speed_also_count_for_fast_strokes(tmp_path: Path) -> None:
+    plain, renamed = tmp_path / "plain", tmp_path / "renamed"
+    for folder in (plain, renamed):
+        folder.mkdir()
+        simulate_stroke_set("widely_grooved_pvc", 2, speed_mm_s=60.0, force_n=1.2, seed=3, out=folder)
+    for path in renamed.glob("widely*.csv"):
+        header, *rows = path.read_text("utf-8").splitlines()
+        assert header == "time_s,pressure_v,force_n,speed_mm_s"
+        cells = [row.rsplit(",", 1)[0] for row in rows]
+        path.write_text("\n".join(["time_s,piezo_v,force_n", *cells]) + "\n", "utf-8")
+    assert command("calibrate", "texture", "--strokes", plain, "--out", plain / "table.json").code == 0
+    options = ("--signal", "piezo_v", "--speed", 60)
+    outcome = command("calibrate", "texture", "--strokes", renamed, "--out", renamed / "table.json", *options)
+    assert outcome.code == 0, outcome.err
+    whole, other = (SurfaceTable.load(folder / "table.json") for folder in (plain, renamed))
+    assert other.surfaces[0].period_mm == pytest.approx(whole.surfaces[0].period_mm, rel=0.02)
+    assert other.surfaces[0].ln_roughness == pytest.approx(whole.surfaces[0].ln_roughness, abs=0.1)
+
+
+@pytest.mark.parametrize(("speed", "why"), [(-1.0, "must be positive, mm/s, not -1.0"), (0.02, "it looks like m/s")])
+def test_a_speed_that_is_none_is_refused(tmp_path: Path, speed: float, why: str) -> None:
+    time_s = np.arange(0.0, 8.0, 0.02)
+    rows = [f"{t:.3f},{np.sin(9.0 * t) + 0.1 * np.sin(31.0 * t):.4f}" for t in time_s]
+    (tmp_path / "slow.csv").write_text("\n".join(["time_s,pressure_v", *rows]) + "\n", "utf-8")
+    (tmp_path / "labels.csv").write_text("file,surface\nslow.csv,cloth\n", "utf-8")
+    line = one_line(
+        command("calibrate", "texture", "--strokes", tmp_path, "--out", tmp_path / "table.json", "--speed", speed), 2
+    )
+    assert "--speed: " in line
+    assert why in line
