@@ -55,9 +55,9 @@ def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
 
 
 def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[StrokeBlock]]:
-    """Return the blocks in groups of one mode and one surface."""
+    """Return the blocks in groups of one mode and one surface; none for a stroke shorter than a block."""
     blocks = list(felt(stroke, surfaces))
-    cuts = [0]
+    cuts = [0] if blocks else []
     for number, (before, block) in enumerate(pairwise(blocks), start=1):
         stroking = block.mode is ExplorationMode.STROKING
         if block.mode is not before.mode or (stroking and block.texture.changed_s is not None):

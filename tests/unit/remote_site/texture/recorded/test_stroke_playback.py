@@ -29,3 +29,7 @@ def test_no_distance_of_grooves_spans_a_fault_of_the_sensor() -> None:
     assert stroke["fault"] is not None
     assert np.diff(stroke["impulses_s"]).max() > 0.3
     assert stroke["irregular"] is None, "each side of the fault has too few grooves for a period"
+
+
+def test_a_stroke_shorter_than_a_block_has_no_segment() -> None:
+    assert identify_stroke(StrokeTrace(np.arange(5) / 2000.0, np.zeros(5)), SURFACES) == []
