@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.stroke_playback import EvenStroke, felt
 from remote_site.texture.surface_table import Surface, SurfaceTable
+from remote_site.texture.texture_identification import BLOCK
 from remote_site.texture.texture_law import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, TextureLaw, ln_roughness
 from remote_site.texture.tip_path import SLOWEST_M_S
 
@@ -53,7 +54,11 @@ class LawFit:
 
 
 def fit_law(strokes: Sequence[LabelledStroke]) -> LawFit:
-    """Fit the law to strokes over two or more surfaces, or over one surface at several forces and speeds."""
+    """Fit the law to strokes over two or more surfaces, or over one surface at several forces and speeds.
+
+    Raises:
+        ValueError: a stroke never moves.
+    """
     noise_v = sensor_noise_v([labelled.stroke for labelled in strokes])
     usual = TextureLaw() if noise_v is None else TextureLaw(noise_v=noise_v)
     names = [labelled.surface for labelled in strokes]
@@ -96,7 +101,7 @@ def sensor_noise_v(strokes: Sequence[EvenStroke]) -> float | None:
         resting = np.array([block.mode is ExplorationMode.QUIESCENT for block in felt(stroke, anything(TextureLaw()))])
         samples = len(stroke.time_s)
         rest = np.zeros(samples, dtype=bool)
-        rest[: 10 * len(resting)] = np.repeat(resting, 10)
+        rest[: BLOCK * len(resting)] = np.repeat(resting, BLOCK)
         rest &= stroke.speed_m_s < SLOWEST_M_S
         whole = rest[: -2 * _STEP] & rest[_STEP:-_STEP] & rest[2 * _STEP :]
         v = stroke.signal_v
@@ -125,6 +130,8 @@ def _ways_of_moving(strokes: Sequence[LabelledStroke]) -> Array:
     for labelled in strokes:
         stroke = labelled.stroke
         moving = stroke.speed_m_s > 0.5 * float(np.quantile(stroke.speed_m_s, 0.9))
+        if not moving.any():
+            raise ValueError(f"{labelled.file}: column speed_mm_s: the finger never moves")
         rows.append(
             (
                 np.log(max(float(stroke.force_n[moving].mean()), 1e-3) / NOMINAL_FORCE_N),

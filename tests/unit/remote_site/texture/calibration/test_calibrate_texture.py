@@ -40,3 +40,11 @@ def test_a_speed_that_is_none_is_refused(tmp_path: Path, speed: float, why: str)
     )
     assert "--speed: " in line
     assert why in line
+
+
+def test_a_stroke_that_never_moves_is_named_in_one_line(tmp_path: Path) -> None:
+    rows = [f"{k / 2000.0},{0.01 * (k % 7)},1.0,0.0" for k in range(2000)]
+    (tmp_path / "still.csv").write_text("\n".join(["time_s,pressure_v,force_n,speed_mm_s", *rows]) + "\n", "utf-8")
+    (tmp_path / "labels.csv").write_text("file,surface\nstill.csv,cloth\n", "utf-8")
+    line = one_line(command("calibrate", "texture", "--strokes", tmp_path, "--out", tmp_path / "table.json"), 2)
+    assert line.endswith("still.csv: column speed_mm_s: the finger never moves")
