@@ -3,14 +3,23 @@
 import hashlib
 import json
 from pathlib import Path
-from typing import Any, Self, get_args
+from typing import Annotated, Any, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from common.files.read_files import read_json
 
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 
-class TableFile(BaseModel):
+
+class TablePart(BaseModel):
+    """A part of a table: only its own fields, and only finite numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class TableFile(TablePart):
     """A table in a file with a kind and a version.
 
     Attributes:
@@ -20,8 +29,6 @@ class TableFile(BaseModel):
         made_on: ISO date of the calibration; "" if not given.
         content_hash: SHA-256 of all other fields; a table edited by hand is refused.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: str
     schema_version: int

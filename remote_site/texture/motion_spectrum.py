@@ -8,15 +8,15 @@ surfaces that were never calibrated, and so shows whether a stroke belongs to on
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from remote_site.tables.table_file import Positive, TablePart
 
 Array = NDArray[np.float64]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 EDGES_HZ: Array = np.geomspace(20.0, 450.0, 14)
 """Edges of the bands, Hz, a third of an octave each. A sensor of 1000 samples/s shows all of them."""
@@ -54,7 +54,7 @@ class Ranking:
         return int(self.probabilities.argmax())
 
 
-class MotionSpectra(BaseModel):
+class MotionSpectra(TablePart):
     """Spectra of calibrated surfaces, as functions of speed and force.
 
     A vector of coefficients has TERMS x bands values, the bands of each term beside each other.
@@ -69,15 +69,13 @@ class MotionSpectra(BaseModel):
         least_fit: smallest `fit` of a stroke that belongs to a calibrated surface.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    mean: list[Finite]
-    between: list[list[Finite]]
-    within: list[list[Finite]]
+    mean: list[float]
+    between: list[list[float]]
+    within: list[list[float]]
     seconds: Positive
-    coefficients: list[list[Finite]] = Field(min_length=2)
-    moments: list[list[list[Finite]]]
-    least_fit: Finite
+    coefficients: list[list[float]] = Field(min_length=2)
+    moments: list[list[list[float]]]
+    least_fit: float
 
     def rank(self, stroke: StrokeSpectrum) -> Ranking:
         """Return the probabilities of the surfaces of a stroke; all surfaces have the same prior probability."""

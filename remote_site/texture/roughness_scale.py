@@ -1,12 +1,9 @@
 """Converts a roughness in V to one in um; surfaces of known roughness calibrate the scale."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+from remote_site.tables.table_file import Positive, TablePart
 
 BEYOND_LN = 0.25
 """Distance in ln(roughness in V) beyond the calibrated range up to which the scale holds."""
@@ -19,7 +16,7 @@ class RoughnessUm(NamedTuple):
     sd_um: float
 
 
-class RoughnessScale(BaseModel):
+class RoughnessScale(TablePart):
     """ln(roughness in um) = ln_um + exponent * ln(roughness in V).
 
     Attributes:
@@ -30,9 +27,7 @@ class RoughnessScale(BaseModel):
         most_v: largest calibrated roughness, V.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    ln_um: Finite
+    ln_um: float
     exponent: Positive
     ln_sd: Positive
     least_v: Positive

@@ -6,12 +6,12 @@ force and speed are. The constants are interpolated between calibrated surfaces,
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from common.scenes.surfaces import surface_kind
-from remote_site.tables.table_file import TableFile
+from remote_site.tables.table_file import NotNegative, Positive, TableFile, TablePart
 from remote_site.texture.motion_spectrum import MotionSpectra
 from remote_site.texture.roughness_scale import RoughnessScale
 from remote_site.texture.texture_law import TextureLaw
@@ -26,10 +26,8 @@ assert _GROOVED is not None
 GROOVE_RAD_S, GROOVE_DECAY_PER_S = _GROOVED.impulse_rad_s, _GROOVED.decay_per_s
 """Amplitude, rad/s, and decay rate, 1/s, of the damped impulse J(t) of a groove as deep as the calibrated ones."""
 
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
-
-class Surface(BaseModel):
+class Surface(TablePart):
     """One calibrated surface.
 
     Attributes:
@@ -42,13 +40,11 @@ class Surface(BaseModel):
         k_stroke_f: constant K_F,s of Eq. 2, (rad/s)/N.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     name: str = Field(min_length=1)
-    ln_roughness: Annotated[float, Field(allow_inf_nan=False)]
+    ln_roughness: float
     ln_roughness_sd: Positive
     period_mm: Positive | None = None
-    irregularity: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.0
+    irregularity: NotNegative = 0.0
     k_stroke_v: Positive
     k_stroke_f: Positive
 

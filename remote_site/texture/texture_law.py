@@ -3,8 +3,9 @@
 import math
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from remote_site.tables.table_file import TablePart
 from remote_site.texture.tip_path import LEAK_HZ
 
 NOMINAL_FORCE_N = 1.0
@@ -17,7 +18,7 @@ LEAST_SPEED_M_S = 2e-3
 """Smallest speed in the law, m/s; it keeps the roughness finite when a finger hardly moves."""
 
 
-class TextureLaw(BaseModel):
+class TextureLaw(TablePart):
     """curvature = roughness * force^a * speed^b in nominal units, plus noise, after the contact's viscosity is undone.
 
     Attributes:
@@ -28,13 +29,11 @@ class TextureLaw(BaseModel):
         noise_v: white noise of a sample, rms, V.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    leak_hz: Annotated[float, Field(ge=0.0, le=50.0, allow_inf_nan=False)] = LEAK_HZ
-    viscous_s: Annotated[float, Field(ge=0.0, le=0.02, allow_inf_nan=False)] = 0.001
-    force_exponent: Annotated[float, Field(ge=0.0, le=2.0, allow_inf_nan=False)] = 1.0
-    speed_exponent: Annotated[float, Field(ge=-2.0, le=2.0, allow_inf_nan=False)] = 0.0
-    noise_v: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.008
+    leak_hz: Annotated[float, Field(ge=0.0, le=50.0)] = LEAK_HZ
+    viscous_s: Annotated[float, Field(ge=0.0, le=0.02)] = 0.001
+    force_exponent: Annotated[float, Field(ge=0.0, le=2.0)] = 1.0
+    speed_exponent: Annotated[float, Field(ge=-2.0, le=2.0)] = 0.0
+    noise_v: Annotated[float, Field(ge=0.0, le=1.0)] = 0.008
 
     def gain(self, force_n: float, speed_m_s: float) -> float:
         """Return curvature over roughness at this force and speed."""

@@ -11,18 +11,15 @@ estimate states, and a part that grows with the difference between plate and obj
 
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-
+from remote_site.tables.table_file import NotNegative, Positive, TablePart
 
 BY_TIME = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")
 """Fields with one value, or one row, for each time."""
 
 
-class Discrepancy(BaseModel):
+class Discrepancy(TablePart):
     """Discrepancy of one kind of sensor, by time after contact; lists of t values, or t lists of m materials.
 
     Attributes:
@@ -36,12 +33,10 @@ class Discrepancy(BaseModel):
         known_objects: whether calibration knew the temperatures of a material's objects; m materials.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     times_s: list[Positive] = Field(min_length=1)
-    plate_k: list[Finite]
-    by_plate: list[list[Finite]]
-    by_object: list[list[Annotated[float, Field(gt=-1.0, allow_inf_nan=False)]]]
+    plate_k: list[float]
+    by_plate: list[list[float]]
+    by_object: list[list[Annotated[float, Field(gt=-1.0)]]]
     spread: list[list[NotNegative]]
     stated_sd: list[Positive]
     sharpness: list[Positive]

@@ -8,19 +8,16 @@ import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from remote_site.tables.table_file import TableFile
+from remote_site.tables.table_file import Positive, TableFile, TablePart
 from remote_site.thermal.discrepancy import Discrepancy
 
 RATE_TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 """Times after contact at which the paper's rate is tabulated, s."""
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
-
-class MaterialEntry(BaseModel):
+class MaterialEntry(TablePart):
     """One material as measured by this sensor.
 
     Attributes:
@@ -37,18 +34,16 @@ class MaterialEntry(BaseModel):
         misfit: mean square of the model's residuals over the sensor's noise variance; 1 for a perfect fit.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     name: str = Field(min_length=1)
     touches: int = Field(ge=2)
-    ln_effusivity: Finite
-    ln_conductance: Finite
-    covariance: list[list[Finite]]
+    ln_effusivity: float
+    ln_conductance: float
+    covariance: list[list[float]]
     slab_s: Positive | None
-    offset_k: Finite
+    offset_k: float
     offset_sd_k: Positive
-    ln_rate: list[Finite]
-    ln_rate_sd: list[Finite]
+    ln_rate: list[float]
+    ln_rate_sd: list[float]
     misfit: Positive
 
     @model_validator(mode="after")
@@ -84,16 +79,16 @@ class MaterialTable(TableFile):
 
     kind: Literal["thermal_materials"] = "thermal_materials"
     schema_version: Literal[3, 4] = 4
-    ambient_c: Finite
+    ambient_c: float
     plate_j_m2k: Positive
     leak_per_s: Annotated[float, Field(ge=0.0, lt=1.0)]
     half_force_n: Positive
     force_power: Positive
     early_s: Annotated[float, Field(gt=-0.2, lt=0.2)]
-    back_share: Finite
+    back_share: float
     back_sd_k: Positive
     start_sd_k: Positive
-    ln_lag: Finite
+    ln_lag: float
     ln_lag_sd: Positive
     noise_k: Annotated[float, Field(gt=0.0, lt=1.0)]
     times_s: list[Positive]

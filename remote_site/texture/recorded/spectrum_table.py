@@ -5,16 +5,15 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy.stats import chi2
 
-from remote_site.tables.table_file import TableFile
+from remote_site.tables.table_file import NotNegative, Positive, TableFile, TablePart
 from remote_site.texture.motion_spectrum import UNKNOWN
 from remote_site.texture.recorded.surface_spectrum import Along, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace
 
 Array = NDArray[np.float64]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 STRANGE = 1e-3
 """Smallest probability of a distance as large as a stroke's; below it, the stroke is of no calibrated surface."""
@@ -35,7 +34,7 @@ class Recognised:
     probability: float
 
 
-class SpectrumModel(BaseModel):
+class SpectrumModel(TablePart):
     """Unevenness of all surfaces along one measure of the path.
 
     Attributes:
@@ -49,15 +48,13 @@ class SpectrumModel(BaseModel):
             least 1.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     along: Along
-    edges: list[Annotated[float, Field(gt=0.0, allow_inf_nan=False)]] = Field(min_length=LEAST_BANDS + 1)
-    noise: list[Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
-    means: list[list[Finite]] = Field(min_length=1)
-    between_strokes: list[list[Finite]]
-    between_places: list[list[Finite]]
-    misfit: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 1.0
+    edges: list[Positive] = Field(min_length=LEAST_BANDS + 1)
+    noise: list[NotNegative]
+    means: list[list[float]] = Field(min_length=1)
+    between_strokes: list[list[float]]
+    between_places: list[list[float]]
+    misfit: Annotated[float, Field(ge=1.0)] = 1.0
 
     def distances(self, pieces: Array) -> tuple[Array, int] | None:
         """Return a stroke's squared distance to each surface, and the number of bands; None with too few bands.
