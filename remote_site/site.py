@@ -145,7 +145,9 @@ class RemoteSite:
                 self._recording.tick(now_ns, server.motion, sensed_now, packet, happened, command, touches)
                 self._recording.session(now_ns, happenings, notes)
                 if self._pain_recorded:
-                    self._recording.patient(now_ns, self._pain(now_ns * 1e-9), self.gate.patient_limit_n)
+                    self._recording.patient(
+                        now_ns, self._devices.pain_reading(now_ns * 1e-9), self.gate.patient_limit_n
+                    )
         self.perception.work()
 
     def _read(self, now_s: float) -> SensorFrame:
@@ -171,7 +173,7 @@ class RemoteSite:
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):
-            pain = self._pain(now_ns * 1e-9)
+            pain = self._devices.pain_reading(now_ns * 1e-9)
             may_restore = pain is None or pain < PAINFUL
             return answer_desk(
                 self.server,
@@ -183,13 +185,9 @@ class RemoteSite:
                 restore_force=self.gate.end_pain_limit if may_restore else None,
             )
 
-    def _pain(self, t_s: float) -> float | None:
-        """Return the patient's answer, 0..10; NaN while it is too old, None without a pain slider."""
-        return self._devices.pain_reading(t_s)
-
     def _patient(self) -> dict[str, Any]:
         """Return what the patient reports, for the operator's site; empty without a pain slider."""
-        pain = self._pain(self._now_ns * 1e-9)
+        pain = self._devices.pain_reading(self._now_ns * 1e-9)
         if pain is None:
             return {}
         return {

@@ -7,7 +7,6 @@ a larger age: then this age is the new calm value.
 
 import math
 from collections import deque
-from dataclasses import dataclass
 from statistics import median
 from typing import NamedTuple
 
@@ -71,13 +70,6 @@ class _Age:
             self._medians = deque([(self._now_s, self._middle_s)])
 
 
-@dataclass(slots=True)
-class _Climb:
-    wait_s: float = CLIMB_S
-    calm_since_s: float = -math.inf
-    climbed_s: float = -math.inf
-
-
 class PictureLadder:
     """The ladder of one camera. Pure: times are arguments, s.
 
@@ -89,8 +81,8 @@ class PictureLadder:
         """Begin with the best picture."""
         self.number = 0
         self._touch, self._picture = _Age(), _Age()
-        self._stepped_s = -math.inf
-        self._climb = _Climb()
+        self._stepped_s = self._calm_since_s = self._climbed_s = -math.inf
+        self._wait_s = CLIMB_S
 
     @property
     def rung(self) -> Rung:
@@ -110,12 +102,12 @@ class PictureLadder:
         if picture_age_s > 0.0:
             self._picture.take(now_s, picture_age_s)
         if self._touch.grown(GROWN, GROWN_S) or self._picture.grown(1.0, _PICTURE_GROWN_S):
-            self._climb.calm_since_s = now_s
+            self._calm_since_s = now_s
             if now_s - self._stepped_s >= STEP_S:
                 self._give_way(now_s)
-        elif self.number and now_s - max(self._climb.calm_since_s, self._stepped_s) >= self._climb.wait_s:
+        elif self.number and now_s - max(self._calm_since_s, self._stepped_s) >= self._wait_s:
             self.number -= 1
-            self._stepped_s = self._climb.climbed_s = now_s
+            self._stepped_s = self._climbed_s = now_s
 
     def _give_way(self, now_s: float) -> None:
         self._stepped_s = now_s
@@ -124,5 +116,5 @@ class PictureLadder:
             self._picture.accept()
             return
         self.number += 1
-        early = now_s - self._climb.climbed_s < 2.0 * CLIMB_S
-        self._climb.wait_s = min(2.0 * self._climb.wait_s, LONGEST_CLIMB_S) if early else CLIMB_S
+        early = now_s - self._climbed_s < 2.0 * CLIMB_S
+        self._wait_s = min(2.0 * self._wait_s, LONGEST_CLIMB_S) if early else CLIMB_S

@@ -3,7 +3,6 @@
 import math
 
 from common.buses.ready_lines import ReadyLines
-from common.buses.serial_device import SerialDevice
 from common.buses.wiring import SYSTEM, Wiring
 from common.config.site_models import RemoteConfig
 from common.faults.fault import TELEMANIPULATOR, Fault, FaultCode
@@ -54,10 +53,6 @@ class RemoteDevices:
             return 0.0
         return max(device.unread_s for device in (self.telemanipulator, *self._sensors))
 
-    def lines(self) -> list[SerialDevice]:
-        """Every serial line."""
-        return self._lines
-
     def missing(self) -> str:
         """Return which device is missing and why; empty when none is."""
         if not self.telemanipulator.line.connected:
@@ -75,7 +70,7 @@ class RemoteDevices:
 
     def problems(self) -> list[Exception]:
         """Return the reasons why devices are not open, of those that have failed at least once."""
-        lines = [self.telemanipulator.line.problem, *(line.problem for line in self.lines())]
+        lines = [self.telemanipulator.line.problem, *(line.problem for line in self._lines)]
         return [problem for problem in lines if problem is not None]
 
     def read(self, t_s: float, hand: HandPlace | None = None) -> SensorFrame:
@@ -154,11 +149,11 @@ class RemoteDevices:
 
     def figures(self) -> dict[str, object]:
         """Return the figures of each device for the status file."""
-        found: dict[str, object] = {line.name: line.figures() for line in self.lines()}
+        found: dict[str, object] = {line.name: line.figures() for line in self._lines}
         return {"telemanipulator": self.telemanipulator.line.figures(), **found}
 
     def close(self) -> None:
         """Close every device; its own time-out turns its outputs off."""
         self.telemanipulator.line.close()
-        for line in self.lines():
+        for line in self._lines:
             line.close()

@@ -25,16 +25,11 @@ PERSIST_S = 0.10
 
 
 class ForceSensorFault:
-    """Watches one finger: `step` for each reading, `commanded` for each set-point.
+    """Watches one finger: `step` for each reading, `commanded` for each set-point."""
 
-    Attributes:
-        fault: fault as of the last reading; None without one.
-    """
-
-    __slots__ = ("_following_s", "_force_n", "_same_s", "_set_m", "_t_s", "_wrong_s", "fault")
+    __slots__ = ("_following_s", "_force_n", "_same_s", "_set_m", "_t_s", "_wrong_s")
 
     def __init__(self) -> None:
-        self.fault: Fault | None = None
         self._set_m = SlidingExtrema()
         self._following_s: float | None = None
         self._t_s = 0.0
@@ -67,10 +62,8 @@ class ForceSensorFault:
         wrong = self._servo_disagrees(force_n, height_m, frozen)
         self._wrong_s = self._wrong_s + passed_s if wrong else 0.0
         if frozen and force_n >= LOADED_N:
-            self.fault = Fault(FaultCode.FORCE_SENSOR_FROZEN, value=force_n)
-        else:
-            self.fault = wrong if self._wrong_s >= PERSIST_S else None
-        return self.fault
+            return Fault(FaultCode.FORCE_SENSOR_FROZEN, value=force_n)
+        return wrong if self._wrong_s >= PERSIST_S else None
 
     def _servo_disagrees(self, force_n: float, height_m: float, frozen: bool) -> Fault | None:
         """Compare with the servo once the finger has followed all set-points that still act."""

@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from dataclasses import dataclass
+from statistics import median, median_high
 
 REGULAR = 0.15
 """Maximum scatter of the gaps of regular grooves, as a fraction of the spacing."""
@@ -54,11 +55,9 @@ class GroovePeriod:
 
     def estimate(self) -> Period | None:
         """Return the median spacing with its standard error; None before FEWEST gaps."""
-        n = len(self._gaps_m)
-        if n < self.FEWEST:
+        gaps_m = self._gaps_m
+        if len(gaps_m) < self.FEWEST:
             return None
-        gaps = sorted(self._gaps_m)
-        median = gaps[n // 2] if n % 2 else 0.5 * (gaps[n // 2 - 1] + gaps[n // 2])
-        deviations = sorted(abs(gap - median) for gap in gaps)
-        sd = 1.4826 * deviations[n // 2]
-        return Period(median, 1.25 * sd / math.sqrt(n), sd / max(median, 1e-6))
+        middle_m = median(gaps_m)
+        sd_m = 1.4826 * median_high(abs(gap_m - middle_m) for gap_m in gaps_m)
+        return Period(middle_m, 1.25 * sd_m / math.sqrt(len(gaps_m)), sd_m / max(middle_m, 1e-6))

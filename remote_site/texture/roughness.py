@@ -80,10 +80,10 @@ class Roughness:
     @property
     def roughness_sd_v(self) -> float:
         """Standard deviation of the roughness due to random sampling, V; it excludes the sensor's calibration."""
-        power, noise = self._mean()
+        power, _ = self._mean()
         way_m = min((self._count + len(self._new)) * CELL_M, 2.0 * FORGET_M)
         freedoms = FREEDOMS_PER_M * max(way_m, CELL_M)
-        return 0.5 * power * math.sqrt(2.0 / freedoms) / max(math.sqrt(max(power - noise, 0.1 * noise)), 1e-6)
+        return 0.5 * power * math.sqrt(2.0 / freedoms) / max(self.roughness_v, 1e-6)
 
     def _mean(self) -> tuple[float, float]:
         """Return the power, and the power that noise adds to it, V^2."""

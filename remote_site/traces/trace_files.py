@@ -280,23 +280,17 @@ def read_labels(folder: Path, label: str, optional: str | None = None) -> list[t
     """
     file = TraceFile(folder / "labels.csv")
     files, labels = file.texts("file"), file.texts(label)
-    extra = file.texts(optional) if optional is not None and optional in file.names else [(0, "")] * len(files)
+    extra = file.numbers(optional, blank=True) if optional in file.names else np.full(len(files), math.nan)
     listed: list[tuple[Path, str, float | None]] = []
-    for (line, name), (_, word), (_, text) in zip(files, labels, extra, strict=True):
+    for (line, name), (_, word), number in zip(files, labels, extra.tolist(), strict=True):
         if not name or not (folder / name).is_file():
             raise ValueError(f"{file.path}: line {line}: column file: there is no {folder / name}")
         if not word:
             raise ValueError(f"{file.path}: line {line}: column {label}: missing value")
-        try:
-            number = float(text) if text else None
-        except ValueError:
-            number = math.nan
-        if number is not None and not math.isfinite(number):
-            raise ValueError(f"{file.path}: line {line}: column {optional}: not a finite number: {text!r}")
-        listed.append((folder / name, word, number))
+        listed.append((folder / name, word, None if math.isnan(number) else number))
     if not listed:
         raise ValueError(f"{file.path}: no traces are listed")
-    known = np.array([number for _, _, number in listed if number is not None])
+    known = extra[~np.isnan(extra)]
     if optional in _OF_LABELS and len(known) and (why := _OF_LABELS[optional](known)):
         raise ValueError(f"{file.path}: column {optional}: {why}")
     return listed
