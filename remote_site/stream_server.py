@@ -1,6 +1,7 @@
 """The socket of a stream beside the session: serves its readers with the remote site's keys."""
 
 import contextlib
+import select
 
 import zmq
 
@@ -12,6 +13,14 @@ from common.link.host_name import is_ipv6, tcp_endpoint
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.wire.streams import STREAMS
 
+NICE = 10
+"""Niceness of a stream's process: touch comes first."""
+SECOND_S = 1.0
+"""Time between two checks of the keys, and two writes of the status file, s."""
+MOST_READERS = 8
+"""Maximum number of readers of a stream; further ones are refused."""
+LEFT_S = 2.0
+"""Time without a packet after which a reader has left, s."""
 _WAITING = 16
 """Maximum number of messages that wait to be sent to one reader."""
 
@@ -32,7 +41,7 @@ class StreamServer:
         self._stream, self._host = stream, config.bind
         self._address = tcp_endpoint(config.bind, config.base_port + STREAMS[stream].port)
         self.socket: zmq.Socket[bytes] | None = None
-        """Socket to poll; None for a moment after a key was revoked."""
+        """Socket of the stream; None for a moment after a key was revoked."""
         self._context = zmq.Context()
         self._authenticator = Authenticator(self._context, lambda _, key: self._trusted.role(key) is not None)
         try:
@@ -53,6 +62,11 @@ class StreamServer:
             socket.close(linger=0)
             raise
         self.socket, self._inbox = socket, Inbox(socket)
+
+    def wait(self, longest_s: float, *others: int) -> None:
+        """Wait for a reader's packet, or until another descriptor is readable, at most `longest_s`, s."""
+        own = [] if self.socket is None else [int(self.socket.getsockopt(zmq.FD))]
+        select.select([*own, *others], [], [], longest_s)
 
     def receive(self) -> list[Received]:
         """Return the readers' packets since the last call."""

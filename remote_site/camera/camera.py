@@ -2,32 +2,26 @@
 
 import logging
 import os
-import select
 import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import closing
 
-import zmq
-
 from common.config.stream_models import CameraConfig
 from common.link.curve import Received
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
+from common.timing.interval import Interval
 from common.wire.camera_messages import ASK_S, MAX_PICTURE, CameraAsk, CameraState, PictureHeader
 from common.wire.packets import BadPacket
 from remote_site.camera.picture_ladder import LEAST_HZ, PictureLadder
 from remote_site.camera.picture_readers import PictureReaders, Reader
 from remote_site.camera.video_encoder import VideoEncoder
 from remote_site.camera.video_source import Captured, VideoSource
-from remote_site.stream_server import StreamServer
+from remote_site.stream_server import NICE, SECOND_S, StreamServer
 
 log = logging.getLogger(__name__)
 
-_SECOND_S = 1.0
-"""Time between two checks of the keys, and two writes of the status file, s."""
-_NICE = 10
-"""Niceness of the process: touch comes first."""
 _EARLY = 0.5
 """Share of a period by which a picture may come early, because the source's rate varies."""
 
@@ -150,26 +144,17 @@ def run_camera(config: CameraConfig, stop: Callable[[], bool]) -> None:
         LinkProblem: the port of the stream is in use, or the address is open to a network and no key is trusted.
         KeyProblem, OSError: the keys are damaged or missing.
     """
-    os.nice(_NICE)
+    os.nice(NICE)
     source = VideoSource(config.source, (config.width, config.height), config.rate_hz, config.delay_s)
     with closing(source), closing(StreamServer(config.link, "camera")) as link, Supervisor() as supervisor:
         camera = Camera(config, link, source)
         status = StatusFile(config.status, "camera")
         supervisor.ready()
-        second_s = 0.0
+        second = Interval(SECOND_S)
         while not stop():
-            _wait(link, source)
+            link.wait(ASK_S, source.news.fileno())
             camera.step(time.monotonic_ns())
-            if (now_s := time.monotonic()) - second_s >= _SECOND_S:
-                second_s = now_s
+            if second(now_s := time.monotonic()):
                 link.recheck_keys()
                 status.write(now_s, camera.figures())
                 supervisor.alive(source.problem or "pictures")
-
-
-def _wait(link: StreamServer, source: VideoSource) -> None:
-    """Wait for a picture or a reader's packet, at most ASK_S."""
-    descriptors = [source.news.fileno()]
-    if link.socket is not None:
-        descriptors.append(int(link.socket.getsockopt(zmq.FD)))
-    select.select(descriptors, [], [], ASK_S)

@@ -5,13 +5,10 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from common.wire.camera_messages import CameraAsk
+from remote_site.stream_server import LEFT_S, MOST_READERS
 
 MOST_IN_FLIGHT_S = 0.25
 """Largest excess of the oldest unacknowledged picture's time over the shortest way so far, s."""
-LEFT_S = 2.0
-"""Time without a packet after which a reader has left, s."""
-MOST_READERS = 8
-"""Maximum number of readers; further ones get no picture."""
 KEY_EVERY_S = 1.0
 """Least time between two key pictures that readers ask for, s."""
 _WAYS = 50

@@ -1,17 +1,13 @@
 """The voice's process: encodes what the microphone hears for all readers, and plays what the operator says."""
 
 import logging
-import math
 import os
-import select
 import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
-
-import zmq
 
 from common.config.file import load_config
 from common.config.site_models import RemoteConfig
@@ -23,8 +19,9 @@ from common.link.session_state import Refused
 from common.link.voice_end import VoiceEnd
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
+from common.timing.interval import Interval
 from common.wire.voice_messages import FRAME_S, VoiceState
-from remote_site.stream_server import StreamServer
+from remote_site.stream_server import LEFT_S, MOST_READERS, NICE, SECOND_S, StreamServer
 from remote_site.voice.jitter_buffer import JitterBuffer
 from remote_site.voice.opus_codec import OpusDecoder, OpusEncoder
 from remote_site.voice.sound_sink import SoundSink, open_sink
@@ -32,16 +29,8 @@ from remote_site.voice.sound_source import Captured, SoundSource, open_source
 
 log = logging.getLogger(__name__)
 
-MOST_READERS = 8
-"""Maximum number of readers; further ones hear nothing."""
-LEFT_S = 2.0
-"""Time without a packet after which a reader has left, s."""
 YIELD_S = 0.5
 """Silence of the one who talks after which another may talk, s."""
-_SECOND_S = 1.0
-"""Time between two checks of the keys, and two writes of the status file, s."""
-_NICE = 10
-"""Niceness of the process: touch comes first."""
 _FRAME_NS = round(FRAME_S * 1e9)
 
 
@@ -195,7 +184,7 @@ def run_voice(config: VoiceConfig, stop: Callable[[], bool]) -> None:
         LinkProblem: a port is in use, or the address is open to a network and no key is trusted.
         KeyProblem, OSError, ValueError: the keys are damaged or missing, or source, sink or `remote` are unusable.
     """
-    os.nice(_NICE)
+    os.nice(NICE)
     site = None if config.remote is None else load_config(config.remote, RemoteConfig)
     consents = site is not None and site.consent is not None and site.consent.voice
     with (
@@ -208,20 +197,13 @@ def run_voice(config: VoiceConfig, stop: Callable[[], bool]) -> None:
         voice = Voice(server, source, sink, consents=consents)
         status = StatusFile(config.status, "voice")
         supervisor.ready()
-        second_s = -math.inf
+        second = Interval(SECOND_S)
         while not stop():
-            _wait(server)
+            server.wait(0.5 * FRAME_S)
             now_ns = time.monotonic_ns()
             voice.step(now_ns)
             desk.serve(now_ns, voice.answer)
-            if (now_s := now_ns * 1e-9) - second_s >= _SECOND_S:
-                second_s = now_s
+            if second(now_s := now_ns * 1e-9):
                 server.recheck_keys()
                 status.write(now_s, voice.figures())
                 supervisor.alive(source.problem or ("muted" if voice.muted else "voice"))
-
-
-def _wait(server: StreamServer) -> None:
-    """Wait for a reader's packet, at most half of FRAME_S."""
-    descriptors = [] if server.socket is None else [int(server.socket.getsockopt(zmq.FD))]
-    select.select(descriptors, [], [], 0.5 * FRAME_S)

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.wire.camera_messages import CameraAsk
-from remote_site.camera.picture_readers import KEY_EVERY_S, LEFT_S, MOST_IN_FLIGHT_S, MOST_READERS, PictureReaders
+from remote_site.camera.picture_readers import KEY_EVERY_S, MOST_IN_FLIGHT_S, PictureReaders
+from remote_site.stream_server import LEFT_S, MOST_READERS
 
 
 def ask(sequence: int = 0, wants_key: bool = False) -> CameraAsk:

@@ -18,11 +18,11 @@ from common.link.session_state import Refused
 from common.link.voice_end import Sound, VoiceEnd
 from common.wire.streams import STREAMS
 from common.wire.voice_messages import VoiceState
-from remote_site.stream_server import StreamServer
+from remote_site.stream_server import LEFT_S, MOST_READERS, StreamServer
 from remote_site.voice import voice as voice_module
 from remote_site.voice.opus_codec import Samples
 from remote_site.voice.sound_source import open_source
-from remote_site.voice.voice import LEFT_S, MOST_READERS, YIELD_S, Voice, run_voice
+from remote_site.voice.voice import YIELD_S, Voice, run_voice
 from tests.conftest import Keys, free_ports
 from tests.voice_sounds import coded_tone, decoded, loudest_hz
 from tests.waiting import wait_until
