@@ -5,7 +5,7 @@ rate) and the model of the touch (`touch_estimate`), which alone decides the sta
 """
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Self
 
 import numpy as np
@@ -95,6 +95,12 @@ class ThermalKnowledge:
     def last_s(self) -> float:
         """Time of a touch's last solution, s after contact."""
         return last_solution_s(self.table.lasts_s, self.solve_every_s)
+
+
+@lru_cache(1)
+def knowledge_of(table: str) -> ThermalKnowledge:
+    """Return the knowledge of a table in JSON, a form that passes between processes; that of the last table is kept."""
+    return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
 
 
 class ThermalIdentification:
@@ -281,12 +287,12 @@ class ThermalIdentification:
         if not self._running:
             return
         self._end()
-        decided = self.answer.status is not ThermalStatus.DECIDING
-        status = self.answer.status if decided else ThermalStatus.UNIDENTIFIABLE
-        self.answer = replace(self.answer, status=status, reason=self.answer.reason or reason)
-        if not decided:  # a part of a touch says little about the object's temperature
+        self.answer = replace(self.answer, reason=self.answer.reason or reason)
+        if self.answer.status is ThermalStatus.DECIDING:
+            # A part of a touch says little about the object's temperature.
             self.answer = replace(
                 self.answer,
+                status=ThermalStatus.UNIDENTIFIABLE,
                 object_c=None,
                 object_c_sd=None,
                 effusivity=None,

@@ -96,7 +96,7 @@ def last_solution_s(lasts_s: float, solve_every_s: Intervals = SOLVE_EVERY_S) ->
 
 
 class TouchEstimate:
-    """The running estimate of one touch; step it at 100 Hz."""
+    """The running estimate of one touch: `take` each reading, 100 a second, and `work` after it."""
 
     def __init__(
         self,
@@ -171,11 +171,6 @@ class TouchEstimate:
         """Whether all hypotheses have been solved from the same readings; many of them take a few turns."""
         self._since_s = 0.0
         self._pressed = ContactChange(sensor)
-
-    def step(self, dt_s: float, reading_c: float, force_n: float) -> None:
-        """Take one reading and do the due work; see `take`."""
-        self.take(dt_s, reading_c, force_n)
-        self.work()
 
     def take(self, dt_s: float, reading_c: float, force_n: float) -> None:
         """Take one reading, for later work.

@@ -163,10 +163,6 @@ class TouchModel:
         self.courses = self.courses[which]
         self._lengths.clear()
 
-    def step(self, dt_s: float, force_n: Array | float) -> None:
-        """Advance by one reading after `dt_s`, s, at a force, N; one force for all contacts, or (p,)."""
-        self.advance((dt_s,), np.asarray(force_n)[None])
-
     def advance(self, dt_s: Sequence[float], force_n: Array) -> Array:
         """Advance by k readings; steps of equal length form one block.
 

@@ -79,24 +79,24 @@ def unevenness(
         speed_m_s: speed of a stroke without one of its own, m/s; needed along metres.
         motions: number of common motions to subtract.
     """
-    moved = travelled(trace, speed_m_s)
-    if moved is None and along == "m":
-        return None
-    path = moved[0] if along == "m" and moved is not None else trace.time_s
-    signals = trace.signals[moved[1]] if along == "m" and moved is not None else trace.signals
+    path, signals = trace.time_s, trace.signals
+    if along == "m":
+        if (moved := travelled(trace, speed_m_s)) is None:
+            return None
+        path, signals = moved[0], signals[moved[1]]
     used = np.flatnonzero(np.ptp(signals, axis=0) > 0.0)
     if not len(used) or len(signals) < 4 * PIECES:
         return None
     even = np.linspace(path[0], path[-1], len(path))
     values = np.column_stack([np.interp(even, path, column) for column in signals[:, used].T])
-    # a signal that crosses zero carries no load of its own
-    mean = values.mean(axis=0) if values.min() > 0.0 else np.ones(values.shape[1])
-    force_n = None if trace.force_n is None else float(trace.force_n.mean())
-    if values.min() <= 0.0 and force_n is not None and force_n > 0.0:
-        mean = np.full(values.shape[1], force_n)
-    shares = (values - values.mean(axis=0)) / mean
+    # a signal that crosses zero carries no load of its own, so that the force replaces it if it is known
+    force_n = 0.0 if trace.force_n is None else float(trace.force_n.mean())
+    loads = np.full(values.shape[1], force_n if force_n > 0.0 else 1.0)
+    if values.min() > 0.0:
+        loads = values.mean(axis=0)
+    shares = (values - values.mean(axis=0)) / loads
     length = 1.0 if along == "stroke" else float(path[-1] - path[0])
-    return Unevenness(_without_motions(shares, motions), length, mean, used)
+    return Unevenness(_without_motions(shares, motions), length, loads, used)
 
 
 def _without_motions(shares: Array, motions: int) -> Array:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,12 @@ from common.runtime.parallel_map import Map
 from remote_site.thermal.discrepancy import BY_TIME, Discrepancy
 from remote_site.thermal.evidence_correction import EvidenceCorrection
 from remote_site.thermal.material_table import MaterialTable
-from remote_site.thermal.thermal_identification import HALF_READING_S, ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_identification import (
+    HALF_READING_S,
+    ThermalIdentification,
+    ThermalKnowledge,
+    knowledge_of,
+)
 from remote_site.thermal.touch_estimate import TouchEvidence
 from remote_site.thermal.touch_start import RecordedTouch
 
@@ -73,7 +78,7 @@ def evidence_course(table: str, times_s: Sequence[float], touch: RecordedTouch) 
         times_s: times after contact, s, ascending.
         touch: the touch.
     """
-    identification = ThermalIdentification(_knowledge(table))
+    identification = ThermalIdentification(knowledge_of(table))
     identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)
     readings = list(touch.readings())[1:]  # the reading at contact is where the touch starts
     found: list[TouchEvidence | None] = []
@@ -84,11 +89,6 @@ def evidence_course(table: str, times_s: Sequence[float], touch: RecordedTouch) 
         if not identification.running:
             break
     return found + [None] * (len(times_s) - len(found))
-
-
-@lru_cache(1)
-def _knowledge(table: str) -> ThermalKnowledge:
-    return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
 
 
 def courses(table: MaterialTable, labelled: Sequence[Labelled], mapped: Map) -> dict[float, list[Seen]]:

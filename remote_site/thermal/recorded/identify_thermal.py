@@ -3,14 +3,14 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict
 
 from common.runtime.parallel_map import Progress, in_order, unseen
 from common.wire.messages import ThermalStatus
 from remote_site.thermal.material_table import MaterialTable
-from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
+from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge, knowledge_of
 from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
 from remote_site.thermal.touch_estimate import TouchEvidence
 from remote_site.thermal.touch_start import RecordedTouch, find_touch, reference_touch
@@ -103,11 +103,6 @@ def identify_thermal(
         yield from lines
 
 
-@lru_cache(1)
-def _knowledge(table: str) -> ThermalKnowledge:
-    return ThermalKnowledge.of(MaterialTable.model_validate_json(table))
-
-
 def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> list[Line]:
     label, paths = job
     traces, broken = [], ""
@@ -116,7 +111,7 @@ def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> l
             traces.append(read_thermal(path))
         except ValueError as error:
             broken = broken or str(error)
-    return [{**label, **answer} for answer in _lines(traces, at, _knowledge(table), broken)]
+    return [{**label, **answer} for answer in _lines(traces, at, knowledge_of(table), broken)]
 
 
 def identify_traces(

@@ -70,7 +70,8 @@ def estimated(
     )
     before_s = 0.0
     for t_s, sensor_c, force_n in touch.after():
-        found.step(t_s - before_s, sensor_c + shift_c, force_n)
+        found.take(t_s - before_s, sensor_c + shift_c, force_n)
+        found.work()
         before_s = t_s
     found.settle()
     return found.evidence()

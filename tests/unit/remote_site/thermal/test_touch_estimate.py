@@ -52,8 +52,9 @@ def test_the_filter_is_exact_with_only_the_temperatures_unknown() -> None:
     model = TouchModel(SENSOR, contacts, first, ln_lag)
     rows = []
     for _, sensor_c, force_n in touch.after():
-        found.step(0.01, sensor_c, force_n)
-        model.step(0.01, force_n)
+        found.take(0.01, sensor_c, force_n)
+        found.work()
+        model.advance((0.01,), np.array([force_n]))
         rows.append(model.courses[0, :3].copy())
     courses = np.array(rows)
     y = np.array([sensor_c for _, sensor_c, _ in touch.after()]) - touch.start_c
@@ -82,7 +83,7 @@ def marginal(touch: MadeTouch, draws: Array) -> tuple[Array, Array, Array]:
     noise = TABLE.noise_k**2
     normal, right, square = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n)
     for _, sensor_c, force_n in touch.after():
-        model.step(0.01, force_n)
+        model.advance((0.01,), np.array([force_n]))
         row = model.courses[:, :3]
         rest = sensor_c - touch.start_c - row @ mean
         normal += row[:, :, None] * row[:, None, :] / noise

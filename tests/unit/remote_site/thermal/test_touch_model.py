@@ -22,7 +22,7 @@ def model(effusivity, conductance, lag_s=LAG_S, leak_per_s=LEAK_PER_S, slab_s=np
 def courses(touch, force_n=FIRM_N, steps=700, dt_s=0.01):
     found = np.empty((steps, *touch.courses.shape))
     for k in range(steps):
-        touch.step(dt_s, force_n)
+        touch.advance((dt_s,), np.array([force_n]))
         found[k] = touch.courses
     return found
 
@@ -114,7 +114,7 @@ def test_readings_may_come_at_any_rate():
     assert coarse == pytest.approx(fine, abs=3e-3)
     mixed = model(*OBJECTS["stone"])
     for k in range(100):
-        mixed.step(0.015 if k % 2 else 0.005, FIRM_N)
+        mixed.advance((0.015 if k % 2 else 0.005,), np.array([FIRM_N]))
     assert mixed.courses == pytest.approx(fine[99], abs=3e-3)
 
 
@@ -145,7 +145,7 @@ def test_many_steps_at_once_are_those_steps(early_s):
     at_once, one_by_one = (TouchModel(sensor, contacts, np.array([0, 1, 1]), np.log([0.2, 0.3, 0.4])) for _ in "12")
     found = at_once.advance(steps_s, force_n)
     for k, (dt_s, force) in enumerate(zip(steps_s, force_n, strict=True)):
-        one_by_one.step(dt_s, force)
+        one_by_one.advance((dt_s,), np.asarray(force)[None])
         courses_now = one_by_one.courses
         assert courses_now == pytest.approx(found[k].T, abs=1e-10)
     assert (at_once.courses == found[-1].T).all()
