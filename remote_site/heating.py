@@ -45,20 +45,19 @@ class Heating:
 
 
 class FingerHeating:
-    """One plate's heater."""
+    """One plate's heater.
 
-    def __init__(self, preheat_k: float = OFFSETS_K[0]) -> None:
+    Attributes:
+        control: controller of the plate; its offset changes where an object is as warm as the plate.
+    """
+
+    def __init__(self, preheat_k: float) -> None:
         """Begin with a plate that waits at ambient + `preheat_k`, K."""
-        self._control = HeaterControl(preheat_k)
+        self.control = HeaterControl(preheat_k)
         self._drive = 0.0
         self._reading_s = -math.inf
         self._ambient_c: float | None = None
         self._no_differences = 0
-
-    @property
-    def preheat_k(self) -> float:
-        """Offset of the plate's set-point above ambient, K."""
-        return self._control.offset_k
 
     def step(self, t_s: float, reading: PlateReading | None, measuring: bool, no_differences: int) -> float:
         """Return the wanted drive, -1..1; 0 in a touch and without a recent reading.
@@ -69,7 +68,7 @@ class FingerHeating:
             measuring: whether a touch uses the plate.
             no_differences: number of touches that ended because plate and object had equal temperatures.
         """
-        control = self._control
+        control = self.control
         if reading is not None:
             self._ambient_c = reading.ambient_c
         if no_differences != self._no_differences:

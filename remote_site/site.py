@@ -110,7 +110,6 @@ class RemoteSite:
         self._gap_ns = round(config.link.gap_s * 1e9)
         self._deadband = Deadband(1.0 / config.rate_hz) if config.link.deadband else None
         self._sent: Touch | None = None
-        self._limited: list[int] = []
         self._now_ns = 0
         self.touches_sent = 0
 
@@ -132,7 +131,6 @@ class RemoteSite:
         with contain.step("follow"):
             followed = self._places(now_ns)
         command = self._command = self._commanded(sensed_now, followed, heater_drive)
-        self._limited = command.limited
         if command.fault is not None:
             server.session.latch(command.fault)
         with contain.step("write"):
@@ -213,7 +211,7 @@ class RemoteSite:
     def figures(self) -> dict[str, object]:
         """Return the figures for the status file."""
         server = self.server
-        limited = [limit_names(bits) for bits in self._limited]
+        limited = [limit_names(bits) for bits in self._command.limited]
         sent = {"touch": self.touches_sent}
         stale = staleness(server, "motion", self._now_ns, self._gap_ns * 1e-9)
         spared = {"touch": 0 if self._deadband is None else self._deadband.spared}

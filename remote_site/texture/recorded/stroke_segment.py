@@ -22,7 +22,6 @@ class Segment:
         strengths_v: curvatures of these grooves and edges for one newton, V.
         period: spatial period; None without a period or a known speed.
         surface: name of the likeliest surface; None without a table or a stroke.
-        probability: probability of that surface at the end, 0..1.
         spectrum: spectrum of the vibration; None without a stroke of 0.128 s or more.
         changed: whether the segment begins where the stroke reached another surface.
         fault: fault of the sensor; None without a fault.
@@ -38,7 +37,6 @@ class Segment:
     strengths_v: list[float] = field(default_factory=list)
     period: Period | None = None
     surface: str | None = None
-    probability: float | None = None
     spectrum: StrokeSpectrum | None = None
     changed: bool = False
     fault: str | None = None

@@ -79,8 +79,6 @@ def _segment(part: list[StrokeBlock]) -> Segment:
     if settled and segment.fault is None:
         segment.roughness_v = float(np.sqrt(np.mean([texture.roughness_v**2 for texture in settled])))
         ((segment.surface, _),) = Counter(texture.best for texture in settled).most_common(1)
-        likeliest = [texture.probability for texture in settled if texture.best == segment.surface]
-        segment.probability = likeliest[-1]
     period = GroovePeriod()
     for block in part:
         for impulse in block.texture.impulses:

@@ -43,7 +43,7 @@ def test_a_session_staggers_its_fingers(count: int) -> None:
 
 
 def test_a_plate_is_heated_while_its_finger_is_free_and_not_in_a_touch() -> None:
-    heating = FingerHeating()
+    heating = FingerHeating(OFFSETS_K[0])
     assert heating.step(1.0, cool(5.0)[0], False, 0) == 1.0
     assert heating.step(1.002, None, False, 0) == 1.0, "until the next reading"
     assert heating.step(1.004, None, True, 0) == 0.0
@@ -52,7 +52,7 @@ def test_a_plate_is_heated_while_its_finger_is_free_and_not_in_a_touch() -> None
 
 
 def test_a_missing_or_implausible_reading_heats_nothing() -> None:
-    heating = FingerHeating()
+    heating = FingerHeating(OFFSETS_K[0])
     assert heating.step(1.0, cool(5.0)[0], False, 0) == 1.0
     assert heating.step(0.998 + STALE_S, None, False, 0) == 1.0
     assert heating.step(1.002 + STALE_S, None, False, 0) == 0.0
@@ -64,17 +64,17 @@ def test_an_object_as_warm_as_the_plate_asks_for_another_preheat(preheat_k: floa
     heating = FingerHeating(preheat_k)
     heating.step(1.0, cool()[0], False, 0)
     heating.step(1.002, None, False, 1)
-    assert heating.preheat_k == next_offset_k(preheat_k, AMBIENT_C)
-    assert abs(heating.preheat_k - preheat_k) >= 3.0
-    assert AMBIENT_C + heating.preheat_k < SENSOR_PLATE_C
+    assert heating.control.offset_k == next_offset_k(preheat_k, AMBIENT_C)
+    assert abs(heating.control.offset_k - preheat_k) >= 3.0
+    assert AMBIENT_C + heating.control.offset_k < SENSOR_PLATE_C
     heating.step(1.004, None, False, 1)
-    assert heating.preheat_k == next_offset_k(preheat_k, AMBIENT_C), "once for each touch"
+    assert heating.control.offset_k == next_offset_k(preheat_k, AMBIENT_C), "once for each touch"
 
 
 def test_no_preheat_is_chosen_before_the_ambient_temperature_is_known() -> None:
-    heating = FingerHeating()
+    heating = FingerHeating(OFFSETS_K[0])
     heating.step(1.0, None, False, 1)
-    assert heating.preheat_k == OFFSETS_K[0]
+    assert heating.control.offset_k == OFFSETS_K[0]
 
 
 @pytest.mark.parametrize("again_s", [0.5, math.inf], ids=["clock set back", "identification failed"])
