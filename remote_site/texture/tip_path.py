@@ -5,9 +5,9 @@ before any judgement. The sensor's leaky integrator, which answers a groove with
 viscosity of the contact is undone: F + tau dF/dt makes a fast stroke strong, and a lag with the time constant tau is
 its exact inverse. Time becomes distance: samples are averaged over cells of equal length.
 
-Curvature is the second difference of means over BOX_M: a box minus the mean of its two neighbours. It is independent of
-the hand's pressure, an arm's swing and a board's tilt, which all change slowly along the path. It needs only 0.6 mm of
-path.
+Curvature is the second difference of means over boxes of two cells: a box minus the mean of its two neighbours. It is
+independent of the hand's pressure, an arm's swing and a board's tilt, which all change slowly along the path. It needs
+only 0.6 mm of path.
 """
 
 import math
@@ -23,11 +23,10 @@ DRIFT_HZ = 0.2
 """Corner below which the leak is not undone, Hz; otherwise noise would be integrated without limit."""
 CELL_M = 0.1e-3
 """Length of a cell of the path, m."""
-BOX_M = 2.0 * CELL_M
-"""Length over which the path is averaged, m: half of a groove's width."""
 SLOWEST_M_S = 4e-3
 """Minimum speed of a path, m/s; below it, the hand's force moves the signal more than the surface."""
 _CELLS = 6
+"""Number of cells of a curvature: three boxes of two. A box is half as long as a groove is wide."""
 _KEEP = 1.0 - 2.0 * math.pi * DRIFT_HZ / RATE_HZ
 _LONGEST = RATE_HZ * CELL_M / SLOWEST_M_S
 

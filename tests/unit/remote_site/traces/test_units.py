@@ -43,10 +43,10 @@ def test_each_unit_of_a_time_is_recognised(step_s: float, count: int) -> None:
     assert wrong_times(np.linspace(0.0, step_s * 0.99 * (count - 1), count)) == ""
 
 
-@pytest.mark.parametrize(("rate_hz", "unit"), [(10, "milliseconds"), (100, "milliseconds"), (1000, "milliseconds")])
-def test_milliseconds_and_microseconds_are_recognised(rate_hz: int, unit: str) -> None:
+@pytest.mark.parametrize("rate_hz", [10, 100, 1000])
+def test_milliseconds_and_microseconds_are_recognised(rate_hz: int) -> None:
     time_s = np.arange(50) / rate_hz
-    assert unit in wrong_times(time_s * 1e3)
+    assert "milliseconds" in wrong_times(time_s * 1e3)
     assert "microseconds" in wrong_times(time_s * 1e6)
 
 
@@ -68,20 +68,10 @@ def test_a_finger_that_never_moves_has_the_right_speed() -> None:
     assert wrong_speeds(np.zeros(5)) == ""
 
 
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        ({"sensor_c": np.full(COUNT, 306.15)}, "column sensor_c: .* kelvin"),
-        ({"ambient_c": np.full(COUNT, 296.15)}, "column ambient_c: .* kelvin"),
-        ({"sensor_c": np.full(COUNT, 91.4)}, "column sensor_c: .* Fahrenheit"),
-        ({"time_s": np.arange(COUNT) * 10.0}, "column time_s: .* milliseconds"),
-        ({"force_n": np.full(COUNT, 306.0)}, "column force_n: .* grams"),
-    ],
-)
-def test_a_touch_in_a_wrong_unit_is_refused(changed: dict[str, np.ndarray], said: str, tmp_path: Path) -> None:
+def test_the_file_of_a_touch_in_a_wrong_unit_is_named(tmp_path: Path) -> None:
     read_thermal(csv(tmp_path / "right.csv", **touch()))
-    with pytest.raises(ValueError, match=rf"wrong\.csv: {said}"):
-        read_thermal(csv(tmp_path / "wrong.csv", **touch(**changed)))
+    with pytest.raises(ValueError, match=r"wrong\.csv: column sensor_c: .* kelvin"):
+        read_thermal(csv(tmp_path / "wrong.csv", **touch(sensor_c=np.full(COUNT, 306.15))))
 
 
 def test_a_stroke_in_a_wrong_unit_is_refused(tmp_path: Path) -> None:
