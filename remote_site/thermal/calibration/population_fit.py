@@ -20,7 +20,7 @@ from remote_site.thermal.calibration.calibration_touches import (
     CalibrationReadings,
     CalibrationTouch,
 )
-from remote_site.thermal.population_prior import (
+from remote_site.thermal.calibration.population_prior import (
     BACK_SHARE,
     COMMON,
     EARLY_UNIT_S,
