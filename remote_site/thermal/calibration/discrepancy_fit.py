@@ -120,8 +120,9 @@ def courses(table: MaterialTable, labelled: Sequence[Labelled], mapped: Map) -> 
 def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     """Return the discrepancy that the evidence shows.
 
-    A material whose objects have no known temperature gets no errors, but the spread UNKNOWN_SPREAD. Of a table that
-    has a discrepancy, only the temperature errors of the touched materials are learned again.
+    A material without evidence, or whose objects have no known temperature, gets no errors, but the spread
+    UNKNOWN_SPREAD. Of a table that has a discrepancy, only the temperature errors of the touched materials are learned
+    again.
 
     Args:
         table: the table.
@@ -131,7 +132,8 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
         return _learn_temperature(table.discrepancy, seen)
     materials = len(table.materials)
     everyone = [one for each in seen.values() for one in each]
-    known = [all(one.object_c is not None for one in everyone if one.material == number) for number in range(materials)]
+    objects_c = [[one.object_c for one in everyone if one.material == number] for number in range(materials)]
+    known = [bool(mine_c) and None not in mine_c for mine_c in objects_c]
     plates_k = [_plate_k(everyone, number) for number in range(materials)]
     plain = ThermalKnowledge.of(table)
     rows = []

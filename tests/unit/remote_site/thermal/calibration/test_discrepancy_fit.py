@@ -76,6 +76,12 @@ def test_objects_of_unknown_temperature_teach_nothing_about_it() -> None:
     assert found.spread[0][1] == UNKNOWN_SPREAD
 
 
+def test_a_material_without_evidence_is_not_known() -> None:
+    found = learn(TABLE, {1.0: [one for one in seen(4, 10) if one.material == 0]})
+    assert found.known_objects == [True, False]
+    assert found.spread[0][1] == UNKNOWN_SPREAD
+
+
 def lifted(seconds: float, count: int = 1) -> list[ThermalTrace]:
     """Traces of touches whose finger leaves the object after some seconds."""
     return [
