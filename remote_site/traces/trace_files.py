@@ -163,8 +163,9 @@ class TraceFile:
             if len(row) != len(self.names):
                 raise ValueError(f"{path}: line {number}: {len(row)} values under {len(self.names)} columns")
         if "time_s" in self.names:
-            # some recorders write their last sample twice, as a line that repeats the previous one exactly
-            repeated = {line for (_, before), (line, row) in pairwise(self.rows) if row == before}
+            # Some recorders write their last sample twice, as a line that repeats the previous one and its time.
+            time = self.names.index("time_s")
+            repeated = {line for (_, before), (line, row) in pairwise(self.rows) if row == before and row[time].strip()}
             self.rows = [(number, row) for number, row in self.rows if number not in repeated]
 
     def texts(self, name: str) -> list[tuple[int, str]]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.traces.trace_files import StrokeTrace, read_labels, read_stroke, read_thermal
+from remote_site.traces.trace_files import StrokeTrace, TraceFile, read_labels, read_stroke, read_thermal
 
 GOOD = "time_s,sensor_c,force_n,note\n0.00,30.0,0.0,a\n0.01,30.0,0.5,b\n0.06,29.9,0.5,c\n"
 
@@ -44,6 +44,13 @@ def test_a_line_written_twice_is_one_sample(tmp_path):
     assert read.time_s.tolist() == [0.0, 0.01, 0.06]
     with pytest.raises(ValueError, match="line 5: column time_s does not ascend"):
         read_thermal(trace(tmp_path, GOOD + "0.06,29.8,0.5,c\n"))
+
+
+def test_equal_steps_without_a_time_are_two_samples(tmp_path):
+    file = TraceFile(
+        trace(tmp_path, "press,time_s,depth_mm,force_n\n1,,0.5,0.2\n1,,0.5,0.2\n2,0.1,0.5,0.2\n2,0.1,0.5,0.2\n")
+    )
+    assert file.numbers("press").tolist() == [1, 1, 2]
 
 
 def test_a_short_touch_is_no_contact(tmp_path):
