@@ -148,17 +148,18 @@ class TraceFile:
         self.path = Path(path)
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
-                rows = list(csv.reader(file))
+                reader = csv.reader(file)
+                rows = [(reader.line_num, row) for row in reader]
         except OSError as error:
             raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
         except (UnicodeDecodeError, csv.Error):
             raise ValueError(f"{path}: not a UTF-8 CSV file") from None
-        self.names = tuple(cell.strip() for cell in rows[0]) if rows else ()
+        self.names = tuple(cell.strip() for cell in rows[0][1]) if rows else ()
         if not any(self.names):
             raise ValueError(f"{path}: line 1: no header")
         if len(set(self.names)) != len(self.names):
             raise ValueError(f"{path}: line 1: a column is named twice")
-        self.rows = [(number, row) for number, row in enumerate(rows[1:], start=2) if row]
+        self.rows = [(number, row) for number, row in rows[1:] if row]
         for number, row in self.rows:
             if len(row) != len(self.names):
                 raise ValueError(f"{path}: line {number}: {len(row)} values under {len(self.names)} columns")

@@ -30,6 +30,7 @@ def test_extra_columns_may_hold_anything(tmp_path):
         ("0.06", "0.01", "line 4: column time_s does not ascend"),
         (",c\n", "\n", "line 4: 3 values under 4 columns"),
         ("note", "force_n", "named twice"),
+        ("0.5,b\n0.06,29.9", '0.5,"b\nb"\n0.06,warm', "line 5: column sensor_c: not a finite number: 'warm'"),
     ],
 )
 def test_errors_name_file_line_and_column(tmp_path, old, new, message):
