@@ -96,9 +96,10 @@ class DeviceSink:
         threading.Thread(target=self._write, name="loudspeaker", daemon=True).start()
 
     def play(self, samples: Samples) -> None:
-        """Give one sound to the device; it is dropped where too many wait."""
-        with suppress(queue.Full):
-            self._waiting.put_nowait(samples)
+        """Give one sound to the device; it is dropped where too many wait, or while the device does not play."""
+        if not self.problem:
+            with suppress(queue.Full):
+                self._waiting.put_nowait(samples)
 
     def close(self) -> None:
         """End the thread with its next sound or error, without waiting for it."""
@@ -116,6 +117,7 @@ class DeviceSink:
                 if problem != self.problem:
                     log.warning("nobody hears: %s", problem)
                 self.problem = problem
+                self._waiting = queue.Queue(_MOST_WAITING)  # what waits now is old when the device comes back
             self._stopping.wait(AGAIN_S)
 
     def _play_all(self, container: av.container.OutputContainer) -> None:

@@ -2,6 +2,7 @@
 
 import itertools
 import wave
+from contextlib import nullcontext
 from pathlib import Path
 
 import av
@@ -110,6 +111,25 @@ def test_a_loudspeaker_of_alsa_plays_and_a_missing_one_says_why() -> None:
     wait_until(lambda: missing.problem.startswith("alsa:no-such-device: "), lambda: missing.problem)
     missing.play(next(tone(440.0)))
     missing.close()
+
+
+@pytest.mark.parametrize("unplugged", [False, True], ids=["missing", "unplugged"])
+def test_a_loudspeaker_that_comes_plays_nothing_of_before(unplugged: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    def unplug(sink: DeviceSink, container: object) -> None:
+        sink.problem = ""
+        wait_until(sink._waiting.full)
+        raise OSError("unplugged")
+
+    if unplugged:
+        monkeypatch.setattr("remote_site.voice.sound_sink.av.open", lambda *_, **__: nullcontext())
+        monkeypatch.setattr(DeviceSink, "_play_all", unplug)
+    sink = DeviceSink("no-such-device")
+    wait_until(lambda: sink.problem == "" if unplugged else "no-such-device" in sink.problem, lambda: sink.problem)
+    for samples in itertools.islice(tone(440.0), 4):
+        sink.play(samples)
+    wait_until(lambda: "no-such-device" in sink.problem, lambda: sink.problem)
+    wait_until(lambda: sink._waiting.qsize() == 0)
+    sink.close()
 
 
 def test_a_wav_file_holds_what_was_played(tmp_path: Path) -> None:
