@@ -1,19 +1,11 @@
 """Converts a roughness in V to one in um; surfaces of known roughness calibrate the scale."""
 
 import math
-from typing import NamedTuple
 
 from remote_site.tables.table_file import Positive, TablePart
 
 BEYOND_LN = 0.25
 """Distance in ln(roughness in V) beyond the calibrated range up to which the scale holds."""
-
-
-class RoughnessUm(NamedTuple):
-    """Roughness of a surface, um, and its standard deviation, um."""
-
-    roughness_um: float
-    sd_um: float
 
 
 class RoughnessScale(TablePart):
@@ -33,9 +25,9 @@ class RoughnessScale(TablePart):
     least_v: Positive
     most_v: Positive
 
-    def at(self, roughness_v: float) -> RoughnessUm | None:
-        """Return the roughness in um; None outside of the calibrated range."""
+    def at(self, roughness_v: float) -> tuple[float, float] | None:
+        """Return a roughness and its standard deviation, um; None outside of the calibrated range."""
         if not self.least_v * math.exp(-BEYOND_LN) <= roughness_v <= self.most_v * math.exp(BEYOND_LN):
             return None
         roughness_um = math.exp(self.ln_um + self.exponent * math.log(roughness_v))
-        return RoughnessUm(roughness_um, roughness_um * self.ln_sd)
+        return roughness_um, roughness_um * self.ln_sd

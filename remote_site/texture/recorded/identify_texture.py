@@ -191,8 +191,9 @@ def _answer(part: Segment, table: SurfaceTable | None, speed_sd_m_s: float) -> S
         answer["k_force_rpm_per_n"] = round(constants.k_stroke_f * RPM, 2)
     if table is not None and table.roughness_scale is not None:
         found = None if part.roughness_v is None else table.roughness_scale.at(part.roughness_v)
-        answer["roughness_um"] = None if found is None else round(found.roughness_um, 3)
-        answer["roughness_sd_um"] = None if found is None else round(found.sd_um, 3)
+        answer["roughness_um"] = answer["roughness_sd_um"] = None
+        if found is not None:
+            answer["roughness_um"], answer["roughness_sd_um"] = round(found[0], 3), round(found[1], 3)
     return answer
 
 
