@@ -86,7 +86,6 @@ class TissueBed:
             x_m, y_m = x_m - drag_m * velocity_m_s[0], y_m - drag_m * velocity_m_s[1]
         law_n_m = self._reference_n_m * (1e3 * depth_m / REFERENCE_MM) ** (tissue.exponent - 1.0)
         low_x_m, low_y_m = self._low_m
-        low_x_m, low_y_m = self._low_m
         return surface_m, law_n_m * self._read(1e3 * depth_m, 1e3 * (x_m - low_x_m), 1e3 * (y_m - low_y_m))
 
     def _read(self, depth_mm: float, x_mm: float, y_mm: float) -> float:
