@@ -6,9 +6,9 @@ The messages are ASCII:
     client: < rawmode >  server: < ok >
     client: < send 110 8 1 2 3 4 5 6 7 8 >           server: < frame 100 12.345678 0102030405060708 >
 
-Every frame of one client or node goes to all other clients and nodes. Bit rate and arbitration are not modelled. The
-only modelled bus error is bus-off: the gateway's controller leaves the bus (`< error 040 12.345678 >`) and restarts
-(`100`).
+Every frame of one client or node goes to all other clients. Nodes hear the frames with 11-bit identifiers. Bit rate and
+arbitration are not modelled. The only modelled bus error is bus-off: the gateway's controller leaves the bus
+(`< error 040 12.345678 >`) and restarts (`100`).
 """
 
 import socket
@@ -135,7 +135,8 @@ class SocketcandBus(NodeBus):
         if len(self._clients) > 1:
             identifier = f"{frame_id:08X}" if extended else f"{frame_id:03X}"
             self._say_to_others(client, f"< frame {identifier} {now_s:.6f} {payload.hex()} >", now_s)
-        self._received(frame_id, payload, now_s)
+        if not extended:
+            self._received(frame_id, payload, now_s)
 
     def _send(self, frames: Sequence[SentFrame], now_s: float) -> None:
         if frames and self._clients:

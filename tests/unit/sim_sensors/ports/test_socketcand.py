@@ -64,12 +64,14 @@ def sent(frame: can.Message) -> SentFrame:
     return frame.arbitration_id, bytes(frame.data)
 
 
-def test_python_can_sends_to_the_node(pumped: SocketcandBus, node: Echo) -> None:
+def test_python_can_sends_to_the_node_which_hears_11_bit_identifiers_only(pumped: SocketcandBus, node: Echo) -> None:
+    extended = can.Message(arbitration_id=0x110, data=b"\x02", is_extended_id=True)
+    heard = FRAMES[:3]
     with client(pumped) as can_bus:
-        for frame in FRAMES:
+        for frame in (extended, FRAMES[3], *heard):
             can_bus.send(frame)
-        wait_until(lambda: len(node.heard) == len(FRAMES))
-    assert node.heard == [(frame.arbitration_id, bytes(frame.data)) for frame in FRAMES]
+        wait_until(lambda: len(node.heard) >= len(heard))
+    assert node.heard == [sent(frame) for frame in heard]
     assert pumped.not_understood == 0
 
 
