@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 STEP_S = 0.010
 IMPLICIT_STEPS = 5
+_ROUNDING_S = 1e-9
+"""Rounding error of a sum of steps, s."""
 
 PLATE_AREA_M2 = 0.010 * 0.015
 PLATE_CAPACITY_J_K = 0.30
@@ -210,16 +212,18 @@ class FingerPlates:
     def step(self, dt_s: float, drive: NDArray[np.float64]) -> None:
         """Advance by `dt_s` with a signed `drive` (-1..1 of the full current, above 0 heats) on each Peltier.
 
-        Heat advances in steps of 10 ms, with the mean drive of each step.
+        Heat advances in steps of 10 ms, with the mean drive of each step; `dt_s` is at most as long.
         """
         self._since_s += dt_s
         self._charge = [charge + part * dt_s for charge, part in zip(self._charge, drive.tolist(), strict=True)]
-        if self._since_s < STEP_S - 1e-9:
+        if self._since_s < STEP_S - _ROUNDING_S:
             return
+        over_s = self._since_s - STEP_S
+        over_s = over_s if over_s > _ROUNDING_S else 0.0
+        over = drive * over_s
         sign = np.where(self.reversed, -PELTIER_CURRENT_A, PELTIER_CURRENT_A)
-        current = np.array(self._charge) * sign / self._since_s
-        self._since_s = 0.0
-        self._charge = [0.0] * len(self._charge)
+        current = (np.array(self._charge) - over) * sign / (self._since_s - over_s)
+        self._since_s, self._charge = over_s, over.tolist()
         joule = current * current * (PELTIER_OHM / 2.0)
         seebeck = current * PELTIER_SEEBECK_V_K
         pumped = np.array(

@@ -73,6 +73,14 @@ def test_the_drive_between_two_steps_counts_by_its_mean() -> None:
     assert pulsed.plate_c[0] == pytest.approx(even.plate_c[0], abs=1e-9)
 
 
+@pytest.mark.parametrize("dt_s", [0.003, 0.008])
+def test_no_time_is_lost_in_steps_that_do_not_divide_10_ms(dt_s: float) -> None:
+    odd, even = FingerPlates(1, 0), FingerPlates(1, 0)
+    run(odd, 0.4, 1.2, dt_s)
+    run(even, 0.4, 1.2)
+    assert odd.plate_c[0] == pytest.approx(even.plate_c[0], abs=1e-9)
+
+
 def test_after_the_drive_is_cut_an_overheated_plate_falls_below_42_within_two_seconds() -> None:
     plates = FingerPlates(1, seed=0)
     while plates.plate_c[0] < 42.5:
