@@ -1,6 +1,7 @@
 """Define the kinds of faults of the simulated devices, for the commands of `sim_sensors.faults.faults`."""
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal, TypeVar
@@ -175,28 +176,22 @@ def _babble(text: str) -> Babble:
     return Babble(BAUD)
 
 
+def _whole(text: str, unit: str, low: int, high: int) -> int:
+    if not re.fullmatch("-?[0-9]+", text) or not low <= int(text) <= high:
+        raise ValueError(f"{text!r} is not a whole number of {unit}, {low} to {high}")
+    return int(text)
+
+
 def _permille(text: str) -> int:
-    try:
-        permille = int(text)
-    except ValueError:
-        raise ValueError(f"{text!r} is not a whole number") from None
-    if not -DRIVE_FULL <= permille <= DRIVE_FULL:
-        raise ValueError(f"{permille} is not within -{DRIVE_FULL}..{DRIVE_FULL}")
-    return permille
+    return _whole(text, "thousandths", -DRIVE_FULL, DRIVE_FULL)
 
 
 def _slider(text: str) -> int:
-    if text == "gone":
-        return GONE
-    if not text.isascii() or not text.isdecimal() or not int(text) <= MOST_PERMILLE:
-        raise ValueError(f"{text!r} is neither gone nor a whole number of thousandths, 0 to {MOST_PERMILLE}")
-    return int(text)
+    return GONE if text == "gone" else _whole(text, "thousandths", 0, MOST_PERMILLE)
 
 
 def _millivolt(text: str) -> int:
-    if not text.isascii() or not text.isdecimal() or not int(text) <= MOTOR_MAX_MV:
-        raise ValueError(f"{text!r} is not a whole number of millivolts, 0 to {MOTOR_MAX_MV}")
-    return int(text)
+    return _whole(text, "millivolts", 0, MOTOR_MAX_MV)
 
 
 def _damage(text: str) -> tuple[str, float]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimOperatorConfig, SimPatientSwitchConfig, SimRemoteConfig
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.remote_devices import RemoteDevices
@@ -26,7 +26,13 @@ def stopped() -> SelectLoop:
 
 @pytest.fixture
 def remote(stopped: SelectLoop) -> Iterator[RemoteDevices]:
-    config = SimRemoteConfig(fingers=("index",), texture=INDEX_LINE, thermal_sensors=INDEX_LINE, can_port=free_port())
+    config = SimRemoteConfig(
+        fingers=("index",),
+        texture=INDEX_LINE,
+        thermal_sensors=INDEX_LINE,
+        patient_switch=SimPatientSwitchConfig(port="tcp:127.0.0.1:0"),
+        can_port=free_port(),
+    )
     devices = RemoteDevices(config, stopped)
     yield devices
     devices.close()

@@ -23,14 +23,17 @@ from tests.unit.sim_sensors.stepped import START_S, advance, free_port, reported
 from tests.waiting import wait_until
 
 WRONG_WORDS = {
-    "": ["", "explode", "bus_off can", "force index frozen", "babble can", "plug index tacttip", "disobey"],
-    "piezo": ["index cut"],
+    "": ["", "explode", "bus_off can", "babble can", "plug index tacttip"],
+    "piezo": ["index", "index wet", "thumb cut"],
+    "force": ["index", "index stuck"],
+    "disobey": ["away", "thumb drift"],
     "unplug": ["", "nose", "index", "index tacttip now", "thumb tacttip"],
     "encoder": ["index", "index open", "thumb stuck"],
     "damage": ["can", "can crc", "can crc 0", "can crc 1.1", "can crc nan", "can bits 0.5"],
     "stuck": ["index", "index full", "index 1001", "index nan"],
     "thermistor": ["index", "index wet", "thumb open"],
-    "slider": ["", "half", "-1", "65536"],
+    "slider": ["", "half", "-1", "65536", "1_0", "1e2"],
+    "motor": ["index", "index 3001", "index -1", "index full"],
     "shift": ["", "5", "0 0 51", "0 0 nan", "0 0 z"],
     "hang": ["", "0", "-1", "nan", "1e9"],
     "mend": ["nose", "unplug index tacttip"],
@@ -40,13 +43,15 @@ WRONG_WORDS = {
 NONSENSE = [f"{word} {rest}".strip() for word, wrong in WRONG_WORDS.items() for rest in wrong]
 
 
-@pytest.mark.parametrize("line", NONSENSE)
-def test_nonsense_is_one_line_of_error_and_changes_nothing(line: str, operator: OperatorDevices) -> None:
-    operator.faults.apply("deafen can")
-    with pytest.raises(ValueError, match=r".+") as error:
-        operator.faults.apply(line)
-    assert "\n" not in str(error.value)
-    assert operator.faults.in_force == ["deafen can"]
+@pytest.mark.parametrize("site", ["remote", "operator"])
+def test_nonsense_is_one_line_of_error_and_changes_nothing(site: str, request: pytest.FixtureRequest) -> None:
+    faults = request.getfixturevalue(site).faults
+    faults.apply("deafen can")
+    for line in NONSENSE:
+        with pytest.raises(ValueError, match=r".+") as error:
+            faults.apply(line)
+        assert "\n" not in str(error.value)
+        assert faults.in_force == ["deafen can"], line
 
 
 def test_an_error_says_what_there_is_to_say(remote: RemoteDevices) -> None:
@@ -60,6 +65,8 @@ def test_an_error_says_what_there_is_to_say(remote: RemoteDevices) -> None:
         remote.faults.apply("disobey away")
     with pytest.raises(ValueError, match="no fault 'water'"):
         remote.faults.apply("water index")
+    with pytest.raises(ValueError, match="'1001' is not a whole number of thousandths, -1000 to 1000"):
+        remote.faults.apply("stuck index 1001")
     with pytest.raises(ValueError, match="in force: nothing"):
         remote.faults.apply("mend disobey")
 
@@ -241,6 +248,3 @@ def test_a_motors_driver_is_stuck_at_a_voltage_and_reports_it(operator: Operator
     operator.faults.apply("mend motor index")
     advance(operator, range(10, 20))
     assert (module.motor_mv, module.motor_v(START_S, START_S + 1.0)) == (0, 0.0)
-    for words in ("motor index", "motor index 3001", "motor index -1", "motor index full"):
-        with pytest.raises(ValueError, match="is not a whole number of millivolts, 0 to 3000"):
-            operator.faults.apply(words)
