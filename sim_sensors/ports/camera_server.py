@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from common.config.simulation_models import SimCameraConfig
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.tcp_port import TcpPort
+from sim_sensors.ports.tcp_port import TcpPort, tcp_address
 
 _BUFFER_BYTES = 1 << 21
 """Send buffer of a client in the kernel: some pictures."""
@@ -55,17 +55,16 @@ class CameraServer:
         Raises:
             ValueError: the address is malformed, taken or not this machine's.
         """
-        kind, _, place = config.port.partition(":")
-        host, _, port = place.rpartition(":")
-        if kind != "tcp" or not host or not port.isdigit():
+        place = tcp_address(config.port)
+        if place is None:
             raise ValueError(f"camera: {config.port!r} is not tcp:HOST:PORT")
         self.frozen = False
         self.omitted = 0
         self._draw, self._period_s, self._due_s = draw, 1.0 / config.rate_hz, powered_s
         self._header = f"YUV4MPEG2 W{config.width} H{config.height} F{config.rate_hz}:1 Ip A1:1 C420jpeg\n".encode()
         self._clients: list[_Client] = []
-        self._port = TcpPort(sockets, host, int(port), "camera", buffer_bytes=_BUFFER_BYTES, greet=self._greet)
-        self.address = f"tcp://{host}:{self._port.number}"
+        self._port = TcpPort(sockets, *place, "camera", buffer_bytes=_BUFFER_BYTES, greet=self._greet)
+        self.address = f"tcp://{place[0]}:{self._port.number}"
 
     def _greet(self, connection: socket.socket, now_s: float) -> None:
         self._clients.append(_Client(connection, self._header))

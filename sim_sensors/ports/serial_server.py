@@ -3,7 +3,6 @@
 import math
 import os
 import pty
-import re
 import socket
 import tempfile
 import tty
@@ -15,7 +14,7 @@ from sim_sensors.devices.breakable_parts import Babble
 from sim_sensors.ports.backlog import Backlog
 from sim_sensors.ports.line_client import LineClient
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.tcp_port import TcpPort, receive_tcp
+from sim_sensors.ports.tcp_port import TcpPort, receive_tcp, tcp_address
 
 _CHUNK = 4096
 _BACKLOG_BYTES = 16 * 1024
@@ -26,7 +25,6 @@ _KNOCK_S = 1.0
 """Time for which a connection that has sent nothing is kept, s."""
 _MOST_KNOCKING = 4
 """Largest number of connections that have sent nothing yet."""
-_TCP_ADDRESS = re.compile(r"tcp:(?P<host>[^:]+):(?P<port>\d{1,5})")
 
 
 class Device(Protocol):
@@ -255,7 +253,7 @@ def serve_serial(device: Device, loop: SelectLoop, address: str, what: str) -> S
     """
     if address == "pty":
         return PtyServer(device, loop, what)
-    match = _TCP_ADDRESS.fullmatch(address)
-    if match is None or int(match["port"]) > 65535:
+    place = tcp_address(address)
+    if place is None:
         raise ValueError(f"{what}: address {address!r} is neither 'pty' nor 'tcp:HOST:PORT'")
-    return TcpServer(device, loop, match["host"], int(match["port"]), what)
+    return TcpServer(device, loop, *place, what)

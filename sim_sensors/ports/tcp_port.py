@@ -1,11 +1,19 @@
 """Serve a TCP port without blocking: pass new clients to a callback, and refuse clients while unplugged."""
 
+import re
 import socket
 from collections.abc import Callable
 
 from sim_sensors.ports.select_loop import SelectLoop
 
 Greet = Callable[[socket.socket, float], None]
+_ADDRESS = re.compile(r"tcp:([^:]+):([0-9]{1,5})")
+
+
+def tcp_address(address: str) -> tuple[str, int] | None:
+    """Return host and port of an address `tcp:HOST:PORT`; None for one of another form."""
+    match = _ADDRESS.fullmatch(address)
+    return None if match is None else (match[1], int(match[2]))
 
 
 def receive_tcp(client: socket.socket, most: int) -> bytes | None:

@@ -135,7 +135,7 @@ def test_a_frozen_camera_sends_nothing(served: tuple[CameraServer, SelectLoop, l
         assert drawn == [2.0]
 
 
-@pytest.mark.parametrize("port", ["pty", "tcp:127.0.0.1", "tcp:127.0.0.1:x"])
+@pytest.mark.parametrize("port", ["pty", "tcp:127.0.0.1", "tcp:127.0.0.1:x", "tcp:127.0.0.1:²"])
 def test_a_malformed_address_is_named(port: str) -> None:
     with pytest.raises(ValueError, match=r"camera: .* is not tcp:HOST:PORT"):
         CameraServer(SimCameraConfig(port=port), SelectLoop(), lambda now_s: b"", 0.0)
