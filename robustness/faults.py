@@ -10,7 +10,6 @@ from typing import Any
 
 import msgpack
 import numpy as np
-from mcap.records import Channel, Message
 
 from common.faults.texts import said_fault
 from common.fingers import FINGERS
@@ -244,14 +243,10 @@ _ONLY_TIMES = ("remote/sensed", "operator/input")
 
 def _collect(path: Path, streams: dict[str, list[tuple[float, Any]]]) -> None:
     wanted = {"remote/session", "operator/session", *_EACH_TICK.values()}
-    topics: dict[int, str] = {}
     with path.open("rb") as file:
-        for record in TruncatedMcap(file).records():
-            if isinstance(record, Channel):
-                topics[record.id] = record.topic
-            elif isinstance(record, Message) and topics[record.channel_id] in wanted:
-                topic = topics[record.channel_id]
-                streams.setdefault(topic, []).append((record.log_time * 1e-9, _entry(topic, record.data)))
+        for topic, message in TruncatedMcap(file).messages():
+            if topic in wanted:
+                streams.setdefault(topic, []).append((message.log_time * 1e-9, _entry(topic, message.data)))
 
 
 def _entry(topic: str, data: bytes) -> Any:

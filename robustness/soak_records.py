@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgpack
-from mcap.records import Channel, Message
+from mcap.records import Message
 
 from common.faults.texts import said_fault
 from common.link.session_state import Happening
@@ -55,17 +55,13 @@ def read_records(folder: Path, ends_s: Mapping[str, Sequence[float]]) -> Records
 
 
 def _read(path: Path, end_s: float, records: Records) -> None:
-    topics: dict[int, str] = {}
     last_s, count = 0.0, 0
     with path.open("rb") as file:
         recording = TruncatedMcap(file)
-        for record in recording.records():
-            if isinstance(record, Channel):
-                topics[record.id] = record.topic
-            elif isinstance(record, Message):
-                last_s = max(last_s, record.log_time * 1e-9)
-                count += 1
-                _take(topics[record.channel_id], record, records)
+        for topic, message in recording.messages():
+            last_s = max(last_s, message.log_time * 1e-9)
+            count += 1
+            _take(topic, message, records)
     records.messages[path.name] = count
     if recording.damaged_parts:
         records.wrong.append(f"{path.name}: {recording.damaged_parts} damaged parts")

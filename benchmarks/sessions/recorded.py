@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.records import Channel, Message
 from numpy.typing import NDArray
 
 from common.limits import GAP_S
@@ -41,16 +40,11 @@ class Recorded:
         for path in (folder / f"{site}.mcap" for site in TICKS):
             if not path.exists():
                 continue
-            topics: dict[int, str] = {}
             with path.open("rb") as file:
-                for record in TruncatedMcap(file).records():
-                    if isinstance(record, Channel):
-                        topics[record.id] = record.topic
-                    elif isinstance(record, Message):
-                        topic = topics[record.channel_id]
-                        times[topic].append(record.log_time)
-                        if topic in _PACKETS:
-                            sources[topic].append(_PACKETS[topic].decode(record.data).time_ns)
+                for topic, message in TruncatedMcap(file).messages():
+                    times[topic].append(message.log_time)
+                    if topic in _PACKETS:
+                        sources[topic].append(_PACKETS[topic].decode(message.data).time_ns)
         return cls(*({topic: np.array(ns) * 1e-9 for topic, ns in each.items()} for each in (times, sources)))
 
     def lateness(self, site: str, begin_s: float, end_s: float, period_s: float) -> dict[str, float | None]:

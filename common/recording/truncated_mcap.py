@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import IO
 
 from mcap.opcode import Opcode
-from mcap.records import DataEnd, McapRecord
+from mcap.records import Channel, DataEnd, McapRecord, Message
 
 from common.recording.encrypted_file import decrypting
 from common.recording.mcap_records import MAGIC, Entry, Unreadable, check_chunk, contents, entries, parse
@@ -75,6 +75,15 @@ class TruncatedMcap:
             except Unreadable as error:
                 offset = self._sound_chunk(error.offset + 1)
                 self.unreadable_bytes += (self._length if offset is None else offset) - error.offset
+
+    def messages(self) -> Iterator[tuple[str, Message]]:
+        """Yield each message with its topic, in the order of `records`; messages without a channel are omitted."""
+        topics: dict[int, str] = {}
+        for record in self.records():
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Message) and record.channel_id in topics:
+                yield topics[record.channel_id], record
 
     def _named_at_the_end(self) -> list[McapRecord]:
         """Return schemas and channels from the index, because the chunk that first has them may be damaged."""
