@@ -47,19 +47,15 @@ class Life:
         start_s = time_s[0] + min(WARM_S, 0.5 * (time_s[-1] - time_s[0]))
         settled = time_s >= start_s
         time_s = time_s[settled]
-        third = max(1, len(time_s) // 3)
 
-        def ends(values: NDArray[np.float64]) -> tuple[float, float]:
-            return float(np.median(values[settled][:third])), float(np.median(values[settled][-third:]))
+        def ends(values: NDArray[np.float64], parts: int) -> tuple[float, float]:
+            """Return the medians of the first and the last of `parts` parts."""
+            count = max(1, len(time_s) // parts)
+            return float(np.median(values[settled][:count])), float(np.median(values[settled][-count:]))
 
-        # Time between the middles of the two thirds.
-        span_s = float(np.median(time_s[-third:]) - np.median(time_s[:third]))
-        half = max(1, len(time_s) // 2)
-
-        def halves(values: NDArray[np.float64]) -> tuple[float, float]:
-            return float(np.median(values[settled][:half])), float(np.median(values[settled][-half:]))
-
-        rss, files, threads = ends(self.rss_mib), halves(self.open_files), halves(self.threads)
+        rss, files, threads = ends(self.rss_mib, 3), ends(self.open_files, 2), ends(self.threads, 2)
+        first_s, last_s = ends(self.time_s, 3)
+        span_s = last_s - first_s
         enough = time_s[-1] - time_s[0] >= _RATE_FROM_S
         rate = float(np.polyfit(time_s - time_s[0], self.rss_mib[settled], 1)[0]) * 3600.0 if enough else None
         allowed_mib = STEP_MIB + GROWTH_MIB_H * span_s / 3600.0

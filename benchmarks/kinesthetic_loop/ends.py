@@ -93,10 +93,10 @@ class GatewayEnd:
 
     def __init__(self) -> None:
         self._folder = TemporaryDirectory(prefix="kinesthetic-")
-        first = free_port_block(6)
+        first = free_port_block(2)
         self.address = CanAddress(interface="socketcand", host=HOST, port=first)
-        tacttips = {finger: f"tcp:{HOST}:{first + 1 + n}" for n, finger in enumerate(("index",))}
-        config = SimOperatorConfig.model_validate({"fingers": ("index",), "tacttip": tacttips, "can_port": first})
+        tacttip = f"tcp:{HOST}:{first + 1}"
+        config = SimOperatorConfig(fingers=("index",), tacttip={"index": tacttip}, can_port=first)
         path = Path(self._folder.name) / "sim-operator.toml"
         path.write_text(to_toml(config), "utf-8")
         command = [sys.executable, "-m", "sim_sensors", "operator", "--config", str(path)]
