@@ -100,6 +100,11 @@ class Done:
     next_s: float
     cleared_s: float | None = None
 
+    @property
+    def over_s(self) -> float:
+        """Time from which the session must work again, s."""
+        return self.end_s if self.cleared_s is None else self.cleared_s
+
 
 @dataclass(slots=True)
 class Finding:
@@ -141,16 +146,13 @@ def judge(done: Done, truth: Truth) -> Finding:
         since_s = latch[0]
         if finding.latched_s is not None and finding.latched_s > fault.later_s:
             finding.wrong.append(f"latched after {finding.latched_s:.2f} s only")
-    until_s = done.end_s
-    if fault.expected is Outcome.LATCHED and done.cleared_s is not None:
-        until_s = done.cleared_s
     for actuator in Actuator:
-        if actuator in fault.neutral and until_s - since_s > HOLD_S[actuator] + finding.granted_s:
-            _judge_neutral(finding, truth, actuator, since_s, until_s)
+        if actuator in fault.neutral and done.over_s - since_s > HOLD_S[actuator] + finding.granted_s:
+            _judge_neutral(finding, truth, actuator, since_s, done.over_s)
     if fault.leaves:
-        _judge_leaving(finding, truth, done.begin_s + fault.noticed_s, until_s)
-    again_s = _felt_again(truth, done.cleared_s or done.end_s, done.next_s)
-    finding.resumed_s = None if again_s is None else again_s - (done.cleared_s or done.end_s)
+        _judge_leaving(finding, truth, done.begin_s + fault.noticed_s, done.over_s)
+    again_s = _felt_again(truth, done.over_s, done.next_s)
+    finding.resumed_s = None if again_s is None else again_s - done.over_s
     finding.outcome = _outcome(done, truth, latch is not None, again_s, finding.granted_s)
     # A better outcome than required is right, unless something had to be neutral. A pause of the machine acts as a gap.
     better = (
@@ -234,7 +236,7 @@ def _felt(truth: Truth) -> NDArray[np.bool_]:
 
 def _afterwards(done: Done, truth: Truth) -> str:
     """Describe what the stroking finger felt after the session should have worked again."""
-    then = (truth.finger_s >= (done.cleared_s or done.end_s)) & (truth.finger_s < done.next_s)
+    then = (truth.finger_s >= done.over_s) & (truth.finger_s < done.next_s)
     if not then.any():
         return "never worked again: nothing was recorded"
     finger = FINGERS.index(STROKING)
