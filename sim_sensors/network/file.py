@@ -18,6 +18,8 @@ from sim_sensors.network.fault import Fault, Strict
 
 NETWORKS = Path(__file__).parents[1] / "networks"
 MOST_MS = 60_000.0
+MOST_CSV_BYTES = 64 << 20
+"""Size limit of a recording of round trips, bytes."""
 _TIME, _ROUND_TRIP = "send_time_s", "rtt_ms"
 
 
@@ -80,10 +82,6 @@ def is_file(name_or_path: str) -> bool:
     return name_or_path.endswith((".toml", ".csv"))
 
 
-MOST_CSV_BYTES = 64 << 20
-"""Size limit of a recording of round trips, bytes."""
-
-
 def load_network(name_or_path: str) -> Network:
     """Load a network by its name, or from a path that ends in `.toml` or `.csv`.
 
@@ -107,7 +105,7 @@ def _read_round_trips(path: Path) -> ConditionsOverTime:
     round_trips_s: list[float] = []
     try:
         content, _ = read_whole(path, MOST_CSV_BYTES)
-        rows = csv.DictReader(StringIO(content.decode("utf-8"), newline=""))
+        rows = csv.DictReader(StringIO(content.decode("utf-8-sig"), newline=""))
         for column in (_TIME, _ROUND_TRIP):
             if column not in (rows.fieldnames or ()):
                 raise ValueError(f"{path}:1: no column {column}")

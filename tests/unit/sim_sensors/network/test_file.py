@@ -100,6 +100,11 @@ def test_a_bad_file_is_refused_in_one_line_with_its_place(
     assert "\n" not in message
 
 
+def test_round_trips_of_a_spreadsheet_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    path = write(tmp_path, "\ufeffsend_time_s,rtt_ms\n0,20\n1,20\n", "drive.csv")
+    assert load_network(path).conditions(0.5).delay_s == 0.010
+
+
 def test_an_unknown_network_is_answered_with_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="unknown network 'moon'; known: bad_evening, city, lan, mobile, satellite"):
         load_network("moon")
