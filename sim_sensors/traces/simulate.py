@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_sensors.traces.simulated_stroke import LENGTH_M, StrokeTrace, simulate_stroke
+from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
 from sim_sensors.traces.simulated_touch import ThermalTrace, check_range, known_material, simulate_thermal
 
 LABELS = "labels.csv"
@@ -76,7 +76,6 @@ def simulate_stroke_set(
     force_n: float,
     seed: int,
     out: Path,
-    length_m: float = LENGTH_M,
 ) -> list[StrokeTrace]:
     """Write `strokes` traces over a surface and their labels `file,surface` into `out`; other labels there are kept.
 
@@ -87,7 +86,7 @@ def simulate_stroke_set(
     check_range("strokes", strokes, 1, 1000)
     check_range("seed", seed, 0, 2**31)
     seeds = np.random.SeedSequence([seed, strokes]).generate_state(strokes)
-    traces = [simulate_stroke(surface, int(one), speed_mm_s, force_n, length_m=length_m) for one in seeds]
+    traces = [simulate_stroke(surface, int(one), speed_mm_s, force_n) for one in seeds]
     labels = _Labels(out, ("file", "surface"))
     for number, trace in enumerate(traces):
         file = f"{surface}_{speed_mm_s:g}mm_s_{seed}_{number:03d}.csv"
@@ -110,8 +109,11 @@ class _Labels:
         self._header = header
         self._rows: dict[str, tuple[str, ...]] = {}
         if self._path.exists():
-            with self._path.open(newline="", encoding="utf-8") as stream:
-                rows = list(csv.reader(stream))
+            try:
+                with self._path.open(newline="", encoding="utf-8") as stream:
+                    rows = list(csv.reader(stream))
+            except (UnicodeDecodeError, csv.Error):
+                raise ValueError(f"{self._path}: not a UTF-8 CSV file; write into another folder") from None
             if not rows or tuple(rows[0]) != header:
                 raise ValueError(f"{self._path}: line 1 is not {','.join(header)!r}; write into another folder")
             self._rows = {row[0]: tuple(row) for row in rows[1:] if row}

@@ -103,7 +103,7 @@ def test_thermal_files_share_a_folder_and_its_labels(tmp_path):
 
 @pytest.mark.long
 def test_stroke_files_and_labels(tmp_path):
-    traces = simulate_stroke_set("foam", 2, speed_mm_s=100.0, force_n=1.0, seed=1, out=tmp_path, length_m=0.03)
+    traces = simulate_stroke_set("foam", 2, speed_mm_s=100.0, force_n=1.0, seed=1, out=tmp_path)
     labels = rows(tmp_path / "labels.csv")
     assert labels[0] == ["file", "surface"]
     assert [row[1] for row in labels[1:]] == ["foam", "foam"]
@@ -113,11 +113,12 @@ def test_stroke_files_and_labels(tmp_path):
     assert rows(tmp_path / "one.csv")[0] == ["time_s", "pressure_v", "force_n", "speed_mm_s"]
 
 
-def test_foreign_labels_are_not_overwritten(tmp_path):
-    (tmp_path / "labels.csv").write_text("file,surface\n", "utf-8")
-    with pytest.raises(ValueError, match=r"labels\.csv: line 1"):
+@pytest.mark.parametrize("content", [b"file,surface\n", b"\xff\n", b"file,material,object_c\n" + 200_000 * b"x"])
+def test_foreign_labels_are_not_overwritten(tmp_path, content):
+    (tmp_path / "labels.csv").write_bytes(content)
+    with pytest.raises(ValueError, match=r"labels\.csv: .*; write into another folder"):
         simulate_thermal_set("pvc", 1, seconds=0.2, seed=0, out=tmp_path)
-    assert (tmp_path / "labels.csv").read_text("utf-8") == "file,surface\n"
+    assert (tmp_path / "labels.csv").read_bytes() == content
 
 
 @pytest.mark.parametrize(
