@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from common.wire.messages import (
-    MAX_EVENTS,
     NO_TOUCH,
     Event,
     EventKind,
@@ -61,23 +60,13 @@ _TCP_IP_BYTES = 20 + 20 + 12
 """Length of the IPv4 and TCP headers with time stamps, bytes."""
 
 
-def touch_parts(touching: int = N, events: int | None = None) -> Touch:
-    """A touch packet in which `touching` fingers (0..5) stroke an object.
-
-    `events` (0..24) is the number of events; the default is USUAL_EVENTS, or none without any touch.
-
-    Raises:
-        ValueError: the number of fingers or of events is out of range.
-    """
-    if events is None:
-        events = USUAL_EVENTS if touching else 0
-    if not 0 <= touching <= N or not 0 <= events <= MAX_EVENTS:
-        raise ValueError(f"{touching} fingers and {events} events: expected 0..{N} and 0..{MAX_EVENTS}")
+def touch_parts(touching: int = N) -> Touch:
+    """A touch packet in which `touching` fingers (0..5) stroke an object, with USUAL_EVENTS events if any does."""
     rows = [_IN_CONTACT if finger < touching else NO_TOUCH for finger in range(N)]
     names = tuple(name if finger < touching else "" for finger, name in enumerate(_MATERIALS))
     happened = tuple(
-        Event(10_000 + n, EventKind.GROOVE, n % max(1, touching), _FIRST_NS + n, _FIRST_NS + n, 310.0)
-        for n in range(events)
+        Event(10_000 + n, EventKind.GROOVE, n % touching, _FIRST_NS + n, _FIRST_NS + n, 310.0)
+        for n in range(USUAL_EVENTS if touching else 0)
     )
     summaries = tuple(
         TouchSummary(((name, 0.97),), 0.021, 0.002, 4.1e-3, 0.1e-3) if name else NOTHING for name in names
