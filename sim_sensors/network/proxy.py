@@ -113,15 +113,13 @@ class NetworkProxy:
         network = load_network(config.network)
         self._sockets = sockets
         self.live = LiveNetwork(network, None if config.wait_for_start else sockets.now())
-        self.fault_port: FaultPort | None = None
         with ExitStack() as opened:
             self._streams: dict[str, StreamProxy] = {}
             for name, stream in STREAMS.items():
                 self._streams[name] = StreamProxy(stream, config, self.live, sockets)
                 opened.callback(self._streams[name].close)
             if config.fault_port is not None:
-                self.fault_port = FaultPort(sockets, config.fault_port, self.obey)
-                opened.callback(self.fault_port.close)
+                opened.enter_context(closing(FaultPort(sockets, config.fault_port, self.obey)))
             self._opened = opened.pop_all()
 
     def step(self, now_s: float) -> None:

@@ -29,7 +29,6 @@ class BenchObject:
     surface_z_m: float
     stiffness_n_m: float
     object_c: float
-    effusivity: float
     column: ObjectColumn
     conductance_w_m2k: float
     area_share: float
@@ -55,11 +54,6 @@ class Specimen:
         drawn = rng.standard_normal()
         scale = 1.0 if block else math.exp(kind.spread * drawn)
         return cls(kind.conductivity_w_mk * scale, kind.density_kg_m3 * kind.specific_heat_j_kgk * scale)
-
-    @property
-    def effusivity(self) -> float:
-        """sqrt(k rho c), J/(m2 K s^0.5)."""
-        return math.sqrt(self.conductivity_w_mk * self.heat_j_m3k)
 
 
 class Bench:
@@ -120,7 +114,6 @@ def _bench_object(
         surface_z_m=thing.height_m,
         stiffness_n_m=thing.stiffness,
         object_c=object_c,
-        effusivity=specimen.effusivity,
         column=object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thing.thickness_m, STAGE_S),
         conductance_w_m2k=full_conductance_w_m2k(specimen.conductivity_w_mk, relief.rms_m),
         area_share=relief.contact_fraction,

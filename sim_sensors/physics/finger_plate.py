@@ -204,11 +204,6 @@ class FingerPlates:
         felt: NDArray[np.float64] = self._epidermis @ self._state[_SKIN : _SKIN + EPIDERMIS_CELLS]
         return felt
 
-    def start_at(self, plate_c: float) -> None:
-        """Set the temperature of the plates, C, at the start of a test or a fault; the fingers keep theirs."""
-        self._state[_PLATE] = plate_c
-        self._ntc[:] = plate_c
-
     def step(self, dt_s: float, drive: NDArray[np.float64]) -> None:
         """Advance by `dt_s` with a signed `drive` (-1..1 of the full current, above 0 heats) on each Peltier.
 

@@ -32,7 +32,7 @@ def test_skin_follows_the_half_space_solution_while_heat_is_still_in_the_epiderm
     monkeypatch.setattr(finger_plate, "PLATE_CAPACITY_J_K", 1e6)  # a plate whose temperature stays
     still, stepped = FingerPlates(1, 0), FingerPlates(1, 0)
     step_k = 5.0
-    stepped.start_at(stepped.plate_c[0] + step_k)
+    stepped.plate_c[:] += step_k
     _, _, _, conductivity, capacity, _ = finger_plate.LAYERS[0]
     effusivity = np.sqrt(conductivity * capacity)
     for n in range(1, 31):

@@ -70,7 +70,7 @@ def test_same_seed_same_world_and_another_seed_another():
 def test_what_the_hand_does_changes_nothing_of_what_was_drawn():
     still, moved = Hand(seed=5), Hand(seed=5).press("foam")
     for a, b in zip(still.world.bench.objects, moved.world.bench.objects, strict=True):
-        assert (a.object_c, a.effusivity, a.grooves_x_m) == (b.object_c, b.effusivity, b.grooves_x_m)
+        assert (a.object_c, a.column.heat_j_m3k, a.grooves_x_m) == (b.object_c, b.column.heat_j_m3k, b.grooves_x_m)
 
 
 @pytest.mark.long
@@ -82,7 +82,8 @@ def test_drawn_objects_stay_near_ambient_and_near_their_material():
     assert temperatures.max() <= 26.0
     assert temperatures.std() > 1.0
     blocks = [thing for thing in drawn if thing.name == "wood"]
-    logs = np.log([block.effusivity / material("pine").effusivity for block in blocks])
+    pine = material("pine")
+    logs = np.log([block.column.heat_j_m3k / (pine.density_kg_m3 * pine.specific_heat_j_kgk) for block in blocks])
     assert 0.08 < logs.std() < 0.35
 
 
@@ -90,7 +91,7 @@ def test_calibrated_blocks_are_the_same_in_every_session_but_for_their_temperatu
     worlds = [RemoteWorld(load_scene("materials"), seed).bench.objects for seed in range(3)]
     for things in zip(*worlds, strict=True):
         known = things[0].material in load_scene("materials").calibrated
-        assert len({thing.effusivity for thing in things}) == (1 if known else 3)
+        assert len({thing.column.heat_j_m3k for thing in things}) == (1 if known else 3)
         assert len({thing.object_c for thing in things}) == 3
 
 
@@ -100,14 +101,15 @@ def test_a_material_of_the_scene_s_own_lies_on_the_bench_as_it_is_described():
     scene = Scene.model_validate({"name": "own", "objects": [block], "materials": {"balsa": balsa}})
     for seed in range(3):
         (thing,) = RemoteWorld(scene, seed).bench.objects
-        assert thing.effusivity == pytest.approx(np.sqrt(0.05 * 160.0 * 1700.0))
+        assert thing.column.heat_j_m3k == pytest.approx(160.0 * 1700.0)
+        assert thing.column.half_cell_m2k_w == pytest.approx(0.5 * thing.column.cell_m[0] / 0.05)
     assert thing.material == "balsa"
 
 
 def test_zones_of_one_body_share_specimen_and_temperature():
     zones = [thing for thing in RemoteWorld(load_scene("materials"), 0).bench.objects if "pvc" in thing.name]
     assert len({zone.object_c for zone in zones}) == 1
-    assert len({zone.effusivity for zone in zones}) == 1
+    assert len({zone.column.heat_j_m3k for zone in zones}) == 1
 
 
 def test_contact_and_release_are_told_once_for_each_finger():
