@@ -1,6 +1,7 @@
 """The service file fits the program, and systemd accepts it."""
 
 import configparser
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -13,6 +14,7 @@ from common.timing.timeouts import NOTICE_S, SITE_WATCHDOG_S, SUPERVISOR_WATCHDO
 from tests.places import ROOT
 
 UNIT = ROOT / "deploy" / "systemd" / "teletaction@.service"
+CONSOLE = UNIT.with_name("console-memory.conf")
 
 
 def test_the_service_fits_the_program() -> None:
@@ -34,6 +36,16 @@ def test_the_service_fits_the_program() -> None:
     assert service["CapabilityBoundingSet"] == ""
     assert service["LimitCORE"] == "0"
     assert {"PYTHONFAULTHANDLER", "PYTHONUNBUFFERED"} == {pair.split("=")[0] for pair in service["Environment"].split()}
+
+
+def test_the_console_may_use_as_much_memory_as_in_its_container() -> None:
+    parser = configparser.ConfigParser(interpolation=None)
+    assert parser.read(CONSOLE, "utf-8")
+    composed = (ROOT / "docker-compose.yml").read_text("utf-8").partition("\n  console:\n")[2]
+    limit = re.search(r"^    mem_limit: (\w+)", composed, re.MULTILINE)
+    assert limit is not None
+    assert parser["Service"]["MemoryMax"] == limit[1].upper() == "1G"
+    assert CONSOLE.name in UNIT.with_name("README.md").read_text("utf-8")
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not there")
