@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes what a console beyond loopback needs, in the folder $1: a certificate for the host named $2 (and for localhost), and
-# two tokens, one to act with and one to look on with. What is there already stays as it is.
+# Makes the files of a console beyond loopback in the folder $1: a certificate for the host named $2 (and for localhost), and
+# two tokens, one to act and one to observe. Existing tokens stay, and so does their certificate.
 set -eu
 umask 077
 cd "$1"
