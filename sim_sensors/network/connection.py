@@ -8,7 +8,7 @@ import struct
 from sim_sensors.network.fault import WAYS, Fault, Way
 from sim_sensors.network.stream import TcpStream
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.tcp_port import receive_tcp
+from sim_sensors.ports.tcp_port import ended, receive_tcp
 
 _CHUNK = 64 * 1024
 BUFFER_BYTES = 64 * 1024
@@ -97,7 +97,11 @@ class Connection:
 
     def step(self, now_s: float) -> None:
         """Move bytes; close the connection once both ends have ended it, and reset it when that is due."""
-        if self.closed or self._server is None:
+        if self.closed:
+            return
+        if self._server is None:
+            if ended(self._client):  # it has given up
+                self._close()
             return
         if now_s >= self._reset_s:
             self.reset()

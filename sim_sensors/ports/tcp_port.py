@@ -1,6 +1,7 @@
 """Serve a TCP port without blocking: pass new clients to a callback, and refuse clients while unplugged."""
 
 import re
+import select
 import socket
 from collections.abc import Callable
 
@@ -28,6 +29,13 @@ def receive_tcp(client: socket.socket, most: int) -> bytes | None:
         return None
     except OSError:
         return b""
+
+
+def ended(connection: socket.socket) -> bool:
+    """Return whether the other end has closed a connection; its bytes may still be unread."""
+    poll = select.poll()
+    poll.register(connection, select.POLLRDHUP)
+    return bool(poll.poll(0))
 
 
 class TcpPort:

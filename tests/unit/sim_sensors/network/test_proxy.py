@@ -254,6 +254,19 @@ def test_a_partition_keeps_connections_and_lets_no_new_one_through(bench: Bench)
     bench.until(lambda: heard(second) == b"me too", 30.0)
 
 
+def test_a_client_that_gives_up_in_a_partition_is_forgotten(bench: Bench) -> None:
+    bench.proxy.obey("partition 10")
+    for _ in range(3):
+        client = bench.knock()
+        client.sendall(b"greeting")
+        bench.until(lambda: bench.control()["connections_open"] == 1)
+        client.close()
+        bench.until(lambda: bench.control()["connections_open"] == 0)
+    bench.step(10.1)
+    with pytest.raises(BlockingIOError):
+        bench.server.accept()
+
+
 @pytest.mark.parametrize("network", ["slow", "lan"])
 def test_a_sender_is_held_back_by_a_slow_network_and_by_a_receiver_that_never_reads(
     network: str, benches: Callable[..., Bench], tmp_path: Path
