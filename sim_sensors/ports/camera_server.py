@@ -3,11 +3,10 @@
 import math
 import socket
 from collections.abc import Callable
-from contextlib import suppress
 
 from common.config.simulation_models import SimCameraConfig
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.tcp_port import TcpPort, tcp_address
+from sim_sensors.ports.tcp_port import TcpPort, ended, tcp_address
 
 _BUFFER_BYTES = 1 << 21
 """Send buffer of a client in the kernel: some pictures."""
@@ -81,13 +80,16 @@ class CameraServer:
                     client.unsent = memoryview(picture)
         for client in self._clients:
             client.send()
-        for client in [client for client in self._clients if client.gone]:
-            client.connection.close()
-            self._clients.remove(client)
+        self._keep([client for client in self._clients if not (client.gone or ended(client.connection))])
 
     def close(self) -> None:
         """Disconnect all clients and release the port."""
-        for client in self._clients:
-            with suppress(OSError):
-                client.connection.close()
+        self._keep([])
         self._port.close()
+
+    def _keep(self, clients: list[_Client]) -> None:
+        """Disconnect all other clients."""
+        for client in self._clients:
+            if client not in clients:
+                client.connection.close()
+        self._clients = clients

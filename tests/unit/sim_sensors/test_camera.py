@@ -1,5 +1,6 @@
 """The simulated camera: its picture, its stamp, and its bytes as a client reads them."""
 
+import os
 import socket
 from collections.abc import Iterator
 from contextlib import closing
@@ -16,6 +17,7 @@ from sim_sensors.physics.camera_stamp import Luma, draw_stamp, read_stamp
 from sim_sensors.physics.camera_view import CameraView
 from sim_sensors.ports.camera_server import CameraServer
 from sim_sensors.ports.select_loop import SelectLoop
+from tests.waiting import wait_until
 
 WIDTH, HEIGHT = 160, 96
 SIZE = WIDTH * HEIGHT * 3 // 2
@@ -133,6 +135,19 @@ def test_a_frozen_camera_sends_nothing(served: tuple[CameraServer, SelectLoop, l
         server.frozen = False
         server.pump(2.0)
         assert drawn == [2.0]
+
+
+def test_a_client_that_leaves_a_frozen_camera_is_hung_up_on(
+    served: tuple[CameraServer, SelectLoop, list[float]],
+) -> None:
+    server, loop, _ = served
+    server.frozen = True
+    before = len(os.listdir("/proc/self/fd"))
+    for _ in range(3):
+        with socket.create_connection(("127.0.0.1", int(server.address.rpartition(":")[2]))):
+            loop.serve(0.02)
+            server.pump(1.0)
+        wait_until(lambda: server.pump(1.0) or len(os.listdir("/proc/self/fd")) == before)  # type: ignore[func-returns-value]
 
 
 @pytest.mark.parametrize("port", ["pty", "tcp:127.0.0.1", "tcp:127.0.0.1:x", "tcp:127.0.0.1:²"])
