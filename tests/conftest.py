@@ -3,9 +3,7 @@
 import gc
 import re
 import signal
-import socket
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +13,8 @@ from hypothesis import settings
 from common.link.keys import TrustedKeys, create_keys
 from common.runtime.containment import NAMED_IN
 from common.runtime.parallel_map import processors
-from common.wire.streams import STREAMS
 from tests.not_judged import NotJudged
+from tests.ports import free_ports
 from tests.shared_imports import SharedImports
 
 LONG_S = 600.0
@@ -73,20 +71,6 @@ def golden() -> dict[str, bytes]:
 def base_port() -> int:
     """First port of a link on loopback; its ports were free a moment ago."""
     return free_ports()
-
-
-def free_ports() -> int:
-    """First of as many TCP ports in a row on loopback as a link has; they were free a moment ago."""
-    for _ in range(100):
-        with socket.create_server(("127.0.0.1", 0)) as first, ExitStack() as others:
-            port: int = first.getsockname()[1]
-            try:
-                for number in range(port + 1, port + len(STREAMS)):
-                    others.enter_context(socket.create_server(("127.0.0.1", number)))
-            except (OSError, OverflowError):
-                continue
-            return port
-    raise AssertionError("no free ports in a row")
 
 
 class Contained:

@@ -10,7 +10,8 @@ from common.config.page_models import ConsoleConfig
 from common.link.keys import KeyPair, load_keys
 from operator_site.console.run import run_console
 from operator_site.session.console_feed import ConsoleFeedSocket
-from tests.conftest import Keys, free_ports
+from tests.conftest import Keys
+from tests.ports import free_ports
 
 
 class RunningConsole:

@@ -13,7 +13,7 @@ from common.limits import SWITCH_HOLD_S, SWITCH_LOST_S, SWITCH_SILENCE_S
 from remote_site.devices.patient_switch import PatientSwitch
 from remote_site.patient_page.run import run_patient_page
 from tests.browser.test_every_state import LOOK, axe_findings
-from tests.conftest import free_ports
+from tests.ports import free_ports
 from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.console, pytest.mark.timeout(120), pytest.mark.real_time(stall_s=math.inf)]

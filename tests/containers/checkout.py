@@ -4,7 +4,6 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import time
 import uuid
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.places import ROOT
+from tests.ports import free_port
 
 _PLUGIN = 'docker-compose() { docker compose "$@"; }\n'
 
@@ -22,13 +22,6 @@ def run(*command: str, seconds: float = 60.0) -> str:
     done = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)
     assert done.returncode == 0, f"{' '.join(command)}: {done.stdout[-3000:]} {done.stderr[-3000:]}"
     return done.stdout
-
-
-def free_port() -> int:
-    """A port of this machine that nobody uses."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port: int = server.getsockname()[1]
-        return port
 
 
 def wait_for(what: Callable[[], object], goal: str, seconds: float, each_s: float = 0.5) -> None:

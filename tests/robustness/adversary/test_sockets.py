@@ -2,7 +2,6 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -17,6 +16,7 @@ from common.link.keys import load_keys
 from common.link.local_control import ask_desk
 from common.wire.packets import MAX_PACKET
 from teletaction.session.processes import die_with_parent
+from tests.ports import free_port
 from tests.robustness.adversary.parties import COPY, READS, ROLES, Attack, Parties, link_ports, report
 from tests.robustness.hardening.served import Keys
 
@@ -83,12 +83,6 @@ class Session:
         """Ask for an emergency stop; returns how long it took until the remote site had latched it, s."""
         self.ask("estop", asked_ns=time.monotonic_ns())
         return float(self.until(lambda seen: seen["stop_s"] is not None)["stop_s"])
-
-
-def free_port() -> int:
-    """A port on loopback that was free a moment ago."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return int(server.getsockname()[1])
 
 
 @pytest.fixture

@@ -8,7 +8,8 @@ from common.config.simulation_models import SimOperatorConfig, SimPatientSwitchC
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.remote_devices import RemoteDevices
-from tests.unit.sim_sensors.stepped import START_S, free_port
+from tests.ports import free_port
+from tests.unit.sim_sensors.stepped import START_S
 
 INDEX_LINE = {"index": "tcp:127.0.0.1:0"}
 

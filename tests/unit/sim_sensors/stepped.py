@@ -1,6 +1,5 @@
 """Simulated devices that a test moves step by step."""
 
-import socket
 from collections.abc import Callable
 
 import can
@@ -15,11 +14,6 @@ from sim_sensors.remote_devices import RemoteDevices
 from tests.waiting import wait_until
 
 START_S = 100.0
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        return int(taken.getsockname()[1])
 
 
 def until(loop: SelectLoop, done: Callable[[], object], patience_s: float = 10.0) -> None:

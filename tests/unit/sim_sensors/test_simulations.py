@@ -18,7 +18,8 @@ from sim_sensors.operator_hand.hand_plan import HOVER_M
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import MOST_STEPS, STEP_S, StepClock, run_world
 from sim_sensors.remote_devices import RemoteDevices
-from tests.unit.sim_sensors.stepped import START_S, advance, forces, free_port, hear, send_hand
+from tests.ports import free_port
+from tests.unit.sim_sensors.stepped import START_S, advance, forces, hear, send_hand
 
 
 def entries(path: Path) -> dict[str, list[tuple[int, dict[str, Any]]]]:

@@ -21,7 +21,8 @@ from common.link.link import OperatorLink, RemoteLink
 from common.link.subscriptions import subscriptions
 from common.link.tcp_connections import end_connection
 from common.wire.streams import SITE_STREAMS, Stream
-from tests.conftest import Keys, free_ports
+from tests.conftest import Keys
+from tests.ports import free_ports
 from tests.unit.common.link.links import ask, exchange, operator_link, remote_link, touched
 from tests.unit.common.link.listener import CHANGES, Listener
 from tests.waiting import wait_until

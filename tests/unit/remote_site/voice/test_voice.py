@@ -23,7 +23,8 @@ from remote_site.voice import voice as voice_module
 from remote_site.voice.opus_codec import Samples
 from remote_site.voice.sound_source import open_source
 from remote_site.voice.voice import YIELD_S, Voice, run_voice
-from tests.conftest import Keys, free_ports
+from tests.conftest import Keys
+from tests.ports import free_ports
 from tests.voice_sounds import coded_tone, decoded, loudest_hz
 from tests.waiting import wait_until
 

@@ -19,7 +19,8 @@ from sim_sensors.physics.finger_plate import WATER_C
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S
 from sim_sensors.remote_devices import RemoteDevices
-from tests.unit.sim_sensors.stepped import START_S, advance, free_port, reported, send_hand
+from tests.ports import free_port
+from tests.unit.sim_sensors.stepped import START_S, advance, reported, send_hand
 from tests.waiting import wait_until
 
 WRONG_WORDS = {

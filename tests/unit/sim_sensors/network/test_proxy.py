@@ -14,7 +14,7 @@ from common.config.simulation_models import SimNetworkConfig
 from common.wire.streams import STREAMS
 from sim_sensors.network.proxy import NetworkProxy, run_sim_network
 from sim_sensors.ports.select_loop import SelectLoop
-from tests.unit.sim_sensors.stepped import free_port
+from tests.ports import free_port
 
 HOST = "127.0.0.1"
 PORT = STREAMS["control"].port

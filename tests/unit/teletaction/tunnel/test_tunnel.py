@@ -9,7 +9,8 @@ from common.link.keys import Role, TrustedKeys, load_keys
 from teletaction.tunnel import rendezvous
 from teletaction.tunnel.greeting import read_hello, request
 from teletaction.tunnel.room_secret import create_secret, read_secret
-from tests.conftest import Keys, free_ports
+from tests.conftest import Keys
+from tests.ports import free_ports
 from tests.unit.common.link.links import ask, exchange, operator_link, remote_link, touched
 from tests.unit.common.link.listener import CHANGES, Listener
 from tests.unit.teletaction.tunnel.tunnels import ROOM, Way

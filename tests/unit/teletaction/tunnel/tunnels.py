@@ -8,7 +8,8 @@ from common.config.link_models import RendezvousConfig, TunnelConfig
 from teletaction.tunnel.rendezvous import run_rendezvous
 from teletaction.tunnel.room_secret import create_secret
 from teletaction.tunnel.tunnel_end import run_tunnel
-from tests.unit.common.link.listener import free_port, running
+from tests.ports import free_port
+from tests.unit.common.link.listener import running
 
 ROOM = "ward-3"
 
