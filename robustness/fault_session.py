@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from common.config.file import load_config, load_site
+from common.config.file import load_config, load_site, to_toml
 from common.config.simulation_models import SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
 from common.files.unique_path import set_aside
 from common.link.keys import load_keys
@@ -52,16 +52,14 @@ class FaultSession(FaultedSession):
         Args:
             out: folder of its files.
             patient_switch: whether the patient has a stop switch.
-            site: lines for both sites' configurations.
+            site: fields of both sites' configurations.
         """
         network = out / "direct.toml"
         network.write_text("[[phase]]\nfrom_s = 0\ndelay_ms = 0\n", "utf-8")
         configurations = prepare_session(out, network, patient_switch=patient_switch)
         for name in ("remote", "operator"):
-            lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in site.items())
-            text = configurations[name].read_text("utf-8")
-            kept = [line for line in text.splitlines(True) if line.split(" = ")[0] not in site]
-            configurations[name].write_text(lines + "".join(kept), "utf-8")
+            changed = load_site(configurations[name]).model_copy(update=site)
+            configurations[name].write_text(to_toml(changed), "utf-8")
         session = cls(out, SessionProcesses(out), configurations)
         try:
             for name, path in configurations.items():

@@ -10,7 +10,6 @@ ordinary priority: twice without a console, and with five pages.
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -27,6 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.consoles.figure import plot
+from common.config.file import load_config, to_toml
+from common.config.site_models import OperatorConfig
 from common.runtime.scheduling import policy, take_ordinary
 from robustness.fault_session import read_figures
 from robustness.soak_growth import lives
@@ -121,8 +122,8 @@ class Watched:
         )
         # No presence is required, so that the session is the same with a console and without.
         operator = self._configurations["operator"]
-        text = re.sub(r"^engage = .*$", "engage = true", operator.read_text("utf-8"), flags=re.MULTILINE)
-        operator.write_text(re.sub(r"^console_required_s = .*$", "console_required_s = 0.0", text, flags=re.MULTILINE))
+        changed = load_config(operator, OperatorConfig).model_copy(update={"engage": True, "console_required_s": 0.0})
+        operator.write_text(to_toml(changed), "utf-8")
         self._processes = SessionProcesses(folder)
         self._seed = seed
 

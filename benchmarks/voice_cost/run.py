@@ -64,9 +64,7 @@ def mouth_to_ear() -> list[float]:
     with TemporaryDirectory() as folder:
         here, there = Path(folder) / "operator", Path(folder) / "remote"
         public, remote_public = create_keys(here), create_keys(there)
-        assert public
         TrustedKeys(there).trust("operator", public)
-        assert remote_public
         with closing(StreamServer(RemoteLinkConfig(base_port=_PORT, keys=there), "voice")) as server:
             process = remote_voice.Voice(server, open_source("tone:440"), NoSink(), consents=False)
             line = StreamSocket("voice", "127.0.0.1", _PORT, load_keys(here), remote_public)
