@@ -79,8 +79,8 @@ class VirtualEnd:
             if now_s >= due_s:
                 due_s = max(due_s + FRAME_S, now_s)
                 node.measure(0.0, 0.0, 0.002 * np.sin(4.0 * math.pi * now_s + fingers))
-                for frame in node.take_frames():
-                    self._bus.send(frame)
+                for frame_id, data in node.take_turn():
+                    self._bus.send(can.Message(arbitration_id=frame_id, data=data, is_extended_id=False))
             message = self._bus.recv(max(0.0, due_s - time.time()))
             if message is not None:
                 node.feed(message.arbitration_id, bytes(message.data), time.time())

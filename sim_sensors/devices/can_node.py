@@ -2,8 +2,6 @@
 
 from abc import ABC, abstractmethod
 
-import can
-
 from common.buses.can_frames import BadFrame, FrameReceiver, FrameSender, SentFrame
 from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.devices.breakable_parts import Transmitter
@@ -59,12 +57,6 @@ class CanNode(ABC):
             frames.append(self._state.named_frame(self._applied()))
         self._turns += 1
         return self.transmitter.send(frames)
-
-    def take_frames(self) -> list[can.Message]:
-        """Return the frames of the next turn as messages of python-can."""
-        return [
-            can.Message(arbitration_id=number, data=data, is_extended_id=False) for number, data in self.take_turn()
-        ]
 
     @abstractmethod
     def _obey(self, name: str, values: dict[str, float], now_s: float) -> None:

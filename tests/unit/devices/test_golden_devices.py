@@ -79,7 +79,7 @@ def frame_number(node: CanNode, number: int, frame_id: int) -> bytes:
     """Data of a node's frame, counted from 0."""
     seen: list[bytes] = []
     while len(seen) <= number:
-        seen += [bytes(frame.data) for frame in node.take_frames() if frame.arbitration_id == frame_id]
+        seen += [data for sent_id, data in node.take_turn() if sent_id == frame_id]
     return seen[number]
 
 

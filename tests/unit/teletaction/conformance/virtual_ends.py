@@ -156,9 +156,8 @@ class VirtualNode:
                 raise KeyboardInterrupt
             self._now_s += STEP_S
             self._live()
-            for frame in self.node.take_frames():
-                frame.timestamp = self._now_s
-                yield from self.spoil(frame)
+            for number, data in self.node.take_turn():
+                yield from self.spoil(can.Message(self._now_s, number, is_extended_id=False, data=data))
 
     def _live(self) -> None:
         hand = self.hand
