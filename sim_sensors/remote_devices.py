@@ -8,7 +8,7 @@ import numpy as np
 
 from common.config.simulation_models import SimRemoteConfig
 from common.fingers import FINGER_Y_M, FINGERS
-from common.scenes.scene import Scene, load_scene
+from common.scenes.scene import load_scene
 from sim_sensors.devices.breakable_parts import Encoder, ForceSensor, Hang, Piezo, Servos, Thermistor, read_all
 from sim_sensors.devices.patient_switch import PatientSwitch
 from sim_sensors.devices.scripted_patient import ScriptedPatient
@@ -36,14 +36,6 @@ _INTRUDED_HAND = {"x": 0.0, "y": 0.0}
 """Hand position that a second sender on the bus commands, mm."""
 _INTRUDED_HEIGHTS = {"released": 0.0, **dict.fromkeys(FINGERS, 6.0)}
 """Heights that a second sender on the bus commands, mm, without a release."""
-
-
-def _scripted_patient(config: SimRemoteConfig, scene: Scene) -> ScriptedPatient | None:
-    """Return the patient who moves the pain slider; None without a slider."""
-    switch = config.patient_switch
-    if switch is None or switch.reaction_s is None:
-        return None
-    return ScriptedPatient(scene.tender, switch.reaction_s)
 
 
 class RemoteDevices:
@@ -80,7 +72,8 @@ class RemoteDevices:
         switch = config.patient_switch
         self.patient_switch = None if switch is None else PatientSwitch(start_s)
         self._presses_s = [] if switch is None else sorted(switch.pressed_at_s)
-        self._patient = _scripted_patient(config, scene)
+        reaction_s = None if switch is None else switch.reaction_s
+        self._patient = None if reaction_s is None else ScriptedPatient(scene.tender, reaction_s)
         self._driven_s: float | None = None
         self.servos = Servos()
         self.hang = Hang()
