@@ -84,11 +84,14 @@ class FaultSession(FaultedSession):
         """Make a simulation fail, or mend it; returns when that took effect, s.
 
         Raises:
-            NotWorking: the simulation refuses the command.
+            NotWorking: the simulation refuses the command, or has ended.
         """
-        with socket.create_connection((HOST, self._ports[process]), timeout=5.0) as port:
-            port.sendall(line.encode() + b"\n")
-            answer = port.makefile().readline().split()
+        try:
+            with socket.create_connection((HOST, self._ports[process]), timeout=5.0) as port:
+                port.sendall(line.encode() + b"\n")
+                answer = port.makefile().readline().split()
+        except OSError as error:
+            raise NotWorking(f"{process}: {line}: {error}") from None
         if answer[:1] != ["ok"]:
             raise NotWorking(f"{process}: {line}: {' '.join(answer)}")
         return int(answer[1]) * 1e-9

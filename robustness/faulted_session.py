@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 from common.faults.texts import said_fault
-from common.link.curve import LinkProblem
 from common.link.session_state import Refused
 
 WORKING_S = 30.0
@@ -75,7 +74,7 @@ class FaultedSession(ABC):
         for site in ("remote", "operator"):
             try:
                 answer = self.ask(site, "status")
-            except (LinkProblem, Refused, OSError) as error:
+            except (Refused, OSError) as error:
                 said[site] = f"silent: {error}"
             else:
                 why = said_fault(answer.get("fault")) or answer.get("missing") or answer.get("refusal")
@@ -126,8 +125,8 @@ class FaultedSession(ABC):
                     if self.states()[site].startswith("fault"):
                         self.ask(site, "clear_fault")
                 self.ask("operator", "engage")
-            except Refused:
-                pass  # the other site's report of the clearing is still in flight
+            except (Refused, OSError):
+                pass  # the other site's report of the clearing is still in flight, or a site has ended
             self.wait(0.5)
             if all(state == "engaged" for state in self.states().values()):
                 return

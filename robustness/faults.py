@@ -190,9 +190,9 @@ _REAL: dict[str, Callable[[FaultSession, Fault], tuple[float, float]]] = {
 
 def recover(session: FaultedSession) -> bool:
     """Bring a session back to work after a fault, so that the next one can be injected; returns whether it works."""
-    session.mend()
-    session.clear_and_engage()
     try:
+        session.mend()
+        session.clear_and_engage()
         session.wait_until_working()
     except NotWorking:
         return False
