@@ -130,8 +130,9 @@ class RemoteDevices:
         if self._presses_s:
             self._press_switch(now_s)
         if self._patient is not None and self.patient_switch is not None and self._steps % _FEEL_EVERY == 0:
-            places_y_m = [world.y_m + beside_m for beside_m in FINGER_Y_M]
-            self._patient.step(now_s, world.x_m, places_y_m, world.forces_n)
+            moved_x_m, moved_y_m, _ = world.shift_m
+            places_y_m = [world.y_m + beside_m - moved_y_m for beside_m in FINGER_Y_M]
+            self._patient.step(now_s, world.x_m - moved_x_m, places_y_m, world.forces_n)
             self.patient_switch.pain = self._patient.pain
         for server in self._servers:
             server.pump(now_s)

@@ -24,7 +24,7 @@ class ScriptedPatient:
         self.pain = 0.0
 
     def step(self, now_s: float, x_m: float, y_m: Sequence[float], force_n: Sequence[float]) -> None:
-        """Take the forces of the fingers at their places, at `now_s`."""
+        """Take the forces of the fingers at their places on the patient, at `now_s`."""
         load = max((self._load(x_m, *finger) for finger in zip(y_m, force_n, strict=True)), default=0.0)
         self._felt.append((now_s, 0.0 if load < 1.0 else min(1.0, _LEAST + (1.0 - _LEAST) * (load - 1.0))))
         while self._felt and self._felt[0][0] <= now_s - self._reaction_s:

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 from common.buses.can_frames import FrameSender
 from common.buses.serial_messages import HeaterCommand, MessageId, TactTipCommand, encode_frame
-from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import SimOperatorConfig, SimPatientSwitchConfig, SimRemoteConfig
 from sim_sensors.devices.exoskeleton import DRIVEN_S
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.operator_hand.hand_plan import HOVER_M
@@ -189,3 +189,26 @@ def test_the_loop_never_runs_ahead_of_real_time_and_writes_its_status(tmp_path: 
     status = json.loads((tmp_path / "status.json").read_text("utf-8"))
     assert (status["process"], status["answer"]) == ("sim-test", 42)
     assert status["loop"]["period_ms"] == 2.0
+
+
+def test_tender_places_move_with_the_patient() -> None:
+    config = SimRemoteConfig(
+        fingers=("index",),
+        scene="tender_place",
+        texture={"index": "pty"},
+        thermal_sensors={"index": "pty"},
+        patient_switch=SimPatientSwitchConfig(port="pty", reaction_s=0.1),
+        can_port=free_port(),
+    )
+    pain = []
+    for command in ("mend", "shift 30 0 0"):
+        devices = RemoteDevices(config, SelectLoop(lambda: START_S))
+        devices.faults.apply(command)
+        send_hand(devices, range(1, 301), x_m=0.006, height_mm=6.0)
+        send_hand(devices, range(301, 601), x_m=0.006, height_mm=-6.0)
+        assert devices.world.forces_n[1] > 3.0
+        assert devices.patient_switch is not None
+        pain.append(devices.patient_switch.pain)
+        devices.close()
+    assert pain[0] > 0.0
+    assert pain[1] == 0.0
