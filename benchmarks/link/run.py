@@ -42,7 +42,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         work: runs the pieces that are on virtual time: the age.
 
     Raises:
-        FaultsProblem: the file of the fault matrix holds something else.
         EndLost: a process of a measurement ended.
     """
     safe_states = safe_state_times(DEFAULT_FAULTS)

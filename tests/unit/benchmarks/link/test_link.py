@@ -12,7 +12,7 @@ from benchmarks.link import latency, load
 from benchmarks.link.age import TICK_NS, Age, MessageStream, Packet, grid
 from benchmarks.link.age import ages as ages_on
 from benchmarks.link.bare import numbered, read_number
-from benchmarks.link.faults import FaultsProblem, safe_state_times
+from benchmarks.link.faults import safe_state_times
 from benchmarks.link.figure import plot
 from benchmarks.link.packets import (
     SESSION,
@@ -165,24 +165,6 @@ def test_safe_state_times_come_from_the_fault_matrix_and_without_it_a_note_says_
     assert found["faults"] == [{name: entry[name] for name in ("fault", "expected", "outcome", "safe_s")}]
     assert found["limits_s"]["force"] == 0.150
     assert not found["note"]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("nothing", "not JSON"),
-        ("{}", "expected a list"),
-        ('[{"fault": "a"}]', "entry 1: expected"),
-        ("[3]", "entry 1: expected"),
-        ('[{"fault": "a", "expected": "b", "outcome": null, "safe_s": {"nose": 1}}]', "entry 1: no actuator 'nose'"),
-        ('[{"fault": "a", "expected": "b", "outcome": null, "safe_s": {"force": "x"}}]', "entry 1: expected"),
-    ],
-)
-def test_a_file_of_something_else_is_refused_with_its_place(tmp_path: Path, text: str, message: str) -> None:
-    file = tmp_path / "faults.json"
-    file.write_text(text)
-    with pytest.raises(FaultsProblem, match=f"faults.json: {message}"):
-        safe_state_times(file)
 
 
 def small_result() -> dict[str, object]:
