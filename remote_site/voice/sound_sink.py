@@ -55,9 +55,11 @@ class NoSink:
 
 
 class WavSink:
-    """A WAV file of all sounds, one after another without the pauses; for machines without a loudspeaker."""
+    """A WAV file of all sounds, one after another without the pauses; for machines without a loudspeaker.
 
-    problem = ""
+    Attributes:
+        problem: why the newest sound is not in the file, such as a full disk; empty without a problem.
+    """
 
     def __init__(self, path: Path) -> None:
         """Create the file.
@@ -65,6 +67,8 @@ class WavSink:
         Raises:
             OSError: it cannot be created.
         """
+        self.problem = ""
+        self._path = path
         self._file = wave.open(str(path), "wb")  # noqa: SIM115 - closed by close
         self._file.setnchannels(1)
         self._file.setsampwidth(2)
@@ -72,7 +76,14 @@ class WavSink:
 
     def play(self, samples: Samples) -> None:
         """Add one sound."""
-        self._file.writeframes(samples.astype("<i2").tobytes())
+        problem = ""
+        try:
+            self._file.writeframes(samples.astype("<i2").tobytes())
+        except OSError as error:
+            problem = f"{self._path}: {error.strerror}"
+        if problem and problem != self.problem:
+            log.warning("nobody hears: %s", problem)
+        self.problem = problem
 
     def close(self) -> None:
         """Close the file."""

@@ -34,6 +34,7 @@ function connect() {
   socket.addEventListener("message", ({ data }) => {
     asked = JSON.parse(data);
     heardMs = performance.now();
+    refused = false;
     if (asked.stopped) stoppedMs = heardMs;
     if (document.visibilityState === "visible") answer();
     show();

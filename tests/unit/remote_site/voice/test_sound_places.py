@@ -4,6 +4,7 @@ import itertools
 import wave
 from contextlib import nullcontext
 from pathlib import Path
+from unittest.mock import Mock
 
 import av
 import numpy as np
@@ -142,6 +143,19 @@ def test_a_wav_file_holds_what_was_played(tmp_path: Path) -> None:
     with wave.open(str(tmp_path / "heard.wav")) as file:
         assert (file.getnchannels(), file.getframerate()) == (1, 48_000)
         assert file.readframes(10_000) == np.concatenate(played).astype("<i2").tobytes()
+
+
+def test_a_full_disk_is_a_problem_of_the_sink_and_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sink = open_sink(tmp_path / "heard.wav")
+    first, second, third = itertools.islice(tone(440.0), 3)
+    with monkeypatch.context() as full:
+        full.setattr(wave.Wave_write, "writeframes", Mock(side_effect=OSError(28, "No space left on device")))
+        sink.play(first)
+        sink.play(second)
+    assert "No space left" in sink.problem
+    sink.play(third)
+    assert not sink.problem
+    sink.close()
 
 
 def test_a_sink_that_is_none_is_refused(tmp_path: Path) -> None:
