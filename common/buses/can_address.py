@@ -4,20 +4,19 @@ import re
 from typing import Literal
 
 import can
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus
+from common.files.strict_model import StrictModel
 from common.link.host_name import is_ipv6
 
 _GATEWAY = re.compile(r"socketcand://(?P<host>\[[^\]]*\]|[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
 _LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
 
 
-class CanAddress(BaseModel):
+class CanAddress(StrictModel):
     """Address of a CAN bus: `socketcan` for hardware, `socketcand` for a gateway, `virtual` within one process."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     interface: Literal["socketcan", "socketcand", "virtual"]
     channel: str = "can0"

@@ -6,12 +6,12 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from common import limits
-from common.config.section import Section
+from common.files.strict_model import StrictModel
 from common.link.keys import KEY_LENGTH
 from common.logs import LogForm
 
 
-class RemoteLinkConfig(Section):
+class RemoteLinkConfig(StrictModel):
     """The remote site's side of the link. Curve keys are mandatory."""
 
     bind: str = "127.0.0.1"
@@ -23,7 +23,7 @@ class RemoteLinkConfig(Section):
     """Omit touch packets whose change the operator would not perceive."""
 
 
-class OperatorLinkConfig(Section):
+class OperatorLinkConfig(StrictModel):
     """The operator site's side of the link."""
 
     host: str = "127.0.0.1"
@@ -39,7 +39,7 @@ class OperatorLinkConfig(Section):
     """Omit motion packets whose change would not be perceived."""
 
 
-class ObserverConfig(Section):
+class ObserverConfig(StrictModel):
     """Configuration of a read-only client."""
 
     link: OperatorLinkConfig
@@ -49,7 +49,7 @@ RoomName = Annotated[str, Field(pattern=r"^[a-z0-9-]{1,32}$")]
 """Name of a room of a rendezvous: lower-case letters, digits and hyphens."""
 
 
-class RendezvousConfig(Section):
+class RendezvousConfig(StrictModel):
     """A rendezvous, at which two sites meet that cannot connect to each other. It carries encrypted bytes only."""
 
     bind: str = "127.0.0.1"
@@ -60,7 +60,7 @@ class RendezvousConfig(Section):
     log: LogForm = "text"
 
 
-class TunnelConfig(Section):
+class TunnelConfig(StrictModel):
     """One site's end of a tunnel over a rendezvous."""
 
     side: Literal["remote", "operator"]

@@ -5,12 +5,12 @@ from pathlib import Path
 from pydantic import Field, model_validator
 
 from common.config.recording_models import ConsentConfig, RecordingConfig
-from common.config.section import Section
+from common.files.strict_model import StrictModel
 from common.link.keys import KEY_LENGTH
 from common.logs import LogForm
 
 
-class WebConfig(Section):
+class WebConfig(StrictModel):
     """A web page that a process serves."""
 
     bind: str = "127.0.0.1"
@@ -33,7 +33,7 @@ class WebConfig(Section):
         return self
 
 
-class _ConsoleStreamConfig(Section):
+class _ConsoleStreamConfig(StrictModel):
     """A process of the remote site that serves the console beside the session."""
 
     host: str = "127.0.0.1"

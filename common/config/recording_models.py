@@ -1,9 +1,9 @@
 """The patient's consent, and how a process records."""
 
-from common.config.section import Section
+from common.files.strict_model import StrictModel
 
 
-class ConsentConfig(Section):
+class ConsentConfig(StrictModel):
     """What the patient agrees to have recorded, asked before the session."""
 
     touch: bool
@@ -12,7 +12,7 @@ class ConsentConfig(Section):
     voice: bool = False
 
 
-class RecordingConfig(Section):
+class RecordingConfig(StrictModel):
     """How a process records."""
 
     encrypt: bool = False

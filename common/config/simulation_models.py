@@ -4,12 +4,13 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from common.config.section import Addresses, Fingers, Section
+from common.config.section import Addresses, Fingers
+from common.files.strict_model import StrictModel
 from common.fingers import FINGERS
 from common.logs import LogForm
 
 
-class _SimulationConfig(Section):
+class _SimulationConfig(StrictModel):
     fingers: Fingers = Field(default=FINGERS, validate_default=True)
     scene: str = "materials"
     seed: int = Field(default=0, ge=0)
@@ -22,7 +23,7 @@ class _SimulationConfig(Section):
     log: LogForm = "text"
 
 
-class SimPatientSwitchConfig(Section):
+class SimPatientSwitchConfig(StrictModel):
     """The simulated stop switch of the patient."""
 
     port: str
@@ -33,7 +34,7 @@ class SimPatientSwitchConfig(Section):
     """Reaction time with which the patient moves the pain slider, s; by default there is no slider."""
 
 
-class SimCameraConfig(Section):
+class SimCameraConfig(StrictModel):
     """The simulated network camera, which sends YUV4MPEG2."""
 
     port: str
@@ -60,7 +61,7 @@ class SimOperatorConfig(_SimulationConfig):
     """Duration of the hand's script once its exoskeleton is driven, s; by default without a limit."""
 
 
-class SimNetworkConfig(Section):
+class SimNetworkConfig(StrictModel):
     """A simulated network between the operator, who connects to it, and the remote site, to which it connects."""
 
     network: str

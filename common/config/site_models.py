@@ -10,13 +10,14 @@ from common import limits
 from common.buses.can_address import CanAddress
 from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
 from common.config.recording_models import ConsentConfig, RecordingConfig
-from common.config.section import Addresses, Fingers, Section
+from common.config.section import Addresses, Fingers
+from common.files.strict_model import StrictModel
 from common.fingers import FINGERS
 from common.logs import LogForm
 from common.timing.timeouts import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, check_ladder
 
 
-class SiteConfig(Section):
+class SiteConfig(StrictModel):
     """Fields that both sites' configurations share."""
 
     fingers: Fingers = Field(default=FINGERS, validate_default=True)
@@ -48,20 +49,20 @@ class SiteConfig(Section):
             raise ValueError("record names a file, but consent.touch is false: remove record")
 
 
-class CalibrationConfig(Section):
+class CalibrationConfig(StrictModel):
     """Calibrated look-up tables of the remote site, written by `teletaction calibrate`."""
 
     materials: Path
     surfaces: Path
 
 
-class PatientConfig(Section):
+class PatientConfig(StrictModel):
     """Limits of the patient side's gate, within `common.limits`."""
 
     contact_force_n: float = Field(default=limits.CONTACT_FORCE_N, gt=0.0, le=limits.CONTACT_FORCE_N)
 
 
-class PatientSwitchConfig(Section):
+class PatientSwitchConfig(StrictModel):
     """The patient's stop switch, a serial device."""
 
     port: str
@@ -100,7 +101,7 @@ VibrationScale = Literal["speed", "intensity"]
 """Quantity in which Eq. 1 and 2 are linear: motor speed, as in the paper, or perceived intensity."""
 
 
-class RenderingConfig(Section):
+class RenderingConfig(StrictModel):
     """Rendering for the operator's fingers."""
 
     profile: Literal["comfort", "wide"] = "comfort"

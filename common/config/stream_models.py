@@ -6,11 +6,11 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field
 
 from common.config.link_models import RemoteLinkConfig
-from common.config.section import Section
+from common.files.strict_model import StrictModel
 from common.logs import LogForm
 
 
-class CameraConfig(Section):
+class CameraConfig(StrictModel):
     """The camera's process at the remote site."""
 
     link: RemoteLinkConfig
@@ -39,7 +39,7 @@ SoundPlace = Annotated[Annotated[str, Field(min_length=1)] | Path, BeforeValidat
 """A device such as `alsa:default`, or a sound file."""
 
 
-class VoiceConfig(Section):
+class VoiceConfig(StrictModel):
     """The voice's process at the remote site."""
 
     link: RemoteLinkConfig

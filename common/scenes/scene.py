@@ -6,10 +6,11 @@ A scene describes both the bench of a simulated remote site and a virtual enviro
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from common.files.printable import printable
 from common.files.read_files import NotToml, read_toml
+from common.files.strict_model import StrictModel
 from common.scenes.materials import ALIASES, Material, materials
 from common.scenes.script import Step
 from common.scenes.surfaces import STIFFNESS_N_M, surface_kind
@@ -24,11 +25,7 @@ Stiffness = Annotated[float | None, Field(ge=STIFFNESS_N_M[0], le=STIFFNESS_N_M[
 Offset = Annotated[float, Field(ge=-50.0, le=50.0)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class SceneObject(_Strict):
+class SceneObject(StrictModel):
     """A rectangle of one material and one surface on the bench; its top is at z = `height_m`.
 
     Without `y_m` and `width_m` it covers all y. Without `stiffness_n_m` it has the stiffness of its surface.
@@ -110,7 +107,7 @@ class SceneObject(_Strict):
         return self.x_m <= x_m < self.end_x_m and low_y_m <= y_m < high_y_m
 
 
-class Scene(_Strict):
+class Scene(StrictModel):
     """A bench with objects, and the script of the hand; the script repeats after its last step.
 
     `calibrated` names the materials in the remote site's table. `table` names that table where its name is not the
@@ -122,7 +119,7 @@ class Scene(_Strict):
 
     name: str
     ambient_c: float = Field(default=23.0, ge=5.0, le=35.0)
-    materials: dict[str, Material] = {}
+    materials: dict[str, Material] = Field(default_factory=dict)
     calibrated: tuple[str, ...] = ()
     table: str | None = None
     pieces: Literal["new", "calibrated"] = "new"

@@ -2,7 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from common.files.strict_model import StrictModel
 
 Reach = Annotated[float, Field(ge=-0.655, le=0.655)]
 """Position of the hand on the bench along one axis, m."""
@@ -10,11 +12,7 @@ Finger = Literal["thumb", "index", "middle", "ring", "little"]
 Places = Annotated[tuple[Reach, ...], Field(min_length=1, max_length=100)]
 
 
-class _Step(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Move(_Step):
+class Move(StrictModel):
     """Move at hover height until the hand's x is at fraction `u` of the object's length."""
 
     act: Literal["move"]
@@ -22,20 +20,20 @@ class Move(_Step):
     u: float = Field(default=0.5, ge=0.0, le=1.0)
 
 
-class Touch(_Step):
+class Touch(StrictModel):
     """Lower all fingers until they are in contact."""
 
     act: Literal["touch"]
 
 
-class Hold(_Step):
+class Hold(StrictModel):
     """Rest in contact for `seconds`, s."""
 
     act: Literal["hold"]
     seconds: float = Field(gt=0.0, le=120.0)
 
 
-class Stroke(_Step):
+class Stroke(StrictModel):
     """Slide in contact to fraction `u` of `to_object` at `speed_mm_s` along the path, mm/s."""
 
     act: Literal["stroke"]
@@ -44,20 +42,20 @@ class Stroke(_Step):
     speed_mm_s: float = Field(default=50.0, ge=5.0, le=200.0)
 
 
-class Lift(_Step):
+class Lift(StrictModel):
     """Raise all fingers to hover height."""
 
     act: Literal["lift"]
 
 
-class Tap(_Step):
+class Tap(StrictModel):
     """Lower and lift quickly, `times` times, without rest."""
 
     act: Literal["tap"]
     times: int = Field(default=1, ge=1, le=20)
 
 
-class Presses(_Step):
+class Presses(StrictModel):
     """Touch, rest for `hold_s`, s, and lift at each position of the hand: all of `x_m`, in order, for each of `y_m`.
 
     The operator moves the fingers to `depth_m`, m, below the bench; an object stops them earlier. Before each touch the
@@ -73,7 +71,7 @@ class Presses(_Step):
     fingers: tuple[Finger, ...] = Field(default=("thumb", "index", "middle", "ring", "little"), min_length=1)
 
 
-class Strokes(_Step):
+class Strokes(StrictModel):
     """For each of the hand's `y_m`: touch, slide in contact from one end of `x_m` to the other and back, lift."""
 
     act: Literal["strokes"]
@@ -82,7 +80,7 @@ class Strokes(_Step):
     speed_mm_s: float = Field(default=50.0, ge=5.0, le=200.0)
 
 
-class Wait(_Step):
+class Wait(StrictModel):
     """Hover for `seconds`, s, while the thermal sensor re-heats."""
 
     act: Literal["wait"]

@@ -1,9 +1,11 @@
 """Places of a scene where the simulated patient is tender."""
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from common.files.strict_model import StrictModel
 
 
-class TenderSpot(BaseModel):
+class TenderSpot(StrictModel):
     """A place where the patient's pain threshold is lowest; it rises to `surround_n` with the distance.
 
     Attributes:
@@ -12,8 +14,6 @@ class TenderSpot(BaseModel):
         surround_n: threshold far from it, N.
         width_m: distance at which 39 % of the rise is reached, m.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     x_m: float
     y_m: float

@@ -3,18 +3,16 @@
 import math
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from common.files.strict_model import StrictModel
 
 BENEATH_M = 0.0015
 """Least tissue between a nodule and the rigid base, m."""
 Tilt = Annotated[float, Field(ge=-2.0, le=2.0)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Nodule(_Strict):
+class Nodule(StrictModel):
     """A stiff sphere in tissue.
 
     `x_m` and `y_m` are its place on the bench, m, `size_m` its diameter, m, and `depth_m` the tissue over its top, m.
@@ -29,7 +27,7 @@ class Nodule(_Strict):
     ratio: float = Field(ge=1.0, le=20.0)
 
 
-class Tissue(_Strict):
+class Tissue(StrictModel):
     """Tissue that stiffens, in a layer over a rigid base; its object's stiffness holds at a depth of 2 mm.
 
     The force grows with the power `exponent` of depth. Stiffness varies naturally by `variation`, as a standard
