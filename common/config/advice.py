@@ -45,7 +45,7 @@ def command_for(values: Mapping[str, object]) -> str:
     return ""
 
 
-def advice(location: Sequence[str], value: object, model: type[BaseModel]) -> str:
+def advice(location: Sequence[str | int], value: object, model: type[BaseModel]) -> str:
     """Return the error of a field or table that `model` does not have, with the place where it belongs if one is known.
 
     Args:
@@ -53,8 +53,9 @@ def advice(location: Sequence[str], value: object, model: type[BaseModel]) -> st
         value: its content in the file.
         model: model of the file.
     """
-    *above, name = location
-    table, tables = ".".join(part for part in above if not part.isdigit()), _tables(model)
+    *above, last = location
+    name = str(last)
+    table, tables = ".".join(part for part in above if isinstance(part, str)), _tables(model)
     here = tables[table].model_fields if table in tables else {}
     what = "table" if isinstance(value, dict) else "field"
     if near := difflib.get_close_matches(name, here, 1, _SIMILAR):

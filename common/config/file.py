@@ -2,9 +2,9 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from pydantic import BaseModel, ValidationError
 
@@ -46,13 +46,13 @@ def load_config(path: Path, model: type[M]) -> M:
         if more := len(problems) - len(stated):
             stated.append(f"and {more} more")
         raise ConfigProblem("; ".join(stated)) from None
-    return _anchor(checked, path.parent)
+    return cast(M, _anchored(checked, path.parent))
 
 
 def _problem(text: str, problem: Mapping[str, Any], model: type[BaseModel]) -> str:
     """Return line, field and message of one problem."""
-    location = [str(part) for part in problem["loc"] if part != "[key]"]
-    where = printable(".".join(location), _LONGEST_FIELD)
+    location = [part for part in problem["loc"] if part != "[key]"]
+    where = printable(".".join(map(str, location)), _LONGEST_FIELD)
     message = problem["msg"].removeprefix("Value error, ")
     if problem["type"] == "extra_forbidden":
         message = advice(location, problem["input"], model)
@@ -76,15 +76,15 @@ def load_site(path: Path) -> "RemoteConfig | OperatorConfig":
     return load_config(path, RemoteConfig)
 
 
-def _line_of(text: str, location: list[str]) -> int:
+def _line_of(text: str, location: Sequence[str | int]) -> int:
     """Return the line of the deepest part of `location` that the file mentions; 1 when it mentions none."""
     found = 1
     lines = [line[:_LONGEST_FIELD] for line in text.splitlines()]
     for above, part in zip(["", *location], location, strict=False):
-        if part.isdigit():
-            entry = re.compile(rf"^\s*\[\[\s*{re.escape(above)}\s*\]\]")
+        if isinstance(part, int):
+            entry = re.compile(rf"^\s*\[\[\s*{re.escape(str(above))}\s*\]\]")
             entries = [number for number, line in enumerate(lines, 1) if entry.match(line)]
-            found = entries[int(part)] if int(part) < len(entries) else found
+            found = entries[part] if part < len(entries) else found
             continue
         name = re.escape(part)
         pattern = re.compile(rf"^\s*\[.*\b{name}\b.*\]|^.*\b{name}\b\"?\s*=")
@@ -95,16 +95,15 @@ def _line_of(text: str, location: list[str]) -> int:
     return found
 
 
-def _anchor(model: M, folder: Path) -> M:
-    """Make relative paths start at `folder`."""
-    changed: dict[str, object] = {}
-    for name in type(model).model_fields:
-        value = getattr(model, name)
-        if isinstance(value, Path) and not value.is_absolute():
-            changed[name] = folder / value
-        elif isinstance(value, BaseModel):
-            changed[name] = _anchor(value, folder)
-    return model.model_copy(update=changed)
+def _anchored(value: object, folder: Path) -> object:
+    """Return a value of a configuration whose relative paths start at `folder`."""
+    if isinstance(value, Path):
+        return folder / value
+    if isinstance(value, dict):
+        return {name: _anchored(part, folder) for name, part in value.items()}
+    if isinstance(value, BaseModel):
+        return value.model_copy(update={name: _anchored(part, folder) for name, part in value})
+    return value
 
 
 def to_toml(model: BaseModel) -> str:

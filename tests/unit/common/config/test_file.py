@@ -2,8 +2,10 @@ import re
 from pathlib import Path
 
 import pytest
+from pydantic import BaseModel
 
 from common.config.file import ConfigProblem, load_config, to_toml
+from common.config.link_models import RendezvousConfig
 from common.config.page_models import ConsoleConfig
 from common.config.simulation_models import SimOperatorConfig
 from common.config.site_models import OperatorConfig, RemoteConfig
@@ -97,11 +99,33 @@ def test_each_kind_of_wrong_input_gives_one_line_with_file_line_and_field(
         assert f":{line}: " in message, message
 
 
-def problem_of(path: Path, text: str) -> str:
+def problem_of(path: Path, text: str, model: type[BaseModel] = RemoteConfig) -> str:
     path.write_text(text, "utf-8")
     with pytest.raises(ConfigProblem) as caught:
-        load_config(path, RemoteConfig)
+        load_config(path, model)
     return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('port = 5640\n[rooms]\nclinic = "clinic.secret"\n12 = 3\n', ":4: rooms.12: "),
+        ('port = 5640\n"²" = 1\n[rooms]\nclinic = "clinic.secret"\n', ":2: ²: no such field"),
+    ],
+)
+def test_a_name_of_digits_is_no_number_of_a_table(tmp_path: Path, text: str, says: str) -> None:
+    assert says in problem_of(tmp_path / "rendezvous.toml", text, RendezvousConfig)
+
+
+def test_relative_paths_of_a_table_start_at_the_folder_of_the_file(tmp_path: Path) -> None:
+    file = write(tmp_path, '[rooms]\nclinic = "clinic.secret"\nward = "/etc/ward.secret"\n')
+    rooms = load_config(file, RendezvousConfig).rooms
+    assert rooms == {"clinic": tmp_path / "clinic.secret", "ward": Path("/etc/ward.secret")}
+
+
+def test_a_duration_without_a_limit_is_left_out_and_not_infinite(tmp_path: Path) -> None:
+    text = 'can_port = 5000\nseconds = inf\n[tacttip]\nindex = "pty"\n'
+    assert ":2: seconds: Input should be a finite number" in problem_of(tmp_path / "sim.toml", text, SimOperatorConfig)
 
 
 def test_all_problems_of_a_file_are_named_misspelt_fields_first(tmp_path: Path) -> None:
