@@ -1,9 +1,7 @@
 """Checks the address that a remote site binds to: one open to a network needs a trusted key."""
 
-import ipaddress
-
 from common.link.curve import LinkProblem
-from common.link.host_name import bare_host
+from common.link.host_name import bare_host, is_loopback
 from common.link.keys import TrustedKeys
 
 
@@ -15,11 +13,7 @@ def check_bind(host: str, trusted: TrustedKeys) -> None:
         KeyProblem: the list of trusted keys is damaged.
     """
     owners = trusted.owners()
-    try:
-        loopback = host == "localhost" or ipaddress.ip_address(bare_host(host)).is_loopback
-    except ValueError:
-        loopback = False
-    if not loopback and not owners:
+    if not owners and not is_loopback(bare_host(host)):
         raise LinkProblem(
             f"{host} is open to a network and {trusted.file} trusts nobody: "
             f"`teletaction keys trust --keys {trusted.folder} -- NAME KEY` first, or bind to 127.0.0.1"

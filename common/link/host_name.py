@@ -30,6 +30,14 @@ def is_ipv6(host: str) -> bool:
     return ":" in host
 
 
+def is_loopback(host: str) -> bool:
+    """Return whether a name, or an address without brackets, is of the loopback interface."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
 def tcp_endpoint(host: str, port: int) -> str:
     """Return the address of a socket in libzmq's form."""
     bare = bare_host(host)

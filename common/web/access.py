@@ -1,21 +1,23 @@
 """Controls access to the page: open on loopback by default, elsewhere by token over TLS."""
 
 import hmac
-import ipaddress
-import os
-import stat
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 from urllib.parse import urlsplit
 
 from common.config.page_models import WebConfig
+from common.files.whole_file import read_whole
+from common.link.host_name import is_ipv6, is_loopback
 
 Role = Literal["act", "observe"]
 LEAST_TOKEN = 32
 """Smallest length of a token, characters; `openssl rand -hex 32` makes one of 64."""
 COOKIE = "teletaction"
 """Name of the cookie that holds the token."""
+_PORTS = {"http": 80, "https": 443}
+"""Port of each scheme, which browsers leave out of an origin."""
 
 
 class AccessProblem(ValueError):
@@ -90,14 +92,6 @@ class Access:
         return origin == f"{'https' if self.secure else 'http'}://{host}"
 
 
-def is_loopback(host: str) -> bool:
-    """Return whether an address or a name is of the loopback interface."""
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
 def read_tokens(path: Path) -> dict[str, Visitor]:
     """Read tokens and their visitors from lines `NAME act|observe TOKEN`; skip empty lines and `#` comments.
 
@@ -105,11 +99,14 @@ def read_tokens(path: Path) -> dict[str, Visitor]:
         AccessProblem: the file cannot be read, is readable by others, has an invalid line, or has no token.
     """
     try:
-        if stat.S_IMODE(os.stat(path).st_mode) & 0o077:
-            raise AccessProblem(f"{path}: readable by others: chmod 600 {path}")
-        lines = path.read_text("utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise AccessProblem(f"{path}: {error}") from None
+        content, status = read_whole(path)
+        lines = content.decode("utf-8").splitlines()
+    except OSError as error:
+        raise AccessProblem(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise AccessProblem(f"{path}: not UTF-8") from None
+    if status.st_mode & 0o077:
+        raise AccessProblem(f"{path}: readable by others: chmod 600 {path}")
     found: dict[str, Visitor] = {}
     for number, line in enumerate(lines, 1):
         parts = line.split()
@@ -126,7 +123,11 @@ def read_tokens(path: Path) -> dict[str, Visitor]:
 
 
 def _origin(address: str) -> str:
-    parts = urlsplit(address)
-    if parts.scheme not in ("http", "https") or not parts.netloc or parts.path not in ("", "/"):
-        raise AccessProblem(f"address {address!r}: expected such as https://console.example")
-    return f"{parts.scheme}://{parts.netloc}"
+    """Return the origin of an address as browsers write it: in lower case, without the usual port of its scheme."""
+    with suppress(ValueError):  # half of an IPv6 address, or a port that is no number
+        parts = urlsplit(address)
+        host, port = parts.hostname, parts.port
+        if parts.scheme in _PORTS and host and parts.path in ("", "/"):
+            shown = f"[{host}]" if is_ipv6(host) else host
+            return f"{parts.scheme}://{shown}" + ("" if port in (None, _PORTS[parts.scheme]) else f":{port}")
+    raise AccessProblem(f"address {address!r}: expected such as https://console.example")

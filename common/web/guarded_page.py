@@ -1,5 +1,6 @@
 """A page of static files and websockets, for visitors with a token, with headers against foreign origins."""
 
+import os
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
@@ -98,7 +99,7 @@ class GuardedPage:
 def file_in(folder: Path, name: str) -> Path | None:
     """Return the path of a file directly in a folder; None if there is no such file."""
     path = folder / name
-    return path if path.parent == folder and not name.startswith(".") and path.is_file() else None
+    return path if path.parent == folder and not name.startswith(".") and os.path.isfile(path) else None
 
 
 def file_response(path: Path | None) -> Response:

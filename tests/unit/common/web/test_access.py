@@ -1,5 +1,6 @@
 """Opening the page: anybody on loopback, elsewhere nobody without a token and TLS."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -79,8 +80,28 @@ def test_behind_a_proxy_the_configured_address_counts(tokens: Path) -> None:
     assert access.expected("console.example", "https://console.example")
     assert access.expected("127.0.0.1:8090", "https://console.example")
     assert not access.expected("console.example", "https://elsewhere.example")
-    with pytest.raises(AccessProblem, match="expected such as"):
-        Access(config(tokens=tokens, behind_proxy=True, address="console.example"))
+
+
+@pytest.mark.parametrize(
+    ("address", "origin"),
+    [
+        ("https://Console.Example", "https://console.example"),
+        ("https://console.example:443/", "https://console.example"),
+        ("https://console.example:8443", "https://console.example:8443"),
+        ("http://[::1]:80", "http://[::1]"),
+    ],
+)
+def test_an_address_means_the_origin_that_browsers_send(tokens: Path, address: str, origin: str) -> None:
+    access = Access(config(tokens=tokens, behind_proxy=True, address=address))
+    assert access.expected("console.example", origin)
+
+
+@pytest.mark.parametrize(
+    "address", ["console.example", "ftp://console.example", "https://[::1", "https://a:b", "https://a/b", "https://:80"]
+)
+def test_a_bad_address_is_named(tokens: Path, address: str) -> None:
+    with pytest.raises(AccessProblem, match=r"address .*: expected such as"):
+        Access(config(tokens=tokens, behind_proxy=True, address=address))
 
 
 @pytest.mark.parametrize(
@@ -102,5 +123,11 @@ def test_tokens_that_others_can_read_are_none(tokens: Path) -> None:
     tokens.chmod(0o644)
     with pytest.raises(AccessProblem, match="chmod 600"):
         read_tokens(tokens)
-    with pytest.raises(AccessProblem, match="No such file"):
+    with pytest.raises(AccessProblem, match=r"none: No such file or directory$"):
         read_tokens(tokens.with_name("none"))
+
+
+def test_a_pipe_is_no_list_of_tokens_and_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "tokens", 0o600)
+    with pytest.raises(AccessProblem, match="is no regular file"):
+        read_tokens(tmp_path / "tokens")

@@ -1,11 +1,14 @@
 """A page's process continues when a step of it raises."""
 
 import socket
+from pathlib import Path
 
+import pytest
 from starlette.applications import Starlette
 
 from common.config.page_models import WebConfig
 from common.runtime.containment import Containment
+from common.web.guarded_page import file_in
 from common.web.page_server import Work, serve_page
 from tests.conftest import Contained
 
@@ -26,3 +29,11 @@ def test_a_step_that_raises_is_named_once_and_the_process_continues(contained: C
     names = contained.take()
     assert [name.split(" in ")[0] for name in names] == ["showing: LookupError", "status: ValueError"]
     assert contain.count == 6
+
+
+@pytest.mark.parametrize("name", ["none.js", "..", ".hidden", "a/b.js", "../page.js", "a" * 300, "a\0b"])
+def test_only_a_file_of_the_folder_is_served(tmp_path: Path, name: str) -> None:
+    (tmp_path / "page.js").touch()
+    (tmp_path / ".hidden").touch()
+    assert file_in(tmp_path, "page.js") == tmp_path / "page.js"
+    assert file_in(tmp_path, name) is None
