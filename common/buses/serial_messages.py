@@ -10,7 +10,7 @@ bytes test this file.
 import binascii
 import math
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 from types import FunctionType
 from typing import Any, ClassVar, NamedTuple, TypeVar
@@ -391,7 +391,7 @@ class FrameReader:
     malformed: int = 0
     """Number of undamaged frames with a report of invalid content."""
     _pending: bytes = b""
-    _sequence: int | None = field(default=None)
+    _sequence: int | None = None
 
     def feed(self, chunk: bytes) -> list[Frame]:
         """Take a chunk of any length; return the frames that it completes."""
@@ -422,9 +422,10 @@ class FrameReader:
             if not body:
                 self.damaged += 1
                 continue
-            if self._sequence is not None:
+            if body[1] == self._sequence:
+                self.repeated += 1
+            elif self._sequence is not None:
                 self.lost += (body[1] - self._sequence - 1) & 0xFF
-                self.repeated += body[1] == self._sequence
             self._sequence = body[1]
             bodies.append(body)
         return bodies

@@ -129,10 +129,10 @@ def test_reports_of_one_kind_are_decoded_and_bad_ones_are_counted() -> None:
     assert (reader.malformed, reader.damaged, reader.lost) == (1, 0, 0)
 
 
-def test_repeated_frames_are_counted() -> None:
+def test_repeated_frames_are_counted_and_are_no_lost_ones() -> None:
     reader = FrameReader()
     first, second = encode_frame(0x40, 255, b"a"), encode_frame(0x40, 0, b"b")
     reader.feed(first + second)
-    assert reader.repeated == 0
+    assert (reader.repeated, reader.lost) == (0, 0)
     reader.feed(second + second)
-    assert reader.repeated == 2
+    assert (reader.repeated, reader.lost) == (2, 0)
