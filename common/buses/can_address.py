@@ -11,8 +11,8 @@ from common.buses.socketcand_bus import GatewayBus
 from common.files.strict_model import StrictModel
 from common.link.host_name import is_ipv6
 
-_GATEWAY = re.compile(r"socketcand://(?P<host>\[[^\]]*\]|[^:/]+):(?P<port>\d{1,5})/(?P<channel>\w+)")
-_LOCAL = re.compile(r"\w+:(?P<channel>[\w ]+)")
+_GATEWAY = re.compile(r"socketcand://(?P<host>\[[^\]]*\]|[^:/]+):(?P<port>\d{1,5})/(?P<channel>[\w.-]+)")
+_LOCAL = re.compile(r"\w+:(?P<channel>[\w .-]+)")
 
 
 class CanAddress(StrictModel):
@@ -31,11 +31,9 @@ class CanAddress(StrictModel):
         return host
 
     def __str__(self) -> str:
-        return (
-            f"{self.interface}://{self.host}:{self.port}/{self.channel}"
-            if self.interface == "socketcand"
-            else (f"{self.interface}:{self.channel}")
-        )
+        if self.interface == "socketcand":
+            return f"{self.interface}://{self.host}:{self.port}/{self.channel}"
+        return f"{self.interface}:{self.channel}"
 
     def open(self) -> can.BusABC:
         """Open the bus; may block for a moment.
@@ -47,7 +45,7 @@ class CanAddress(StrictModel):
             if self.interface == "socketcand":
                 return GatewayBus(self.channel, self.host, self.port)
             return can.Bus(interface=self.interface, channel=self.channel)
-        except (can.CanError, OSError, TimeoutError) as error:
+        except (can.CanError, OSError) as error:
             raise DeviceAbsent(f"CAN {self}: {error}") from None
 
 

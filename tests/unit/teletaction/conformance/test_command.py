@@ -107,6 +107,7 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:
 @pytest.mark.parametrize(
     ("text", "read"),
     [(text, text) for text in ("socketcan:can0", "socketcand://10.0.0.7:29536/can1", "virtual:a bus")]
+    + [(text, text) for text in ("socketcan:vcan-1.2", "socketcand://sim-remote:29536/vcan-1.2")]
     + [(text, "") for text in ("/dev/ttyUSB0", "socket://127.0.0.1:7001")],
 )
 def test_a_can_address_is_read_as_written_and_a_serial_one_is_no_can_address(text: str, read: str) -> None:
