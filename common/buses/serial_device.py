@@ -39,13 +39,13 @@ class OpenLine:
     identity: Identity
 
 
-def open_line(address: str, baud: int = BAUD, wiring: Wiring = SYSTEM) -> OpenLine:
+def open_line(address: str, wiring: Wiring = SYSTEM) -> OpenLine:
     """Open an address and ask the device for its identity; blocks up to about a second.
 
     Raises:
         DeviceAbsent: there is no device, or it does not answer.
     """
-    port = wiring.open_port(address, baud)
+    port = wiring.open_port(address)
     reader = FrameReader()
     try:
         deadline = time.monotonic() + _IDENTIFY_S
@@ -60,7 +60,7 @@ def open_line(address: str, baud: int = BAUD, wiring: Wiring = SYSTEM) -> OpenLi
         port.close()
         raise DeviceAbsent(f"{address}: {error}") from None
     port.close()
-    garbage = f"; the received bytes are no frames: is it at {baud} baud?" if reader.damaged else ""
+    garbage = f"; the received bytes are no frames: is it at {BAUD} baud?" if reader.damaged else ""
     raise DeviceAbsent(f"{address}: a port, but no device answers IDENTIFY within {_IDENTIFY_S:g} s{garbage}")
 
 
@@ -85,7 +85,6 @@ class SerialDevice:
     kind: DeviceKind
     finger: str
     wiring: Wiring = SYSTEM
-    baud: int = BAUD
     identity: Identity | None = None
     """Identity of the connected device; None while none is connected."""
     reader: FrameReader = field(default_factory=FrameReader)
@@ -183,7 +182,7 @@ class SerialDevice:
             self._port = self.descriptor = None
 
     def _open_checked(self) -> OpenLine:
-        opened = open_line(self.address, self.baud, self.wiring)
+        opened = open_line(self.address, self.wiring)
         found = opened.identity
         owner = FINGERS[found.finger]
         if found.kind is not self.kind or owner != self.finger:

@@ -108,7 +108,7 @@ class SystemPort:
         return self.descriptor
 
 
-def open_port(address: str, baud: int = BAUD) -> SystemPort:
+def open_port(address: str) -> SystemPort:
     """Open an address; a tty is locked against other programs.
 
     The first byte sent is zero: it ends a partial frame of an earlier driver, and identifies this client as a driver.
@@ -119,7 +119,7 @@ def open_port(address: str, baud: int = BAUD) -> SystemPort:
     try:
         if address.startswith("socket://") and urlsplit(address).port is None:
             raise ValueError("a device behind TCP is socket://HOST:PORT")
-        port = serial.serial_for_url(address, do_not_open=True, baudrate=baud, timeout=0, exclusive=True)
+        port = serial.serial_for_url(address, do_not_open=True, baudrate=BAUD, timeout=0, exclusive=True)
     except (serial.SerialException, OSError, ValueError) as error:
         raise DeviceAbsent(f"{address}: {error}") from None
     try:

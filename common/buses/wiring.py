@@ -35,7 +35,7 @@ class Opener(Protocol[T_co]):
 class Wiring(Protocol):
     """Connection between a site and its devices."""
 
-    def open_port(self, address: str, baud: int) -> Port:
+    def open_port(self, address: str) -> Port:
         """Open a serial line.
 
         Raises:
@@ -52,9 +52,9 @@ class Wiring(Protocol):
 class SystemWiring:
     """Uses the operating system's lines and opens them in threads."""
 
-    def open_port(self, address: str, baud: int) -> Port:
+    def open_port(self, address: str) -> Port:
         """As `Wiring.open_port`."""
-        return open_port(address, baud)
+        return open_port(address)
 
     def open_bus(self, address: CanAddress) -> can.BusABC:
         """As `Wiring.open_bus`."""

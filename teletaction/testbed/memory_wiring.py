@@ -88,7 +88,7 @@ class MemoryWiring:
         self.buses[port] = MemoryBus(self.now, nodes)
         return self.buses[port]
 
-    def open_port(self, address: str, baud: int) -> Port:
+    def open_port(self, address: str) -> Port:
         """As `Wiring.open_port`."""
         if address not in self.lines:
             raise DeviceAbsent(f"{address}: no device is served there")

@@ -332,5 +332,5 @@ def test_a_connection_that_is_reset_while_it_is_opened_is_closed(monkeypatch: py
     # The library does this once it is connected, and before it clears what has come.
     monkeypatch.setattr(protocol_socket.Serial, "_update_dtr_state", reset)
     with socket.create_server(("127.0.0.1", 0)) as listener, pytest.raises(DeviceAbsent, match="reset"):
-        open_line(f"socket://127.0.0.1:{listener.getsockname()[1]}", 921_600)
+        open_line(f"socket://127.0.0.1:{listener.getsockname()[1]}")
     assert [connection.fileno() for connection in opened] == [-1]
