@@ -20,9 +20,6 @@ LEVELS = ("debug", "info", "warning", "error")
 
 _OF_EVERY_RECORD = frozenset(logging.makeLogRecord({}).__dict__) | {"message", "asctime", "taskName"}
 
-
-LONGEST_LINE = 30_000
-"""Maximum length of a line, characters."""
 _LONGEST_TRACE = 4 * LONGEST
 """Maximum length of an exception's text, characters; its start and its end are kept."""
 

@@ -62,19 +62,15 @@ class Session:
     """Reason why the session was disengaged, empty if a person at this site asked for it; None while it was not."""
     cleared_here_only: bool = False
     """Whether a person at this site or the patient latched the fault; then only a person at this site may clear it."""
+    silent: bool = False
+    """Whether the far side's stream fell silent while engaged, and is still silent."""
     _happened: list[Happening] = field(default_factory=list)
-    _silent: bool = False
     _missing: str = ""
 
     @property
     def engaged(self) -> bool:
         """Whether outputs may leave neutral."""
         return self.state is LinkState.ENGAGED
-
-    @property
-    def silent(self) -> bool:
-        """Whether the far side's stream fell silent while engaged, and is still silent."""
-        return self._silent
 
     def connect(self, ident: int, text: str = "") -> None:
         """Begin a new session after the far side's hello, not engaged. A latched fault remains.
@@ -172,11 +168,11 @@ class Session:
             stream: name of the stream.
         """
         silent = gap_ns is None or not 0 <= gap_ns <= gap_s * 1e9
-        if silent and not self._silent and self.engaged and gap_ns is not None:
-            self._silent = True
+        if silent and not self.silent and self.engaged and gap_ns is not None:
+            self.silent = True
             self.note("silent", f"no {stream} for {gap_s * 1e3:.0f} ms")
-        elif self._silent and not silent:
-            self._silent = False
+        elif self.silent and not silent:
+            self.silent = False
             self.note("heard", f"{stream} again")
 
     def equipped(self, missing: str) -> None:

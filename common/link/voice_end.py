@@ -80,10 +80,6 @@ class VoiceEnd:
         """Return the time since the newest packet, s; before the first, since the start."""
         return (now_ns - self.heard_ns) * 1e-9
 
-    def talks(self, now_ns: int) -> bool:
-        """Return whether the far end has said that it talks, and has not left since."""
-        return self.far is not None and self.far.state is VoiceState.TALKS and self.silent_s(now_ns) < FORGET_S
-
     def pack(
         self,
         now_ns: int,

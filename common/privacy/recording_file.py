@@ -41,7 +41,7 @@ def open_recording(path: Path) -> IO[bytes]:
     try:
         if not is_encrypted(file):
             return file
-        return _decrypted(path, file)
+        return _decrypted(file)
     except ModuleNotFoundError:
         file.close()
         raise ValueError(f"{path}: reading an encrypted file {_EXTRA}") from None
@@ -76,14 +76,12 @@ def recipient_of(files: Iterable[IO[bytes]]) -> str | None:
     It is the first of the given keys that opened one of them.
     """
     recipients = [reader.header.public_key for reader in map(decrypting, files) if reader is not None]
-    return (
-        next((pair.public for pair in _given_keys().values() if pair.public in recipients), None)
-        if recipients
-        else None
-    )
+    if not recipients:
+        return None
+    return next((pair.public for pair in _given_keys().values() if pair.public in recipients), None)
 
 
-def _decrypted(path: Path, file: IO[bytes]) -> IO[bytes]:
+def _decrypted(file: IO[bytes]) -> IO[bytes]:
     needed = Header.read(file.read(HEADER_BYTES)).public_key
     given = _given_keys()
     pair = next((pair for pair in given.values() if pair.public == needed), None)

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+from common.files.constants import within
+
 VERB = "camera_marks"
 MARKS = 4
 """Number of marks. The details of the request have u, v, x and y of each, such as `u1`: its place in the picture, as
@@ -13,11 +15,7 @@ def are_marks(details: Mapping[str, object]) -> bool:
     """Return whether the details of a request are the marks of a registration."""
     limits = {"u": (0.0, 1.0), "v": (0.0, 1.0), "x": (-_MOST_MM, _MOST_MM), "y": (-_MOST_MM, _MOST_MM)}
     return all(
-        _within(details.get(f"{name}{number}"), *between)
+        within(details.get(f"{name}{number}"), *between)
         for number in range(1, MARKS + 1)
         for name, between in limits.items()
     )
-
-
-def _within(value: object, low: float, high: float) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high

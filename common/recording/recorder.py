@@ -82,7 +82,8 @@ class Recorder:
             OSError: the file cannot be created, an earlier one cannot be renamed, or `path` is a symbolic link.
         """
         self._failed: str | None = None
-        self._failed_ns: int | None = None
+        self.failed_ns: int | None = None
+        """Time at which the recording stopped, ns of the machine's monotonic clock; None while it runs."""
         self.disk_full = False
         """Whether the recording stopped because the disk is full."""
         self._written: Counter[str] = Counter()
@@ -131,11 +132,6 @@ class Recorder:
         """Reason why the recording stopped; None while it runs."""
         self._exchange()
         return self._failed
-
-    @property
-    def failed_ns(self) -> int | None:
-        """Time at which the recording stopped, ns of the machine's monotonic clock; None while it runs."""
-        return self._failed_ns
 
     @property
     def lost(self) -> int:
@@ -229,7 +225,7 @@ class Recorder:
         self._ended = True
         self._waiting.clear()
         if self._failed is None:
-            self._failed, self._failed_ns, self.disk_full = why, time.monotonic_ns(), disk_full
+            self._failed, self.failed_ns, self.disk_full = why, time.monotonic_ns(), disk_full
             log.error("recording stopped: %s", why)
 
 

@@ -13,6 +13,7 @@ _SYSTEMS = 26
 _MATRICES = np.linspace(1.0, 2.0, _SYSTEMS * 36).reshape(_SYSTEMS, 6, 6) + 6.0 * np.eye(6)
 _OTHER_BYTES = 2**25
 """Size of an array larger than the caches of a processor core, bytes."""
+_TIMES = 30
 _SAMPLES = np.linspace(-1.0, 1.0, 200)
 
 
@@ -38,15 +39,15 @@ def reference_step() -> float:
     return found + float(solved[0, 0, 0]) + sum(place.x_m for place in places.values())
 
 
-def reference_step_s(times: int = 30) -> float:
-    """Return the processor time of one reference step on this machine, s: the median of `times`.
+def reference_step_s() -> float:
+    """Return the processor time of one reference step on this machine, s: the median of _TIMES.
 
     Caches are cold, as in a tick after a pause and the work of other processes. With warm caches a step is up to three
     times as fast, and differs more between machines than sessions do.
     """
     other = np.zeros(_OTHER_BYTES // 8)
     spent = []
-    for _ in range(times):
+    for _ in range(_TIMES):
         other += 1.0
         begun_ns = time.thread_time_ns()
         reference_step()

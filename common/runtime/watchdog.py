@@ -19,6 +19,8 @@ from common.timing.timeouts import SITE_WATCHDOG_S
 log = logging.getLogger(__name__)
 
 WAKE_UP_S = 0.1
+_MOST_WAKE_UPS = round(SITE_WATCHDOG_S / WAKE_UP_S)
+"""Number of wake-ups without a tick at which the loop stands still."""
 EXIT_CODE = os.EX_SOFTWARE
 """Exit code of the process: 70, an internal error."""
 _LAST_WORDS_S = 0.5
@@ -32,8 +34,7 @@ class Standstill:
     loop's thread had no processor do not count.
     """
 
-    def __init__(self, patience_s: float = SITE_WATCHDOG_S) -> None:
-        self._most = round(patience_s / WAKE_UP_S)
+    def __init__(self) -> None:
         self._ticks = -1
         self._wake_ups = 0
 
@@ -48,7 +49,7 @@ class Standstill:
             self._ticks, self._wake_ups = ticks, 0
             return False
         self._wake_ups += not starved
-        return self._wake_ups >= self._most
+        return self._wake_ups >= _MOST_WAKE_UPS
 
 
 def end_process() -> None:

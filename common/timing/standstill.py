@@ -51,13 +51,11 @@ class HostClock:
     """The clock of one site: never behind the time that this host's devices show.
 
     Attributes:
-        standstills: number of times that it was set forward.
         stood_still_s: total time by which it was set forward, s.
     """
 
     def __init__(self, read_ns: Callable[[], int] | None = None) -> None:
         """Read `read_ns`, ns; by default CLOCK_MONOTONIC with suspends included."""
-        self.standstills = 0
         self.stood_still_s = 0.0
         self._read_ns = since_boot_ns() if read_ns is None else read_ns
         self._forward_ns = 0
@@ -75,7 +73,6 @@ class HostClock:
         forward_ns = round(standstill_s * 1e9)
         self._forward_ns += forward_ns
         self.stood_still_s += standstill_s
-        self.standstills += 1
         log.warning("the host stood still for %.3f s together with its clock, while devices continued", standstill_s)
         return forward_ns
 

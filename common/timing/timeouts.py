@@ -214,17 +214,16 @@ def check_ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: object
         InconsistentTimeouts: a timeout is too short, or the far side's rate is invalid.
     """
     far = None if far_rate_hz is None else _rate(far_rate_hz)
-    timeouts = ladder(rate_hz, gap_s, age_s, far)
-    after_s = {timeout.name: timeout.after_s for timeout in timeouts}
-    for timeout in timeouts:
+    timeouts = {timeout.name: timeout for timeout in ladder(rate_hz, gap_s, age_s, far)}
+    for timeout in timeouts.values():
         for parts in timeout.covers:
-            if not parts.keys() <= after_s.keys():
+            if not parts.keys() <= timeouts.keys():
                 continue  # a timeout of the far side, which is unknown
-            least_s = sum(times * after_s[name] for name, times in parts.items())
+            least_s = sum(times * timeouts[name].after_s for name, times in parts.items())
             if not timeout.after_s >= least_s - _ROUNDING_S:
                 raise InconsistentTimeouts(
                     f"{timeout.source}: {timeout.name} of {in_ms(timeout.after_s)} must cover "
-                    f"{_sum(parts, {each.name: each for each in timeouts})} = {in_ms(least_s)}"
+                    f"{_sum(parts, timeouts)} = {in_ms(least_s)}"
                 )
 
 

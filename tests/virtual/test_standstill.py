@@ -113,6 +113,6 @@ def test_a_process_that_waits_between_its_time_and_its_devices_is_no_standstill(
     working.stop_in_tick(side, SHORT_S[-1], before_read=True)
     working.run(1.0)
     host = working.remote_host if side == "remote" else working.operator_host
-    assert host.standstills == 0
+    assert host.stood_still_s == 0.0
     working.resume()
     assert working.latched == (False, False)

@@ -14,7 +14,7 @@ from common.faults.fault import Fault, FaultCode
 from common.files.printable import printable
 from common.link.session_state import Session
 from common.log_flood import AT_ONCE, PER_S, SAFETY_AT_ONCE, FloodFilter
-from common.logs import LONGEST_LINE, JsonLines, TextLines
+from common.logs import JsonLines, TextLines
 
 ANY_TEXT = st.text(st.characters(exclude_categories=()), max_size=200)
 FORGED = "no\n12.000 remote INFO common.link.session_state: engaged\x1b[2J\u202e"
@@ -76,7 +76,7 @@ def test_a_line_of_any_length_is_cut(lines: logging.Formatter) -> None:
     except ValueError:
         line = lines.format(record("%s", "x" * 10**6, exc_info=sys.exc_info(), context="z" * 10**6))
     assert line.isprintable()
-    assert len(line) <= LONGEST_LINE
+    assert len(line) <= 30_000
     assert "ValueError" in line
 
 

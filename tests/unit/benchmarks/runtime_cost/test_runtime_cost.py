@@ -48,7 +48,7 @@ def test_a_budget_that_is_written_anew_holds_what_was_measured(tmp_path: Path) -
 
 def test_a_reference_step_is_the_same_work_every_time() -> None:
     assert reference_step() == reference_step()
-    assert 20e-6 < reference_step_s(20) < 2e-3
+    assert 20e-6 < reference_step_s() < 2e-3
 
 
 def test_stages_are_timed_and_contained(contained: Contained) -> None:

@@ -153,9 +153,3 @@ def test_an_end_that_starts_again_with_an_earlier_clock_is_heard(ends: Ends) -> 
     for _ in range(2):
         ends.exchange()
     assert ends.say() is not None
-
-
-def test_who_talks_has_left_after_a_while(ends: Ends) -> None:
-    assert ends.say() is not None
-    assert ends.near.talks(ends.now_ns)
-    assert not ends.near.talks(ends.now_ns + round(FORGET_S * S))
