@@ -14,13 +14,14 @@ class Supervisor:
 
     def __init__(self, address: str | None = None) -> None:
         """Use the supervisor's address: a path, or `@NAME` in the abstract namespace; by default $NOTIFY_SOCKET."""
-        self._address = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
+        named = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
+        self._address = f"\0{named[1:]}" if named.startswith("@") else named
         self._socket: socket.socket | None = None
-        if self._address[:1] in ("/", "@"):
+        if named.startswith(("/", "@")):
             # A supervisor that does not read must not block the loop.
             self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC | socket.SOCK_NONBLOCK)
-        elif self._address:
-            log.warning("NOTIFY_SOCKET %s is no local socket: the supervisor gets no notifications", self._address)
+        elif named:
+            log.warning("NOTIFY_SOCKET %s is no local socket: the supervisor gets no notifications", named)
 
     def ready(self) -> None:
         """Report that the devices are connected and the loop runs."""
@@ -54,4 +55,4 @@ class Supervisor:
             return
         # A supervisor that is gone or busy gets the next one; its own watchdog detects a lack of them.
         with contextlib.suppress(OSError):
-            self._socket.sendto("\n".join(lines).encode(), self._address.replace("@", "\0", 1))
+            self._socket.sendto("\n".join(lines).encode(), self._address)

@@ -10,11 +10,11 @@ import pytest
 from common.runtime.systemd_notify import Supervisor
 
 
-@pytest.fixture(params=["path", "abstract"])
+@pytest.fixture(params=["notify", "site@remote", "abstract"])
 def listener(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[str, socket.socket]]:
     abstract = f"@teletaction-test-{threading.get_native_id()}"
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
-        address = str(tmp_path / "notify") if request.param == "path" else abstract
+        address = abstract if request.param == "abstract" else str(tmp_path / request.param)
         heard.bind(f"\0{address[1:]}" if address == abstract else address)
         heard.settimeout(10.0)
         yield address, heard
