@@ -63,7 +63,7 @@ def find_problem(status: Path, now_ns: int, state: str | None = None) -> str:
     if content.get("state") == ENDED:
         return f"{status}: the process has ended"
     if fault := content.get("fault"):
-        return f"{status}: fault: {fault['text'] if isinstance(fault, dict) else fault}"
+        return f"{status}: fault: {fault.get('text', fault) if isinstance(fault, dict) else fault}"
     for name in _PROBLEMS:
         if content.get(name):
             return f"{status}: {name}: {content[name]}"

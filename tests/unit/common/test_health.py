@@ -55,6 +55,10 @@ def test_an_unsafe_or_stale_process_is_not_healthy(tmp_path: Path, name: str, wo
     assert find_problem(path, NOW_NS, "engaged").endswith(f"{name}: {words}")
 
 
+def test_a_fault_in_another_form_is_reported_as_it_stands(tmp_path: Path) -> None:
+    assert find_problem(status(tmp_path, time_ns=NOW_NS, fault={"code": "new"}), NOW_NS).endswith("{'code': 'new'}")
+
+
 def test_a_latched_fault_is_unhealthy_and_is_reported(tmp_path: Path) -> None:
     fault = fault_figures(Fault(FaultCode.PLATE_TOO_HOT, "thumb", value=42.3, limit=42.0))
     path = status(tmp_path, time_ns=NOW_NS, state="fault", fault=fault)
