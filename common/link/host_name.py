@@ -38,10 +38,14 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def bracketed(host: str) -> str:
+    """Return a bare host as it stands before a port: an IPv6 address in brackets."""
+    return f"[{host}]" if is_ipv6(host) else host
+
+
 def tcp_endpoint(host: str, port: int) -> str:
     """Return the address of a socket in libzmq's form."""
-    bare = bare_host(host)
-    return f"tcp://[{bare}]:{port}" if is_ipv6(bare) else f"tcp://{bare}:{port}"
+    return f"tcp://{bracketed(bare_host(host))}:{port}"
 
 
 class Resolver:

@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 
 from common.config.page_models import WebConfig
 from common.files.whole_file import read_whole
-from common.link.host_name import is_ipv6, is_loopback
+from common.link.host_name import bracketed, is_loopback
 
 Role = Literal["act", "observe"]
 LEAST_TOKEN = 32
@@ -128,6 +128,5 @@ def _origin(address: str) -> str:
         parts = urlsplit(address)
         host, port = parts.hostname, parts.port
         if parts.scheme in _PORTS and host and parts.path in ("", "/"):
-            shown = f"[{host}]" if is_ipv6(host) else host
-            return f"{parts.scheme}://{shown}" + ("" if port in (None, _PORTS[parts.scheme]) else f":{port}")
+            return f"{parts.scheme}://{bracketed(host)}" + ("" if port in (None, _PORTS[parts.scheme]) else f":{port}")
     raise AccessProblem(f"address {address!r}: expected such as https://console.example")

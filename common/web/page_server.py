@@ -13,6 +13,7 @@ import uvicorn
 from starlette.applications import Starlette
 
 from common.config.page_models import WebConfig
+from common.link.host_name import bracketed, is_ipv6
 from common.runtime.containment import Containment
 from common.timing.interval import Interval
 from common.web.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
@@ -45,8 +46,9 @@ def bound(config: WebConfig) -> sockets.socket:
     Raises:
         OSError: the port is in use.
     """
+    family = sockets.AF_INET6 if is_ipv6(config.bind) else sockets.AF_INET
     try:
-        return sockets.create_server((config.bind, config.port), backlog=_BACKLOG)
+        return sockets.create_server((config.bind, config.port), family=family, backlog=_BACKLOG)
     except OSError as error:
         raise OSError(f"{config.bind}:{config.port} (page): {error.strerror}; choose another port") from None
 
@@ -55,7 +57,7 @@ def address_of(config: WebConfig, socket: sockets.socket) -> str:
     """Return the page's address for a browser."""
     scheme = "http" if config.certificate is None else "https"
     host, port = socket.getsockname()[:2]
-    return config.address or f"{scheme}://{host}:{port}"
+    return config.address or f"{scheme}://{bracketed(host)}:{port}"
 
 
 @dataclass(frozen=True, slots=True)

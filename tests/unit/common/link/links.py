@@ -1,11 +1,25 @@
 """Both ends of a link over loopback, and whether something gets from one to the other."""
 
+import socket
 from pathlib import Path
+
+import pytest
 
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from tests.conftest import Keys
 from tests.waiting import wait_until
+
+
+def has_ipv6() -> bool:
+    try:
+        with socket.create_server(("::1", 0), family=socket.AF_INET6):
+            return True
+    except OSError:
+        return False
+
+
+needs_ipv6 = pytest.mark.skipif(not has_ipv6(), reason="this machine has no IPv6 on loopback")
 
 
 def remote_link(keys: Keys, base_port: int, host: str = "127.0.0.1") -> RemoteLink:

@@ -15,21 +15,10 @@ from common.link.curve import LinkProblem
 from common.link.host_name import Resolver, bare_host, tcp_endpoint
 from common.link.keys import TrustedKeys
 from tests.conftest import Keys
-from tests.unit.common.link.links import ask, operator_link, remote_link
+from tests.unit.common.link.links import ask, needs_ipv6, operator_link, remote_link
 from tests.waiting import wait_until
 
 NAME = "remote.example"
-
-
-def has_ipv6() -> bool:
-    try:
-        with socket.create_server(("::1", 0), family=socket.AF_INET6):
-            return True
-    except OSError:
-        return False
-
-
-needs_ipv6 = pytest.mark.skipif(not has_ipv6(), reason="this machine has no IPv6 on loopback")
 
 
 class Names:

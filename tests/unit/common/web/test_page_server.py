@@ -9,8 +9,9 @@ from starlette.applications import Starlette
 from common.config.page_models import WebConfig
 from common.runtime.containment import Containment
 from common.web.guarded_page import file_in
-from common.web.page_server import Work, serve_page
+from common.web.page_server import Work, address_of, bound, serve_page
 from tests.conftest import Contained
+from tests.unit.common.link.links import needs_ipv6
 
 
 def test_a_step_that_raises_is_named_once_and_the_process_continues(contained: Contained) -> None:
@@ -29,6 +30,15 @@ def test_a_step_that_raises_is_named_once_and_the_process_continues(contained: C
     names = contained.take()
     assert [name.split(" in ")[0] for name in names] == ["showing: LookupError", "status: ValueError"]
     assert contain.count == 6
+
+
+@needs_ipv6
+def test_a_page_is_served_over_ipv6() -> None:
+    config = WebConfig(bind="::1", port=0)
+    with bound(config) as listening:
+        port = listening.getsockname()[1]
+        assert address_of(config, listening) == f"http://[::1]:{port}"
+        socket.create_connection(("::1", port)).close()
 
 
 @pytest.mark.parametrize("name", ["none.js", "..", ".hidden", "a/b.js", "../page.js", "a" * 300, "a\0b"])
