@@ -1,5 +1,8 @@
 """The five fingers, in the order of every array, packet and frame."""
 
+from typing import Literal
+
+FingerName = Literal["thumb", "index", "middle", "ring", "little"]
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 """Index into this tuple is the finger number on the wire."""
 FINGER_Y_M = (-0.04, -0.02, 0.0, 0.02, 0.04)

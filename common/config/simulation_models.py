@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from common.config.section import Addresses, Fingers
+from common.config.fingers import Addresses, Fingers
 from common.files.strict_model import StrictModel
 from common.fingers import FINGERS
 from common.logs import LogForm

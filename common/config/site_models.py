@@ -8,9 +8,9 @@ from pydantic import Field, model_validator
 
 from common import limits
 from common.buses.can_address import CanAddress
+from common.config.fingers import Addresses, Fingers
 from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
 from common.config.recording_models import ConsentConfig, RecordingConfig
-from common.config.section import Addresses, Fingers
 from common.files.strict_model import StrictModel
 from common.fingers import FINGERS
 from common.logs import LogForm

@@ -5,10 +5,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from common.files.strict_model import StrictModel
+from common.fingers import FINGERS, FingerName
 
 Reach = Annotated[float, Field(ge=-0.655, le=0.655)]
 """Position of the hand on the bench along one axis, m."""
-Finger = Literal["thumb", "index", "middle", "ring", "little"]
 Places = Annotated[tuple[Reach, ...], Field(min_length=1, max_length=100)]
 
 
@@ -68,7 +68,7 @@ class Presses(StrictModel):
     hold_s: float = Field(gt=0.0, le=120.0)
     depth_m: float = Field(default=0.004, gt=0.0, le=0.010)
     wait_s: float = Field(default=0.0, ge=0.0, le=120.0)
-    fingers: tuple[Finger, ...] = Field(default=("thumb", "index", "middle", "ring", "little"), min_length=1)
+    fingers: tuple[FingerName, ...] = Field(default=FINGERS, validate_default=True, min_length=1)
 
 
 class Strokes(StrictModel):

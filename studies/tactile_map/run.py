@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from common.fingers import FINGER_Y_M, FINGERS
+from common.fingers import FINGER_Y_M, FINGERS, FingerName
 from common.scenes.scene import Scene, SceneObject, load_scene
-from common.scenes.script import Finger, Presses, Step, Strokes
+from common.scenes.script import Presses, Step, Strokes
 from operator_site.console.map.map_tiles import CONFIDENT_SD, picture
 from operator_site.console.map.tactile_map import TactileMap
 from sim_sensors.operator_hand.hand import ScriptedHand
@@ -41,7 +41,7 @@ WARM_UP_S = 3.0
 """Time before the first touch in which the sensors reach their pre-heat, s."""
 PACKET_EVERY = 2
 """Ticks between two packets that the map takes; the link's deadband omits more packets than this."""
-MEASURING: tuple[Finger, ...] = ("thumb", "index")
+MEASURING: tuple[FingerName, ...] = ("thumb", "index")
 MEASURED_S = 6.0
 GOAL_M, GOAL_K, GOAL_SHARE = 5e-3, 0.5, 0.20
 tables = tables_of("targets", "nodules")

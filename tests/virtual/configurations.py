@@ -4,9 +4,9 @@ from pathlib import Path
 
 from common.buses.can_address import CanAddress
 from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
-from common.config.section import FingerName
 from common.config.simulation_models import SimOperatorConfig, SimPatientSwitchConfig, SimRemoteConfig
 from common.config.site_models import CalibrationConfig, OperatorConfig, PatientSwitchConfig, RemoteConfig
+from common.fingers import FingerName
 from teletaction.session.demo_files import SURFACES, TABLES, WATCHED_S
 
 FINGER: FingerName = "index"

@@ -135,13 +135,6 @@ def test_a_wrong_identity_is_refused(position: int, value: int, message: str) ->
         Identity.decode(bytes(payload))
 
 
-@given(u32, st.booleans())
-def test_a_contact_comes_back(time_us: int, closed: bool) -> None:
-    assert PatientSwitchState.decode(PatientSwitchState(time_us, closed).encode()) == PatientSwitchState(
-        time_us, closed
-    )
-
-
 def test_a_contact_is_open_or_closed() -> None:
     with pytest.raises(BadPayload, match="contact 2 is neither 0 nor 1"):
         PatientSwitchState.decode(bytes((0, 0, 0, 0, 2)))

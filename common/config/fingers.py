@@ -1,10 +1,10 @@
-"""Fingers and addresses in configurations."""
+"""Fingers of a configuration, and the addresses of their devices."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-FingerName = Literal["thumb", "index", "middle", "ring", "little"]
+from common.fingers import FingerName
 
 
 def _each_once(fingers: tuple[str, ...]) -> tuple[str, ...]:
