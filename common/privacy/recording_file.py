@@ -6,6 +6,7 @@ The secret keys come from the environment variable TELETACTION_KEY: one file or 
 import io
 import os
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, cast
 
@@ -37,20 +38,16 @@ def open_recording(path: Path) -> IO[bytes]:
         OSError: the file cannot be read.
         ValueError: it is encrypted, and no given key opens it; the message says which one is needed.
     """
-    file = path.open("rb")
-    try:
-        if not is_encrypted(file):
-            return file
-        return _decrypted(file)
-    except ModuleNotFoundError:
-        file.close()
-        raise ValueError(f"{path}: reading an encrypted file {_EXTRA}") from None
-    except CannotDecrypt as error:
-        file.close()
-        raise CannotDecrypt(f"{path}: {error}") from None
-    except BaseException:
-        file.close()
-        raise
+    with ExitStack() as opened:
+        file = opened.enter_context(path.open("rb"))
+        try:
+            content = _decrypted(file) if is_encrypted(file) else file
+        except ModuleNotFoundError:
+            raise ValueError(f"{path}: reading an encrypted file {_EXTRA}") from None
+        except CannotDecrypt as error:
+            raise CannotDecrypt(f"{path}: {error}") from None
+        opened.pop_all()  # the caller closes it
+        return content
 
 
 def create_recording(path: Path, public_key: str | None, *, replace: bool = False) -> IO[bytes]:

@@ -4,7 +4,6 @@ import contextlib
 import logging
 import os
 import socket
-from types import TracebackType
 
 log = logging.getLogger(__name__)
 
@@ -44,9 +43,7 @@ class Supervisor:
     def __enter__(self) -> "Supervisor":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stopping()
         self.close()
 

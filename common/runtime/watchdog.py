@@ -11,7 +11,6 @@ import os
 import sys
 import threading
 from collections.abc import Callable
-from types import TracebackType
 
 from common.runtime.scheduling import Starved
 from common.timing.timeouts import SITE_WATCHDOG_S
@@ -85,9 +84,7 @@ class LoopWatchdog:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._stop.set()
         self._thread.join()
 

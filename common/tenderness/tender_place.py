@@ -90,15 +90,7 @@ def tender_place(presses: Sequence[Press], reaction: ReactionTime) -> TenderPlac
     sd_m = np.sqrt(0.5 * (at @ ((centres - middle) ** 2).sum(axis=-1)))
     below = np.cumsum(likely.sum(axis=(0, 1, 3))) / likely.sum()
     low_n, threshold_n, high_n = np.interp([0.05, 0.5, 0.95], below, THRESHOLDS_N)
-    return TenderPlace(
-        float(middle[0]),
-        float(middle[1]),
-        float(sd_m),
-        float(threshold_n),
-        float(low_n),
-        float(high_n),
-        float(place / (place + even)),
-    )
+    return TenderPlace(*map(float, (*middle, sd_m, threshold_n, low_n, high_n, place / (place + even))))
 
 
 def _scores(over: Floats, spread: Floats) -> Floats:

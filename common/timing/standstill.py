@@ -135,12 +135,11 @@ class Witness:
     def _step(self, host_s: float, reported_s: float, drained: bool) -> float:
         """Compare the device's time with the host's; reports cover `reported_s` of it, s."""
         lead_s = self._device_s - host_s
-        if self._lead_s is None and not drained:
-            return 0.0
         if self._lead_s is None:
-            self._lead_s, self._host_s = lead_s, host_s
-            self._newest_s = lead_s
-            self._window_s, self._best_s = host_s, lead_s
+            if drained:
+                self._lead_s, self._host_s = lead_s, host_s
+                self._newest_s = lead_s
+                self._window_s, self._best_s = host_s, lead_s
             return 0.0
         if host_s < self._host_s:
             reported_s = math.inf  # a clock that was set back is sufficient evidence
