@@ -4,6 +4,7 @@ The library's client does not notice when the gateway ends. It waits without a l
 It takes 80 us for the frames of a tick.
 """
 
+import math
 import re
 import select
 import socket
@@ -30,7 +31,7 @@ _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
 waits for it before it sends more. It is only needed where nothing is sent: sent data carry an acknowledgement along."""
 
 
-_FRAME = re.compile(r"< frame ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8}) ([0-9]+\.[0-9]+) ([0-9A-Fa-f]+) >")
+_FRAME = re.compile(r"< frame ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8}) ([0-9]{1,20}\.[0-9]{1,20}) ([0-9A-Fa-f]+) >")
 """Identifier, time, s, and data of a frame as gateways write it."""
 
 TakenFrame = tuple[float, int, bytes, bool, bool]
@@ -153,7 +154,10 @@ class GatewayBus(SocketCanDaemonBus):
     def _expect_msg(self, msg: str) -> None:
         if not select.select((self._connection,), (), (), ANSWER_S)[0]:
             raise can.CanTimeoutError(f"the gateway does not answer with {msg!r}")
-        super()._expect_msg(msg)
+        try:
+            super()._expect_msg(msg)
+        except UnicodeDecodeError:
+            raise can.CanInitializationError("the gateway answers with bytes that are no text") from None
 
 
 def _message(frame: TakenFrame) -> can.Message:
@@ -183,8 +187,11 @@ def _frame(text: str) -> TakenFrame | None:
     if words[:2] != ["<", "frame"] or len(words) != 5:
         found: can.Message | None = convert_ascii_message_to_can_message(f"{text[start:]}>")
         return None if found is None else taken_frame(found)
-    _, _, identifier, sent_s, data = words
-    return float(sent_s), int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False
+    _, _, identifier, time_s, data = words
+    sent_s = float(time_s)
+    if not math.isfinite(sent_s):
+        raise ValueError(f"its time is {time_s[:20]}")
+    return sent_s, int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False
 
 
 def _ask(host: str, port: int) -> None:

@@ -179,7 +179,13 @@ def test_frames_are_read_among_other_words(
     assert [found[:3] for found in bus.take_some()[0]] == frames
 
 
-@pytest.mark.parametrize("words", [b"< frame xyz 1.5 00 >", b"< frame 012 soon 00 >", b"< frame 012 1.5 0g >", b"\xff"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(b"< frame xyz 1.5 00 >", b"< frame 012 soon 00 >", b"< frame 012 1.5 0g >", b"\xff"),
+        *(b"< frame 012 nan 00 >", b"< frame 012 1e999 00 >", b"< frame 012 %s.0 00 >" % (b"9" * 400)),
+    ],
+)
 def test_a_wrong_frame_ends_the_connection_with_its_reason(words: bytes, there: Gateway, bus: GatewayBus) -> None:
     there.connections[-1].sendall(words)
     with pytest.raises(can.CanError, match="invalid frame"):
@@ -209,7 +215,9 @@ def test_an_unresponsive_gateway_is_given_up(
         GatewayBus("can0", "127.0.0.1", there.port)
 
 
-@pytest.mark.parametrize("words", [(b"SSH-2.0-Open\r\n",), (b"< hi >", b"< error could not open bus >")])
+@pytest.mark.parametrize(
+    "words", [(b"SSH-2.0-Open\r\n",), (b"< hi >\xff",), (b"< hi >", b"< error could not open bus >")]
+)
 def test_a_wrong_gateway_or_a_missing_bus_is_absent_by_name(words: tuple[bytes, ...], stage: ExitStack) -> None:
     there = gateway(stage, *words)
     with pytest.raises(DeviceAbsent, match=f"CAN socketcand://127.0.0.1:{there.port}/can0: "):
