@@ -178,7 +178,9 @@ class CanPort:
         except (can.CanError, OSError) as error:
             self._lose(error)
         frame_id = next(receiver.frame_id for receiver in self.receivers if receiver.name == name)
-        return sum(frame[1] == frame_id for frame in self._unread)
+        return sum(
+            unread_id == frame_id and not (extended or is_error) for _, unread_id, _, extended, is_error in self._unread
+        )
 
     def _gather(self, bus: can.BusABC) -> bool:
         """Take frames from the bus, about as many as one poll reads; return whether the bus has no more."""
@@ -226,9 +228,11 @@ class CanPort:
     def _take(self, frames: Sequence[TakenFrame]) -> None:
         """Check frames and put the good ones into `came`."""
         by_id, own, controller, came = self._by_id, self._own, self.controller, self.came
-        for sent_s, frame_id, data, _, is_error in frames:
+        for sent_s, frame_id, data, extended, is_error in frames:
             if is_error:
                 self._report(frame_id, data)
+            elif extended:  # another node's, whatever its number is
+                self.unknown += 1
             elif own.step(frame_id):
                 continue
             elif (watched := by_id.get(frame_id)) is None:

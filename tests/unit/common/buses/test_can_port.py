@@ -13,7 +13,7 @@ from can.interfaces.socketcan import SocketcanBus
 
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import CanPort
+from common.buses.can_port import SETTLING, CanPort
 from common.buses.frame_error_rate import MOST
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
@@ -98,6 +98,18 @@ def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: ca
     assert line.poll() == {}
     assert line.fault == Fault(FaultCode.FOREIGN_FRAMES, "FingerForces")
     assert (line.figures()["foreign"], line.unknown) == (1, 0)
+
+
+def test_a_frame_of_29_bits_with_the_number_of_one_of_ours_is_unknown(device: can.BusABC, line: CanPort) -> None:
+    heights, forces = FrameSender("FingerHeights"), FrameSender("FingerForces")
+    for _ in range(SETTLING):
+        device.send(heights.encode(HEIGHTS))
+        line.poll()
+    for frame_id, data in (heights.named_frame(HEIGHTS), forces.next_frame(FORCES)):
+        device.send(can.Message(arbitration_id=frame_id, data=data, is_extended_id=True))
+    assert line.unread("FingerHeights") == 0
+    assert line.poll() == {}
+    assert (line.unknown, line.fault, line.receivers[0].taken) == (2, None, SETTLING)
 
 
 def test_damaged_frames_are_refused_and_counted_and_many_are_a_fault(device: can.BusABC, line: CanPort) -> None:
