@@ -6,6 +6,7 @@ owner of the site's secret key is admitted, because that user may also run the s
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Protocol, Self
 
 import zmq
@@ -101,14 +102,14 @@ def stop_from_desk(port: int, keys: KeyPair) -> str:
     """Ask a running site for an emergency stop; return what its devices and those of the far site confirm.
 
     Raises:
-        LinkProblem: no site answers.
+        LinkProblem: no site takes the request.
     """
     ask_desk(port, keys, "estop")
     until_s = time.monotonic() + _OUTCOME_S
     while time.monotonic() < until_s:
-        outcome = ask_desk(port, keys, "status")["estop"]
-        if outcome:
-            return str(outcome)
+        with suppress(LinkProblem):  # the stop was taken; a site that is silent now has still stopped
+            if outcome := ask_desk(port, keys, "status")["estop"]:
+                return str(outcome)
         time.sleep(_ASK_AGAIN_S)
     return "stopped, but not confirmed: the site says nothing of it"
 

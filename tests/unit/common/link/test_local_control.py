@@ -22,18 +22,20 @@ class Site:
         self.desk = desk
         self.asked: list[tuple[str, dict[str, Any]]] = []
         self.estop = ""
+        self.stop_ends_it = self.ended = False
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
 
     def do(self, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         self.asked.append((verb, details))
+        self.ended = self.stop_ends_it and verb == "estop"
         if verb == "engage":
             raise Refused("a fault is latched (hot plate): clear it first")
         return {"state": "connected", "estop": self.estop}
 
     def _serve(self) -> None:
-        while not self._over.wait(0.001):
+        while not (self._over.wait(0.001) or self.ended):
             self.desk.serve(time.monotonic_ns(), self.do)
 
     def close(self) -> None:
@@ -87,3 +89,12 @@ def test_a_stop_waits_for_the_reports_of_the_devices(site: Site, keys: Keys, bas
     site.estop = "here: stopped, confirmed by every device after 12 ms"
     assert stop_from_desk(base_port, own) == site.estop
     assert site.asked[0] == ("estop", {})
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_site_that_ends_after_a_stop_has_stopped(site: Site, keys: Keys, base_port: int) -> None:
+    site.stop_ends_it = True
+    assert stop_from_desk(base_port, load_keys(keys.operator)) == (
+        "stopped, but not confirmed: the site says nothing of it"
+    )
+    assert site.asked == [("estop", {})]
