@@ -182,16 +182,15 @@ def _frame(text: str) -> TakenFrame | None:
     Raises:
         ValueError: identifier, time or bytes of a frame cannot be read.
     """
-    start = text.find("<")
-    words = text[start:].split()
-    if words[:2] != ["<", "frame"] or len(words) != 5:
-        found: can.Message | None = convert_ascii_message_to_can_message(f"{text[start:]}>")
-        return None if found is None else taken_frame(found)
-    _, _, identifier, time_s, data = words
-    sent_s = float(time_s)
-    if not math.isfinite(sent_s):
-        raise ValueError(f"its time is {time_s[:20]}")
-    return sent_s, int(identifier, 16), bytes.fromhex(data), len(identifier) != 3, False
+    try:
+        found: can.Message | None = convert_ascii_message_to_can_message(f"{text[text.find('<') :]}>")
+    except IndexError:
+        raise ValueError("a part of it is missing") from None
+    if found is None:
+        return None
+    if not math.isfinite(found.timestamp):
+        raise ValueError(f"its time is {found.timestamp}")
+    return taken_frame(found)
 
 
 def _ask(host: str, port: int) -> None:

@@ -184,6 +184,7 @@ def test_frames_are_read_among_other_words(
     [
         *(b"< frame xyz 1.5 00 >", b"< frame 012 soon 00 >", b"< frame 012 1.5 0g >", b"\xff"),
         *(b"< frame 012 nan 00 >", b"< frame 012 1e999 00 >", b"< frame 012 %s.0 00 >" % (b"9" * 400)),
+        *(b"< frame 012 nan 00 00 >", b"< frame 012 >", b"< frame 012 1.5 >", b"< error 040 >"),
     ],
 )
 def test_a_wrong_frame_ends_the_connection_with_its_reason(words: bytes, there: Gateway, bus: GatewayBus) -> None:
