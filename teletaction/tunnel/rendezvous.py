@@ -117,7 +117,9 @@ class Rendezvous:
         visitor.leave = lambda: self._strangers.pop(visitor, None)
         visitor.after(GREETING_S, visitor.transport.abort)
         if len(self._strangers) > MOST_STRANGERS:
-            next(iter(self._strangers)).transport.abort()
+            oldest = next(iter(self._strangers))
+            del self._strangers[oldest]  # it closes only in a later turn of the loop
+            oldest.transport.abort()
 
     def take(self, visitor: _Visitor, request: Request) -> None:
         """Join a connection to one that waits for it, or let it wait."""

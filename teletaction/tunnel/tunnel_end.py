@@ -9,7 +9,6 @@ import asyncio
 import logging
 import random
 from collections.abc import Callable, Coroutine
-from contextlib import suppress
 from functools import partial
 
 from common.config.link_models import TunnelConfig
@@ -37,6 +36,8 @@ AGAIN_S = 0.5
 CONNECT_S = 2.0
 """Maximum time of an attempt, s."""
 _PORTS = tuple(stream.port for stream in STREAMS.values())
+Address = tuple[str, int]
+"""Host and port."""
 
 
 class _Outward(Connection):
@@ -56,7 +57,7 @@ class _Outward(Connection):
                 config = self._end.config
                 self.say(request(self._end.secret, read_hello(line), config.room, self._port))
         except ValueError as error:
-            self._end.notice(f"{self._end.config.host}:{self._end.config.port}: {error}")
+            self._end.notice(self._end.rendezvous, str(error))
             self.transport.close()
 
     def answered(self, line: str) -> None:
@@ -74,14 +75,17 @@ class _Ready(_Outward):
         port = read_stream(line)
         if port not in _PORTS:
             raise ValueError(f"the link has no port {port}")
-        self._end.notice("")
+        self._end.notice(self._end.rendezvous, "")
         self._end.release(self)
         self.transport.pause_reading()
         self._end.begin(self._connect(port))
 
     async def _connect(self, port: int) -> None:
         config, local = self._end.config, partial(Connection, self._end.connections)
-        site = await self._end.connect(local, bare_host(config.site_host), config.base_port + port)
+        address = bare_host(config.site_host), config.base_port + port
+        site = await self._end.connect(local, address)
+        if site is not None:
+            self._end.notice(address, "")
         if site is None or self.transport.is_closing():
             self.transport.close()
         else:
@@ -101,7 +105,7 @@ class _Reaching(_Outward):
     def answered(self, line: str) -> None:
         if line != REACHED:
             raise ValueError(refusal(line))
-        self._end.notice("")
+        self._end.notice(self._end.rendezvous, "")
         if self._local.transport.is_closing():
             self.transport.close()
         else:
@@ -124,8 +128,7 @@ class _Local(Connection):
         self._end.begin(self._reach())
 
     async def _reach(self) -> None:
-        config, outward = self._end.config, partial(_Reaching, self._end, self._port, self)
-        if await self._end.connect(outward, bare_host(config.host), config.port) is None:
+        if await self._end.connect(partial(_Reaching, self._end, self._port, self), self._end.rendezvous) is None:
             self.transport.close()
 
 
@@ -135,24 +138,32 @@ class TunnelEnd:
     Attributes:
         config: its configuration.
         secret: the room's secret.
-        problem: what keeps it from working; empty when nothing does.
+        rendezvous: host and port of the rendezvous.
         connections: all open connections.
     """
 
     def __init__(self, config: TunnelConfig, secret: bytes) -> None:
         self.config, self.secret = config, secret
-        self.problem = ""
+        self.rendezvous = bare_host(config.host), config.port
         self.connections: set[Connection] = set()
+        self._problems: dict[Address, str] = {}
         self._ready: set[_Ready] = set()
         self._fewer = asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()
         self._servers: list[asyncio.Server] = []
 
-    def notice(self, problem: str) -> None:
-        """Log a new problem once; an empty one means that there is none any more."""
-        if problem and problem != self.problem:
-            log.warning("%s", printable(problem))
-        self.problem = problem
+    @property
+    def problem(self) -> str:
+        """What keeps it from working; empty when nothing does."""
+        return next((f"{host}:{port}: {why}" for (host, port), why in self._problems.items()), "")
+
+    def notice(self, address: Address, problem: str) -> None:
+        """Log a new problem with an address once; an empty one means that there is none any more."""
+        before = self._problems.pop(address, "")
+        if problem:
+            self._problems[address] = problem
+        if problem not in ("", before):
+            log.warning("%s:%d: %s", *address, printable(problem))
 
     def begin(self, work: Coroutine[None, None, None]) -> None:
         """Do some work beside everything else."""
@@ -165,15 +176,15 @@ class TunnelEnd:
         self._ready.discard(ready)
         self._fewer.set()
 
-    async def connect(self, protocol: Callable[[], Connection], host: str, port: int) -> Connection | None:
+    async def connect(self, protocol: Callable[[], Connection], address: Address) -> Connection | None:
         """Open a connection; return None, and note the problem, where that fails."""
         loop = asyncio.get_running_loop()
         try:
             async with asyncio.timeout(CONNECT_S):
-                _, connection = await loop.create_connection(protocol, host, port)
+                _, connection = await loop.create_connection(protocol, *address)
         except (OSError, UnicodeError, TimeoutError) as error:  # UnicodeError: not a valid host name
             refused = isinstance(error, ConnectionRefusedError)
-            self.notice(f"{host}:{port}: {'connection refused' if refused else error or 'no answer'}")
+            self.notice(address, "connection refused" if refused else str(error) or "no answer")
             return None
         return connection
 
@@ -182,14 +193,18 @@ class TunnelEnd:
         while True:
             self._fewer.clear()
             while len(self._ready) < READY:
-                opened = await self.connect(partial(_Ready, self), self.config.host, self.config.port)
+                opened = await self.connect(partial(_Ready, self), self.rendezvous)
                 if opened is None:
                     break
                 assert isinstance(opened, _Ready)
                 self._ready.add(opened)
-            with suppress(TimeoutError):
-                async with asyncio.timeout(AGAIN_S):
+            all_ready = len(self._ready) == READY
+            try:
+                async with asyncio.timeout(CONNECT_S if all_ready else AGAIN_S):
                     await self._fewer.wait()
+            except TimeoutError:
+                if all_ready:  # the rendezvous has refused none of them
+                    self.notice(self.rendezvous, "")
             if self.problem:
                 await asyncio.sleep(AGAIN_S * random.uniform(0.5, 1.5))
 
