@@ -161,12 +161,12 @@ def _line_samples(file: TraceFile, numbers: Iterator[int]) -> Iterator[Sample]:
             raise ValueError(f"{file.path}: line 1: no column press, roughness_v or object_c; there is nothing to map")
         return
     x_m, y_m = 1e-3 * file.numbers("x_mm"), 1e-3 * file.numbers("y_mm")
+    known_sd = file.numbers("object_c_sd", blank=True) if "object_c_sd" in file.names else np.full(len(x_m), np.nan)
+    _refuse(file, "object_c_sd", known_sd < 0.0, "must not be negative")
     for name in quantities:
         values = file.numbers(name, blank=True)
-        if name == "roughness_v" and (values <= 0.0).any():
-            line = file.rows[int(np.argmax(values <= 0.0))][0]
-            raise ValueError(f"{file.path}: line {line}: column roughness_v: must be above 0")
-        known_sd = file.numbers("object_c_sd", blank=True) if "object_c_sd" in file.names else np.full(len(x_m), np.nan)
+        if name == "roughness_v":
+            _refuse(file, name, values <= 0.0, "must be above 0")
         for k in np.flatnonzero(np.isfinite(values)):
             number, value = next(numbers), float(values[k])
             if name == "roughness_v":
@@ -184,3 +184,9 @@ def _line_samples(file: TraceFile, numbers: Iterator[int]) -> Iterator[Sample]:
                 value,
                 max(sd**2, LEAST_VARIANCE),
             )
+
+
+def _refuse(file: TraceFile, column: str, wrong: NDArray[np.bool_], why: str) -> None:
+    """Raise ValueError for the first line with a wrong value."""
+    if wrong.any():
+        raise ValueError(f"{file.path}: line {file.rows[int(np.argmax(wrong))][0]}: column {column}: {why}")
