@@ -54,10 +54,12 @@ class BarePing:
 
     def once(self) -> None:
         """Measure one round trip. A round trip without an answer within 2 s counts as 2 s."""
+        packet = len(self.round_trips_s).to_bytes(PACKET_BYTES, "little")
         start_s = time.monotonic()
-        self._socket.send(b"\1" * PACKET_BYTES)
+        self._socket.send(packet)
         try:
-            self._socket.recv()
+            while self._socket.recv() != packet:
+                pass  # the late answer to an earlier packet
         except zmq.Again:
             self.round_trips_s.append(2.0)
             return
