@@ -24,7 +24,8 @@ Resource = dict[str, Any]
 _UCUM = "http://unitsofmeasure.org"
 _SNOMED_CT = "http://snomed.info/sct"
 _EXTENSION = "http://hl7.org/fhir/StructureDefinition/iso21090-"
-_REPORT = "Tactile examination by telemanipulation"
+REPORT = "Tactile examination by telemanipulation"
+"""Text of the report's code, by which a document is recognised as one of this program."""
 
 
 def write_fhir(recording: NamedRecording, out: Path, body_site: BodySite | None = None) -> dict[str, int]:
@@ -72,7 +73,7 @@ class _Resources:
             "resourceType": "DiagnosticReport",
             "id": str(self.examination.identifier("report")),
             "status": "preliminary",
-            "code": {"text": _REPORT},
+            "code": {"text": REPORT},
             **self._subject,
             "effectivePeriod": {"start": _time(begun)} | ({"end": _time(ended)} if ended is not None else {}),
             **({"result": [{"reference": f"urn:uuid:{each['id']}"} for each in observations]} if observations else {}),

@@ -10,6 +10,7 @@ from common.recording.encrypted_file import MAGIC as ENCRYPTED
 from common.recording.mcap_records import HEAD_BYTES
 from common.recording.mcap_records import MAGIC as MCAP
 from teletaction.export.columns import TIME_COLUMNS, table_name
+from teletaction.export.fhir import REPORT
 from teletaction.export.foxglove import LAYOUT
 from teletaction.export.topics import TOPICS
 from teletaction.mapping.write_map import COLUMNS as MAP_COLUMNS
@@ -18,7 +19,10 @@ from teletaction.report.report import GENERATOR
 
 _START_BYTES = 1 << 16
 _END_BYTES = 64
-_PROCESS = r"(remote|operator|sim-remote|sim-operator|console|camera|network|virtual|launcher|voice)(-\d+)?"
+_PROCESS = (
+    r"(remote|operator|sim-remote|sim-operator|console|camera|voice|patient-page|network|virtual|tunnel|rendezvous)"
+    r"(-\d+)?"
+)
 _TABLES = frozenset(map(table_name, TOPICS))
 
 
@@ -68,7 +72,7 @@ _KINDS: tuple[tuple[str, _Test], ...] = (
     ("report", lambda _name, start, end: start.startswith(b"%PDF-") and end.endswith(PDF_MARK)),
     ("summary", _named(r"summary\.json", b'"duration_s"', b'"contacts"')),
     ("export", _table),
-    ("export", _named(r"findings\.fhir\.json", b'"Bundle"', b"teletaction")),
+    ("export", _named(r"findings\.fhir\.json", b'"Bundle"', REPORT.encode())),
     ("export", _named(r"findings\.dcm", b"DICM", b"teletaction")),
     ("export", _named(r"session\.rrd", b"RRF", b"teletaction")),
     ("export", lambda _name, start, _end: start == LAYOUT.read_bytes()),
@@ -79,6 +83,7 @@ _KINDS: tuple[tuple[str, _Test], ...] = (
     ("replay", _named(r"identification\.jsonl", b'"finger"', b'"object_c_sd"')),
     ("replay", _named(r"rendering\.csv", b"time_s,", b"_motor_rpm,")),
     ("status", _named(_PROCESS + r"\.json", b'"process"', b'"rss_mib"')),
+    ("status", _named(r"launcher\.json", b'"usage"', b'"round_trips_s"')),
     ("log", _named(_PROCESS + r"\.log", b" INFO ")),
     ("log", _named(_PROCESS + r"\.log", b'"monotonic_s"', b'"logger"')),
 )
