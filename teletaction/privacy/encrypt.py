@@ -46,11 +46,10 @@ def _copy(path: Path, out: Path, public_key: str | None) -> bool:
         try:
             with made:
                 shutil.copyfileobj(source, made, CHUNK_BYTES)
-        except DamagedChunk as error:
-            out.unlink()
-            raise ValueError(f"{path}: damaged: {error}; `teletaction recover` keeps what can be read") from None
-        except OSError:
+        except BaseException as error:
             out.unlink(missing_ok=True)
+            if isinstance(error, DamagedChunk):
+                raise ValueError(f"{path}: damaged: {error}; `teletaction recover` keeps what can be read") from None
             raise
     return reader is None or not reader.cut
 

@@ -57,9 +57,15 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
             return None
         cut = TruncatedMcap(file)
         try:
-            messages, seconds = _rewrite(cut, out, recipient_of([file]))
+            made = create_recording(out, recipient_of([file]))
         except FileExistsError:
             raise ValueError(f"{out}: exists; name another file with --out") from None
+        try:
+            with made:
+                messages, seconds = _rewrite(cut, made)
+        except BaseException:
+            out.unlink(missing_ok=True)
+            raise
     if not messages:
         out.unlink()
         raise ValueError(f"{path}: not one message in it can be read")
@@ -84,7 +90,7 @@ def _is_whole(path: Path, file: IO[bytes]) -> bool:
     return True
 
 
-def _rewrite(cut: TruncatedMcap, out: Path, public_key: str | None) -> tuple[Counter[str], float]:
+def _rewrite(cut: TruncatedMcap, out: IO[bytes]) -> tuple[Counter[str], float]:
     """Copy the readable records.
 
     Returns the number of messages of each stream and the time from the first to the last, s.
@@ -93,29 +99,26 @@ def _rewrite(cut: TruncatedMcap, out: Path, public_key: str | None) -> tuple[Cou
     first_ns = last_ns = None
     schemas: dict[int, int] = {0: 0}
     channels: dict[int, tuple[int, str]] = {}
-    with create_recording(out, public_key) as file:
-        writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
-        writer.start(profile="teletaction", library="teletaction")
-        for record in cut.records():
-            match record:
-                case Metadata():
-                    writer.add_metadata(record.name, record.metadata)
-                case Attachment():
-                    writer.add_attachment(
-                        record.create_time, record.log_time, record.name, record.media_type, record.data
-                    )
-                case Schema() if record.id not in schemas:
-                    schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
-                case Channel() if record.id not in channels and record.schema_id in schemas:
-                    schema = schemas[record.schema_id]
-                    number = writer.register_channel(record.topic, record.message_encoding, schema, record.metadata)
-                    channels[record.id] = number, record.topic
-                case Message() if record.channel_id in channels:
-                    number, stream = channels[record.channel_id]
-                    writer.add_message(number, record.log_time, record.data, record.publish_time, record.sequence)
-                    messages[stream] += 1
-                    first_ns = record.log_time if first_ns is None else min(first_ns, record.log_time)
-                    last_ns = record.log_time if last_ns is None else max(last_ns, record.log_time)
-        writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
+    writer = Writer(out, compression=CompressionType.ZSTD, enable_data_crcs=True)
+    writer.start(profile="teletaction", library="teletaction")
+    for record in cut.records():
+        match record:
+            case Metadata():
+                writer.add_metadata(record.name, record.metadata)
+            case Attachment():
+                writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, record.data)
+            case Schema() if record.id not in schemas:
+                schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+            case Channel() if record.id not in channels and record.schema_id in schemas:
+                schema = schemas[record.schema_id]
+                number = writer.register_channel(record.topic, record.message_encoding, schema, record.metadata)
+                channels[record.id] = number, record.topic
+            case Message() if record.channel_id in channels:
+                number, stream = channels[record.channel_id]
+                writer.add_message(number, record.log_time, record.data, record.publish_time, record.sequence)
+                messages[stream] += 1
+                first_ns = record.log_time if first_ns is None else min(first_ns, record.log_time)
+                last_ns = record.log_time if last_ns is None else max(last_ns, record.log_time)
+    writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
     seconds = 0.0 if first_ns is None or last_ns is None else (last_ns - first_ns) * 1e-9
     return messages, seconds

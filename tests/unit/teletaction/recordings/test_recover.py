@@ -243,3 +243,15 @@ def test_an_empty_recovery_is_reported_and_leaves_no_file(tmp_path: Path, whole:
     with pytest.raises(ValueError, match="not one message in it can be read"):
         recover(cut)
     assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
+
+
+def test_an_interrupted_recovery_leaves_no_file(tmp_path: Path, whole: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    cut = tmp_path / "remote.mcap"
+    cut.write_bytes(whole[: len(whole) // 2])
+    monkeypatch.setattr("teletaction.recordings.recover.Writer.finish", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        recover(cut)
+    assert [path.name for path in tmp_path.iterdir()] == ["remote.mcap"]
