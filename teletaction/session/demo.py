@@ -48,6 +48,7 @@ def run_demo(options: DemoOptions) -> str:
         raise ValueError("the console needs `pip install teletaction[console]`; --headless runs without it")
     out = _output_folder(options)
     configurations = prepare(options, out)
+    _remove_earlier(out)
     stop = StopSignal()
     say(f"session in {out}; {options.rates.words}")
     processes = SessionProcesses(out)
@@ -239,6 +240,11 @@ def _output_folder(options: DemoOptions) -> Path:
             raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
+    return out
+
+
+def _remove_earlier(out: Path) -> None:
+    """Remove the results of an earlier session in the folder."""
     for name in (*PROCESSES, NETWORK, CAMERA, VOICE, CONSOLE):
         for part in out.glob(f"{name}-*.mcap"):
             part.unlink()
@@ -246,4 +252,3 @@ def _output_folder(options: DemoOptions) -> Path:
             (out / f"{name}{suffix}").unlink(missing_ok=True)
     for produced in _PRODUCED:
         (out / produced).unlink(missing_ok=True)
-    return out

@@ -1,5 +1,6 @@
 """Prepares the files of one session on this machine: keys, resolved configurations, free ports."""
 
+import math
 import os
 import socket
 import sys
@@ -180,9 +181,13 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     """Write keys and configurations of a session into `out`; return each process's configuration file.
 
     Raises:
-        ValueError: invalid number of fingers, no calibration for the scene, unknown network or invalid network file,
-            or a camera or voice that nothing shows, plays or reads.
+        ValueError: invalid number of fingers or time, no calibration for the scene, unknown network or invalid network
+            file, or a camera or voice that nothing shows, plays or reads.
     """
+    if options.seconds is not None and not 0.0 < options.seconds < math.inf:
+        raise ValueError(f"--seconds {options.seconds:g}: must be a time above 0 s")
+    if options.patient_stop_s is not None and not 0.0 <= options.patient_stop_s < math.inf:
+        raise ValueError(f"--patient-stop {options.patient_stop_s:g}: must be a time of 0 s or more")
     for option, wanted in (("camera", options.camera), ("voice", options.voice)):
         if wanted and not options.console:
             raise ValueError(f"--{option}: only the console has it; leave out --headless or --{option}")
@@ -197,9 +202,8 @@ def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
     for keys in (remote_keys, operator_keys):
         for old in ("site.key", "site.key_secret", "trusted"):
             (keys / old).unlink(missing_ok=True)
-    TrustedKeys(remote_keys).trust("operator", operator_key := create_keys(operator_keys))
+    TrustedKeys(remote_keys).trust("operator", create_keys(operator_keys))
     TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
-    assert operator_key
     streams, others = 2 * len(STREAMS), 3 * len(fingers) + 12
     base_port = free_port_block(streams + others)
     ports = iter(range(base_port + streams, base_port + streams + others))

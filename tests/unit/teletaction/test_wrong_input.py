@@ -39,6 +39,14 @@ def edit(path: Path, old: str, new: str) -> None:
             "demo --headless --scene atlantis --out o",
             "unknown scene 'atlantis'; known: abdomen, materials, paper_iron_wood",
         ),
+        *(
+            (
+                f"demo --headless --rates 200,200 --out o --seconds {seconds}",
+                f"--seconds {seconds}: must be a time above 0",
+            )
+            for seconds in ("-1", "0", "inf", "nan")
+        ),
+        ("demo --headless --rates 200,200 --out o --patient-stop inf", "--patient-stop inf: must be a time"),
         (f"{VIRTUAL} --scene atlantis", "unknown scene 'atlantis'; known: abdomen, materials, paper_iron_wood"),
         (f"{VIRTUAL} --scene none.toml", "none.toml: cannot read"),
         (f"{VIRTUAL} --scene own.toml", "own.toml: materials: balsa: conductivity_w_mk is missing"),
@@ -83,6 +91,13 @@ def test_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work", "utf-8")
     assert "other things" in refused(f"demo --headless --out {tmp_path}")
     assert (tmp_path / "thesis.txt").read_text("utf-8") == "years of work"
+
+
+def test_an_impossible_demo_keeps_the_results_of_the_one_before(tmp_path: Path) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "session.mcap").write_bytes(b"of the session before")
+    assert "unknown network" in refused(f"demo --headless --rates 200,200 --network nowhere --out {tmp_path}")
+    assert (tmp_path / "session.mcap").exists()
 
 
 def test_configuration(configs: dict[str, Path]) -> None:
