@@ -3,7 +3,7 @@
 The text is both here and on that page; a test compares the two.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Generic, Protocol, TypeVar
@@ -131,6 +131,17 @@ def acting_s(reports: Iterable[tuple[float, bool]]) -> float:
     """
     times_s = [at_s for at_s, acts in reports if acts]
     return times_s[-1] - times_s[0] if times_s else 0.0
+
+
+def span_s(times_s: Sequence[float], what: str = "reports") -> float:
+    """Return the time from the first to the last report or frame, s.
+
+    Raises:
+        NotApplicable: there are fewer than two, or all came at once.
+    """
+    if len(times_s) < 2 or times_s[-1] <= times_s[0]:
+        raise NotApplicable(f"no {what}" if len(times_s) < 2 else f"all {what} came at once")
+    return times_s[-1] - times_s[0]
 
 
 def require_punctual(away_s: float) -> None:

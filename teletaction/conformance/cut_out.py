@@ -56,7 +56,6 @@ class Heating:
     def _once(self) -> Heated | NotApplicable:
         self.drives.warmest_c = PLATE_PEAK_C
         try:
-            self.drives.ready()
             return self._heat()
         except NotApplicable as reason:
             return reason
@@ -65,7 +64,7 @@ class Heating:
 
     def _heat(self) -> Heated:
         drives, motor_mv = self.drives, self.drives.mild[1]
-        cold_c = drives.listen(0.1)[-1].plate_c - FALLS_K
+        cold_c = drives.ready().plate_c - FALLS_K
         heating = self._until(
             lambda state: state.cut_out or state.plate_c > PLATE_FAULT_C + 0.4 or state.plate_c < cold_c
         )

@@ -14,6 +14,7 @@ from teletaction.conformance.checklist import (
     acting_s,
     phases,
     require_punctual,
+    span_s,
 )
 from teletaction.conformance.disturbed_module import UNKNOWN_ID, foreign_commands
 from teletaction.conformance.drives import OFF, REPEAT_S, Drives, DriveState
@@ -190,10 +191,10 @@ def _keeps_rate(drives: Drives) -> Outcome:
     while drives.talk.end.now() < until_s:
         drives.drive(*drives.mild)
         heard += drives.talk.listen(0.004 if drives.tacttip else 0.01).frames
-    reports = drives.talk.reports(Span(heard, 0))
-    if len(reports) < 2:
+    times_s = [report.at_s for report in drives.talk.reports(Span(heard, 0))]
+    if len(times_s) < 2:
         return Outcome(False, "no reports while commands come")
-    rate_hz = (len(reports) - 1) / (reports[-1].at_s - reports[0].at_s)
+    rate_hz = (len(times_s) - 1) / span_s(times_s)
     return Outcome(abs(rate_hz / at_rest_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second, {at_rest_hz:.1f} at rest")
 
 

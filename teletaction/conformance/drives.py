@@ -162,13 +162,14 @@ class Drives:
             self.drive(0)
         self.talk.listen(QUIET_S + longer_s)
 
-    def ready(self) -> None:
-        """Raise NotApplicable if the plate is too hot or too cold for a trial."""
+    def ready(self) -> DriveState:
+        """Return the last report before a trial; raise NotApplicable if the plate is too hot or too cold for one."""
         before = self.listen(0.1)
         if not before:
             raise NotApplicable("no sound reports")
         if not COLDEST_C < before[-1].plate_c < WARMEST_C - 2.0:
             raise NotApplicable(f"the plate is at {before[-1].plate_c:.1f} C: nothing is driven")
+        return before[-1]
 
     def words(self, applied: tuple[int, int]) -> str:
         """Return the applied outputs as text."""

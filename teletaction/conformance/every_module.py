@@ -15,7 +15,7 @@ from common.buses.serial_messages import (
     ThermalReading,
 )
 from common.fingers import FINGERS
-from teletaction.conformance.checklist import RATE_SHARE, Checklist, NotApplicable, Outcome, Unsafe
+from teletaction.conformance.checklist import RATE_SHARE, Checklist, NotApplicable, Outcome, Unsafe, span_s
 from teletaction.conformance.module_talk import ANSWER_S, REPORTS, ModuleTalk, ReceivedFrame
 
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
@@ -141,12 +141,11 @@ def _layout(talk: ModuleTalk) -> Outcome:
 
 def reports_hz(talk: ModuleTalk, reports: list[ReceivedFrame]) -> float:
     """Return the reports a second by the host's clock, including those damaged in transmission."""
-    if len(reports) < 2:
-        raise NotApplicable("no reports")
+    lasted_s = span_s([heard.at_s for heard in reports])
     numbers = [heard.frame.sequence for heard in reports]
     # The numbers of the neighbours show how many reports are missing, if fewer than 256 are missing at once.
     lost = min(talk.at_rest.damaged, sum((b - a - 1) & 0xFF for a, b in pairwise(numbers)))
-    return (len(reports) - 1 + lost) / (reports[-1].at_s - reports[0].at_s)
+    return (len(reports) - 1 + lost) / lasted_s
 
 
 @MODULE.duty(
@@ -161,10 +160,9 @@ def _rate(talk: ModuleTalk) -> Outcome:
 def pace_of(talk: ModuleTalk) -> tuple[float, list[float]]:
     """Return the device's seconds in one second of the host, and the device times at rest, s."""
     reports = talk.reports(talk.at_rest)
-    if len(reports) < 2:
-        raise NotApplicable("no reports")
+    lasted_s = span_s([heard.at_s for heard in reports])
     times_s = device_times_s(reports)
-    return times_s[-1] / (reports[-1].at_s - reports[0].at_s), times_s
+    return times_s[-1] / lasted_s, times_s
 
 
 @MODULE.duty("S10", "Device time is in microseconds, rises from report to report, and keeps the host's pace within 5 %")

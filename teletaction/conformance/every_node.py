@@ -18,6 +18,7 @@ from teletaction.conformance.checklist import (
     acting_s,
     phases,
     require_punctual,
+    span_s,
 )
 from teletaction.conformance.node_on_trial import NodeOnTrial
 from teletaction.conformance.node_talk import Command, crc_of_another, cut_short, wrong_crc
@@ -91,9 +92,7 @@ def _crc(node: NodeOnTrial) -> Outcome:
 def _rates(node: NodeOnTrial) -> Outcome:
     found: dict[str, float] = {}
     for name, frames in _named(node).items():
-        if len(frames) < 2:
-            raise NotApplicable(f"no {name}")
-        found[name] = (len(frames) - 1) / (frames[-1].timestamp - frames[0].timestamp)
+        found[name] = (len(frames) - 1) / span_s([frame.timestamp for frame in frames], name)
     off = max(abs(found[name] / hz - 1.0) for name, hz in node.talk.kind.sends_hz.items())
     return Outcome(off <= RATE_SHARE, ", ".join(f"{name} {hz:.0f}" for name, hz in found.items()))
 
@@ -162,6 +161,8 @@ def _times_out(node: NodeOnTrial) -> Outcome:
         for _ in phases(node):
             node.talk.say(command.frame, node.acting(command.frame))
             said = _in_force(node, node.talk.listen(4.0 * MODULE_TIMEOUT_S), command)
+            if not said:
+                raise NotApplicable(f"no {node.talk.kind.state}")
             longest_s = max(longest_s, acting_s(said))
     return Outcome(
         longest_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S, f"one frame seen in force for {1e3 * longest_s:.0f} ms at most"

@@ -48,6 +48,8 @@ def _falls(node: ExoskeletonOnTrial) -> Outcome:
     for _ in phases(node):
         node.talk.say("FingerForces", node.acting("FingerForces"))
         states = node.talk.states(node.talk.listen(3.0 * FORCE_SAFE_S))
+        if not states:
+            raise NotApplicable(f"no {_STATE}")
         pushing = [(at_s, any(values[finger] > 0.0 for finger in FINGERS)) for at_s, values in states]
         longest_s = max(longest_s, acting_s(pushing))
     return Outcome(
@@ -63,6 +65,8 @@ def _changes(node: ExoskeletonOnTrial) -> Outcome:
     for wanted_n in (FORCE_N, LOW_N, FORCE_N):
         states = _hold(node, {"enabled": 1.0, **dict.fromkeys(FINGERS, wanted_n)}, 3.0 * FORCE_SAFE_S)
         judged = [values for at_s, values in states if at_s > states[0][0] + FORCE_SAFE_S]
+        if not judged:
+            raise NotApplicable(f"no {_STATE} after a change")
         furthest_n = max([furthest_n, *(abs(values[finger] - wanted_n) for values in judged for finger in FINGERS)])
     return Outcome(furthest_n <= NEAR_N + 1e-9, f"{furthest_n:.2f} N off at most")
 

@@ -1,0 +1,79 @@
+"""A device whose reports stop, or come all at once, ends no examination and passes no duty by its silence."""
+
+from collections.abc import Callable
+from typing import Any
+
+import can
+import pytest
+
+from common.buses.can_frames import packing
+from common.buses.serial_messages import MessageId
+from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.thermal_sensor import ThermalSensor
+from teletaction.conformance.checklist import How, Unsafe, Verdict
+from teletaction.conformance.cut_out import Heating
+from teletaction.conformance.drives import Drives
+from teletaction.conformance.module_talk import ModuleTalk
+from tests.unit.teletaction.conformance.examining import came, examined
+from tests.unit.teletaction.conformance.spoiled_module import BORN_S, over
+from tests.unit.teletaction.conformance.virtual_ends import VirtualModule, VirtualNode
+
+LISTENING = frozenset({How.LISTEN})
+
+
+def saying(end: VirtualModule, chosen: Callable[[int], int]) -> VirtualModule:
+    """Send each report, by its number, as many times as chosen."""
+    count = 0
+
+    def say(below: Callable[..., None], message_id: MessageId, payload: bytes) -> None:
+        nonlocal count
+        count += message_id != MessageId.IDENTITY
+        for _ in range(1 if message_id == MessageId.IDENTITY else chosen(count)):
+            below(message_id, payload)
+
+    over(end.module, "_say", say)
+    return end
+
+
+def test_two_reports_at_once_have_no_rate() -> None:
+    end = saying(VirtualModule(ThermalSensor(1, BORN_S)), lambda count: 2 * (count == 300))
+    assert {"S9", "S10"} <= came(examined(end, LISTENING), Verdict.NOT_APPLICABLE).keys()
+
+
+def test_two_frames_at_once_have_no_rate() -> None:
+    end, paired = VirtualNode(Exoskeleton()), set[int]()
+
+    def spoil(frame: can.Message) -> list[can.Message]:
+        since_s = end.now() - 100.0
+        if since_s < 0.2:
+            return [frame]
+        if since_s < 0.3 or frame.arbitration_id in paired:
+            return []
+        paired.add(frame.arbitration_id)
+        return [frame, frame]
+
+    end.spoil = spoil
+    assert "N5" in came(examined(end, LISTENING), Verdict.NOT_APPLICABLE)
+
+
+def test_a_module_that_falls_silent_before_it_is_heated_stops_everything() -> None:
+    end, silent = VirtualModule(ThermalSensor(1, BORN_S)), False
+    drives = Drives(ModuleTalk(saying(end, lambda _: int(not silent))))
+
+    def ready(below: Callable[[], object]) -> object:
+        nonlocal silent
+        found = below()
+        silent = True
+        return found
+
+    over(drives, "ready", ready)
+    with pytest.raises(Unsafe, match="no reports while it is heated"):
+        _ = Heating(drives).found
+
+
+@pytest.mark.parametrize(("kind", "numbers"), [(Exoskeleton, {"N8", "E3"}), (Telemanipulator, {"N8"})])
+def test_a_node_without_state_frames_passes_no_time_out(kind: Callable[[], Any], numbers: set[str]) -> None:
+    end, state = VirtualNode(kind()), packing(f"{kind.__name__}State").frame_id  # type: ignore[attr-defined]
+    end.spoil = lambda frame: [] if frame.arbitration_id == state else [frame]
+    assert numbers <= came(examined(end), Verdict.NOT_APPLICABLE).keys()
