@@ -1,7 +1,8 @@
 """Computes `summary.json`: a session's figures, measured at the simulated devices."""
 
 import math
-from collections import Counter
+from bisect import bisect_left
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -158,24 +159,28 @@ def modes(data: SessionData, used: Iterable[int]) -> dict[str, Any]:
 
 def impulses(data: SessionData) -> dict[str, Any]:
     """Compare grooves that the true fingertips crossed with impulses displayed to the operator, also by object."""
-    shown = [event for p in data.played if p["kind"] == EventKind.GROOVE and (event := _sent(data, p)) is not None]
-    touches = _touches(data)
-    by_object: dict[str, dict[str, int]] = {}
+    sent = _by(data.sent_events, "ident")
+    shown = [
+        event
+        for p in data.played
+        if p["kind"] == EventKind.GROOVE and (event := _newest(sent[p["ident"]], p)) is not None
+    ]
+    touches, counts = _touches(data), ("crossed", "played", "missed", "invented")
+    by_object: dict[str, dict[str, int]] = defaultdict(lambda: dict.fromkeys(counts, 0))
+    grooves = _by((event for event in data.truth_events if event["kind"] == "groove"), "finger")
     for finger in range(len(FINGERS)):
-        crossed = [(e["time_s"], e["object"]) for e in data.truth_events if _is(e, finger, "groove")]
+        crossed = [(event["time_s"], event["object"]) for event in grooves[finger]]
         played = sorted(e["time_ns"] * 1e-9 for e in shown if e["finger"] == finger)
         matched, invented_s = _match([t for t, _ in crossed], played)
         for (_, thing), hit in zip(crossed, matched, strict=True):
-            row = by_object.setdefault(thing, {"crossed": 0, "played": 0, "missed": 0, "invented": 0})
-            row["crossed"] += 1
-            row["played" if hit else "missed"] += 1
+            by_object[thing]["crossed"] += 1
+            by_object[thing]["played" if hit else "missed"] += 1
         for time_s in invented_s:
             under = _object_under(touches, crossed, finger, time_s)
-            row = by_object.setdefault(under, {"crossed": 0, "played": 0, "missed": 0, "invented": 0})
-            row["played"] += 1
-            row["invented"] += 1
-    total = {name: sum(row[name] for row in by_object.values()) for name in ("crossed", "played", "missed", "invented")}
-    return {**total, "by_object": by_object}
+            by_object[under]["played"] += 1
+            by_object[under]["invented"] += 1
+    total = {name: sum(row[name] for row in by_object.values()) for name in counts}
+    return {**total, "by_object": dict(by_object)}
 
 
 def taps(data: SessionData) -> dict[str, int]:
@@ -214,19 +219,18 @@ def still_vibration(data: SessionData, used: Iterable[int]) -> dict[str, float |
 
 def contact_to_motor_s(data: SessionData) -> list[float]:
     """Return the delays from 0.30 N at the true fingertip to the first motor command in its module, s."""
+    switched_on_s = {
+        finger: [switch["time_s"] for switch in switches]
+        for finger, switches in _by((each for each in data.motor_switches if each["motor_mv"] > 0), "finger").items()
+    }
     delays = []
     for event in data.truth_events:
         if event["kind"] != "contact":
             continue
-        after = [
-            switch["time_s"] - event["time_s"]
-            for switch in data.motor_switches
-            if switch["finger"] == event["finger"]
-            and switch["motor_mv"] > 0
-            and switch["time_s"] >= event["time_s"] - _NOISE_S
-        ]
-        if after and after[0] < _FOLLOWS_S:
-            delays.append(after[0])
+        times_s = switched_on_s.get(event["finger"], [])
+        first = bisect_left(times_s, event["time_s"] - _NOISE_S)
+        if first < len(times_s) and times_s[first] - event["time_s"] < _FOLLOWS_S:
+            delays.append(times_s[first] - event["time_s"])
     return delays
 
 
@@ -250,21 +254,25 @@ def one_way_s(data: SessionData) -> list[float]:
     return delays
 
 
-def _sent(data: SessionData, played: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return the event that was played.
+def _by(events: Iterable[dict[str, Any]], name: str) -> dict[int, list[dict[str, Any]]]:
+    """Group events by a field, in order of time."""
+    found: dict[int, list[dict[str, Any]]] = defaultdict(list)
+    for event in events:
+        found[event[name]].append(event)
+    return found
+
+
+def _newest(same: list[dict[str, Any]], played: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the event that was played, of those of its number.
 
     A restarted site counts from the start again, so the newest earlier event of this number was played.
     """
-    same = [e for e in data.sent_events if e["ident"] == played["ident"] and e["time_ns"] * 1e-9 <= played["time_s"]]
-    return same[-1] if same else None
+    before = [event for event in same if event["time_ns"] * 1e-9 <= played["time_s"]]
+    return before[-1] if before else None
 
 
 def _touches(data: SessionData) -> list[Touch]:
     return true_touches(data.truth_events, float(data.contact.time_s[-1]) if len(data.contact) else 0.0)
-
-
-def _is(event: Mapping[str, Any], finger: int, kind: str) -> bool:
-    return bool(event["finger"] == finger and event["kind"] == kind)
 
 
 def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], list[float]]:

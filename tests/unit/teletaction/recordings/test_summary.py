@@ -1,0 +1,67 @@
+"""A summary counts taps, and its time grows in proportion to the length of a session."""
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from common.exploration.contact_detector import BOUNCE_S
+from common.wire.messages import EventKind
+from teletaction.recordings.session_data import SessionData
+from teletaction.recordings.summary import contact_to_motor_s, impulses, taps
+
+
+def at(time_s: float, kind: str, finger: int = 1) -> dict[str, Any]:
+    return {"time_s": time_s, "kind": kind, "finger": finger}
+
+
+@pytest.mark.parametrize(
+    ("truth", "made"),
+    [
+        ([at(1.0, "contact"), at(3.0, "release"), at(3.0 + 0.2 * BOUNCE_S, "contact"), at(5.0, "release")], 1),
+        ([at(1.0, "contact"), at(1.1, "release"), at(1.1 + 2.0 * BOUNCE_S, "contact")], 2),
+        ([at(1.0, "contact"), at(2.0, "release"), at(2.001, "contact", finger=2)], 2),
+    ],
+    ids=["a force that dips is no second tap", "a finger that was away taps again", "each finger for itself"],
+)
+def test_taps_are_counted(truth: list[dict[str, Any]], made: int) -> None:
+    played = [{"time_s": 1.01, "kind": EventKind.TAP, "finger": 1}]
+    session = cast(SessionData, SimpleNamespace(truth_events=truth, played=played))
+    assert taps(session) == {"made": made, "played": 1}
+
+
+class CountedList(list[dict[str, Any]]):
+    """A list that counts how often it is walked through."""
+
+    walks = 0
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        self.walks += 1
+        return super().__iter__()
+
+
+def test_each_list_is_walked_through_a_fixed_number_of_times() -> None:
+    thing = {"object": "block", "material": "pvc", "object_c": 23.0}
+    truth = [{**at(n + 0.5 * (kind == "groove"), kind), **thing} for n in range(50) for kind in ("contact", "groove")]
+    switches = CountedList({"time_s": n + 0.02, "finger": 1, "motor_mv": mv} for n in range(50) for mv in (0, 900))
+    sent = CountedList({"ident": n, "finger": 1, "time_ns": round(1e9 * (n + 0.51))} for n in range(50))
+    played = CountedList({"time_s": n + 0.52, "kind": EventKind.GROOVE, "ident": n} for n in range(50))
+    session = cast(
+        SessionData,
+        SimpleNamespace(truth_events=truth, motor_switches=switches, sent_events=sent, played=played, contact=()),
+    )
+    assert contact_to_motor_s(session) == pytest.approx([0.02] * 50)
+    assert impulses(session)["missed"] == 0
+    assert (switches.walks, sent.walks) == (1, 1)
+
+
+def test_after_a_restart_the_newest_event_of_a_number_was_played() -> None:
+    sent = [{"ident": 1, "finger": 1, "time_ns": round(1e9 * time_s)} for time_s in (1.01, 2.01, 9.0)]
+    session = SimpleNamespace(
+        truth_events=[{**at(2.0, "groove"), "object": "pvc"}],
+        sent_events=sent,
+        played=[{"time_s": 2.02, "kind": EventKind.GROOVE, "ident": 1}],
+        contact=(),
+    )
+    assert impulses(cast(SessionData, session))["missed"] == 0
