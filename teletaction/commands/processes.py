@@ -24,10 +24,7 @@ def remote(config: OwnConfigFile = None) -> None:
 @app.command()
 def camera(config: OwnConfigFile = None) -> None:
     """Run the remote site's camera."""
-    from importlib.util import find_spec
-
-    if find_spec("av") is None:
-        raise ValueError("the camera needs `pip install teletaction[camera]`")
+    _require("av", "the camera", "camera")
     from common.config.stream_models import CameraConfig
     from common.process import run_process
     from remote_site.camera.camera import run_camera
@@ -38,10 +35,7 @@ def camera(config: OwnConfigFile = None) -> None:
 @app.command()
 def patient_page(config: OwnConfigFile = None) -> None:
     """Serve the patient's stop switch and pain slider as a page for a tablet."""
-    from importlib.util import find_spec
-
-    if find_spec("starlette") is None:
-        raise ValueError("the patient's page needs `pip install teletaction[console]`")
+    _require("starlette", "the patient's page", "console")
     from common.config.page_models import PatientPageConfig
     from common.process import run_process
     from remote_site.patient_page.run import run_patient_page
@@ -52,10 +46,7 @@ def patient_page(config: OwnConfigFile = None) -> None:
 @app.command()
 def voice(config: OwnConfigFile = None) -> None:
     """Run the remote site's voice."""
-    from importlib.util import find_spec
-
-    if find_spec("av") is None:
-        raise ValueError("the voice needs `pip install teletaction[voice]`")
+    _require("av", "the voice", "voice")
     from common.config.stream_models import VoiceConfig
     from common.process import run_process
     from remote_site.voice.voice import run_voice
@@ -101,10 +92,7 @@ def console(
     key: Key = None,
 ) -> None:
     """Serve the console, a web page, for a running operator site or for a recording."""
-    from importlib.util import find_spec
-
-    if find_spec("starlette") is None:
-        raise ValueError("the console needs `pip install teletaction[console]`")
+    _require("starlette", "the console", "console")
     if config is not None and play is not None:
         raise ValueError("console: give either --config FILE or --play SESSION.mcap")
     from common.config.page_models import ConsoleConfig
@@ -178,3 +166,11 @@ def sim_network(config: ConfigFile) -> None:
     from sim_sensors.network.proxy import run_sim_network
 
     run_process("network", config, SimNetworkConfig, run_sim_network)
+
+
+def _require(package: str, what: str, extra: str) -> None:
+    """Raise ValueError if a process lacks a package of an extra."""
+    from importlib.util import find_spec
+
+    if find_spec(package) is None:
+        raise ValueError(f"{what} needs `pip install teletaction[{extra}]`")
