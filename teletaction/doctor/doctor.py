@@ -75,11 +75,14 @@ def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterat
         devices = [_Serial(kind, *one) for kind, addresses in sensors.items() for one in addresses.items()]
         if site.patient_switch is not None:
             devices.append(_Serial(DeviceKind.PATIENT_SWITCH, FINGERS[0], site.patient_switch.port))
-        node, bus = TELEMANIPULATOR, site.telemanipulator
+        process, node, bus = "remote", TELEMANIPULATOR, site.telemanipulator
     else:
         yield from _operator(site)
         devices = [_Serial(DeviceKind.TACTTIP, *one) for one in site.tacttip.items()]
-        node, bus = EXOSKELETON, site.exoskeleton
+        process, node, bus = "operator", EXOSKELETON, site.exoskeleton
+    yield _clock()
+    yield _rate(process, site.rate_hz)
+    yield _priority()
     lost = []
     for device in devices:
         found = _device(device)
@@ -100,17 +103,11 @@ def _remote(config: RemoteConfig) -> Iterator[Finding]:
     yield _check("own key", lambda: fingerprint(load_keys(keys).public))
     yield _check("trusted keys", lambda: _trusted(keys))
     yield _check("calibrated tables", lambda: ", ".join(load_tables(config)[0].names()))
-    yield _clock()
-    yield _rate("remote", config.rate_hz)
-    yield _priority()
 
 
 def _operator(config: OperatorConfig) -> Iterator[Finding]:
     yield _check("own key", lambda: fingerprint(load_keys(config.link.keys).public))
     yield _check("remote site's key", lambda: fingerprint(remote_public_key(config.link)))
-    yield _clock()
-    yield _rate("operator", config.rate_hz)
-    yield _priority()
 
 
 def _exercised(name: str, address: str, expected: DeviceKind | NodeName) -> Finding:
@@ -167,18 +164,15 @@ def _device(device: _Serial) -> Finding:
                     # Each frame ends with a zero byte; no other byte of a frame is zero.
                     received += line.port.read().count(0)
             rate_hz = received / RATE_S
-            if not 0.7 * found.rate_hz <= _values(found.kind, rate_hz) <= 1.3 * found.rate_hz:
+            # A texture message carries ten readings.
+            readings_hz = rate_hz * (10.0 if found.kind is DeviceKind.TEXTURE_SENSOR else 1.0)
+            if not 0.7 * found.rate_hz <= readings_hz <= 1.3 * found.rate_hz:
                 raise ValueError(f"{address}: {rate_hz:.0f} messages a second, the device promises {found.rate_hz} Hz")
             return f"{address}: serial number {found.serial}, firmware {found.firmware}, {rate_hz:.0f} messages/s"
         finally:
             line.port.close()
 
     return _check(device.name, look)
-
-
-def _values(kind: DeviceKind, messages_hz: float) -> float:
-    """Convert messages per second to readings per second. A texture message carries ten readings."""
-    return messages_hz * 10.0 if kind is DeviceKind.TEXTURE_SENSOR else messages_hz
 
 
 def _can(node: NodeKind, address: CanAddress) -> Finding:
