@@ -10,15 +10,13 @@ from teletaction.export.body_site import BodySite
 from teletaction.export.named_recording import NamedRecording
 from teletaction.export.optional_package import load_optional
 
-Write = Callable[..., dict[str, int]]
-"""Writes a NamedRecording into a folder, for a clinical format with the BodySite or None; returns numbers of rows."""
-
 
 @dataclass(frozen=True, slots=True)
 class Format:
     """A format: its content for the help, the function that writes it, the extra that it needs.
 
-    A clinical format has the findings of an examination, and may name the body site.
+    The function writes a NamedRecording into a folder, and returns numbers of rows. A clinical format has the findings
+    of an examination; its function also takes the BodySite or None.
     """
 
     content: str
@@ -26,15 +24,6 @@ class Format:
     function: str
     extra: str = ""
     clinical: bool = False
-
-    def load(self) -> Write:
-        """Import the function that writes this format.
-
-        Raises:
-            ValueError: a package is missing; the message names the extra to install.
-        """
-        write: Write = load_optional(f"teletaction.export.{self.module}", self.function, self.extra)
-        return write
 
 
 FORMATS = {
@@ -74,7 +63,9 @@ def export(
         clinical = " or ".join(name for name, known in FORMATS.items() if known.clinical)
         raise ValueError(f"{to} takes no body site; export to {clinical}")
     clinical_options = (None if body_site is None else BodySite.parse(body_site),) if chosen.clinical else ()
-    write = chosen.load()
+    write: Callable[..., dict[str, int]] = load_optional(
+        f"teletaction.export.{chosen.module}", chosen.function, chosen.extra
+    )
     with open_recording(recording) as file:
         named = NamedRecording(recording, file, began)
         out.mkdir(parents=True, exist_ok=True)

@@ -8,10 +8,11 @@ from teletaction.export.named_recording import NamedMessage
 
 _INFO, _WARNING, _ERROR = 2, 3, 4
 _LEVELS = {"fault": _ERROR, "estop": _ERROR, "silent": _WARNING, "missing": _WARNING}
+TIMESTAMP_SCHEMA: Schema = {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}}
 LOG_SCHEMA: Schema = {
     "type": "object",
     "properties": {
-        "timestamp": {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
+        "timestamp": TIMESTAMP_SCHEMA,
         "level": {"type": "integer"},
         "message": {"type": "string"},
         "name": {"type": "string"},
@@ -25,13 +26,13 @@ def log_entry(message: NamedMessage) -> Named | None:
     level, text = _words(message.topic, message.fields)
     if not text:
         return None
-    seconds, nanoseconds = divmod(message.wall_ns, 10**9)
-    return {
-        "timestamp": {"sec": seconds, "nsec": nanoseconds},
-        "level": level,
-        "message": text,
-        "name": message.topic,
-    }
+    return {"timestamp": timestamp(message.wall_ns), "level": level, "message": text, "name": message.topic}
+
+
+def timestamp(wall_ns: int) -> Named:
+    """Return a wall-clock time, ns since 1970, as Foxglove has it."""
+    seconds, nanoseconds = divmod(wall_ns, 10**9)
+    return {"sec": seconds, "nsec": nanoseconds}
 
 
 def _words(topic: str, fields: dict[str, Any]) -> tuple[int, str]:

@@ -4,6 +4,7 @@ import base64
 from collections.abc import Iterator
 
 from operator_site.console.map.tactile_map import QUANTITIES
+from teletaction.export.log_entries import TIMESTAMP_SCHEMA, timestamp
 from teletaction.export.named_fields import Named, Schema
 from teletaction.export.named_recording import NamedRecording
 from teletaction.report.examination import Examination
@@ -14,7 +15,7 @@ DPI = 100
 IMAGE_SCHEMA: Schema = {
     "type": "object",
     "properties": {
-        "timestamp": {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
+        "timestamp": TIMESTAMP_SCHEMA,
         "frame_id": {"type": "string"},
         "data": {"type": "string", "contentEncoding": "base64"},
         "format": {"type": "string"},
@@ -27,10 +28,9 @@ def map_images(recording: NamedRecording) -> Iterator[tuple[str, Named]]:
     """Yield each explored quantity with the image of its map, as `foxglove.CompressedImage` has it."""
     examination = Examination.read(recording.path)
     findings = list(examination.findings.values())
-    seconds, nanoseconds = divmod(recording.end_ns, 10**9)
     for quantity in QUANTITIES:
         drawn = map_figure(examination.felt, quantity, findings)
         if drawn is not None:
             data = base64.b64encode(png(drawn, DPI)).decode("ascii")
-            image = {"frame_id": quantity, "data": data, "format": "png"}
-            yield quantity, {"timestamp": {"sec": seconds, "nsec": nanoseconds}, **image}
+            stamp = timestamp(recording.end_ns)
+            yield quantity, {"timestamp": stamp, "frame_id": quantity, "data": data, "format": "png"}
