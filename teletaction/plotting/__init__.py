@@ -1,4 +1,4 @@
 """Colours, names and margins of all figures.
 
-Reports and studies use both modules.
+Reports use both modules, studies the style.
 """

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
+from common.fingers import FINGERS
 from common.wire.messages import ExplorationMode, ThermalStatus
 
 BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = (
@@ -101,9 +102,9 @@ def status_keys() -> list[Patch]:
     return [Patch(facecolor=colour, label=status.name.lower()) for status, colour in STATUS_COLOURS.items()]
 
 
-def finger_keys(fingers: tuple[int, ...], names: tuple[str, ...]) -> list[Line2D]:
+def finger_keys(fingers: tuple[int, ...]) -> list[Line2D]:
     """Return the legend entries of the fingers."""
     return [
-        Line2D([], [], color=FINGER_COLOURS[f], linestyle=FINGER_DASHES[f], label=names[f])  # type: ignore[arg-type]
+        Line2D([], [], color=FINGER_COLOURS[f], linestyle=FINGER_DASHES[f], label=FINGERS[f])  # type: ignore[arg-type]
         for f in fingers
     ]

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from common.fingers import FINGERS
 from common.wire.messages import ThermalStatus
 from teletaction.plotting.figure_layout import WIDTH_IN, Margins
 from teletaction.plotting.figure_style import BLACK, FINGER_COLOURS, FINGER_DASHES, finger_keys, shown_name
@@ -46,7 +45,7 @@ def convergence_figure(session: SessionCurves) -> Figure | None:
             lower.set_ylabel("object (°C)")
         lower.set_xlabel("s since contact")
     keys = [
-        *finger_keys(session.fingers, FINGERS),
+        *finger_keys(session.fingers),
         Line2D([], [], color=BLACK, linewidth=2.4, label="true temperature"),
         Line2D([], [], color=BLACK, marker="o", linestyle="none", label="named here"),
     ]

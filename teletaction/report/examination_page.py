@@ -169,12 +169,10 @@ def maps(examination: Examination) -> Node:
     drawn = [
         h.div[
             h.h3[quantity.capitalize()],
-            figure(
-                f"Map of {quantity}", map_figure(examination.felt, quantity, findings), _words(examination, quantity)
-            ),
+            figure(f"Map of {quantity}", map_figure(examination.felt, quantity, findings), _words(covered)),
         ]
         for quantity in QUANTITIES
-        if covered_by(examination, quantity) is not None
+        if (covered := covered_by(examination, quantity)) is not None
     ]
     return [h.div(".maps")[drawn], h.p[_READING]] if drawn else None
 
@@ -237,10 +235,7 @@ def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> Node:
     return [[bool(number) and h.br, line] for number, line in enumerate(lines)]
 
 
-def _words(examination: Examination, quantity: str) -> str:
-    covered = covered_by(examination, quantity)
-    if covered is None:
-        return ""
+def _words(covered: Coverage) -> str:
     said = f"{1e4 * covered.felt_m2:.1f} cm² felt, {100.0 * covered.share:.0f} % of what was explored. "
     return said + (f"Lines more than 6 mm apart: up to {1e3 * covered.lines_m:.0f} mm." if covered.gaps else "")
 

@@ -20,7 +20,6 @@ from operator_site.console.map.roughness_shown import LEVEL_0_V, LEVEL_10_V, rou
 from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, STALE_M, TactileMap
 
 Floats = NDArray[np.float64]
-Corners = tuple[float, float, float, float]
 UNITS = {"temperature": "°C", "roughness": "of 10", "stiffness": "N/m"}
 GROUND = "#" + colours.BACKGROUND
 """Colour of the area that was not felt."""
@@ -278,7 +277,7 @@ def _letter(place: int) -> str:
 
 def _bounds(tactile_map: TactileMap) -> dict[str, tuple[float, float]]:
     """Return axis limits that the maps of all quantities share, mm."""
-    edges: list[Corners] = []
+    edges = []
     for quantity in QUANTITIES:
         shown = picture(tactile_map, quantity)
         if shown is None:
@@ -287,9 +286,5 @@ def _bounds(tactile_map: TactileMap) -> dict[str, tuple[float, float]]:
         low_x, low_y = shown.left_m + CELL_M * columns.min(), shown.near_m + CELL_M * rows.min()
         high_x, high_y = shown.left_m + CELL_M * (columns.max() + 1), shown.near_m + CELL_M * (rows.max() + 1)
         edges.append((low_x - _MARGIN_M, high_x + _MARGIN_M, low_y - _MARGIN_M, high_y + _MARGIN_M))
-    low_x, high_x, low_y, high_y = (1e3 * float(end) for end in (*_ends(edges, 0), *_ends(edges, 2)))
-    return {"xlim": (low_x, high_x), "ylim": (low_y, high_y)}
-
-
-def _ends(edges: list[Corners], first: int) -> tuple[float, float]:
-    return min(edge[first] for edge in edges), max(edge[first + 1] for edge in edges)
+    low, high = (1e3 * np.min(edges, axis=0)).tolist(), (1e3 * np.max(edges, axis=0)).tolist()
+    return {"xlim": (low[0], high[1]), "ylim": (low[2], high[3])}

@@ -134,15 +134,14 @@ def _plus_minus(spread: Any) -> str:
 
 def tally_table(contacts: Sequence[Mapping[str, Any]]) -> Element:
     """Count for each true material the right, wrong and missing answers of this system and of the paper's method."""
-    rows = []
+    rows, verdicts = [], (_RIGHT, _WRONG, _SILENT)
     for true in dict.fromkeys(contact.get("true_material") for contact in contacts):
         mine = [contact for contact in contacts if contact.get("true_material") == true]
         cells = [shown(true), str(len(mine))]
         for answer in ("material", "paper_material"):
             words = [verdict(contact.get(answer), true) for contact in mine]
-            cells += [str(words.count(word)) for word in (_RIGHT, _WRONG, _SILENT)]
+            cells += [str(words.count(word)) for word in verdicts]
         rows.append(cells)
-    verdicts = (_RIGHT, _WRONG, _SILENT)
     return table(["true material", "contacts", *verdicts, *(f"paper: {word}" for word in verdicts)], rows)
 
 
