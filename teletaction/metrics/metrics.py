@@ -172,13 +172,13 @@ def _of_device(device: str, figures: Mapping[str, Any]) -> Iterator[tuple[str, M
     labels = {"device": device}
     yield "device_connected", labels, bool(figures.get("connected", figures.get("serial")))
     yield "device_lost", labels, figures.get("times_lost")
-    yield "device_frames_damaged", labels, figures.get("damaged", _total(figures, "refused"))
+    yield "device_frames_damaged", labels, figures.get("damaged", _refused(figures))
     yield "device_frames_missed", labels, figures.get("missed")
     yield "device_commands_unsent", labels, figures.get("unsent")
 
 
-def _total(figures: Mapping[str, Any], field: str) -> Any:
-    counts = _table(figures, field).values()
+def _refused(figures: Mapping[str, Any]) -> Any:
+    counts = _table(figures, "refused").values()
     return sum(count for count in counts if isinstance(count, int)) if counts else None
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import msgpack
 
@@ -23,7 +23,7 @@ class Comparison:
     fields_of: Callable[[bytes], Fields]
     compared: int = 0
     identical: int = 0
-    first_difference: dict[str, object] | None = field(default=None)
+    first_difference: dict[str, object] | None = None
 
     def add(self, tick: int, time_s: float, recorded: bytes, replayed: bytes) -> None:
         """Compare one packet or row of a tick at `time_s` (s)."""
