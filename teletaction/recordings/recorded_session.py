@@ -65,7 +65,11 @@ class RecordedSession:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"{name}.json"
             path.write_bytes(attached.data)
-            table = kind.load(path)
+            try:
+                table = kind.load(path)
+            except ValueError as error:
+                why = str(error).removeprefix(f"{folder}/")
+                raise ValueError(f"{self.path}: the attached {why}") from None
         if self.reader.metadata.get(_named(origin, "session"), {}).get(name) != table.content_hash:
             raise ValueError(f"{self.path}: the attached {name}.json is not the table that its metadata names")
         return table

@@ -18,6 +18,7 @@ from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.privacy.recording_file import open_recording
+from common.recording.reader import DamagedRecording
 from common.runtime.parallel_map import Progress, unseen
 from operator_site.safety.gated_output import GatedOutput
 from remote_site.texture.surface_table import SurfaceTable
@@ -62,6 +63,12 @@ def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]
         done = _Done(sum(session.counts.get(stream, 0) for stream in (*_STREAMS, _SENSED)), progress)
         for stream, origin, time_ns, payload in session.messages(_STREAMS):
             try:
+                replayed.open(stream, origin)
+            except ValueError as error:
+                why = session.reader.damaged(stream, time_ns, error)
+                # Nothing is damaged, but a recording of another version is refused as such.
+                raise (error if isinstance(why, DamagedRecording) else why) from None
+            try:
                 replayed.take(stream, origin, (time_ns - session.start_ns) * 1e-9, payload)
             except (ValueError, ArithmeticError) as error:
                 raise session.reader.damaged(stream, time_ns, error) from None
@@ -98,8 +105,19 @@ class _Replayed:
         self._operators: dict[str, OperatorReplay] = {}
         self._changed: dict[str, list[dict[str, object]]] = {}
 
+    def open(self, stream: str, origin: str) -> None:
+        """Open the site that recorded a stream, unless it is open.
+
+        Raises:
+            ValueError: the recording has no valid configuration or table.
+        """
+        if stream.startswith("remote/"):
+            self._remote(origin)
+        else:
+            self._operator(origin)
+
     def take(self, stream: str, origin: str, time_s: float, payload: bytes) -> None:
-        """Take one message, in order of time."""
+        """Take one message of an open site, in order of time."""
         match stream:
             case "remote/sensed":
                 for line in self._remote(origin).sensed(time_s, payload):

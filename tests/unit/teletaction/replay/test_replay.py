@@ -235,6 +235,7 @@ def lines(out: Path) -> list[dict[str, Any]]:
         ({"attached": False}, "the table materials.json is not attached"),
         ({"metadata": False, "streams": STREAMS[2:]}, "its metadata operator/session has no configuration"),
         ({"metadata": False, "streams": STREAMS[:2]}, "the attached materials.json is not the table that its metadata"),
+        ({"configured": "rate_hz = 0\n"}, "its configuration cannot be used: rate_hz: Input should be greater than 0"),
         ({"change": lambda *_: iter([b"\x03"]), "streams": STREAMS[:1]}, "not a record of sensed values"),
         ({"change": lambda *_: iter([b"\x03"]), "streams": STREAMS[3:4]}, "not a record of rendering input"),
         ({"change": lambda *_: iter([b"\x03"]), "streams": STREAMS[2:4]}, "operator/touch at"),
@@ -244,7 +245,9 @@ def test_a_recording_that_lacks_something_is_refused_in_one_line(
     tmp_path: Path, options: dict[str, Any], words: str
 ) -> None:
     path = altered(tmp_path / "a.mcap", **{"change": as_it_is, **options})
-    assert words in one_line(command("replay", path, "--out", tmp_path / "out"), 2)
+    line = one_line(command("replay", path, "--out", tmp_path / "out"), 2)
+    assert words in line
+    assert line.count(f"{path}: ") == 1, "no message is called damaged, which names the file again"
 
 
 def test_a_wrong_file_or_a_repeated_name_is_refused_in_one_line(tmp_path: Path) -> None:
