@@ -141,15 +141,19 @@ def _clock_id(metadata: Iterable[Metadata]) -> str:
 
 
 def _offsets(messages: Iterable[Recorded]) -> list[tuple[int, Clock]]:
-    clocks = (message for _, channel, message in messages if channel.topic == _CLOCK)
-    return [(message.log_time, Clock.unpack(message.data)) for message in clocks]
+    found = []
+    for _, channel, message in messages:
+        if channel.topic == _CLOCK:
+            with suppress(ValueError):  # a reader of the merged file finds the damaged message
+                found.append((message.log_time, Clock.unpack(message.data)))
+    return found
 
 
 def _sessions(messages: Iterable[Recorded]) -> set[int]:
     found = set()
     for _, channel, message in messages:
         if channel.topic in _SESSIONS:
-            with suppress(ValueError):  # a reader of the merged file finds the damaged message
+            with suppress(ValueError):  # likewise
                 found.add(Happening.unpack(message.data).session)
     return found - {0}
 
