@@ -22,9 +22,12 @@ def report(recordings: Sequence[Path], out: Path, *, blur: bool = False) -> None
         blur: cover the camera's pictures outside the surroundings of the marks.
 
     Raises:
-        ValueError: a recording is truncated or damaged, the summary is no JSON object, or no PDF can be printed.
+        ValueError: a recording is truncated or damaged, the summary is no JSON object, no PDF can be printed, or
+            `out` is one of the recordings.
         OSError: a file cannot be read or written.
     """
+    if out.exists() and any(out.samefile(recording) for recording in recordings):
+        raise ValueError(f"{out}: is a recording to report on; name another file with --out")
     summary = _summary(recordings[0].with_name("summary.json"))
     with TemporaryDirectory() as folder:
         merged = recordings[0]
