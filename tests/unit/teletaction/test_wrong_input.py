@@ -89,12 +89,14 @@ def test_each_configuration_has_its_command(process: str, tmp_path: Path) -> Non
 
 def test_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work", "utf-8")
+    (tmp_path / "config").mkdir()
     assert "other things" in refused(f"demo --headless --out {tmp_path}")
     assert (tmp_path / "thesis.txt").read_text("utf-8") == "years of work"
 
 
 def test_an_impossible_demo_keeps_the_results_of_the_one_before(tmp_path: Path) -> None:
-    (tmp_path / "config").mkdir()
+    for part in ("config", "keys/remote"):
+        (tmp_path / part).mkdir(parents=True)
     (tmp_path / "session.mcap").write_bytes(b"of the session before")
     assert "unknown network" in refused(f"demo --headless --rates 200,200 --network nowhere --out {tmp_path}")
     assert (tmp_path / "session.mcap").exists()
