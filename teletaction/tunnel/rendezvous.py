@@ -14,6 +14,7 @@ from common.config.link_models import RendezvousConfig
 from common.files.printable import printable
 from common.link.host_name import bare_host
 from common.runtime.status_file import StatusFile
+from common.timing.interval import Interval
 from teletaction.tunnel.connection import Connection, close_all
 from teletaction.tunnel.greeting import (
     REACHED,
@@ -39,6 +40,8 @@ MOST_WAITING = 16
 """Maximum number of a room's connections that wait, of each site."""
 MOST_JOINED = 64
 """Maximum number of a room's pairs."""
+QUIET_S = 10.0
+"""Minimum time between two logged refusals, s; strangers must not fill the disk."""
 
 
 class _Room:
@@ -104,6 +107,7 @@ class Rendezvous:
         self._rooms = {name: _Room(secret) for name, secret in secrets.items()}
         self.connections: set[Connection] = set()
         self._strangers: dict[_Visitor, None] = {}
+        self._may_log = Interval(QUIET_S)
         self.refused = 0
         """Number of requests without a valid proof."""
 
@@ -129,7 +133,8 @@ class Rendezvous:
         room = self._rooms.get(request.room)
         if room is None or not is_proved(request, room.secret, visitor.number):
             self.refused += 1
-            log.warning("refused a request for room %s", printable(request.room))
+            if self._may_log(asyncio.get_running_loop().time()):
+                log.warning("refused a request for room %s", printable(request.room))
             visitor.refuse("room and secret do not match")
             return
         serves = request.port is None

@@ -57,16 +57,17 @@ def test_a_problem_ends_when_the_rendezvous_is_there_again(host: str) -> None:
     asyncio.run(with_remote_end(port, host, test))
 
 
+async def reach(port: int, stream: int, secret: bytes = SECRET) -> None:
+    """Ask for a stream until the far side gives it up."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    number = read_hello((await reader.readline()).decode().strip())
+    writer.write(request(secret, number, ROOM, stream).encode() + b"\n")
+    await reader.read()
+    writer.close()
+
+
 def test_a_site_that_is_not_there_is_logged_once_for_each_port(caplog: pytest.LogCaptureFixture) -> None:
     room = Rendezvous({ROOM: SECRET})
-
-    async def reach(port: int, stream: int) -> None:
-        """Ask for a stream until the remote site's end gives it up."""
-        reader, writer = await asyncio.open_connection("127.0.0.1", port)
-        number = read_hello((await reader.readline()).decode().strip())
-        writer.write(request(SECRET, number, ROOM, stream).encode() + b"\n")
-        await reader.read()
-        writer.close()
 
     async def main() -> None:
         server = await asyncio.get_running_loop().create_server(room.visitor, "127.0.0.1", 0)
@@ -109,3 +110,18 @@ def test_many_strangers_at_once_stay_within_the_limit() -> None:
             await close_all(room.connections)
 
     asyncio.run(main())
+
+
+def test_refusals_are_counted_and_logged_now_and_then(caplog: pytest.LogCaptureFixture) -> None:
+    room = Rendezvous({ROOM: SECRET})
+
+    async def main() -> None:
+        server = await asyncio.get_running_loop().create_server(room.visitor, "127.0.0.1", 0)
+        for _ in range(5):
+            await reach(server.sockets[0].getsockname()[1], 0, b"another secret")
+        server.close()
+        await close_all(room.connections)
+
+    asyncio.run(main())
+    assert room.figures()["refused"] == 5
+    assert [record.getMessage() for record in caplog.records] == [f"refused a request for room {ROOM}"]
