@@ -68,8 +68,8 @@ def _times(text: str) -> list[float]:
         times = [float(word) for word in text.split(",")]
     except ValueError:
         raise ValueError(f"--at {text!r}: expected times in seconds with commas between them") from None
-    if not times or not all(0.0 < t < 1e4 for t in times):
-        raise ValueError(f"--at {text!r}: times must be above 0 s")
+    if not all(0.0 < t < 1e4 for t in times):
+        raise ValueError(f"--at {text!r}: times must be above 0 and below 10000 s")
     return times
 
 
