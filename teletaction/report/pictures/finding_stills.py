@@ -33,7 +33,7 @@ class Still(NamedTuple):
 
 
 def stills(pictures: Iterable[Picture], moments_s: Mapping[int, float], cover: Cover | None = None) -> dict[int, Still]:
-    """Return the newest picture at each moment, by the moment's key; a moment without one is left out.
+    """Return the newest picture at each moment, by the moment's key; a moment without a sound one is left out.
 
     Args:
         pictures: recorded pictures in order; only those since the last key picture are kept.
@@ -62,7 +62,10 @@ def _decode(since_key: list[Picture], key: int, at_s: float, cover: Cover | None
     """Decode the newest of these pictures, unless it is too old."""
     if not since_key or at_s - since_key[-1].captured_s > LATE_S:
         return
-    frame = PictureDecoder().decode(since_key)
+    try:
+        frame = PictureDecoder().decode(since_key)
+    except (ValueError, EOFError):  # a damaged or empty picture is left out
+        return
     if cover is not None:
         pixels = cover(np.asarray(frame.to_ndarray(format="rgb24"), np.uint8), at_s)
         frame = frame.from_ndarray(pixels, "rgb24")

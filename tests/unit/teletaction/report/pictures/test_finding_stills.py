@@ -1,5 +1,6 @@
 """The camera's picture at the moment of a finding, from recorded bytes of the codec."""
 
+from dataclasses import replace
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -80,3 +81,9 @@ def test_after_a_lost_picture_nothing_is_shown_until_the_next_key_picture(pictur
     with_gap = [picture for picture in pictures if picture.sequence != 4]
     found = stills(with_gap, {1: BEGIN_S + 0.25, 2: BEGIN_S + 0.75, 3: BEGIN_S + 1.05})
     assert set(found) == {1, 3}
+
+
+@pytest.mark.parametrize("content", [b"", b"no picture", bytes(100)], ids=len)
+def test_a_damaged_picture_shows_nothing_and_the_others_are_shown(pictures: list[Picture], content: bytes) -> None:
+    damaged = [replace(picture, content=content) if picture.sequence == 1 else picture for picture in pictures]
+    assert set(stills(damaged, {1: BEGIN_S + 0.25, 2: BEGIN_S + 1.05})) == {2}
