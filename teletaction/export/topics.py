@@ -196,18 +196,26 @@ def _note(payload: bytes) -> Named:
     return {"text": str(unpack(payload))}
 
 
-def _camera(payload: bytes) -> Named:
-    named = Picture.of_record(payload).record()
-    return named | {"content": len(named["content"])}
+def _sized(kind: type[Picture] | type[VoiceSound]) -> Callable[[bytes], Named]:
+    """Return the function that reads a picture or a sound, with the size of its content in place of it."""
+
+    def read(payload: bytes) -> Named:
+        named = kind.of_record(payload).record()
+        return named | {"content": len(named["content"])}
+
+    return read
 
 
+_CAPTURED: dict[str, Schema] = {
+    "sequence": {"type": "integer"},
+    "captured_s": number_schema("captured_s", meaning="operator site's clock"),
+    "uncertainty_s": number_schema("uncertainty_s"),
+}
 _CAMERA = Topic(
-    _camera,
+    _sized(Picture),
     object_schema(
         {
-            "sequence": {"type": "integer"},
-            "captured_s": number_schema("captured_s", meaning="operator site's clock"),
-            "uncertainty_s": number_schema("uncertainty_s"),
+            **_CAPTURED,
             "is_key": {"type": "boolean"},
             "width": {"type": "integer", "unit": "pixel"},
             "height": {"type": "integer", "unit": "pixel"},
@@ -218,19 +226,12 @@ _CAMERA = Topic(
 )
 
 
-def _voice(payload: bytes) -> Named:
-    named = VoiceSound.of_record(payload).record()
-    return named | {"content": len(named["content"])}
-
-
 _VOICE = Topic(
-    _voice,
+    _sized(VoiceSound),
     object_schema(
         {
             "direction": _TEXT,
-            "sequence": {"type": "integer"},
-            "captured_s": number_schema("captured_s", meaning="operator site's clock"),
-            "uncertainty_s": number_schema("uncertainty_s"),
+            **_CAPTURED,
             "content": {"type": "integer", "unit": "byte", "description": "size of the sound, which is left out"},
         },
         {},

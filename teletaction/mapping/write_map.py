@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -50,20 +51,16 @@ def write_map(mapped: MappedPresses, out: Path, probe_radius_m: float) -> dict[s
     return summary
 
 
-def _rows(shown: Cells) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
+def _rows(shown: Cells) -> Iterator[tuple[str, ...]]:
     for row, column in np.argwhere(np.isfinite(shown.value)):
         lump = shown.lump[row, column]
-        rows.append(
-            (
-                f"{shown.x_mm[column]:.1f}",
-                f"{shown.y_mm[row]:.1f}",
-                f"{shown.value[row, column]:.6g}",
-                f"{shown.sd[row, column]:.4g}",
-                "" if np.isnan(lump) else f"{lump:.4f}",
-            )
+        yield (
+            f"{shown.x_mm[column]:.1f}",
+            f"{shown.y_mm[row]:.1f}",
+            f"{shown.value[row, column]:.6g}",
+            f"{shown.sd[row, column]:.4g}",
+            "" if np.isnan(lump) else f"{lump:.4f}",
         )
-    return rows
 
 
 def _summary(mapped: MappedPresses, shown: Cells | None, probe_radius_m: float) -> dict[str, Any]:

@@ -44,7 +44,7 @@ def accuracy_lines(fit: ThermalFit | TemperatureFit) -> list[str]:
     one, two = ([each for each in judged if each.fingers == fingers] for fingers in (1, 2))
     lines += _table("one finger", names, times_s, one)
     if two:
-        lines += [*_table("two fingers", names, times_s, two)]
+        lines += _table("two fingers", names, times_s, two)
         lines.append(
             "Two fingers are two touches moved to one object temperature: errors that they share are left out."
         )
@@ -113,8 +113,8 @@ def _right(judged: Sequence[Judged]) -> str:
 
 
 def _error(judged: Sequence[Judged]) -> str:
-    errors = _errors_k(judged)
-    return f"{np.median(np.abs(errors)):.2f}" if errors else NOT_KNOWN
+    errors_k = [abs(one.error_k) for one in judged if one.error_k is not None]
+    return f"{np.median(errors_k):.2f}" if errors_k else NOT_KNOWN
 
 
 def _stated(judged: Sequence[Judged]) -> str:
@@ -124,10 +124,6 @@ def _stated(judged: Sequence[Judged]) -> str:
 def _within(judged: Sequence[Judged]) -> str:
     inside = [abs(one.error_k) <= WITHIN_SD * one.sd_k for one in judged if one.error_k is not None]
     return f"{100.0 * np.mean(inside):.0f}" if inside else NOT_KNOWN
-
-
-def _errors_k(judged: Sequence[Judged]) -> list[float]:
-    return [one.error_k for one in judged if one.error_k is not None]
 
 
 def _reliability_lines(judged: Sequence[Judged]) -> list[str]:
