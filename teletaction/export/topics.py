@@ -1,5 +1,6 @@
 """Reads each recorded stream as named fields, and gives its JSON schema."""
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -189,6 +190,10 @@ def _map(payload: bytes) -> Named:
     found = unpack(payload)
     if not isinstance(found, dict):
         raise ValueError("not a map of named fields")
+    try:
+        json.dumps(found)
+    except TypeError as error:
+        raise ValueError(f"a field has no text: {error}") from None
     return {str(name): value for name, value in found.items()}
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from common.link.session_state import Happening
 from common.recording.recorded_fields import Map, map_of, read_map
-from common.recording.recorded_row import Five, Row, Whole
+from common.recording.recorded_row import FingerNumber, Five, Row, Whole
 from common.wire.messages import Touch
 from operator_site.recorded_rows import Played, Rendered, Skin
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
@@ -25,13 +25,15 @@ _TYPES: dict[str, Any] = {"number": float, "integer": Whole, "string": str}
 _FIVES: dict[str, Any] = {"number": Five[float], "integer": Five[Whole]}
 
 
-def _type(schema: Mapping[str, Any]) -> Any:
-    """Return the type of a field from its JSON schema in the truth log."""
+def _type(name: str, schema: Mapping[str, Any]) -> Any:
+    """Return the type of a field from its name and its JSON schema in the truth log."""
+    if name == "finger":
+        return FingerNumber
     return _FIVES[schema["items"]["type"]] if schema["type"] == "array" else _TYPES[schema["type"]]
 
 
 _MAPS: dict[str, Map] = {
-    stream: map_of(**{name: _type(field) for name, field in schema["properties"].items()})  # type: ignore[attr-defined]
+    stream: map_of(**{name: _type(name, field) for name, field in schema["properties"].items()})  # type: ignore[attr-defined]
     for stream, schema in (OPERATOR_STREAMS | REMOTE_STREAMS).items()
 }
 STREAMS = (*_ROWS, *_MAPS, "remote/touch")

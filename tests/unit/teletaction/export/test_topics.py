@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import msgpack
 import pytest
 
 from common.fingers import FINGERS
@@ -105,3 +106,18 @@ def test_a_damaged_payload_is_a_value_error(topic: str, payload: bytes) -> None:
         return  # A note is any text.
     with pytest.raises(ValueError):  # noqa: PT011 - each kind of row has its own message
         TOPICS[topic].read(payload)
+
+
+@pytest.mark.parametrize("topic", ["operator/figures", *CONSOLE])
+@pytest.mark.parametrize("value", [b"bytes", [b"bytes"], {b"bytes": 1}, msgpack.Timestamp(1)])
+def test_a_map_with_a_value_that_no_text_shows_is_a_value_error(topic: str, value: object) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011 - each kind of value has its own message
+        TOPICS[topic].read(msgpack.packb({"at_s": 1.0, "details": value}))
+
+
+@pytest.mark.parametrize("finger", [-1, len(FINGERS)])
+def test_a_finger_that_no_hand_has_is_a_value_error(finger: int) -> None:
+    switched = {"finger": finger, "motor_mv": 500}
+    assert set(OPERATOR_STREAMS["truth_motor"]["properties"]) == set(switched)
+    with pytest.raises(ValueError, match="finger"):
+        TOPICS["truth_motor"].read(msgpack.packb(switched))
