@@ -4,13 +4,41 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypedDict
+
+import msgspec
 
 from teletaction.recordings.merge import merge_recordings
 from teletaction.recordings.session_data import SessionData
 from teletaction.report.examination import Examination
 from teletaction.report.pdf import print_pdf
 from teletaction.report.report import write_report
+
+_Maps = dict[str, dict[str, Any] | None] | None
+_Numbers = dict[str, float | None] | None
+
+
+class _Summary(TypedDict, total=False):
+    """Types of what a report reads of a `summary.json`."""
+
+    duration_s: float | None
+    fingers: int | None
+    contacts: list[dict[str, Any]] | None
+    targets: list[dict[str, Any]] | None
+    lumps: list[dict[str, Any]] | None
+    modes: dict[str, float | dict[str, dict[str, int]] | None] | None
+    impulses: dict[str, int | _Maps] | None
+    taps: _Numbers
+    vibration_rpm: _Numbers
+    latency_ms: dict[str, _Numbers] | None
+    plate_c: _Numbers
+    sensor_plate_c: _Numbers
+    force_n: _Numbers
+    contact_force_n: _Numbers
+    loop: dict[str, _Numbers] | None
+    rss_mib: _Numbers
+    packets: _Maps
+    faults: list[Any] | None
 
 
 def report(recordings: Sequence[Path], out: Path, *, blur: bool = False) -> None:
@@ -22,7 +50,7 @@ def report(recordings: Sequence[Path], out: Path, *, blur: bool = False) -> None
         blur: cover the camera's pictures outside the surroundings of the marks.
 
     Raises:
-        ValueError: a recording is truncated or damaged, the summary is no JSON object, no PDF can be printed, or
+        ValueError: a recording is truncated or damaged, the summary is of another form, no PDF can be printed, or
             `out` is one of the recordings.
         OSError: a file cannot be read or written.
     """
@@ -48,6 +76,8 @@ def _summary(path: Path) -> dict[str, Any]:
         summary = json.loads(path.read_text("utf-8"))
     except ValueError as error:
         raise ValueError(f"{path}: not JSON: {error}") from None
-    if not isinstance(summary, dict):
-        raise ValueError(f"{path}: expected an object")
-    return summary
+    try:
+        msgspec.convert(summary, _Summary)
+    except msgspec.ValidationError as error:
+        raise ValueError(f"{path}: not a summary of a session: {error}") from None
+    return dict(summary)

@@ -155,7 +155,7 @@ def test_the_command(path: Path, tmp_path: Path) -> None:
     assert command("report", beside, "--out", out).code == 0
     assert "Examination P-0417: phantom, seed 3" in out.read_text("utf-8")
     (tmp_path / "summary.json").write_text("[1]")
-    with pytest.raises(ValueError, match="expected an object"):
+    with pytest.raises(ValueError, match="not a summary of a session"):
         report([beside], out)
     (tmp_path / "summary.json").unlink()
     beside.write_bytes(path.read_bytes()[:-100])

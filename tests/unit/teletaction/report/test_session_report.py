@@ -16,3 +16,21 @@ def test_a_recording_is_not_replaced_by_its_report(name: str, tmp_path: Path) ->
     line = one_line(command("report", recording, "--out", tmp_path / name), 2)
     assert f"{name}: is a recording to report on; name another file with --out" in line
     assert recording.read_bytes() == content
+
+
+@pytest.mark.parametrize(
+    "summary",
+    [
+        "[]",
+        '{"contacts": 12}',
+        '{"fingers": "two"}',
+        '{"loop": {"a": 3}}',
+        '{"latency_ms": 5}',
+        '{"modes": {"confusion": [1]}}',
+        '{"duration_s": "long", "loop": {"a": {"behind_s": 9.0}}}',
+    ],
+)
+def test_a_summary_of_another_program_is_refused_in_one_line(summary: str, tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text(summary, "utf-8")
+    line = one_line(command("report", record(tmp_path / "operator.mcap"), "--out", tmp_path / "report.html"), 2)
+    assert f"{tmp_path / 'summary.json'}: not a summary of a session: Expected" in line
