@@ -186,5 +186,5 @@ def _stream(topic: str, begin_ns: int, times: list[int], rows: list[tuple[Any, .
 
 def _array(values: tuple[Any, ...], kind: str) -> Array:
     if kind in ("number", "integer", "boolean"):
-        return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+        return np.array(values, dtype=np.float64)  # None becomes NaN
     return np.array(values, dtype=np.object_)

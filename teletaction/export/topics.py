@@ -135,13 +135,10 @@ def _read_touch(payload: bytes) -> Named:
     for finger, row, material, summary in zip(FINGERS, touch.rows, touch.materials, touch.summaries, strict=True):
         numbers = row._asdict()
         named[finger] = numbers | {name: code(numbers[name]) for name, code in _CODES.items()} | {"material": material}
-        named[finger] |= summary._asdict() | _candidates(summary)
+        candidates = [{"material": name, "probability": share} for name, share in summary.candidates]
+        named[finger] |= summary._asdict() | {"candidates": candidates}
     named["events"] = [_event(event) for event in touch.events]
     return named
-
-
-def _candidates(summary: TouchSummary) -> Named:
-    return {"candidates": [{"material": name, "probability": share} for name, share in summary.candidates]}
 
 
 _event = naming_of(inspect.type_info(Event))

@@ -137,7 +137,7 @@ def _said(happening: Happening) -> str:
 
 
 def _array(values: list[Any]) -> Floats:
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+    return np.array(values, dtype=np.float64)  # None becomes NaN
 
 
 def _rows(time_s: list[float], rows: list[Any], kind: type[Row]) -> Series:

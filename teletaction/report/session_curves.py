@@ -96,7 +96,7 @@ class SessionCurves:
     def thermal(self, finger: int, name: str) -> Curve | None:
         """Return one value of a finger's thermal identification over time; None if it was never known."""
         rows = self.data.thermal.get(finger, [])
-        value = np.array([_number(row.get(name)) for row in rows], dtype=np.float64)
+        value = np.array([row.get(name) for row in rows], dtype=np.float64)  # None becomes NaN
         if not np.isfinite(value).any():
             return None
         return Curve(np.array([row["time_s"] for row in rows]) - self.zero_s, value)
@@ -146,7 +146,3 @@ def held_s(time_s: Floats) -> Floats:
         return np.zeros(len(time_s))
     gaps = np.diff(time_s)
     return np.append(np.minimum(gaps, 5 * np.median(gaps)), 0.0)
-
-
-def _number(value: Any) -> float:
-    return float("nan") if value is None else float(value)

@@ -8,7 +8,6 @@ import asyncio
 import logging
 from collections import deque
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 
 from common.config.link_models import RendezvousConfig
 from common.files.printable import printable
@@ -50,6 +49,9 @@ class _Room:
         self.serving: deque[_Visitor] = deque()
         self.reaching: deque[_Visitor] = deque()
         self.joined = 0
+
+    def end_pair(self) -> None:
+        self.joined -= 1
 
 
 class _Visitor(Connection):
@@ -146,7 +148,7 @@ class Rendezvous:
             visitor.refuse("too many connections of this room are waiting")
         else:
             mine.append(visitor)
-            visitor.leave = lambda: _forget(mine, visitor)
+            visitor.leave = lambda: mine.remove(visitor)
             if not serves:
                 visitor.transport.pause_reading()
                 visitor.after(PATIENCE_S, lambda: visitor.refuse("the remote site is not there"))
@@ -162,7 +164,7 @@ class Rendezvous:
                 visitor.refuse("too many connections of this room are open")
             return
         room.joined += 1
-        reaching.leave = lambda: _end(room)
+        reaching.leave = room.end_pair
         serving.say(stream_line(reaching.request.port))
         reaching.say(REACHED)
         Connection.join(serving, reaching)
@@ -173,15 +175,6 @@ class Rendezvous:
             name: {"waiting": len(room.serving), "joined": room.joined} for name, room in sorted(self._rooms.items())
         }
         return {"rooms": rooms, "refused": self.refused}
-
-
-def _forget(queue: "deque[_Visitor]", visitor: _Visitor) -> None:
-    with suppress(ValueError):
-        queue.remove(visitor)
-
-
-def _end(room: _Room) -> None:
-    room.joined -= 1
 
 
 def run_rendezvous(config: RendezvousConfig, stop: Callable[[], bool]) -> None:
