@@ -142,7 +142,7 @@ class PlayedConsole:
         self.camera_pages = CameraPages(self.pages.contain)
         self.voice_pages = VoicePages(self.pages.contain, lambda: None)
         self._picture, self._state, self._again = Interval(BATCH_S), Interval(STATE_S), Interval(KEY_S)
-        self._lumps, self._jumped = BackgroundSearch("lumps", search_lumps, NOTHING), 0
+        self._lumps = BackgroundSearch("lumps", search_lumps, NOTHING)
         self._tender = BackgroundSearch("tenderness", search_tenderness, NOT_SEARCHED)
 
     def step(self, now_s: float) -> None:
@@ -158,17 +158,19 @@ class PlayedConsole:
             with self.pages.contain.step("voice", latches=False):
                 self._listen(self._sounds, jumped=jumped)
         if jumped:
+            # Another map for the pages, which drop the tiles that the map does not have yet.
+            player.console.map_number = self._commands.console.map_number + 1
             self._commands.console = player.console
             self.pages.send_everything()
-            self._jumped += 1
-        console, surface, number = player.console, player.console.tactile_map, (self._jumped, player.console.map_number)
+        console, surface, number = player.console, player.console.tactile_map, player.console.map_number
         with self.pages.contain.step("lumps", latches=False):
             self._lumps.step(now_s, number, surface.revision, surface.stiffness.rows)
             console.searched = self._lumps.found
         with self.pages.contain.step("tenderness", latches=False):
             self._tender.step(now_s, number, console.pain.revision, console.pain.settled)
             console.tenderness = self._tender.found
-        self.pages.show(self._shown() if self._state(now_s) else None)
+        due = self._state(now_s)
+        self.pages.show(self._shown() if due or jumped else None)
 
     def _shown(self) -> dict[str, Any]:
         state = self._player.state()

@@ -121,6 +121,31 @@ def test_the_map_of_a_played_recording_has_its_lumps(tmp_path: Path, monkeypatch
         assert played._player.state()["map"]["lumps"]
 
 
+@pytest.mark.long
+def test_after_a_jump_the_pages_get_another_map_with_the_same_step(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(player_module, "Checkpoints", lambda path, opened: Reader())
+    with ExitStack() as opened:
+        played = PlayedConsole(path, opened)
+
+        def step(by_s: float) -> tuple[int, int]:
+            """Step; return the number of the map in the pages' state, and the map's revision."""
+            nonlocal now_s
+            now_s += by_s
+            played.step(now_s)
+            return played.pages._state["map"]["number"], played._player.console.tactile_map.revision
+
+        now_s = time.monotonic()
+        step(0.1)
+        played._player.play(8.0)
+        number, revision = step(1.0)
+        assert revision > 0
+        played._player.pause()
+        played._player.seek(0.0)
+        # Sooner than the next state is due: pages drop tiles by its number, and get the new ones after it.
+        again, nothing = step(0.04)
+        assert (again > number, nothing) == (True, 0)
+
+
 def _read(path: Path) -> list[bytes]:
     """All checkpoints of a recording."""
     found: list[bytes] = []
