@@ -58,8 +58,14 @@ SCHEMAS: dict[str, dict[str, object]] = {
 }
 AGAIN_S = 5.0
 """Interval between two attempts to reopen a failed recording, s."""
-_MOST_UNSAVED = 20_000
+_MOST_UNSAVED = 15_000
 """Maximum number of unsaved records in memory."""
+_MEDIA = ("console/camera", "console/voice")
+_MOST_MEDIA = 4_000
+"""Maximum number of pictures and sounds that wait for the disk.
+
+With the unsaved records they fit into the recorder's queue, which would refuse a finding when it is full.
+"""
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -92,6 +98,8 @@ class Journal:
         self._unsaved: list[tuple[str, int, bytes, int | None]] = []
         """Stream, time in ns and payload of each unsaved record, and the number of its finding or None."""
         self._confirmed: Counter[str] = Counter()
+        self._media = 0
+        """Number of pictures and sounds that the recorder has taken."""
         self._tried_s = -math.inf
         self._recorder: Recorder | None = None
         if path is not None:
@@ -130,12 +138,16 @@ class Journal:
         self._unsaved.append(kept)
         if len(self._unsaved) > _MOST_UNSAVED:  # acts and alarms are dropped before findings
             lesser = next((n for n, entry in enumerate(self._unsaved) if entry[3] is None), 0)
-            del self._unsaved[lesser]
+            dropped, *_ = self._unsaved.pop(lesser)
+            self._confirmed[dropped] += 1  # the recorder counts it, too, which must not confirm the next one
         self._hand(kept)
 
     def write_media(self, stream: str, now_s: float, record: dict[str, Any]) -> None:
-        """Write one picture or sound; a failed recording loses it, because none is kept in memory."""
-        self._hand((stream, round(max(0.0, now_s) * 1e9), msgpack.packb(record), None))
+        """Write one picture or sound; it is lost while the recording has failed, or while _MOST_MEDIA wait."""
+        recorder = self._recorder
+        if recorder is not None and self._media - sum(recorder.written[each] for each in _MEDIA) < _MOST_MEDIA:
+            self._media += 1
+            self._hand((stream, round(max(0.0, now_s) * 1e9), msgpack.packb(record), None))
 
     def forget(self) -> None:
         """Forget the saved findings and earlier files, because another examination begins."""
@@ -188,5 +200,5 @@ class Journal:
     def _open(self, path: Path) -> None:
         free = free_name(path)
         self._recorder = Recorder(free, SCHEMAS, self._metadata, durable=True, encrypt_for=self._encrypt_for)
-        self._confirmed = Counter()
+        self._confirmed, self._media = Counter(), 0
         self.files.append(free)

@@ -1,9 +1,12 @@
 """Saved findings are on the disk; what a full disk did not take is kept, and written when there is room again."""
 
 import errno
+import os
 import resource
 import shutil
+import signal
 import subprocess
+from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -90,6 +93,40 @@ def test_only_the_first_record_is_confirmed_when_it_is_written_during_a_step(
     assert not keeping.is_saved(2)
     keeping.step(1.2)
     assert [keeping.is_saved(ident) for ident in (1, 2)] == [True, False]
+
+
+def test_a_record_that_memory_has_no_room_for_confirms_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = Mock(failed=None, written=Counter())
+    monkeypatch.setattr("operator_site.console.examination.journal.Recorder", Mock(return_value=recorder))
+    monkeypatch.setattr("operator_site.console.examination.journal._MOST_UNSAVED", 2)
+    keeping = Journal(tmp_path / "console.mcap", {})
+    for ident in (1, 2, 3):
+        keeping.write("console/finding", 1.0, finding(ident))
+    for on_disk, saved in ((1, []), (2, [2]), (3, [2, 3])):
+        recorder.written = Counter({"console/finding": on_disk})
+        keeping.step(1.0)
+        assert [ident for ident in (1, 2, 3) if keeping.is_saved(ident)] == saved
+
+
+def test_pictures_that_wait_for_a_stalled_disk_leave_room_for_findings(tmp_path: Path) -> None:
+    keeping = Journal(tmp_path / "console.mcap", {})
+    assert keeping._recorder is not None
+    writer = keeping._recorder._process.pid
+    os.kill(writer, signal.SIGSTOP)
+    try:
+        for _ in range(21_000):  # more than the recorder queues
+            keeping.write_media("console/camera", 1.0, {"content": b""})
+        keeping.write("console/finding", 1.0, finding(1))
+    finally:
+        os.kill(writer, signal.SIGCONT)
+    wait_until(lambda: keeping._recorder is not None and keeping._recorder.written["console/camera"] > 1000)
+    keeping.write("console/finding", 2.0, finding(2))
+    until_saved(keeping, 2, 3.0)
+    assert keeping.is_saved(1)
+    keeping.close()
+    assert [record["id"] for _, record in written(tmp_path / "console.mcap", "console/finding")] == [1, 2]
 
 
 def test_a_console_starts_on_a_full_disk_which_is_tried_every_few_seconds(
