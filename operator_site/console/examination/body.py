@@ -11,6 +11,7 @@ from importlib import resources
 from typing import Any
 from xml.etree import ElementTree
 
+from common.files.constants import within
 from common.link.session_state import Refused
 from operator_site.console import texts
 
@@ -73,7 +74,7 @@ def read_mark(given: object) -> BodyMark | None:
         raise Refused(texts.BODY_NEEDS)
     if not isinstance(landmark, str) or len(landmark) > LONGEST_LANDMARK or not landmark.isprintable():
         raise Refused(texts.LANDMARK_LENGTH.format(longest=LONGEST_LANDMARK))
-    if landmark_mm is not None and not _distance(landmark_mm):
+    if landmark_mm is not None and not within(landmark_mm, 0.0, FARTHEST_MM):
         raise Refused(texts.LANDMARK_DISTANCE.format(farthest=FARTHEST_MM))
     return BodyMark(region, side, landmark.strip(), landmark_mm)
 
@@ -108,7 +109,3 @@ def body_svg(mark: BodyMark) -> str:
 
 def _picture() -> ElementTree.Element:
     return ElementTree.fromstring(_PICTURE.read_text("utf-8"))
-
-
-def _distance(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 <= value <= FARTHEST_MM

@@ -7,6 +7,7 @@ record of the whole finding, so that the records alone give the present state an
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
+from common.files.constants import within
 from common.fingers import FINGERS
 from common.link.session_state import Refused
 from operator_site.console import texts
@@ -27,6 +28,8 @@ CHANGES = ("note", "edit", "withdraw")
 """Changes of a finding that can be undone."""
 SIDES = ("head", "feet", "left", "right")
 """Parts of the body at which an edge of the map may lie."""
+_LARGEST = 1e12
+"""Largest time, s, and coordinate, mm, of a finding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +141,7 @@ class Examination:
         if (kind is not None and kind not in KINDS) or finger not in FINGERS:
             raise Refused(texts.FINDING_NEEDS.format(kinds=", ".join(KINDS)))
         at_s = details.get("at_s", now_s)
-        if not _number(at_s):
+        if not within(at_s, -_LARGEST, _LARGEST):
             raise Refused(texts.FINDING_NUMBERS)
         x_m, y_m = _place(details)
         ident = max(self.findings, default=0) + 1
@@ -245,7 +248,7 @@ def _place(details: dict[str, Any]) -> tuple[float | None, float | None]:
     x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
     if x_mm is None and y_mm is None:
         return None, None
-    if not (_number(x_mm) and _number(y_mm)):
+    if not all(within(along_mm, -_LARGEST, _LARGEST) for along_mm in (x_mm, y_mm)):
         raise Refused(texts.FINDING_NUMBERS)
     return float(x_mm or 0.0) / 1000.0, float(y_mm or 0.0) / 1000.0
 
@@ -269,8 +272,3 @@ def _measured(tactile_map: TactileMap, finding: Finding, tenderness: Tenderness)
         contrast=None if differs is None else differs.record(),
         confidence="none" if differs is None else differs.confidence,
     )
-
-
-def _number(value: object) -> bool:
-    """Return whether a value is a finite number below 1e12, and no truth value."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e12  # also not NaN

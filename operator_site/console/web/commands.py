@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
+from common.files.constants import within
 from common.limits import MOTION_SCALES
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused
@@ -18,6 +19,7 @@ from common.runtime.containment import Containment
 from common.timing.interval import Interval
 from common.wire.packets import LinkState
 from operator_site.console import texts
+from operator_site.console.alarms.alarms import LONGEST_QUIET_S
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
@@ -288,12 +290,10 @@ class Commands:
         return Answer(True, texts.SOUND_WORKS if sound == "heard" else texts.SOUND_OFF)
 
     async def _quiet(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        seconds = details.get("seconds", 60.0)
-        if not isinstance(seconds, (int, float)) or not self.console.alarms.quiet(
-            now_s, str(details.get("alarm", "")), float(seconds)
-        ):
+        ident, seconds = str(details.get("alarm", "")), details.get("seconds", LONGEST_QUIET_S)
+        if not within(seconds, 0.0, 1e9) or not self.console.alarms.quiet(now_s, ident, seconds):
             raise Refused(texts.SOUND_STAYS)
-        return Answer(True, texts.SOUND_PAUSED.format(seconds=min(60, round(float(seconds)))))
+        return Answer(True, texts.SOUND_PAUSED.format(seconds=round(min(seconds, LONGEST_QUIET_S))))
 
     async def _camera_marks(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if not are_marks(details):

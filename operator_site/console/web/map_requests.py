@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from common.files.constants import within
 from common.link.session_state import Refused
 from operator_site.console import texts
 from operator_site.console.examination.contrast import propose
@@ -10,6 +11,9 @@ from operator_site.console.examination.tender_finding import propose_tender
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.tenderness.tender_search import Tenderness
 from operator_site.console.web.answer import Answer
+
+_FARTHEST_MM = 1e6
+"""Largest coordinate of a place, mm."""
 
 
 def values_at(surface: TactileMap, quantity: str, details: dict[str, Any], now_s: float) -> Answer:
@@ -53,7 +57,7 @@ def _place_m(details: dict[str, Any]) -> tuple[float, float]:
     Raises:
         Refused: it has none.
     """
-    x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
-    if not isinstance(x_mm, (int, float)) or not isinstance(y_mm, (int, float)):
+    x_mm, y_mm = place = details.get("x_mm"), details.get("y_mm")
+    if not all(within(along_mm, -_FARTHEST_MM, _FARTHEST_MM) for along_mm in place):
         raise Refused(texts.PLACE_NEEDED)
-    return x_mm / 1000.0, y_mm / 1000.0
+    return float(x_mm or 0.0) / 1000.0, float(y_mm or 0.0) / 1000.0

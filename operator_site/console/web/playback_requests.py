@@ -2,10 +2,14 @@
 
 from typing import Any, Protocol
 
+from common.files.constants import within
 from common.link.session_state import Refused
 from operator_site.console import texts
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
+
+_LARGEST = 1e9
+"""Largest speed and largest time of a request, s."""
 
 
 class Playing(Protocol):
@@ -24,7 +28,7 @@ class Playing(Protocol):
 async def play(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
     """Play at a speed."""
     speed = details.get("speed", 1.0)
-    if not isinstance(speed, (int, float)) or not abs(speed) < 1e9:
+    if not within(speed, -_LARGEST, _LARGEST):
         raise Refused(texts.SPEED_NEEDED)
     player.play(float(speed))
     return Answer(True, "")
@@ -39,6 +43,6 @@ async def pause(player: Playing, client: Client, details: dict[str, Any], now_s:
 async def seek(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
     """Jump to a time."""
     at_s = details.get("at_s")
-    if not isinstance(at_s, (int, float)) or not abs(at_s) < 1e9:
+    if not within(at_s, -_LARGEST, _LARGEST):
         raise Refused(texts.TIME_NEEDED)
-    return Answer(True, "" if player.seek(max(0.0, float(at_s))) else texts.READING_AHEAD)
+    return Answer(True, "" if player.seek(max(0.0, float(at_s or 0.0))) else texts.READING_AHEAD)

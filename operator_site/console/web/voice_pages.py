@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from common.files.constants import within
 from common.link.clock_offset import ClockOffset
 from common.runtime.containment import Containment
 from common.web.access import Visitor
@@ -22,6 +23,8 @@ MOST_WAITING = 25
 """Maximum number of messages that wait to be sent to a page; further ones replace the oldest. 0.5 s of sound."""
 TALKS_S = 0.3
 """Time since a page's newest sound within which it talks, s."""
+_LARGEST_S = 1e9
+"""Largest time of a clock, s."""
 
 
 @dataclass(slots=True, eq=False)
@@ -103,8 +106,8 @@ class VoicePages(StreamPages[Listener]):
         now_s = self._clock_s()
         page.name = str(message["page"])
         page.microphone, page.plays = message["microphone"] is True, message["plays"] is True
-        times_s = [float(message[name]) for name in ("sent_s", "heard_s", "answered_s")]
-        if not all(abs(time_s) < 1e9 for time_s in times_s) or times_s[0] > now_s:
+        times_s = [message[name] for name in ("sent_s", "heard_s", "answered_s")]
+        if not all(within(time_s, -_LARGEST_S, _LARGEST_S) for time_s in times_s) or times_s[0] > now_s:
             raise ValueError(f"times {times_s}")
         if times_s[0] > 0.0:
             sent_ns, heard_ns, answered_ns = (round(time_s * 1e9) for time_s in times_s)

@@ -458,19 +458,39 @@ def test_clutch_and_scale_are_asked_of_the_site_and_recorded(workplace: Workplac
 
 
 MARKS = {f"{name}{number}": 0.1 * number for number in range(1, 5) for name in "uvxy"}
+NO_NUMBERS = (None, "1", True, math.nan, math.inf, 10**400)
 NO_MARKS = ({"u1": 1.1}, {"x4": None}, {"y2": "1"}, {"v3": math.nan}, {"u2": True})
 WRONG = {
     "Say whether the clutch opens or closes.": [("clutch", {"open": o}) for o in (None, 1, "true", [], {})],
     "The motion scale is one of 1:1, 1:2, 1:5.": [("scale", {"scale": s}) for s in (None, 0, 3, 2.0, True, "2", [])],
     "Four marks are needed, each on picture and map.": [("camera_marks", MARKS | wrong) for wrong in NO_MARKS],
+    "A place has x_mm and y_mm.": [
+        (verb, place)
+        for verb in ("place", "propose")
+        for n in NO_NUMBERS
+        for place in ({"x_mm": n}, {"x_mm": 1.0, "y_mm": n})
+    ],
+    "This alarm's sound cannot be paused.": [
+        ("quiet", {"alarm": "behind", "seconds": seconds}) for seconds in (*NO_NUMBERS, -1.0)
+    ],
 }
 
 
 @pytest.mark.parametrize("text", WRONG)
 def test_wrong_details_are_refused_and_nothing_is_asked_of_the_site(workplace: Workplace, text: str) -> None:
+    workplace.console.take("operator/figures", 101 * S, figures(behind=True))
+    workplace.console.step(101.0)
     for verb, details in WRONG[text]:
         assert workplace.ask(verb, **details) == Answer(False, text), details
     assert workplace.site.asked == []
+
+
+def test_the_sound_of_an_alarm_pauses_for_a_minute_at_most(workplace: Workplace) -> None:
+    workplace.console.take("operator/figures", 101 * S, figures(behind=True))
+    workplace.console.step(101.0)
+    for seconds, paused_s in ((30, 30), (1e6, 60)):
+        assert workplace.ask("quiet", alarm="behind", seconds=seconds).text == f"Sound paused {paused_s} s."
+        assert workplace.console.alarms.listed[0].quiet_until_s == 101.0 + paused_s
 
 
 def test_a_refusal_of_the_site_is_the_answer(workplace: Workplace) -> None:

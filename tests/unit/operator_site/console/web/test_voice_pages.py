@@ -199,6 +199,7 @@ def test_a_page_that_never_answered_gets_nothing() -> None:
     "changed",
     [
         {"sent_s": 1e300},
+        {"sent_s": 10**400},
         {"sent_s": "x"},
         {"answered_s": None},
         {"heard_s": [1]},
