@@ -37,8 +37,9 @@ class Unfinished:
 
     @property
     def findings(self) -> set[int]:
-        """Numbers of the findings."""
-        return {record["id"] for stream, record in self.records if stream == "console/finding"}
+        """Numbers of the findings; a damaged record has none."""
+        idents = (record.get("id") for stream, record in self.records if stream == "console/finding")
+        return {ident for ident in idents if isinstance(ident, int)}
 
 
 def unfinished(path: Path, now: str) -> Unfinished:

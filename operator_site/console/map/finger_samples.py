@@ -82,7 +82,12 @@ def samples_of(record: Mapping[str, Any]) -> list[Sample]:
     Raises:
         KeyError, TypeError, ValueError: the record holds no valid samples.
     """
-    return [Sample(quantity, (*key,), *rest) for quantity, key, *rest in record["samples"]]
+    found = [Sample(quantity, (*key,), *rest) for quantity, key, *rest in record["samples"]]
+    for each in found:
+        known = math.isfinite(each.x_m + each.y_m + each.t_s + each.value + each.force_n)
+        if not (known and 0.0 < each.variance < math.inf):
+            raise ValueError(f"{each.quantity}: a number of the sample is not possible")
+    return found
 
 
 class FingerSamples:

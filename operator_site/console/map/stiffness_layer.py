@@ -49,9 +49,7 @@ class StiffnessLayer(Layer):
     def rows(self) -> Floats:
         """Return place, m, ln stiffness, its variance, and force, N, of each sample, (n, 5); force 0 is not known."""
         samples = (sample for tile in self.tiles.values() for sample in tile.samples.values())
-        every = np.array([(s.x_m, s.y_m, s.value, s.variance, s.force_n) for s in samples]).reshape(-1, 5)
-        # a damaged journal has others
-        return np.asarray(every[np.isfinite(every).all(axis=1) & (every[:, 3] > 0.0)])
+        return np.array([(s.x_m, s.y_m, s.value, s.variance, s.force_n) for s in samples]).reshape(-1, 5)
 
     @property
     def lumps(self) -> LumpMap | None:

@@ -1,14 +1,20 @@
 """A console that starts continues the unfinished examination of another run, and nothing else."""
 
+import math
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
+from common.config.page_models import ConsoleConfig
 from common.recording.clock_anchor import boot_id
 from operator_site.console.examination import journal as keeping_module
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.resume import Unfinished, unfinished
+from operator_site.console.live import LiveConsole
+from tests.unit.operator_site.console.page_room import AnsweringSite, MemoryJournal
+from tests.unit.operator_site.console.touch_rows import sample
 
 
 def session(what: str, at_s: float, pseudonym: str = "P-0417") -> dict[str, Any]:
@@ -19,6 +25,8 @@ def finding(ident: int, at_s: float, note: str = "") -> dict[str, Any]:
     return {"id": ident, "at_s": at_s, "note": note}
 
 
+SAMPLE = sample("stiffness", 1, 0.01, 0.0, 6.0, 0.01)
+DAMAGED = (SAMPLE._replace(x_m=math.inf), SAMPLE._replace(variance=0.0), SAMPLE._replace(y_m=math.nan))
 STREAMS = {"what": "console/session", "samples": "console/felt", "note": "console/finding"}
 
 
@@ -118,3 +126,20 @@ def test_a_file_that_is_none_hides_nothing(tmp_path: Path, content: bytes) -> No
     (tmp_path / "console-1.mcap").write_bytes(content)
     (tmp_path / "console-notes.mcap").write_bytes(content)
     assert unfinished(path, boot_id()).findings == {1}
+
+
+def test_damaged_records_hide_no_other(tmp_path: Path) -> None:
+    moment = {"kind": "warm", "finger": "index", "x_m": None, "y_m": None, "text": ""}
+    records = [
+        ("console/session", session("begin", 1.0)),
+        ("console/finding", finding(1, 2.0) | moment),
+        *(("console/finding", damaged) for damaged in ({"note": ""}, {"id": [1]})),
+        *(("console/felt", {"samples": [tuple(damaged)]}) for damaged in DAMAGED),
+        ("console/felt", {"samples": [tuple(SAMPLE)]}),
+    ]
+    journal = MemoryJournal()
+    journal.unfinished = Unfinished(records=tuple(records))
+    assert journal.unfinished.findings == {1}
+    console = LiveConsole(ConsoleConfig(keys=tmp_path), Mock(), AnsweringSite(), journal).console
+    assert [*console.examination.findings] == [1]
+    assert console.tactile_map.at(0.01, 0.0).stiffness is not None

@@ -249,12 +249,15 @@ def test_a_map_is_stored_without_its_field_and_shows_the_same() -> None:
     assert pickle.loads(stored).at(0.0, 0.0) == place
 
 
-def test_a_damaged_sample_of_a_journal_does_not_stop_the_map() -> None:
+@pytest.mark.parametrize(
+    "damaged",
+    [{"x_m": math.inf}, {"y_m": math.nan}, {"value": math.nan}, {"variance": 0.0}, {"variance": math.inf}, {"t_s": ""}],
+)
+def test_a_damaged_sample_of_a_journal_is_refused(damaged: dict[str, float]) -> None:
     good = sample("stiffness", 1, 0.001, 0.001, 6.4, 1e-3)
-    surface = made([good, good._replace(key=(1, 2, 0), value=math.nan), good._replace(key=(1, 3, 0), variance=0.01)])
-    shown = map_tiles.picture(surface, "stiffness")
-    assert shown is not None
-    assert np.nanmax(shown.value) == pytest.approx(math.exp(6.4), rel=1e-3)
+    assert samples_of({"samples": [tuple(good)]}) == [good]
+    with pytest.raises((TypeError, ValueError)):
+        samples_of({"samples": [tuple(good), tuple(good._replace(**damaged))]})
 
 
 @settings(deadline=None, max_examples=40)
