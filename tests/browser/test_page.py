@@ -142,3 +142,13 @@ def test_one_announcement_at_most_every_two_seconds_and_none_for_a_number_that_c
         page.wait_for_timeout(100)  # as fast as states are sent
     page.wait_for_timeout(2500)  # past the next announcement
     assert page.evaluate("window.said.length") == 1
+
+
+@pytest.mark.console
+def test_the_users_theme_outlasts_a_change_of_the_systems(open_page: Open) -> None:
+    page = open_page("engaged", theme="dark")
+    page.keyboard.press("l")
+    page.wait_for_selector("html[data-theme=light]")
+    for system in ("light", "dark"):
+        page.emulate_media(color_scheme=system)
+    assert page.get_attribute("html", "data-theme") == "light"

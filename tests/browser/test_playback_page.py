@@ -87,3 +87,12 @@ def test_a_preview_says_what_follows(stage: Stage, open_page: Open) -> None:
     page = open_page("playback")
     stage.scenario.state["session"]["playback"]["partial"] = True
     page.wait_for_selector("#played:has-text('Map and last 10 s follow.')")
+
+
+def test_a_limit_of_a_later_moment_is_not_shown_after_a_jump_back(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    stage.scenario.limited = {1}
+    page.wait_for_selector("#finger-table .limit")
+    stage.scenario.limited = set()
+    stage._started += 60.0
+    page.wait_for_selector("#finger-table .limit", state="detached", timeout=2500)

@@ -1,4 +1,5 @@
 // Region B: alarm line, list and sound, and the page's own alarms for a lost console.
+import { siteTime_s } from "./camera.js";
 import { byId, make, remake, shape, write } from "./dom.js";
 import { acts, driven, known, now, playback, silent_s } from "./now.js";
 import { AGAIN_S, burst } from "./sound.js";
@@ -76,8 +77,9 @@ function quietable(alarm) {
   return alarm.active && alarm.silenceable !== false && !alarm.id.startsWith("stop");
 }
 
+// A hidden page draws no picture: the last one's time would pause the sound until the page is shown again.
 function quietLeft_s(alarm) {
-  const there_s = now.picture ? (alarm.quiet_until_s ?? 0) - now.picture.time_s : 0;
+  const there_s = now.picture ? (alarm.quiet_until_s ?? 0) - siteTime_s() : 0;
   return Math.max(0, there_s, ((quietUntil_ms.get(alarm.id) ?? 0) - performance.now()) / 1000);
 }
 

@@ -31,12 +31,13 @@ function body(row) {
   return make("tbody", { class: FOLDS.includes(row) ? "folds" : null }, values);
 }
 
-// Keeps the largest force since the last update, and the time of each acting limit.
+// Keeps the largest force since the last update, and the time of each acting limit, until a jump back in a recording.
 export function followFingers(picture) {
   for (let finger = 0; finger < FINGER_COUNT; finger += 1) {
     const force_n = picture.of(finger, "force_n");
     if (!(strongest_n[finger] >= force_n)) strongest_n[finger] = force_n;
     if (picture.limit(finger)) limitedAt_s[finger] = picture.time_s;
+    else if (limitedAt_s[finger] > picture.time_s) limitedAt_s[finger] = -Infinity;
   }
 }
 

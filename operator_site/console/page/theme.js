@@ -5,6 +5,7 @@ import { WORDS } from "./words.js";
 const NAMES = ["ground", "panel", "text", "muted", "line", "faint", "mark"];
 export const colour = {};
 const watching = [];
+let chosen = null; // the user's theme
 
 export function onTheme(redraw) {
   watching.push(redraw);
@@ -19,15 +20,14 @@ function apply(theme) {
 }
 
 export function startTheme() {
-  const kept = remembered("theme");
-  const light = window.matchMedia("(prefers-color-scheme: light)");
-  const chosen = kept === "light" || kept === "dark" ? kept : null;
+  const kept = remembered("theme"), light = window.matchMedia("(prefers-color-scheme: light)");
+  if (["light", "dark"].includes(kept)) chosen = kept;
   light.addEventListener("change", () => { if (!chosen) apply(light.matches ? "light" : "dark"); });
   apply(chosen ?? (light.matches ? "light" : "dark"));
 }
 
 export function otherTheme() {
-  const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-  remember("theme", theme);
-  apply(theme);
+  chosen = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  remember("theme", chosen);
+  apply(chosen);
 }
