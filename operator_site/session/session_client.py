@@ -76,11 +76,11 @@ class SessionClient:
     remote_fault: Fault | None = None
     """The fault latched at the remote site; None without one."""
     remote_recording: str = ""
+    """Reason why the remote site's recording stopped; empty while it works or if unknown."""
     remote_patient: RemotePatient | None = None
     """What the remote site last reported of its patient; None without a pain slider."""
     patient_ns: int = 0
     """Time of that report, ns."""
-    """Reason why the remote site's recording stopped; empty while it works or if unknown."""
     acceptance: PacketFilter = field(init=False)
     stopping: SessionEmergencyStop = field(init=False)
     damaged: Counter[str] = field(default_factory=Counter)

@@ -23,7 +23,7 @@ class Cause(NamedTuple):
 
     Attributes:
         priority: LOW, MEDIUM or HIGH.
-        text: place, problem and remedy; 60 characters at most.
+        text: place, problem and remedy; see `texts`.
         after: text once the cause is gone and the alarm waits for a person; empty keeps `text`.
         silenceable: whether the sound may be paused.
         latches: whether a person must acknowledge it after its cause is gone.
@@ -120,7 +120,7 @@ class Alarms:
         return True
 
     def take_changes(self) -> list[Alarm]:
-        """Alarms that began, became more urgent or ended since the last call."""
+        """Return the alarms that began, became more urgent or ended since the last call."""
         changed, self._changed = self._changed, []
         return changed
 

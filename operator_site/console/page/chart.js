@@ -6,7 +6,7 @@ import { colour, onTheme } from "./theme.js";
 import { FIXED, percent, WORDS } from "./words.js";
 
 const LENGTH_S = 8, BANDS = ["#1F5FA8", "#F2B134", "#8FD0C0", "#8B2F5F"], INKS = ["#FFFFFF", "#000000", "#000000", "#FFFFFF"], REST = "#6D7680";
-const DECIDE_AT = 0.9, RANGE_C = [15, 45], FONT = "500 16px system-ui, sans-serif", LEFT = 30, FOOT = 20, SPLIT = 0.66;
+const RANGE_C = [15, 45], FONT = "500 16px system-ui, sans-serif", LEFT = 30, FOOT = 20, SPLIT = 0.66;
 const histories = Array.from({ length: FINGER_COUNT }, () => ({ samples: [], names: [] }));
 
 export function startChart() {
@@ -38,7 +38,7 @@ export function drawChart() {
   pen.fillRect(LEFT, 0, width - LEFT, high);
   pen.fillRect(LEFT, high + 6, width - LEFT, height - FOOT - high - 6);
   bands(pen, history, x, high);
-  level(pen, width, high);
+  if (now.state) level(pen, width, high);
   warmth(pen, history, x, high + 6, height - FOOT);
   axes(pen, x, width, height, high);
   equal("chart-table", FIXED.chartTable, WORDS.chartTable, () => rowsOf(history));
@@ -93,7 +93,7 @@ function label(pen, order, names, last, x, high) {
 }
 
 function level(pen, width, high) {
-  const y = high * (1 - (now.state?.decide_at ?? DECIDE_AT));
+  const y = high * (1 - now.state.decide_at);
   pen.setLineDash([6, 4]);
   for (const [ink, thick] of [[colour.ground, 4], [colour.text, 2]]) {
     pen.strokeStyle = ink;

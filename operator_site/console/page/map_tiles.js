@@ -51,7 +51,7 @@ export function confidenceOf(quantity, spread) {
 }
 
 // Returns the colour of a spread on the scale of key U: white is well known, dark is uncertain.
-export function unsureInk(quantity, spread) {
+function unsureInk(quantity, spread) {
   return inkOf("stiffness", quantity === "material" ? (spread & ~STEEP) / 50 : ((spread & ~STEEP) - 48) / 32);
 }
 

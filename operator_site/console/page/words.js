@@ -32,7 +32,7 @@ export const FIXED = {
   noteTo: "Note to", saveNote: "Save note", close: "Close", details: "Details", playback: "Playback", position: "Position in the recording", timeLine: "Time line: states, findings, alarms, faults; [ and ] jump", speed: "Speed",
   session: "Examination", startSession: "Begin an examination", studyNumber: "Study number", mapTop: "Map: top is", mapRight: "right is",
   begin: "Begin", sound: "Alarm sound", playAlarm: "Play alarm sound", heard: "I heard it", withoutSound: "Work without sound", takeControl: "Take control",
-  openReport: "Open report", checkList: "Check list", findings: "Findings", keys: "Keys", link: "link",
+  openReport: "Open report", checkList: "Check list", keys: "Keys", link: "link",
   noEmergencyStop: "STOP on this page is not an emergency-stop device. The hardware switch is. A hidden page has no STOP key.",
 };
 

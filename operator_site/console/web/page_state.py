@@ -29,7 +29,7 @@ _PRIORITIES = ("none", "low", "medium", "high")
 _MOST_ALARMS = 50
 PAIN_OLD_S = 2.0
 """Age from which a pain answer is not shown, s."""
-DECIDE_AT = 0.98
+DECIDE_AT = 0.995
 """Probability from which the remote site names a material."""
 
 

@@ -18,6 +18,7 @@ from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.web.page_state import page_state
 from operator_site.coupling.coupling import Coupling
+from remote_site.thermal.thermal_result import SURE
 from tests.unit.operator_site.console.fed import INDEX, TOUCHING, S, figures, happen, rendered, touch
 from tests.unit.operator_site.console.page_messages import read_frame
 from tests.unit.operator_site.console.touch_rows import sample
@@ -212,3 +213,7 @@ def test_pain_its_age_and_the_force_limit_are_shown_with_the_act_that_ends_it() 
     }
     answer["session"] = 0
     assert shown(AT_S) is None
+
+
+def test_the_chart_has_its_line_where_the_remote_site_names_a_material() -> None:
+    assert page_state(Console(), 0.0, lambda _: True, "")["decide_at"] == SURE
