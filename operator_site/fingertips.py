@@ -19,10 +19,9 @@ from operator_site.safety.gated_output import Outputs
 from operator_site.safety.limit_flags import Limit
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.contact_prediction import LEAD_S, ContactPrediction, contact_c, contact_in_s
-from operator_site.thermal.model_selection import RUNGS
 from operator_site.thermal.plates import PlateController, PlateSetpoint
 from operator_site.thermal.scene_skin import SceneSkin, SkinState, prepare, touched_object
-from operator_site.thermal.skin_model import STEP_S, SkinModel, Touched
+from operator_site.thermal.skin_model import STEP_S, Touched
 from operator_site.thermal.tissue import Body
 from operator_site.vibration.grooves import GrooveTiming
 from operator_site.vibration.vibration import FingerVibration, PlayedEvents
@@ -55,7 +54,6 @@ class Fingertips:
         self,
         wall: SampledWall,
         profile: PlateRange = COMFORT,
-        model: SkinModel | None = None,
         body: Body | None = None,
         vibration: VibrationScale = "speed",
     ) -> None:
@@ -64,7 +62,6 @@ class Fingertips:
         Args:
             wall: bound of the walls that the exoskeleton can display passively.
             profile: temperature range of the plates.
-            model: skin model of all touches; None selects one for each touch.
             body: temperatures of the body and of the air.
             vibration: scale of the motor speed.
         """
@@ -76,8 +73,8 @@ class Fingertips:
         self._vibrations = [FingerVibration(vibration) for _ in range(n)]
         self._played = PlayedEvents()
         self._groove_timing = GrooveTiming()
-        self._skin = SceneSkin(model, body)
-        prepare(materials().values(), RUNGS if model is None else (model,), self._skin.body.air_w_m2k)
+        self._skin = SceneSkin(body=body)
+        prepare(materials().values(), self._skin.body.air_w_m2k)
         self.skin: SkinState = self._skin.state()
         """State of the skin model, for display and recording."""
         self._display = PlateSetpoint(profile, self.skin.surface_c)

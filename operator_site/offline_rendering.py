@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from common.limits import COMFORT, PlateRange
+from common.limits import COMFORT
 from common.wire.messages import Event
 from operator_site.thermal.model_selection import choose
 from operator_site.thermal.plates import PlateSetpoint
@@ -52,9 +52,8 @@ def render_thermal(
     *,
     model: str | None = None,
     plate: bool = False,
-    profile: PlateRange = COMFORT,
 ) -> Iterator[tuple[float, ...]]:
-    """Return rows of THERMAL_COLUMNS every 10 ms, with `plate` also the plate's set-point within its limits.
+    """Return rows of THERMAL_COLUMNS every 10 ms, with `plate` also its set-point within the comfort profile.
 
     The finger moves freely in steady state until CONTACT_S and is in contact afterwards. Flux is positive into the
     finger.
@@ -69,14 +68,14 @@ def render_thermal(
     if not 0.0 < seconds <= LONGEST_S:
         raise ValueError(f"seconds must be above 0 and at most {LONGEST_S:g}, not {seconds}")
     skin = SceneSkin(cells, body, fingers=1)
-    return _thermal_rows(skin, touched, object_c, round(seconds / STEP_S), profile if plate else None)
+    return _thermal_rows(skin, touched, object_c, round(seconds / STEP_S), plate=plate)
 
 
 def _thermal_rows(
-    skin: SceneSkin, touched: Touched, object_c: float, steps: int, profile: PlateRange | None
+    skin: SceneSkin, touched: Touched, object_c: float, steps: int, *, plate: bool
 ) -> Iterator[tuple[float, ...]]:
     state = skin.state()
-    display = PlateSetpoint(profile, state.surface_c) if profile else None
+    display = PlateSetpoint(COMFORT, state.surface_c) if plate else None
     contact = round(CONTACT_S / STEP_S)
     for step in range(steps + 1):
         if step == contact:
@@ -112,7 +111,7 @@ def write_parameters(path: Path, object_name: str, object_c: float, air_c: float
             "conductivity_w_mk": touched.conductivity_w_mk,
             "density_kg_m3": touched.density_kg_m3,
             "specific_heat_j_kgk": touched.specific_heat_j_kgk,
-            "thickness_m": touched.thickness_m,
+            "thickness_m": None,
             "start_c": _temperature(object_c, "object_c"),
         },
         "contact_resistance_m2k_w": touched.contact_m2k_w,

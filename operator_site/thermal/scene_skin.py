@@ -13,7 +13,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.scenes.materials import Material
-from operator_site.thermal.model_selection import LONGEST_S, RUNGS, choose, rung_table
+from operator_site.thermal.model_selection import RUNGS, choose, rung_table
 from operator_site.thermal.skin_model import (
     OUTPUTS,
     SkinModel,
@@ -66,37 +66,28 @@ def touched_object(conductivity_w_mk: float, density_kg_m3: float, specific_heat
     return Touched(k, rho, c, contact_resistance_m2k_w(k))
 
 
-def prepare(
-    known: Iterable[Material], models: Iterable[SkinModel] = RUNGS, air_w_m2k: float = Body().air_w_m2k
-) -> None:
+def prepare(known: Iterable[Material], air_w_m2k: float = Body().air_w_m2k) -> None:
     """Solve the skin on materials beforehand, because 0.4 ms each are too long for the tick of the first touch."""
     rung_table()
     for kind in known:
         touched = touched_object(kind.conductivity_w_mk, kind.density_kg_m3, kind.specific_heat_j_kgk)
-        for model in models:
+        for model in RUNGS:
             skin_step(model, touched, air_w_m2k)
 
 
 class SceneSkin:
     """Skin of the operator's fingers in the scene."""
 
-    def __init__(
-        self,
-        model: SkinModel | None = None,
-        body: Body | None = None,
-        fingers: int = len(FINGERS),
-        dwell_s: float = LONGEST_S,
-    ) -> None:
+    def __init__(self, model: SkinModel | None = None, body: Body | None = None, fingers: int = len(FINGERS)) -> None:
         """Begin with all fingers at rest.
 
         Args:
             model: model of all fingers at all times; None selects the smallest accurate one for each touch.
             body: surroundings of the fingers.
             fingers: number of fingers.
-            dwell_s: assumed dwell of a touch for the selection, s.
         """
         self.body = body or Body()
-        self._fixed, self._dwell_s = model, dwell_s
+        self._fixed = model
         self._rest = rest(self.body)
         self._rest_row = np.array([*self._rest.layers_c, self._rest.surface_c, self._rest.flux_w_m2])
         self._touched: list[Touched | None] = [None] * fingers
@@ -157,7 +148,7 @@ class SceneSkin:
         if self._fixed is not None or old == RUNGS[-1]:
             return
         surface = float(self._read[finger, 3] @ self._x[finger] + self._offset[finger, 3])
-        new = choose(touched, object_c - surface, self._dwell_s).model
+        new = choose(touched, object_c - surface).model
         if old is not None and RUNGS.index(new) <= RUNGS.index(old):
             return
         if new.states > self._x.shape[1]:

@@ -39,17 +39,16 @@ def contact_resistance_m2k_w(conductivity_w_mk: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Touched:
-    """Thermal properties of a touched object and its contact, SI; a half space without a thickness."""
+    """Thermal properties of a touched object, which is a half space, and its contact, SI."""
 
     conductivity_w_mk: float
     density_kg_m3: float
     specific_heat_j_kgk: float
     contact_m2k_w: float
-    thickness_m: float | None = None
 
     @classmethod
     def of(cls, name: str) -> "Touched":
-        """Return a half space of a material by its name or alias.
+        """Return an object of a material by its name or alias.
 
         Raises:
             KeyError: the material is unknown.
@@ -118,8 +117,6 @@ def ladder_m(count: int, touched: Touched) -> Floats:
     ratio = 2.6 if count <= 6 else 1.8 if count <= 12 else 1.0 + 9.6 / count
     heat = touched.density_kg_m3 * touched.specific_heat_j_kgk
     depth = 4.0 * float(np.sqrt(touched.conductivity_w_mk / heat * LADDER_REACH_S))
-    if touched.thickness_m is not None:
-        depth = min(depth, touched.thickness_m)
     powers = ratio ** np.arange(count, dtype=np.float64)
     return np.asarray(depth * powers / powers.sum(), dtype=np.float64)
 

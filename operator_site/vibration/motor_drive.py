@@ -77,12 +77,12 @@ class Motor:
 MOTOR = Motor()
 
 
-def motor_mv(rpm: float, motor: Motor = MOTOR) -> int:
+def motor_mv(rpm: float) -> int:
     """Return the voltage that holds a motor speed, mV.
 
     It is 0 for a zero, negative or non-finite speed. Higher speeds are limited to the motor's largest speed.
     """
-    return _millivolts(motor.voltage_v(_omega(rpm)))
+    return _millivolts(MOTOR.voltage_v(_omega(rpm)))
 
 
 class MotorDrive:
@@ -94,8 +94,7 @@ class MotorDrive:
         speed_rad_s: estimated present speed of the motor by its constants, rad/s.
     """
 
-    def __init__(self, motor: Motor = MOTOR) -> None:
-        self._motor = motor
+    def __init__(self) -> None:
         self._t_s = -math.inf
         self.hold_mv = 0
         self.pulse = (0, 0, 0)
@@ -125,7 +124,7 @@ class MotorDrive:
         if wanted == 0.0 or self.speed_rad_s >= (1.0 - 1.5 * CLOSE) * self._peak or not t_s <= self._peak_until_s:
             self._peak = 0.0
         goal = max(wanted, self._peak)
-        self.hold_mv = _millivolts(self._motor.voltage_v(goal))
+        self.hold_mv = _millivolts(MOTOR.voltage_v(goal))
         self.pulse = self._pulse(t_s, goal)
 
     def _advance(self, t_s: float) -> None:
@@ -135,8 +134,8 @@ class MotorDrive:
             self.speed_rad_s, self._pulse_until_s = 0.0, -math.inf
             return
         pulse_s = min(since_s, max(0.0, self._pulse_until_s - before_s))
-        speed = self._motor.speed_rad_s(self.speed_rad_s, 1e-3 * self.pulse[0], pulse_s)
-        self.speed_rad_s = self._motor.speed_rad_s(speed, 1e-3 * self.hold_mv, since_s - pulse_s)
+        speed = MOTOR.speed_rad_s(self.speed_rad_s, 1e-3 * self.pulse[0], pulse_s)
+        self.speed_rad_s = MOTOR.speed_rad_s(speed, 1e-3 * self.hold_mv, since_s - pulse_s)
 
     def _pulse(self, t_s: float, goal: float) -> tuple[int, int, int]:
         """Return voltage, mV, duration, us, and number of the pulse that brings the motor to a speed, rad/s."""
@@ -147,7 +146,7 @@ class MotorDrive:
         if goal == 0.0 or low <= self.speed_rad_s <= high:
             return 0, 0, 0
         pulse_mv, self._pulse_to = (MOTOR_MAX_MV, low) if self.speed_rad_s < low else (0, high)
-        pulse_s = self._motor.takes_s(self.speed_rad_s, self._pulse_to, 1e-3 * pulse_mv)
+        pulse_s = MOTOR.takes_s(self.speed_rad_s, self._pulse_to, 1e-3 * pulse_mv)
         pulse_us = min(MOTOR_PULSE_MAX_US, round(1e6 * pulse_s))
         self._pulse_until_s, self._pulses = t_s + 1e-6 * pulse_us, (self._pulses + 1) & 0xFF
         return pulse_mv, pulse_us, self._pulses
