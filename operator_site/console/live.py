@@ -16,18 +16,16 @@ from typing import Any
 from common.config.page_models import ConsoleConfig
 from common.timing.interval import Interval
 from operator_site.console import texts
-from operator_site.console.background_search import BackgroundSearch
+from operator_site.console.background_search import MapSearches
 from operator_site.console.camera.camera import Camera
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.examination.resume import Unfinished
 from operator_site.console.map.finger_samples import samples_of
-from operator_site.console.map.lump_search import NOTHING, search_lumps
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.state.site_time import SiteTime
 from operator_site.console.state.wall_clock import WallClock
-from operator_site.console.tenderness.tender_search import NOT_SEARCHED, search_tenderness
 from operator_site.console.voice.voice import Voice
 from operator_site.console.voice.voice_sound import VoiceSound
 from operator_site.console.web.camera_pages import CameraPages
@@ -94,8 +92,7 @@ class LiveConsole:
         self._folder = config.record.parent if config.record is not None else Path.cwd()
         self._picture, self._state, self._attend = Interval(BATCH_S), Interval(STATE_S), Interval(_ATTEND_S)
         self._keep, self._second = Interval(_KEEP_S), Interval(1.0)
-        self._lumps = BackgroundSearch("lumps", search_lumps, NOTHING)
-        self._tender = BackgroundSearch("tenderness", search_tenderness, NOT_SEARCHED)
+        self._searches = MapSearches(self.pages.contain)
         self._skipped = 0
         self._answering = False
 
@@ -118,7 +115,7 @@ class LiveConsole:
         if self._second(here_s):
             self._look_around()
             self._keep_samples(now_s)
-            self._search(here_s)
+            self._searches.step(here_s, self.console)
         if self._keep(here_s):
             self._journal.step(now_s)
             for alarm in self.console.alarms.take_changes():
@@ -129,16 +126,6 @@ class LiveConsole:
             self.console.step(now_s)
             self._commands.step(now_s)
             self.pages.show(self._shown(now_s) if self._state(here_s) else None)
-
-    def _search(self, here_s: float) -> None:
-        """Search the map for lumps, and the presses for the most tender place."""
-        console, surface, number = self.console, self.console.tactile_map, self.console.map_number
-        with self.pages.contain.step("lumps", latches=False):
-            self._lumps.step(here_s, number, surface.revision, surface.stiffness.rows)
-            console.searched = self._lumps.found
-        with self.pages.contain.step("tenderness", latches=False):
-            self._tender.step(here_s, number, console.pain.revision, console.pain.settled)
-            console.tenderness = self._tender.found
 
     def _see(self, camera: Camera, now_s: float) -> None:
         """Relay and record the arrived pictures; pause the session where a required picture is not live."""

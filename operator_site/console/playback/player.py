@@ -9,18 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from common.timing.interval import Interval
-from operator_site.console.background_search import BackgroundSearch
+from operator_site.console.background_search import MapSearches
 from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.camera.picture_reader import KEY_S
 from operator_site.console.examination.journal import Journal
 from operator_site.console.live import STATE_S
-from operator_site.console.map.lump_search import NOTHING, search_lumps
 from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import Playback, Recording
 from operator_site.console.playback.played_pictures import PlayedPictures
 from operator_site.console.playback.played_sounds import PlayedSounds
-from operator_site.console.tenderness.tender_search import NOT_SEARCHED, search_tenderness
 from operator_site.console.voice.voice_now import Heard, VoiceNow
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands
@@ -142,8 +140,7 @@ class PlayedConsole:
         self.camera_pages = CameraPages(self.pages.contain)
         self.voice_pages = VoicePages(self.pages.contain, lambda: None)
         self._picture, self._state, self._again = Interval(BATCH_S), Interval(STATE_S), Interval(KEY_S)
-        self._lumps = BackgroundSearch("lumps", search_lumps, NOTHING)
-        self._tender = BackgroundSearch("tenderness", search_tenderness, NOT_SEARCHED)
+        self._searches = MapSearches(self.pages.contain)
 
     def step(self, now_s: float) -> None:
         """Advance the playback and show what is due."""
@@ -162,13 +159,7 @@ class PlayedConsole:
             player.console.map_number = self._commands.console.map_number + 1
             self._commands.console = player.console
             self.pages.send_everything()
-        console, surface, number = player.console, player.console.tactile_map, player.console.map_number
-        with self.pages.contain.step("lumps", latches=False):
-            self._lumps.step(now_s, number, surface.revision, surface.stiffness.rows)
-            console.searched = self._lumps.found
-        with self.pages.contain.step("tenderness", latches=False):
-            self._tender.step(now_s, number, console.pain.revision, console.pain.settled)
-            console.tenderness = self._tender.found
+        self._searches.step(now_s, player.console)
         due = self._state(now_s)
         self.pages.show(self._shown() if due or jumped else None)
 
