@@ -40,14 +40,8 @@ class TactTip:
         self.plate_c = math.nan
         self.measured_s = _NEVER
         """Arrival time of the last reading, s; -inf before the first."""
-        self.sensor_fault: FaultCode | None = None
-        self.cooling_fault: Fault | None = None
-        """Fault of the hot side or its thermistor; None without one."""
         self.stood_still_s = 0.0
         """Duration of a standstill of the host's clock before the last `read`, by the module's clock, s."""
-        self.cut_out = False
-        self.disobeys: Fault | None = None
-        """Fault of an output that was not commanded; None without one."""
         self.faults: list[Fault] = []
         """All faults as of the last report."""
         self.applied = (0, 0)
@@ -73,24 +67,17 @@ class TactTip:
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)
-            self.plate_c, self.sensor_fault = reading.plate_c, reading.fault
-            self.cooling_fault = self._hot_side.step(t_s, state.hot_side_counts)
-            self.cut_out = bool(state.flags & _CUT_OUT)
+            self.plate_c, self.measured_s = reading.plate_c, t_s
             self.applied = (state.motor_mv, state.peltier_permille)
             motor = self._motor.reported(t_s, state.motor_mv)
             peltier = self._peltier.reported(t_s, state.peltier_permille)
-            self.disobeys = motor or peltier
-            self.measured_s = t_s
-        self.faults = self._faults()
-
-    def _faults(self) -> list[Fault]:
-        found = [
-            None if self.sensor_fault is None else Fault(self.sensor_fault),
-            self.cooling_fault,
-            Fault(FaultCode.MODULE_CUT_OUT) if self.cut_out else None,
-            self.disobeys,
-        ]
-        return [fault._replace(where=self._finger) for fault in found if fault is not None]
+            found = [
+                None if reading.fault is None else Fault(reading.fault),
+                self._hot_side.step(t_s, state.hot_side_counts),
+                Fault(FaultCode.MODULE_CUT_OUT) if state.flags & _CUT_OUT else None,
+                motor or peltier,
+            ]
+            self.faults = [fault._replace(where=self._finger) for fault in found if fault is not None]
 
     @property
     def unread_s(self) -> float:

@@ -240,7 +240,7 @@ class TestTactTip(DriverContract):
 
     def test_the_plates_temperature_comes_in_c(self, rig: ModuleRig, driver_on: TactTipDriver) -> None:
         assert self.until_it_reads(rig, driver_on) == pytest.approx(33.0, abs=0.03)
-        assert not driver_on.cut_out
+        assert driver_on.faults == []
 
     def test_drives_reach_the_module_and_run_out(self, rig: ModuleRig, driver_on: TactTipDriver) -> None:
         module: Any = rig.module
@@ -267,12 +267,14 @@ class TestTactTip(DriverContract):
         assert 4 <= sum(sent(2.11 + n * 1e-3, 3000.0) for n in range(100)) <= 6  # nothing new: every 20 ms
 
     def test_a_cut_out_and_a_broken_ntc_are_seen(self, rig: ModuleRig, driver_on: TactTipDriver) -> None:
-        assert driver_on.cooling_fault is None
+        faults = {
+            Fault(FaultCode.PLATE_THERMISTOR_OPEN, FINGER),
+            Fault(FaultCode.HOT_SIDE_THERMISTOR_SHORT, FINGER),
+            Fault(FaultCode.MODULE_CUT_OUT, FINGER),
+        }
         rig.module.measure(4095, 0)
-        rig.until(lambda: self.turn(driver_on), lambda: driver_on.cut_out)
+        rig.until(lambda: self.turn(driver_on), lambda: {*driver_on.faults} == faults)
         assert math.isnan(driver_on.plate_c)
-        assert driver_on.sensor_fault is FaultCode.PLATE_THERMISTOR_OPEN
-        assert driver_on.cooling_fault == Fault(FaultCode.HOT_SIDE_THERMISTOR_SHORT)
 
 
 class Mute:
