@@ -102,7 +102,7 @@ def measure(path: Path) -> dict[str, object]:
     for moment_s in moments_s:
         began = time.perf_counter()
         playback.preview(moment_s, 0.0)
-        playback.console.picture(playback.time_s, 1, None)
+        playback.console.picture(playback.now_s, 1, None)
         shown_s.append(time.perf_counter() - began)
     began = time.perf_counter()
     while playback.prepare():

@@ -6,7 +6,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import Generic, TypeVar
 
 from common.runtime.containment import Containment
-from operator_site.console.map.lump_search import NOTHING, search_lumps
+from operator_site.console.map.lump_areas import NOTHING, search_lumps
 from operator_site.console.model import Console
 from operator_site.console.tenderness.tender_search import NOT_SEARCHED, search_tenderness
 

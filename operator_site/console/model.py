@@ -19,7 +19,7 @@ from operator_site.console.alarms.alarm_rules import Surroundings, causes, cause
 from operator_site.console.alarms.alarms import Alarms
 from operator_site.console.consent import Consent
 from operator_site.console.examination.examination import Examination
-from operator_site.console.map.lump_search import NOTHING, Searched
+from operator_site.console.map.lump_areas import NOTHING, Searched
 from operator_site.console.map.patient_shift import PatientShift
 from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.state.calm_answers import CalmAnswers

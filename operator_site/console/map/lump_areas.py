@@ -1,4 +1,7 @@
-"""Computes stiffness and lump probability over the cells of a mapped area, and lists its lumps."""
+"""Computes stiffness and lump probability over the cells of a mapped area, and lists its lumps.
+
+A console searches its growing map for them, and for the next place to press.
+"""
 
 import math
 from typing import Any, NamedTuple
@@ -38,6 +41,22 @@ class Cells(NamedTuple):
     value: Floats
     sd: Floats
     lump: Floats
+
+
+class Searched(NamedTuple):
+    """Result of a search: lumps, see `lumps_in`, and the next place to press, mm, None if unknown."""
+
+    lumps: list[dict[str, Any]]
+    next_mm: tuple[float, float] | None
+
+
+NOTHING = Searched([], None)
+
+
+def search_lumps(rows: Floats) -> Searched:
+    """Search the presses of a map, `StiffnessLayer.rows`. Raises ValueError for rows that are none."""
+    field = field_of(rows)
+    return NOTHING if field is None else Searched(lumps_of(field), next_press_mm(field))
 
 
 def field_of(rows: Floats) -> StiffnessField | None:

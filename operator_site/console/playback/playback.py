@@ -114,15 +114,9 @@ class Recording:
         for _, channel, message in self._reader.messages(streams, from_ns):
             yield channel.topic, message.log_time, message.data
 
-    @property
-    def has_pictures(self) -> bool:
-        """Whether the recording has pictures of the camera."""
-        return bool(self._reader.counts.get(CAMERA))
-
-    @property
-    def has_sounds(self) -> bool:
-        """Whether the recording has sounds of the voice."""
-        return bool(self._reader.counts.get(VOICE))
+    def has(self, stream: str) -> bool:
+        """Return whether the recording has messages of a stream, such as CAMERA or VOICE."""
+        return bool(self._reader.counts.get(stream))
 
     def marks(self) -> list[Mark]:
         """Return the readable alarms, faults, findings, changes of clutch and scale, and modes, in order of time.
@@ -233,7 +227,7 @@ class Playback(Generic[C]):
         return self._now_ns
 
     @property
-    def time_s(self) -> float:
+    def now_s(self) -> float:
         """Present moment on the clock of the recording, s."""
         return self._now_ns * 1e-9
 

@@ -16,7 +16,7 @@ from operator_site.console.examination.journal import Journal
 from operator_site.console.live import STATE_S
 from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
-from operator_site.console.playback.playback import Playback, Recording
+from operator_site.console.playback.playback import CAMERA, VOICE, Playback, Recording
 from operator_site.console.playback.played_pictures import PlayedPictures
 from operator_site.console.playback.played_sounds import PlayedSounds
 from operator_site.console.voice.voice_now import Heard, VoiceNow
@@ -32,7 +32,11 @@ AT_ONCE = 300
 
 
 class Player:
-    """Plays a recording by the wall clock."""
+    """Plays a recording by the wall clock.
+
+    Attributes:
+        playback: the playback, with the console at the present moment of the recording.
+    """
 
     def __init__(self, recording: Recording, ahead: Checkpoints, clock_s: Callable[[], float] = time.monotonic):
         """Begin at the start, paused.
@@ -42,38 +46,18 @@ class Player:
             ahead: checkpoints of the same recording.
             clock_s: this machine's monotonic clock, s.
         """
-        self._playback = Playback(recording, lambda: Console(live=False))
+        self.playback = Playback(recording, lambda: Console(live=False))
         self._ahead, self._clock_s = ahead, clock_s
         self._target_s: float | None = None
         """Target of a pending jump, s from the beginning."""
         self._start = _start(recording)
-        self._marks = [mark._asdict() for mark in self._playback.marks]
-        self._jumps = self._playback.jumps
-
-    @property
-    def console(self) -> Console:
-        """State of the console at the present moment of the recording."""
-        return self._playback.console
-
-    @property
-    def now_s(self) -> float:
-        """Present moment on the clock of the recording, s."""
-        return self._playback.time_s
-
-    @property
-    def now_ns(self) -> int:
-        """Present moment on the clock of the recording, ns."""
-        return self._playback.now_ns
-
-    @property
-    def speed(self) -> float:
-        """Multiple of the recorded speed."""
-        return self._playback.speed
+        self._marks = [mark._asdict() for mark in self.playback.marks]
+        self._jumps = self.playback.jumps
 
     def step(self, wall_s: float) -> bool:
         """Advance the playback; return whether its time has jumped since the last call."""
-        self._playback.checkpoints += self._ahead.made()
-        playback = self._playback
+        playback = self.playback
+        playback.checkpoints += self._ahead.made()
         if self._target_s is None:
             playback.step(wall_s)
             if playback.partial and playback.ready(playback.at_s):
@@ -82,17 +66,16 @@ class Player:
             exact = playback.dense and playback.ready(self._target_s)
             (playback.seek if exact else playback.preview)(self._target_s, wall_s)
             self._target_s = None
-        jumped = self._playback.jumps != self._jumps
-        self._jumps = self._playback.jumps
-        return jumped
+        before, self._jumps = self._jumps, playback.jumps
+        return self._jumps != before
 
     def play(self, speed: float) -> None:
         """Play at a multiple of the recorded speed within SPEEDS; at the end, restart from the beginning."""
-        self._playback.play(self._clock_s(), speed)
+        self.playback.play(self._clock_s(), speed)
 
     def pause(self) -> None:
         """Pause the playback."""
-        self._playback.pause(self._clock_s())
+        self.playback.pause(self._clock_s())
 
     def seek(self, at_s: float) -> bool:
         """Jump to a time, s from the beginning, at the next step; return False if only a preview is ready.
@@ -100,12 +83,12 @@ class Player:
         The newest request replaces earlier ones, such as those of a dragged slider.
         """
         self._target_s = at_s
-        return self._playback.ready(at_s)
+        return self.playback.ready(at_s)
 
     def state(self) -> dict[str, Any]:
         """Return the state for the page."""
-        playback, start = self._playback, self._start
-        state = page_state(playback.console, playback.time_s, lambda _: True, "", playback.time_s - playback.at_s)
+        playback, start = self.playback, self._start
+        state = page_state(playback.console, playback.now_s, lambda _: True, "", playback.now_s - playback.at_s)
         state["session"] |= {
             "title": playback.title if start is None else f"{start.day} {start:%b %Y %H:%M}",
             "playback": {
@@ -133,10 +116,10 @@ class PlayedConsole:
         recording = Recording(path)
         opened.callback(recording.close)
         self._player = Player(recording, Checkpoints(path, opened))
-        self._recorded = PlayedPictures(recording) if recording.has_pictures else None
-        self._sounds = PlayedSounds(recording) if recording.has_sounds else None
-        self._commands = Commands(self._player.console, Journal(None, {}), player=self._player)
-        self.pages = Pages(self._commands, lambda: self._player.now_s)
+        self._recorded = PlayedPictures(recording) if recording.has(CAMERA) else None
+        self._sounds = PlayedSounds(recording) if recording.has(VOICE) else None
+        self._commands = Commands(self._player.playback.console, Journal(None, {}), player=self._player)
+        self.pages = Pages(self._commands, lambda: self._player.playback.now_s)
         self.camera_pages = CameraPages(self.pages.contain)
         self.voice_pages = VoicePages(self.pages.contain, lambda: None)
         self._picture, self._state, self._again = Interval(BATCH_S), Interval(STATE_S), Interval(KEY_S)
@@ -146,8 +129,8 @@ class PlayedConsole:
         """Advance the playback and show what is due."""
         if not self._picture(now_s):
             return
-        player = self._player
-        jumped = player.step(now_s)
+        jumped = self._player.step(now_s)
+        console = self._player.playback.console
         if self._recorded is not None:
             with self.pages.contain.step("camera", latches=False):
                 self._see(self._recorded, now_s, jumped=jumped)
@@ -156,10 +139,10 @@ class PlayedConsole:
                 self._listen(self._sounds, jumped=jumped)
         if jumped:
             # Another map for the pages, which drop the tiles that the map does not have yet.
-            player.console.map_number = self._commands.console.map_number + 1
-            self._commands.console = player.console
+            console.map_number = self._commands.console.map_number + 1
+            self._commands.console = console
             self.pages.send_everything()
-        self._searches.step(now_s, player.console)
+        self._searches.step(now_s, console)
         due = self._state(now_s)
         self.pages.show(self._shown() if due or jumped else None)
 
@@ -173,7 +156,7 @@ class PlayedConsole:
 
     def _see(self, recorded: PlayedPictures, now_s: float, *, jumped: bool) -> None:
         """Relay the pictures up to the present moment; after a jump, from the last key picture before it."""
-        now_ns = self._player.now_ns
+        now_ns = self._player.playback.now_ns
         self.camera_pages.step()
         if jumped:
             self.camera_pages.restart(recorded.jump(now_ns))
@@ -185,11 +168,11 @@ class PlayedConsole:
 
     def _listen(self, recorded: PlayedSounds, *, jumped: bool) -> None:
         """Relay the sounds up to the present moment; at another speed than the recorded one there are none."""
-        now_ns = self._player.now_ns
+        now_ns = self._player.playback.now_ns
         if jumped:
             recorded.jump(now_ns)
         for sound in recorded.play(now_ns):
-            if self._player.speed == 1.0:
+            if self._player.playback.speed == 1.0:
                 self.voice_pages.show(sound)
 
     def figures(self) -> dict[str, object]:

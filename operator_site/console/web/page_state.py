@@ -23,12 +23,10 @@ from operator_site.console.map.tactile_map import COLUMNS, QUANTITIES, ROWS, Exp
 from operator_site.console.model import Console
 from operator_site.console.state.fingers_now import GONE_S
 from operator_site.console.state.site_now import DEVICES, SILENT_S
+from operator_site.console.tenderness.pain_presses import ANSWER_OLD_S
 from operator_site.console.tenderness.tender_search import CIRCLE_SD
 
-_PRIORITIES = ("none", "low", "medium", "high")
 _MOST_ALARMS = 50
-PAIN_OLD_S = 2.0
-"""Age from which a pain answer is not shown, s."""
 DECIDE_AT = 0.995
 """Probability from which the remote site names a material."""
 
@@ -120,7 +118,7 @@ def _alarm(alarm: Alarm, now_s: float, from_s: float, wall_clock: Callable[[floa
     over = alarm.waits or alarm.ended_s is not None
     return {
         "id": alarm.ident,
-        "priority": _PRIORITIES[alarm.cause.priority],
+        "priority": alarm.cause.priority.name.lower(),
         "text": alarm.text,
         "what": alarm.cause.text,
         "since_s": round(alarm.since_s - from_s, 2),
@@ -281,7 +279,7 @@ def _patient(console: Console, now_s: float) -> dict[str, Any] | None:
     age_s = max(0.0, now_s - site.patient_s) if console.live else 0.0  # a recording has changes only
     limit_n = site.patient.limit_n
     return {
-        "pain": None if site.patient.pain is None or age_s > PAIN_OLD_S else round(site.patient.pain, 1),
+        "pain": None if site.patient.pain is None or age_s > ANSWER_OLD_S else round(site.patient.pain, 1),
         "age_s": round(age_s, 1),
         "limit": None if limit_n is None else texts.FORCE_LIMITED.format(limit_n=limit_n),
         "ends": None if limit_n is None else texts.LIMIT_ENDS,

@@ -11,7 +11,7 @@ from common.recording.reader import RecordingReader
 from common.recording.recorder import Recorder
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.examination.journal import SCHEMAS
-from operator_site.console.playback.playback import Recording
+from operator_site.console.playback.playback import CAMERA, Recording
 from operator_site.console.playback.played_pictures import PlayedPictures
 from operator_site.console.voice.voice_sound import VoiceSound
 from teletaction.export.export import export
@@ -64,7 +64,7 @@ def test_report_and_replay_take_it(recorded: Path, tmp_path: Path, coarse: None)
 def test_playback_has_the_pictures(recorded: Path) -> None:
     recording = Recording(recorded)
     played = PlayedPictures(recording)
-    assert recording.has_pictures
+    assert recording.has(CAMERA)
     last = played.jump(recording.end_ns)
     assert [picture.content for picture in last] == [coded.content for coded in pictures()[HZ:]]
     recording.close()

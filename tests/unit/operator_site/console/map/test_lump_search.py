@@ -8,7 +8,7 @@ import pytest
 
 from operator_site.console.background_search import SEARCH_S, BackgroundSearch
 from operator_site.console.map.finger_samples import Sample
-from operator_site.console.map.lump_search import NOTHING, search_lumps
+from operator_site.console.map.lump_areas import NOTHING, search_lumps
 from operator_site.console.map.tactile_map import TactileMap
 
 

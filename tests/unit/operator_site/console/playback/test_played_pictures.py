@@ -66,5 +66,5 @@ def test_a_recording_without_pictures_has_none(tmp_path: Path) -> None:
     with Recorder(out, {"console/act": {}}, {}) as recorder:
         recorder.write("console/act", START_NS, msgpack.packb({}))
     opened = Recording(out)
-    assert not opened.has_pictures
+    assert not opened.has(CAMERA)
     opened.close()

@@ -40,7 +40,7 @@ def numbers(sounds: list[VoiceSound]) -> list[int]:
 
 
 def test_it_plays_each_moment_once_and_one_talker_at_a_time(recording: Recording) -> None:
-    assert recording.has_sounds
+    assert recording.has(VOICE)
     played = PlayedSounds(recording)
     found = [sound for at in range(COUNT) for sound in played.play(START_NS + (at + 1) * FRAME_NS)]
     assert sum(sound.direction == "to_remote" for sound in found) == len(SAID)

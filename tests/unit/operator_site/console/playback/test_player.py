@@ -91,9 +91,9 @@ def test_what_another_process_has_read_is_entered_as_if_it_were_played(path: Pat
         played.play(1.0)
         played.step(at_s)
         assert place(jumped)["at_s"] == place(played)["at_s"] == at_s
-        pictures = [player.console.picture(player.now_s, 1, None) for player in (jumped, played)]
+        pictures = [player.playback.console.picture(player.playback.now_s, 1, None) for player in (jumped, played)]
         assert pictures[0] == pictures[1]
-        assert jumped.console.tactile_map.revision == played.console.tactile_map.revision > 0
+        assert jumped.playback.console.tactile_map.revision == played.playback.console.tactile_map.revision > 0
 
 
 @pytest.mark.long
@@ -112,7 +112,7 @@ def test_the_map_of_a_played_recording_has_its_lumps(tmp_path: Path, monkeypatch
         played = PlayedConsole(pressed, opened)
         played._player.play(8.0)
         now_s = time.monotonic()
-        while not (lumps := played._player.console.searched.lumps):
+        while not (lumps := played._player.playback.console.searched.lumps):
             now_s += 1000.0
             played.step(now_s)
             time.sleep(0.01)  # the search has a thread of its own
@@ -132,7 +132,7 @@ def test_after_a_jump_the_pages_get_another_map_with_the_same_step(path: Path, m
             nonlocal now_s
             now_s += by_s
             played.step(now_s)
-            return played.pages._state["map"]["number"], played._player.console.tactile_map.revision
+            return played.pages._state["map"]["number"], played._player.playback.console.tactile_map.revision
 
         now_s = time.monotonic()
         step(0.1)

@@ -13,7 +13,7 @@ from common.faults.texts import fault_figures
 from common.fingers import FINGER_Y_M
 from common.limits import GAP_S
 from common.wire.packets import LinkState
-from operator_site.console.map.lump_search import Searched
+from operator_site.console.map.lump_areas import Searched
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
 from operator_site.console.web.page_state import page_state
