@@ -271,7 +271,7 @@ class SiteNow:
         noted = figures.get("remote_consent")
         self.remote_consent = NotedConsent.of(noted) if isinstance(noted, dict) else None
         if isinstance(coupling := figures.get("coupling"), dict):
-            self.coupling = Coupling(**coupling)
+            self.coupling = Coupling.unpack(Coupling(**coupling).pack())  # checks the values
         self.take_brief(t_s, figures)
         for name, line in figures.get("devices", {}).items():
             self._device(device_named(name), str(line.get("missing", "")))

@@ -178,11 +178,16 @@ def test_clutch_scale_and_edges_are_shown_as_the_site_reports_them() -> None:
     console.take("operator/coupling", round(AT_S * S), coupling.pack())
     shown = page_state(console, AT_S, lambda _: True, "operator.toml")["coupling"]
     assert shown == {"open": True, "scale": 5, "edges": ["x+", "y-", "low"]}
+    console.take(
+        "operator/figures", round(AT_S * S), figures(coupling=structs.asdict(Coupling(False, 0, *held, *held)))
+    )
+    assert console.damaged == 1, "no scale is 0"
+    assert page_state(console, AT_S, lambda _: True, "operator.toml")["coupling"] == shown
     figured = figures(coupling=structs.asdict(Coupling(False, 2, *held, *held)))
     console.take("operator/figures", round(AT_S * S), figured)
     shown = page_state(console, AT_S, lambda _: True, "operator.toml")["coupling"]
     assert shown == {"open": False, "scale": 2, "edges": []}, "a console that starts late has it from the figures"
-    assert console.damaged == 0
+    assert console.damaged == 1
 
 
 def test_pain_its_age_and_the_force_limit_are_shown_with_the_act_that_ends_it() -> None:
