@@ -89,7 +89,7 @@ class OperatorSite:
         self._recorder = recorder
         self._recording = None if recorder is None and feed is None else SiteRecording(recorder, feed)
         self.attendance = ConsolePresence(config.console_required_s)
-        self.coupling = MotionCoupling(self._note)
+        self.coupling = MotionCoupling(client.session.note)
         self._desk = desk
         self._gap_s = config.link.gap_s
         self.contain = containment(client.session.latch)
@@ -148,9 +148,6 @@ class OperatorSite:
         self.coupling.step(session.engaged, session.ident, hand.x_m, hand.y_m, hand.z_m)
         if self.coupling.now.open and session.silent:  # the remote fingers have retreated, and no hand lowers them
             client.disengage(now_ns, "the link was silent while the clutch was open")
-
-    def _note(self, what: str, text: str) -> None:
-        self.client.session.note(what, text)
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):

@@ -33,7 +33,7 @@ SCHEMAS: dict[str, dict[str, object]] = {
 }
 _MOTION_RECORDED = STREAMS["motion"].recorded
 _SLOW_EVERY = 25
-"""Ticks between two records of slowly changing values: 20 Hz."""
+"""Ticks between two records of slowly changing values: 20 Hz at 500 ticks a second."""
 
 
 class SiteRecording:

@@ -100,7 +100,7 @@ def _serve(
     opened.callback(shown.camera_pages.close)
     status = StatusFile(config.status, "console")
     about = {"address": address_of(config, socket)}
-    app = application(access, shown.pages, shown.camera_pages, shown.voice_pages, config.reports, lambda: {"ok": True})
+    app = application(access, shown.pages, shown.camera_pages, shown.voice_pages, config.reports)
     contain = shown.pages.contain
     log.info("the page is at %s", about["address"])
 

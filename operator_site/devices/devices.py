@@ -24,8 +24,7 @@ class OperatorDevices:
         clock = HostClock() if clock is None else clock
         self.exoskeleton = Exoskeleton(config.exoskeleton, config.fingers, clock, wiring)
         self.tacttips = {FINGERS.index(f): TactTip(f, address, clock, wiring) for f, address in config.tacttip.items()}
-        witnesses: list[Exoskeleton | TactTip] = [self.exoskeleton, *self.tacttips.values()]
-        self._witnesses = witnesses
+        self._witnesses: list[Exoskeleton | TactTip] = [self.exoskeleton, *self.tacttips.values()]
         self._ready = ReadyLines([self.exoskeleton.line, *self.lines()])
         self.tick = TickAge(clock, self._unread_s)
 

@@ -84,7 +84,6 @@ class RunningTestbed:
             camera,
             VoicePages(Containment(), lambda: None),
             self._config.reports,
-            lambda: {"ok": True},
         )
         config = uvicorn.Config(
             app, host="127.0.0.1", port=0, log_level="error", lifespan="off", ws="websockets-sansio"

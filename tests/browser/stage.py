@@ -87,7 +87,7 @@ class Stage:
         """Whether the camera takes pictures while the scenario has one."""
         self._filming: asyncio.Task[None] | None = None
         self._speaking: asyncio.Task[None] | None = None
-        self._app = application(access, cast(Pages, self), self.camera, self.voice, None, lambda: {"ok": True})
+        self._app = application(access, cast(Pages, self), self.camera, self.voice, None)
         config = uvicorn.Config(
             self._serve,
             interface="asgi3",

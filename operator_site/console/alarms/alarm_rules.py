@@ -15,6 +15,7 @@ from operator_site.console.state.frame import Priority
 from operator_site.console.state.site_now import SILENT_S, SiteNow
 from operator_site.console.voice.voice_now import VoiceNow
 from operator_site.safety.limit_flags import Limit
+from operator_site.session.emergency_stop import REMOTE
 
 STOP_PATIENCE_S = 0.3
 """Time for a device to confirm an emergency stop, s; the remote hand has a round trip more."""
@@ -110,7 +111,7 @@ def unconfirmed(now_s: float, site: SiteNow) -> list[str]:
     return [
         name
         for name, after_s in site.stop_after_s.items()
-        if after_s is None and waited_s > STOP_PATIENCE_S + (round_trip_s if name == "remote hand" else 0.0)
+        if after_s is None and waited_s > STOP_PATIENCE_S + (round_trip_s if name == REMOTE else 0.0)
     ]
 
 

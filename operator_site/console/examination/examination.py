@@ -108,13 +108,10 @@ class Examination:
             raise Refused(texts.STUDY_NUMBER_PRINTABLE)
         if texts.looks_like_a_name(pseudonym):
             raise Refused(texts.STUDY_NUMBER)
-        mark = read_mark(body)
-        known = (
-            isinstance(sides, dict) and {*sides} == {"top", "right"} and all(side in SIDES for side in sides.values())
-        )
-        self.sides = dict(sides) if known and isinstance(sides, dict) else None
+        self.body = read_mark(body)
+        self.sides = _sides(sides)
         self.pseudonym, self.began_s, self.ended_s = pseudonym.strip(), now_s, None
-        self.body, self.findings, self.undoable = mark, {}, []
+        self.findings, self.undoable = {}, []
 
     def end(self, now_s: float) -> str:
         """End the examination; return its pseudonym.
@@ -237,6 +234,13 @@ class Examination:
             self.findings, self.undoable = {}, []
         elif stream == "console/session":
             self.pseudonym, self.ended_s = None, float(record["at_s"])
+
+
+def _sides(given: object) -> dict[str, str] | None:
+    """Return the parts of the body at the map's top and right edges; None if not both are given."""
+    if not isinstance(given, dict) or {*given} != {"top", "right"} or any(side not in SIDES for side in given.values()):
+        return None
+    return dict(given)
 
 
 def _place(details: dict[str, Any]) -> tuple[float | None, float | None]:

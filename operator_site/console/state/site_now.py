@@ -58,14 +58,18 @@ def _age_s(now_s: float, at_s: float) -> float:
 
 def device_named(name: str) -> str:
     """Return the readable name of a device in the site's figures, such as `ring` for `ring tacttip`."""
-    return "remote hand" if name == "telemanipulator" else name.removesuffix(" tacttip")
+    return REMOTE if name == "telemanipulator" else name.removesuffix(" tacttip")
 
 
 class LinkNow:
-    """Measures delay, age and loss of touch packets. Pure: time is an argument, s."""
+    """Measures delay, age and loss of touch packets. Pure: time is an argument, s.
+
+    Attributes:
+        clock: offset of the remote site's clock from the operator site's and its uncertainty, ns; None while unknown.
+    """
 
     def __init__(self) -> None:
-        self.uncertainty_ms: float | None = None
+        self.clock: tuple[int, int] | None = None
         self._offset_ns = 0
         self._touch_s = -math.inf
         self._delays: deque[tuple[float, float]] = deque()
@@ -75,12 +79,7 @@ class LinkNow:
     def take_clock(self, offset_ns: int, uncertainty_ns: int | None) -> None:
         """Take an estimate of the offset between the clocks of both sites."""
         self._offset_ns = offset_ns
-        self.uncertainty_ms = None if uncertainty_ns is None else uncertainty_ns * 1e-6
-
-    @property
-    def clock(self) -> tuple[int, int] | None:
-        """Offset of the remote site's clock from the operator site's and its uncertainty, ns; None while unknown."""
-        return None if self.uncertainty_ms is None else (self._offset_ns, round(self.uncertainty_ms * 1e6))
+        self.clock = None if uncertainty_ns is None else (offset_ns, uncertainty_ns)
 
     def take_touch(self, t_s: float, touch: Touch) -> None:
         """Take an accepted touch packet."""
@@ -106,7 +105,7 @@ class LinkNow:
 
     def largest_age_s(self, after_s: float) -> float:
         """Return the largest delay of the touch packets accepted after a time, s; 0 where it is unknown."""
-        if self.uncertainty_ms is None:
+        if self.clock is None:
             return 0.0
         delays_ms = takewhile(lambda delay: delay[0] > after_s, reversed(self._delays))
         return max(0.0, max((delay_ms for _, delay_ms in delays_ms), default=0.0)) * 1e-3
@@ -115,13 +114,14 @@ class LinkNow:
         """Return delay, its standard deviation and age, ms, and the lost share of packets; None if unknown."""
         fresh = now_s - self._touch_s <= _DELAY_WINDOW_S
         delays = [delay_ms for _, delay_ms in self._delays]
-        known = fresh and bool(delays) and self.uncertainty_ms is not None
+        known = fresh and bool(delays) and self.clock is not None
+        uncertainty_ms = 0.0 if self.clock is None else self.clock[1] * 1e-6
         mean = sum(delays) / len(delays) if known else 0.0
         spread = math.sqrt(sum((delay - mean) ** 2 for delay in delays) / len(delays)) if known else 0.0
         came, lost = (sum(row[column] for row in self._counts) for column in (1, 2))
         return {
             "delay_ms": round(mean, 2) if known else None,
-            "delay_sd_ms": round(max(spread, self.uncertainty_ms or 0.0), 2) if known else None,
+            "delay_sd_ms": round(max(spread, uncertainty_ms), 2) if known else None,
             "age_ms": round((now_s - self._touch_s) * 1e3, 1) if fresh else None,
             "loss": round(lost / (came + lost), 4) if fresh and came else None,
         }

@@ -4,6 +4,7 @@ import asyncio
 import json
 import time
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any, Generic, Protocol, TypeVar
@@ -29,8 +30,8 @@ class StreamPage(Protocol):
     """One page of a stream."""
 
     visitor: Visitor
-    queue: Any
-    """Messages that are to be sent, a deque of bytes."""
+    queue: deque[bytes]
+    """Messages that are to be sent."""
 
 
 Page = TypeVar("Page", bound=StreamPage)

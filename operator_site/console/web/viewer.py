@@ -19,14 +19,12 @@ class Viewer:
         stills: whether the page shows still pictures, because its browser cannot decode the stream.
         waits_for_key: whether the page can decode key pictures only.
         queue: messages that are to be sent.
-        skipped: number of pictures that were not sent.
     """
 
     visitor: Visitor
     stills: bool = False
     waits_for_key: bool = True
     queue: deque[bytes] = field(default_factory=deque)
-    skipped: int = 0
     _undrawn: deque[int] = field(default_factory=deque)
 
     @property
@@ -44,7 +42,6 @@ class Viewer:
         full = not self.has_credit
         if full or (self.waits_for_key and not picture.is_key):
             self.waits_for_key = self.waits_for_key or full
-            self.skipped += 1
             return False
         self.waits_for_key = False
         self._undrawn.append(picture.sequence)

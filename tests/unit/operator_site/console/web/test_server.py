@@ -47,9 +47,7 @@ def get(access: Access, path: str, host: str, query: str = "") -> tuple[int, dic
         "client": ("127.0.0.1", 5000),
     }
     pages = Room().pages
-    app = application(
-        access, pages, CameraPages(pages.contain), VoicePages(pages.contain, lambda: None), None, lambda: {"ok": True}
-    )
+    app = application(access, pages, CameraPages(pages.contain), VoicePages(pages.contain, lambda: None), None)
     asyncio.run(app(scope, receive, send))
     start = next(message for message in sent if message["type"] == "http.response.start")
     return start["status"], {name.decode(): value.decode() for name, value in start["headers"]}
