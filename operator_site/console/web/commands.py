@@ -187,7 +187,7 @@ class Commands:
             raise Refused(texts.NO_SITE)
         return self._site.ask(verb, details)
 
-    async def _answered(self, asked: "Future[dict[str, Any]]", now_s: float) -> dict[str, Any]:
+    async def _answered(self, asked: "Future[dict[str, Any]]", now_s: float) -> None:
         """Wait for the site's answer to a request and show it on the console.
 
         Raises:
@@ -196,7 +196,6 @@ class Commands:
         waiting = asyncio.wrap_future(asked)
         answer: dict[str, Any] = await asyncio.wait_for(asyncio.shield(waiting), PATIENCE_S + 0.05)
         self.console.take_answer(now_s, answer)
-        return answer
 
     async def _engage(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if why := refusal(self.console):
@@ -254,9 +253,7 @@ class Commands:
     async def _clear(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         site, alarms = self.console.site, self.console.alarms
         if site.state is LinkState.FAULT or site.remote_fault:
-            answer = await self._answered(self._ask("clear_fault"), now_s)
-            if answer.get("refusal"):
-                raise Refused(texts.NOT_CLEARED.format(why=answer["refusal"]))
+            await self._answered(self._ask("clear_fault"), now_s)
         elif not any(alarm.waits for alarm in alarms.listed):
             raise Refused(texts.NOTHING_TO_CLEAR)
         self._clearing = now_s, client.name

@@ -91,7 +91,7 @@ def refusal(console: Console) -> str:
         return texts.FAULT_NOT_CLEARED
     if absent:
         return texts.CANNOT_ENGAGE.format(why=texts.device_absent(absent[0]))
-    if site.refusal:
+    if site.refusal and not site.session:  # in a session, it is of an earlier request
         return texts.short(texts.CANNOT_ENGAGE.format(why=site.refusal))
     if console.around.camera is not None and console.around.camera.holds:
         return texts.CAMERA_NEEDED

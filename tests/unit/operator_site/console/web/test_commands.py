@@ -144,6 +144,17 @@ def test_engaging_waits_until_sound_was_answered(workplace: Workplace) -> None:
     assert workplace.site.asked == ["engage"]
 
 
+@pytest.mark.parametrize("old", ["the link is too slow: a round trip of 400 ms", "the remote site ends it"])
+def test_an_old_refusal_of_the_remote_site_stops_neither_engaging_nor_clearing(workplace: Workplace, old: str) -> None:
+    workplace.ask("sound", answer="heard")
+    workplace.site.answer = lambda: BRIEF | {"refusal": old}
+    workplace.console.take_answer(101.0, workplace.site.answer())
+    assert workplace.ask("engage").text == "ENGAGING"
+    happen(workplace.console, 101.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
+    assert workplace.ask("clear_fault").text == "Cleared. Nothing moves. Engage again."
+    assert workplace.site.asked == ["engage", "clear_fault"]
+
+
 @pytest.mark.parametrize(
     ("verb", "fails", "text"),
     [
