@@ -184,3 +184,18 @@ def test_trays_and_diagram_fit_and_are_accessible(
     page.click("#withdrawing .first")
     look("withdrawn")
     assert wrong == {}
+
+
+def test_the_text_of_a_note_stays_with_its_finding_until_it_is_saved(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.click("#note-button")
+    page.select_option("#note-finding", "1")
+    page.fill("#note-text", "a pea")
+    page.click("#note-close")
+    page.click("#note-button")
+    page.select_option("#note-finding", "2")
+    assert page.input_value("#note-text") != "a pea"
+    page.select_option("#note-finding", "1")
+    assert page.input_value("#note-text") == "a pea"
+    page.click("#noting [type=submit]")
+    assert wait_for(stage, "note")[0]["details"] == {"finding": 1, "text": "a pea"}

@@ -1,8 +1,9 @@
-// Writes a note to a finding. Space types here and Esc is STOP; closing keeps the text.
+// Writes a note to a finding. Space types here and Esc is STOP; closing keeps the text for this finding.
 import { byId, make, remake, write } from "./dom.js";
 import { acts, now } from "./now.js";
 import { WORDS } from "./words.js";
 
+const drafts = new Map(); // unsaved texts by study number and finding
 let connection = null, say = null, expected = null;
 
 export function startNotes(link, speak) {
@@ -10,7 +11,8 @@ export function startNotes(link, speak) {
   say = speak;
   byId("note-button").addEventListener("click", () => openNote());
   byId("note-close").addEventListener("click", closeNote);
-  byId("note-finding").addEventListener("change", showWritten);
+  byId("note-finding").addEventListener("change", showText);
+  byId("note-text").addEventListener("input", () => drafts.set(draftKey(), byId("note-text").value));
   byId("noting").addEventListener("submit", event => { event.preventDefault(); save(); });
 }
 
@@ -30,13 +32,16 @@ export function openNote(id = null) {
   byId("noting").hidden = false;
   showNotes();
   byId("note-finding").value = String(last[0]);
-  if (!byId("note-text").value) showWritten();
+  showText();
   byId("note-text").focus();
 }
 
-// Shows the note that a finding has, so that it is edited and not replaced.
-function showWritten() {
-  byId("note-text").value = now.state.findings.find(found => String(found.id) === byId("note-finding").value)?.note ?? "";
+const draftKey = () => `${now.state.session.pseudonym} ${byId("note-finding").value}`;
+
+// Shows the unsaved text, or the note that the finding has, so that it is edited and not replaced.
+function showText() {
+  const found = now.state.findings.find(each => String(each.id) === byId("note-finding").value);
+  byId("note-text").value = drafts.get(draftKey()) ?? found?.note ?? "";
 }
 
 function closeNote() {
@@ -52,13 +57,13 @@ export function showNotes() {
 }
 
 async function save() {
-  const text = byId("note-text").value;
+  const text = byId("note-text").value, key = draftKey();
   if (!text.trim()) return;
   write(byId("note-said"), WORDS.noteSaving);
   const answer = await connection.ask("note", { finding: Number(byId("note-finding").value), text });
   write(byId("note-said"), answer.text);
   if (!answer.ok) return;
-  byId("note-text").value = "";
+  drafts.delete(key);
   say(answer.text);
   closeNote();
 }
