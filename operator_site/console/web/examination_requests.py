@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from datetime import datetime
 from typing import Any
 
@@ -14,6 +15,7 @@ from operator_site.console.examination.examination import Finding
 from operator_site.console.examination.findings import TENDER
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
+from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.answer import Act, Answer
 from operator_site.console.web.clients import Client
@@ -76,7 +78,8 @@ class ExaminationRequests:
     async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         examination, site = self.console.examination, self.console.site
         if site.state is LinkState.ENGAGED:
-            await self._disengage(now_s)
+            with suppress(LocalControlSilent, TimeoutError):  # a lost site must not hold back the report
+                await self._disengage(now_s)
         await self._settle(now_s)
         began_s, pseudonym = examination.began_s or now_s, examination.end(now_s)
         self._write_session("end", client, pseudonym, now_s)

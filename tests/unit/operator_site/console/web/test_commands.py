@@ -190,6 +190,15 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(workplace: Wor
     assert [record["what"] for record in workplace.journal.of("console/session")] == ["begin", "end"]
 
 
+def test_an_examination_ends_although_the_site_was_lost_while_it_was_engaged(workplace: Workplace) -> None:
+    assert workplace.ask("begin", pseudonym="P-0417").ok
+    happen(workplace.console, 101.0, "engaged")
+    workplace.site.fails = LocalControlSilent("nobody")
+    assert workplace.ask("end").ok
+    assert workplace.site.asked == ["disengage"]
+    assert workplace.console.examination.pseudonym is None
+
+
 def test_what_is_recorded_is_confirmed_by_the_patient_before_the_examination(workplace: Workplace) -> None:
     workplace.console.noted = ("touch", "picture")
     refused = workplace.ask("begin", pseudonym="P-0417")
