@@ -258,7 +258,7 @@ class Commands:
             raise Refused(texts.NOTHING_TO_CLEAR)
         self._clearing = now_s, client.name
         self.step(now_s)
-        return Answer(True, texts.CLEARED)
+        return Answer(True, texts.CLEAR_ASKED if site.remote_fault else texts.CLEARED)
 
     async def _acknowledge(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if not self.console.alarms.clear(now_s, client.name):

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_figures
 from common.link.session_state import Refused
 from common.web.access import Visitor
 from operator_site.console import texts
@@ -325,6 +326,13 @@ def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(workplace: Wor
     console.step(110.1)
     workplace.commands.step(110.1)
     assert console.alarms.listed[0].waits, "that was another one"
+
+
+def test_a_fault_of_the_remote_site_is_not_called_cleared_before_it_is(workplace: Workplace) -> None:
+    workplace.site.answer = lambda: BRIEF | {"remote_fault": fault_figures(Fault(FaultCode.PATIENT_STOP))}
+    workplace.console.take_answer(101.0, workplace.site.answer())
+    assert workplace.ask("clear_fault") == Answer(True, "The remote site is asked to clear its fault.")
+    assert workplace.site.asked == ["clear_fault"]
 
 
 def nested(depth: int) -> list[Any]:
