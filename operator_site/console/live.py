@@ -209,8 +209,9 @@ class LiveConsole:
     def figures(self) -> dict[str, object]:
         """Return the values for the status file."""
         silent_s = self.console.site.silent_s(self._site_s())
+        since = f"for {silent_s:.1f} s" if math.isfinite(silent_s) else "yet"
         return {
-            "stale": f"no message from the operator site for {silent_s:.1f} s" if silent_s > SILENT_S else "",
+            "stale": f"no message from the operator site {since}" if silent_s > SILENT_S else "",
             "clients": len(self.pages.clients),
             "pictures_skipped": sum(client.skipped for client in self.pages.clients),
             "damaged": self.console.damaged,

@@ -2,6 +2,7 @@
 
 import asyncio
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -137,3 +138,13 @@ def test_sound_is_recorded_only_where_both_sides_agree(tmp_path: Path, record: b
             assert sound.uncertainty_s <= 0.016
 
     asyncio.run(watch())
+
+
+def test_a_site_that_was_never_heard_has_no_silence_in_seconds() -> None:
+    config, journal = ConsoleConfig(keys=Path()), Journal(None, {})
+    live = LiveConsole(config, Mock(receive=lambda: []), AnsweringSite(), journal, lambda: 100.0)
+    assert live.figures()["stale"] == "no message from the operator site yet"
+    live.console.take("operator/figures", 98 * S, figures())
+    assert live.figures()["stale"] == "no message from the operator site for 2.0 s"
+    live.console.take("operator/figures", 100 * S, figures())
+    assert live.figures()["stale"] == ""
