@@ -124,6 +124,7 @@ class Recording:
         A finding has its mark's time.
         """
         marks: dict[object, Mark] = {}
+        mode = DISCONNECTED
         for stream, time_ns, payload in self.messages(self.start_ns, tuple(_MARKED)):
             with suppress(ValueError):  # the console counts unreadable messages
                 entry = _MARKED[stream](payload)
@@ -140,8 +141,10 @@ class Recording:
                             marks["fault", time_ns] = Mark(at_s, "fault", said_fault(entry.fault))
                         if entry.what in ("clutch", "scale"):
                             marks[entry.what, time_ns] = Mark(at_s, "clutch", f"{entry.what} {entry.text}")
-                        if entry.what in _MODES:
-                            marks["mode", time_ns] = Mark(at_s, "mode", _MODES[entry.what])
+                        # The outcome of a stop is noted later, also after the stop was cleared.
+                        if entry.what in _MODES and (entry.what != "estop" or mode in (FAULT, STOPPED)):
+                            mode = _MODES[entry.what]
+                            marks["mode", time_ns] = Mark(at_s, "mode", mode)
         return sorted(marks.values())
 
     def examinations(self) -> Iterator[tuple[int, dict[str, Any]]]:

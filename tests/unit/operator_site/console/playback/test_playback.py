@@ -1,6 +1,7 @@
 """A recording played: every message once and in order at any speed, and any moment entered as if it had been played."""
 
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import msgpack
@@ -9,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.faults.fault import Fault, FaultCode
+from common.link.session_state import Happening
 from common.recording.recorder import Recorder
 from operator_site.console.playback import playback
 from operator_site.console.playback.playback import _FEW, PREVIEW_S, Playback, Recording
@@ -161,6 +163,17 @@ def test_marks_are_where_things_were(recording: Recording) -> None:
     ]
     assert [mark.at_s for mark in marks] == pytest.approx([10.0, 10.0, 13.0, 15.0, 23.0])
     assert recording.title() == "session.mcap"
+
+
+def test_a_stop_is_no_mode_after_it_was_cleared(tmp_path: Path) -> None:
+    whats = ("connected", "fault", "estop", "cleared", "estop", "engaged")
+    with Recorder(tmp_path / "session.mcap", {"operator/session": {}}, {}) as recorder:
+        for at_s, what in enumerate(whats):
+            fault = Fault(FaultCode.OPERATOR_STOP) if what == "fault" else None
+            recorder.write("operator/session", at_s * 1_000_000_000, Happening(what, 7, "", fault).pack())
+    with closing(Recording(tmp_path / "session.mcap")) as recording:
+        modes = [(mark.at_s, mark.text) for mark in recording.marks() if mark.kind == "mode"]
+    assert modes == [(0.0, "connected"), (1.0, "fault"), (2.0, "stopped"), (3.0, "paused"), (5.0, "engaged")]
 
 
 @pytest.mark.long
