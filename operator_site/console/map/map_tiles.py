@@ -40,8 +40,6 @@ CONFIDENT = (MIDDLE + OCTAVE, MIDDLE, MIDDLE - OCTAVE)
 CONFIDENT_MATERIAL = (50, 10, 2)
 """Largest spread of the confidences 1, 2, 3 of a material, percent."""
 _HEAD = struct.Struct("<HBBBBBBI")
-_CELLS = TILE * TILE
-BYTES = _HEAD.size + 3 * _CELLS
 _TILES = COLUMNS // TILE
 _ROUNDING = 1e-6
 Cells = tuple[NDArray[np.uint16], NDArray[np.uint8]]

@@ -1,7 +1,7 @@
 """Encodes the picture that the page draws thirty times a second; the page reads it without copying."""
 
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -13,7 +13,6 @@ from operator_site.console.state.signals import SIGNALS, SPAN_S
 
 MAGIC, VERSION = 0x7EA7, 1
 HEADER = struct.Struct("<HBBIIIdfHBB")
-_SIGNALS = len(FINGERS) * len(SIGNALS)
 _FLOAT32 = np.dtype("<f4")
 RECORDING, PLAYBACK = 1 << 5, 1 << 6
 """Flags of a recorded session and of a shown recording."""
@@ -43,13 +42,13 @@ class Priority(IntEnum):
 class Flags:
     """Flags of a picture in single bits; groups have one bit for each of the five fingers."""
 
-    state: LinkState = LinkState.DISCONNECTED
-    priority: Priority = Priority.NONE
-    recording: bool = False
-    playback: bool = False
-    contact: tuple[bool, ...] = (False,) * len(FINGERS)
-    limited: tuple[bool, ...] = (False,) * len(FINGERS)
-    in_use: tuple[bool, ...] = (False,) * len(FINGERS)
+    state: LinkState
+    priority: Priority
+    recording: bool
+    playback: bool
+    contact: tuple[bool, ...]
+    limited: tuple[bool, ...]
+    in_use: tuple[bool, ...]
 
     def bits(self) -> int:
         """Return the flags as one integer."""
@@ -78,9 +77,9 @@ class Frame:
     time_s: float
     flags: Flags
     fingers: NDArray[np.float32]
-    bins: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, _SIGNALS, 2), dtype=np.float32))
-    session: int = 0
-    kind: Kind = Kind.PICTURE
+    bins: NDArray[np.float32]
+    session: int
+    kind: Kind
 
     def encode(self) -> bytes:
         """Return the bytes, little-endian, with all blocks at multiples of 4."""

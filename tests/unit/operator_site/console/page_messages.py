@@ -7,7 +7,7 @@ import numpy as np
 from common.fingers import FINGERS
 from common.wire.packets import LinkState
 from operator_site.console.map.map_layer import TILE
-from operator_site.console.map.map_tiles import BYTES, KIND, MapTile
+from operator_site.console.map.map_tiles import KIND, MapTile
 from operator_site.console.map.tactile_map import QUANTITIES
 from operator_site.console.state.fingers_now import FIELDS
 from operator_site.console.state.frame import (
@@ -28,6 +28,7 @@ from operator_site.console.state.signals import SIGNALS
 
 _ROWS = len(FINGERS) * len(FIELDS)
 _CELLS = TILE * TILE
+BYTES = 12 + 3 * _CELLS
 
 
 def read_frame(packed: bytes) -> Frame:

@@ -28,7 +28,16 @@ pictures = st.builds(
     session=st.integers(0, 2**32 - 1),
     kind=st.sampled_from((Kind.PICTURE, Kind.WHOLE)),
 )
-PLAIN = Frame(7, 12.5, Flags(), np.zeros((5, len(FIELDS)), np.float32))
+NONE = (False,) * 5
+PLAIN = Frame(
+    7,
+    12.5,
+    Flags(LinkState.DISCONNECTED, Priority.NONE, False, False, NONE, NONE, NONE),
+    np.zeros((5, len(FIELDS)), np.float32),
+    np.empty((0, 5 * len(SIGNALS), 2), np.float32),
+    0,
+    Kind.PICTURE,
+)
 
 
 @given(pictures)
