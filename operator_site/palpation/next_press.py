@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap
-from operator_site.palpation.stiffness_field import StiffnessField, lattice
+from operator_site.palpation.stiffness_field import StiffnessField
 
 Floats = NDArray[np.float64]
 FLOOR = 0.3
@@ -60,11 +60,17 @@ def _entropy(field: StiffnessField, places_m: Floats) -> Floats:
 
 
 def _candidates(low_m: Floats, high_m: Floats) -> Floats:
-    """Return a lattice of at most MOST_CANDIDATES places inside a rectangle."""
+    """Return a lattice of at most MOST_CANDIDATES places inside a rectangle; a line in the middle of a narrow one."""
     step_m = max(_STEP_M, math.sqrt(float(np.prod(high_m - low_m)) / MOST_CANDIDATES))
     while True:
-        every = lattice(low_m.tolist(), high_m.tolist(), step_m)
-        inside = every[((every >= low_m) & (every <= high_m)).all(axis=1)]
-        if len(inside) <= MOST_CANDIDATES:
-            return inside if len(inside) else (0.5 * (low_m + high_m))[None, :]
+        axes = [_inside(low, high, step_m) for low, high in zip(low_m.tolist(), high_m.tolist(), strict=True)]
+        if math.prod(map(len, axes)) <= MOST_CANDIDATES:
+            return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         step_m *= 1.1
+
+
+def _inside(low_m: float, high_m: float, step_m: float) -> Floats:
+    """Return the multiples of a step from one place of an axis to another; the middle without one."""
+    multiples = step_m * np.arange(math.floor(low_m / step_m), math.ceil(high_m / step_m) + 1)
+    inside = multiples[(multiples >= low_m) & (multiples <= high_m)]
+    return np.asarray(inside if len(inside) else [0.5 * (low_m + high_m)], dtype=np.float64)

@@ -42,3 +42,9 @@ def test_the_number_of_candidates_is_bounded() -> None:
 
 def test_a_rectangle_without_extent_gives_its_place() -> None:
     assert next_presses(field(grid_m()), (0.0301, 0.0301), (0.0301, 0.0301)).tolist() == [[0.0301, 0.0301]]
+
+
+def test_between_presses_on_a_line_there_are_places_along_it() -> None:
+    line = StiffnessField([(0.0005 + 1e-4 * (n % 3), 0.004 * n) for n in range(10)], [6.0] * 10, [1e-3] * 10)
+    places = next_presses(line, line.places_m.min(axis=0), line.places_m.max(axis=0), 3)
+    assert len({*places[:, 1].tolist()}) == 3
