@@ -86,7 +86,7 @@ def _thermal_rows(
         columns = (state.epidermis_c, state.dermis_c, state.subcutis_c, state.surface_c, state.flux_w_m2)
         row = (step / round(1.0 / STEP_S), *(column[0] for column in columns))
         if display:
-            display.aim(state, [step >= contact])
+            display.aim(state, [step >= contact], {})
             row = (*row, display.step(STEP_S if step else 0.0)[0])
         yield row
 

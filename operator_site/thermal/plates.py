@@ -9,7 +9,6 @@ The controller of a plate works in K/s. It feeds forward the scene's heat flux, 
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S, PlateRange
 from operator_site.safety.limit_flags import RATE_ROUNDING_K, Limit
@@ -31,8 +30,6 @@ _PELTIER_K_S = 0.5 * (PLATE_HEATING_K_S + PLATE_COOLING_K_S)
 _JOULE_K_S = 0.5 * (PLATE_HEATING_K_S - PLATE_COOLING_K_S)
 """Rate of the plate by Joule heating at drive 1, K/s; it is proportional to u^2 and adds to the Peltier effect."""
 _OUTSIDE, _BEHIND = Limit.PLATE_RANGE.value, Limit.PLATE_RATE.value
-NOTHING_AHEAD: Mapping[int, float] = MappingProxyType({})
-"""No finger is about to touch."""
 
 
 class PlateSetpoint:
@@ -55,7 +52,7 @@ class PlateSetpoint:
         self._settled = False
         """Whether all set-points have reached their wanted values."""
 
-    def aim(self, skin: SkinState, touching: Sequence[bool], ahead_c: Mapping[int, float] = NOTHING_AHEAD) -> None:
+    def aim(self, skin: SkinState, touching: Sequence[bool], ahead_c: Mapping[int, float]) -> None:
         """Set the wanted temperatures; the plate of a free finger gets the skin's own temperature, without flux.
 
         Args:

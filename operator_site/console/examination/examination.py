@@ -4,7 +4,7 @@ A finding is an object: it is marked, edited, noted, withdrawn, and each such ch
 record of the whole finding, so that the records alone give the present state and the history.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from common.files.constants import within
@@ -57,8 +57,7 @@ class Finding:
 
     def record(self) -> dict[str, Any]:
         """Return the record to store; a later record of the same id replaces an earlier one."""
-        found = {name: getattr(self, name) for name in self.__slots__}
-        found["body"] = None if self.body is None else self.body.record()
+        found = asdict(self)
         return {"id": found.pop("ident"), **found}
 
     @classmethod

@@ -25,8 +25,6 @@ MOST_SAMPLES = 2000
 """Maximum number of samples of a tile; the oldest are dropped, but remain in the sums of the cells."""
 LEAST_FREEDOM = 0.25
 """Smallest number of degrees of freedom for the disagreement of the samples in a cell."""
-_MIDDLE = {"temperature": 30.0}
-"""Offset that is subtracted before squares are summed, C; it prevents the loss of digits."""
 
 
 class Tile:
@@ -80,13 +78,14 @@ class Layer:
 
     Attributes:
         tiles: by their column and row on the bench.
-        middle: offset that is subtracted from the values in the sums, in the quantity's unit.
+        middle: offset that is subtracted from the values before squares are summed, in the quantity's unit; a value
+            near it keeps its digits.
     """
 
-    def __init__(self, quantity: str) -> None:
+    def __init__(self, middle: float = 0.0) -> None:
         """Begin without samples."""
         self.tiles: dict[tuple[int, int], Tile] = {}
-        self.middle = _MIDDLE.get(quantity, 0.0)
+        self.middle = middle
         self._newest: dict[int, Sample] = {}
 
     def mean(self, place: tuple[int, int]) -> tuple[Floats, Floats]:

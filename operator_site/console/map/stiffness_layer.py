@@ -27,7 +27,7 @@ class StiffnessLayer(Layer):
 
     def __init__(self) -> None:
         """Begin without samples."""
-        super().__init__("stiffness")
+        super().__init__()
         self._field: StiffnessField | None = None
         self._lumps: LumpMap | None = None
         self._means: dict[tuple[int, int], tuple[Floats, Floats]] = {}

@@ -91,8 +91,8 @@ class TactileMap:
         self.revision = 0
         self.stiffness = StiffnessLayer()
         self.layers: dict[str, Layer] = {
-            "temperature": Layer("temperature"),
-            "roughness": Layer("roughness"),
+            "temperature": Layer(middle=30.0),
+            "roughness": Layer(),
             "stiffness": self.stiffness,
         }
         self.named: dict[str, Layer] = {}
@@ -181,7 +181,7 @@ class TactileMap:
             for name, layer in self.named.items():
                 if name != sample.name:
                     layer.drop(sample.finger, sample.key, self.revision)
-            self.named.setdefault(sample.name, Layer("material")).put(sample, self.revision)
+            self.named.setdefault(sample.name, Layer()).put(sample, self.revision)
             return
         if sample.quantity == "temperature":
             self._centre(sample)

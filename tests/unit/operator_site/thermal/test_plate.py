@@ -27,7 +27,7 @@ def counts(temperature_c: float) -> int:
 def test_flux_is_matched_through_the_plates_own_contact():
     """On the commanded plate an equal skin takes the scene's flux, so it feels the scene's temperature."""
     display = PlateSetpoint(COMFORT, [33.0] * 5)
-    display.aim(state(30.0, -3000.0), [True] * 5)
+    display.aim(state(30.0, -3000.0), [True] * 5, {})
     for _ in range(400):
         set_c = display.step(0.01)
     assert set_c == pytest.approx([30.0 - 3000.0 * PLATE_CONTACT_M2K_W] * 5)
@@ -38,7 +38,7 @@ def test_flux_is_matched_through_the_plates_own_contact():
 
 def test_free_finger_is_shown_its_own_temperature():
     display = PlateSetpoint(COMFORT, [31.0] * 5)
-    display.aim(state(33.0, -80.0), [False, True, False, False, False])
+    display.aim(state(33.0, -80.0), [False, True, False, False, False], {})
     for _ in range(400):
         set_c = display.step(0.01)
     assert set_c[0] == pytest.approx(33.0)
@@ -50,7 +50,7 @@ def test_free_finger_is_shown_its_own_temperature():
 def test_set_point_keeps_range_and_rate_and_reports_limits(profile):
     display = PlateSetpoint(profile, [33.0] * 5)
     for goal, rate, bound in ((-20.0, -2.5, profile.low_c), (80.0, 4.0, profile.high_c)):
-        display.aim(state(goal, 0.0), [True] * 5)
+        display.aim(state(goal, 0.0), [True] * 5, {})
         before = display.set_c[0]
         after = display.step(0.002)[0]
         assert after - before == pytest.approx(rate * 0.002)
