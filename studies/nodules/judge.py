@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_sensors.tissue.contrast import Sphere
-from studies.nodules.phantoms import Phantom, Presses
+from studies.nodules.phantoms import Phantom, Presses, grid_mm
 from studies.nodules.ranges import DEPTH_EDGES_MM, RANGES, RATIO_EDGES, SIZE_EDGES_MM, Range
 
 Floats = NDArray[np.float64]
@@ -97,7 +97,7 @@ class Judged:
 def places_mm(side_mm: float = RANGES.side_mm) -> Floats:
     """Return the places at which a detector gives a probability, (places, 2), mm."""
     line = (np.arange(round(side_mm / PITCH_MM)) + 0.5) * PITCH_MM
-    return np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    return grid_mm(line, line)
 
 
 def judge(phantom: Phantom, answer: Answer) -> Judged:
@@ -113,10 +113,10 @@ def judge(phantom: Phantom, answer: Answer) -> Judged:
     sites = []
     for sphere in phantom.spheres:
         score = _score(places, probability, sphere.x_mm, sphere.y_mm, sphere.size_mm)
-        sites.append(Site(class_of(sphere.size_mm, SIZE_EDGES_MM), score, sphere, _nearest(sphere, answer.found)))
+        sites.append(Site(size_class(sphere.size_mm), score, sphere, _nearest(sphere, answer.found)))
     for x_mm, y_mm, size_mm in control_sites(phantom):
         score = _score(places, probability, x_mm, y_mm, size_mm)
-        sites.append(Site(class_of(size_mm, SIZE_EDGES_MM), score, None, None))
+        sites.append(Site(size_class(size_mm), score, None, None))
     above = above_nodule(phantom, places)
     bins = np.clip(np.digitize(probability, BINS) - 1, 0, len(BINS) - 2)
     count = len(BINS) - 1
@@ -152,9 +152,10 @@ def control_sites(phantom: Phantom) -> list[tuple[float, float, float]]:
     return sites
 
 
-def class_of(value: float, edges: Sequence[float]) -> int:
-    """Return the number of the class of a value, from 0 on."""
-    return min(max(int(np.searchsorted(edges, value, side="right")) - 1, 0), len(edges) - 2)
+def size_class(size_mm: float) -> int:
+    """Return the number of the class of a diameter, mm, from 0 on."""
+    place = int(np.searchsorted(SIZE_EDGES_MM, size_mm, side="right")) - 1
+    return min(max(place, 0), len(SIZE_EDGES_MM) - 2)
 
 
 def cells() -> list[dict[str, Range]]:
@@ -178,8 +179,8 @@ def by_cell(judged: Iterable[Judged]) -> list[dict[str, Any]]:
     rows = []
     for cell in cells():
         inside = [site for site in sites if site.sphere is not None and _in_cell(site.sphere, cell)]
-        size_class = class_of(cell["size_mm"][0], SIZE_EDGES_MM)
-        controls = [site.score for site in sites if site.sphere is None and site.size_class == size_class]
+        size = size_class(cell["size_mm"][0])
+        controls = [site.score for site in sites if site.sphere is None and site.size_class == size]
         auc = area_under_curve([site.score for site in inside], controls)
         errors = [place_error_mm(site) for site in inside]
         rows.append(

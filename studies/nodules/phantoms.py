@@ -9,6 +9,7 @@ depth along its normal is smaller by cos(tilt), and friction bears a part of the
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,33 +107,26 @@ def draw_phantom(seed: int, ranges: Ranges = RANGES) -> Phantom:
     )
 
 
-def press(phantom: Phantom, places_mm: Floats | None = None, ranges: Ranges = RANGES) -> Presses:
+def press(phantom: Phantom, places_mm: Floats | None = None) -> Presses:
     """Press on a phantom.
 
     Args:
         phantom: the phantom; its seed is the source of all noise.
         places_mm: stated places of the presses, (presses, 2); the phantom's raster by default.
-        ranges: the ranges that the phantom was drawn from.
     """
     rng = np.random.default_rng([phantom.seed, _STREAM, 1])
-    places = raster(phantom.presses_a_side, ranges.side_mm, rng) if places_mm is None else places_mm
+    places = raster(phantom.presses_a_side, rng) if places_mm is None else places_mm
     count = len(places)
     there = places + phantom.place_noise_mm * rng.standard_normal(places.shape)
     softness = np.exp(_field(there, phantom, rng))
     depths, force = force_at(phantom.ground, phantom.spheres, there[:, 0], there[:, 1], _DEEPEST_MM)
     phase = rng.uniform(0.0, 2.0 * math.pi)
     noise = rng.standard_normal((2, count, DEPTH_STEPS))
-    return readings(phantom, places, depths, force * softness[:, None], phase, noise, ranges)
+    return readings(phantom, places, depths, force * softness[:, None], phase, noise)
 
 
 def readings(
-    phantom: Phantom,
-    places_mm: Floats,
-    depths_mm: Floats,
-    normal_n: Floats,
-    phase: float,
-    noise: Floats,
-    ranges: Ranges = RANGES,
+    phantom: Phantom, places_mm: Floats, depths_mm: Floats, normal_n: Floats, phase: float, noise: Floats
 ) -> Presses:
     """Return the readings of presses with known courses of force, one press each `PRESS_S`.
 
@@ -143,7 +137,6 @@ def readings(
         normal_n: force along the surface's normal at these depths, (presses, depths).
         phase: phase of breathing at the start, rad.
         noise: standard normal noise of force and depth readings, (2, presses, DEPTH_STEPS).
-        ranges: the ranges that the phantom was drawn from.
     """
     tilt = math.radians(phantom.tilt_deg)
     along = math.cos(tilt) + min(phantom.friction, math.tan(tilt)) * math.sin(tilt)
@@ -163,15 +156,25 @@ def readings(
         travel[1:] + phantom.depth_noise_mm * noise[1],
         np.where(beyond, np.nan, true_force + phantom.force_noise_n * noise[0]),
         phantom.ground.probe_mm,
-        ranges.side_mm,
+        RANGES.side_mm,
     )
 
 
-def raster(a_side: int, side_mm: float, rng: np.random.Generator) -> Floats:
+def grid_mm(x_mm: NDArray[np.floating[Any]], y_mm: NDArray[np.floating[Any]]) -> Floats:
+    """Return all places with one of these x and one of these y, (places, 2), mm; y changes first."""
+    return np.asarray(np.stack(np.meshgrid(x_mm, y_mm, indexing="ij"), axis=-1).reshape(-1, 2), dtype=np.float64)
+
+
+def distances_mm(one: Floats, other: Floats) -> Floats:
+    """Return the distance of each of n places from each of m others, (n, m), mm."""
+    return np.asarray(np.hypot(*(one[:, None, axis] - other[None, :, axis] for axis in (0, 1))))
+
+
+def raster(a_side: int, rng: np.random.Generator) -> Floats:
     """Return places on a square raster, each shifted a little, (a_side^2, 2), mm."""
-    pitch = side_mm / a_side
+    pitch = RANGES.side_mm / a_side
     line = (np.arange(a_side) + 0.5) * pitch
-    places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    places = grid_mm(line, line)
     return np.asarray(places + pitch * _JITTER * rng.uniform(-1.0, 1.0, places.shape))
 
 
@@ -202,8 +205,7 @@ def _gap_mm(a: Sphere, b: Sphere) -> float:
 
 def _field(places: Floats, phantom: Phantom, rng: np.random.Generator) -> Floats:
     """Draw the natural variation of ln(stiffness) at the places, (presses,)."""
-    apart = np.hypot(*(places[:, None, axis] - places[None, :, axis] for axis in (0, 1)))
-    covariance = np.exp(-0.5 * (apart / phantom.ground_length_mm) ** 2)
+    covariance = np.exp(-0.5 * (distances_mm(places, places) / phantom.ground_length_mm) ** 2)
     root = np.linalg.cholesky(covariance + 1e-6 * np.eye(len(places)))
     return np.asarray(phantom.ground_sd * (root @ rng.standard_normal(len(places))))
 

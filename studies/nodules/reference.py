@@ -22,7 +22,7 @@ from scipy.special import expit, logit, logsumexp
 from sim_sensors.tissue.contrast import LARGEST_SHARE, Sphere, taken_share
 from sim_sensors.tissue.ground import Ground
 from studies.nodules.judge import Answer, FoundNodule, above_nodule, places_mm
-from studies.nodules.phantoms import Phantom, Presses
+from studies.nodules.phantoms import Phantom, Presses, distances_mm, grid_mm
 from studies.nodules.ranges import CONTACT_N, DEPTH_STEPS, RANGES, STEP_S, Range
 
 Floats = NDArray[np.float64]
@@ -146,7 +146,7 @@ class _Effects:
 
     def at(self, sites: Floats, places: Floats, shape: int) -> Floats:
         """Return the change of all numbers by one shape at each site, (sites, 2 * presses)."""
-        distance = np.hypot(*(sites[:, None, axis] - places[None, :, axis] for axis in (0, 1)))
+        distance = distances_mm(sites, places)
         columns = [np.interp(distance, _DISTANCES_MM, self.profiles[shape, :, k]) for k in range(len(CHANNELS))]
         return np.concatenate(columns, axis=1)
 
@@ -159,7 +159,7 @@ def _search(presses: Presses) -> tuple[Floats, list[FoundNodule]]:
     free = _free(presses, numbers, variance)
     grid = places_mm(presses.side_mm)
     line = np.arange(RANGES.margin_mm, presses.side_mm - RANGES.margin_mm + 0.1, SITE_MM)
-    sites = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    sites = grid_mm(line, line)
     prior = math.log(EXPECTED / len(sites))
     nowhere, found = np.ones(len(grid)), []
     for turn in range(MOST_NODULES + 1):
@@ -186,7 +186,7 @@ def _search(presses: Presses) -> tuple[Floats, list[FoundNodule]]:
 def _around(site: Floats) -> Floats:
     """Return the places of hypotheses around one, (places, 2)."""
     steps = FINE_MM * np.arange(-FINE_STEPS, FINE_STEPS + 1)
-    return np.asarray(site + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2))
+    return np.asarray(site + grid_mm(steps, steps))
 
 
 def _peaks(at_site: Floats, sites: Floats) -> list[int]:
@@ -227,7 +227,7 @@ def _painted(grid: Floats, sites: Floats, weights: Floats) -> Floats:
     for shape, (size, _) in enumerate(SHAPES):
         by_size[:, size] = np.logaddexp(by_size[:, size], logsumexp(weights[:, shape], axis=1))
     share = np.exp(by_size - np.logaddexp(0.0, logsumexp(by_size)))
-    distance = np.hypot(*(grid[:, None, axis] - sites[None, :, axis] for axis in (0, 1)))
+    distance = distances_mm(grid, sites)
     painted = np.zeros(len(grid))
     for i, size_mm in enumerate(SIZES_MM):
         painted += (distance < 0.5 * size_mm) @ share[:, i]
@@ -286,7 +286,7 @@ def _free(presses: Presses, numbers: Floats, variance: Floats) -> Floats:
 
 def _noises(numbers: Floats, variance: Floats, places: Floats, drift: Floats, free: Floats) -> Iterator[_Noise]:
     """Yield the covariances that are tried."""
-    apart = np.hypot(*(places[:, None, axis] - places[None, :, axis] for axis in (0, 1)))
+    apart = distances_mm(places, places)
     for length_mm, sd, share in product(LENGTHS_MM, GROUND_SDS, BREATH_SHARES):
         field = np.exp(-0.5 * (apart / length_mm) ** 2)
         covariance = np.kron(np.ones((2, 2)), sd**2 * field)

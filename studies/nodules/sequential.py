@@ -19,7 +19,7 @@ from operator_site.palpation.stiffness_field import StiffnessField
 from sim_sensors.tissue.ground import force_at
 from studies.nodules.detector import detect, numbers_of
 from studies.nodules.judge import NEAREST_MM, area_under_curve, finite_median, judge, place_error_mm
-from studies.nodules.phantoms import Phantom, Presses, draw_phantom, readings
+from studies.nodules.phantoms import Phantom, Presses, draw_phantom, grid_mm, readings
 from studies.nodules.ranges import DEPTH_STEPS, RANGES
 
 Floats = NDArray[np.float64]
@@ -53,7 +53,7 @@ class PressedPhantom:
         """Draw ground and noise from the phantom's seed."""
         rng = np.random.default_rng([phantom.seed, _STREAM])
         line = np.arange(0.0, RANGES.side_mm + _PITCH_MM, _PITCH_MM)
-        places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        places = grid_mm(line, line)
         self.phantom = phantom
         self._depths_mm, force = force_at(phantom.ground, phantom.spheres, places[:, 0], places[:, 1], _DEEPEST_MM)
         # A squared exponential is a product of one factor for each axis.
@@ -79,7 +79,7 @@ class PressedPhantom:
 def raster_mm(rows: int, columns: int) -> Floats:
     """Return the places of a raster over the square, (rows * columns, 2), mm."""
     x, y = ((np.arange(number) + 0.5) * RANGES.side_mm / number for number in (rows, columns))
-    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    return grid_mm(x, y)
 
 
 def chosen_mm(pressed: PressedPhantom, way: str) -> Floats:

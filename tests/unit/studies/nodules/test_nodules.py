@@ -121,7 +121,7 @@ def test_a_press_over_a_nodule_meets_more_force_than_one_beside_it() -> None:
         (sphere,) = phantom.spheres
         away = 60.0 if sphere.x_mm < 35.0 else -40.0
         places = np.array([[sphere.x_mm, sphere.y_mm], [sphere.x_mm + away, sphere.y_mm]])
-        there, beside = np.nanmax(press(phantom, places, CALM).force_n, axis=1)
+        there, beside = np.nanmax(press(phantom, places).force_n, axis=1)
         assert there > 1.05 * beside
 
 
@@ -177,7 +177,7 @@ def test_any_detector_can_be_judged() -> None:
 def test_the_reference_finds_a_plain_nodule_in_its_place() -> None:
     for seed in range(3):
         phantom = draw_phantom(seed, CALM)
-        answer = Reference()(press(phantom, ranges=CALM))
+        answer = Reference()(press(phantom))
         best = max(answer.found, key=lambda found: found.probability)
         (sphere,) = phantom.spheres
         assert best.probability > 0.9
@@ -188,7 +188,7 @@ def test_the_reference_finds_a_plain_nodule_in_its_place() -> None:
 def test_the_detector_finds_a_plain_nodule_in_its_place() -> None:
     for seed in range(3):
         phantom = draw_phantom(seed, CALM)
-        answer = detect(press(phantom, ranges=CALM))
+        answer = detect(press(phantom))
         best = max(answer.found, key=lambda found: found.probability)
         (sphere,) = phantom.spheres
         assert best.probability > 0.9 * RIGHT_WHEN_SURE
