@@ -158,17 +158,19 @@ def saved(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the share of presses that each way saves at the AUC of a raster of AT presses, with an interval of 90 %.
 
     The AUC over the number of presses is made monotone (isotonic regression), and is linear between judged numbers. A
-    way that misses the AUC with MOST presses counts as using MOST. The interval is over new draws of the phantoms.
+    way that misses the AUC with MOST presses counts as using MOST. The interval is over new draws of the phantoms. A
+    draw without a nodule has no AUC and is left out.
     """
     wins = {way: [_Wins(rows, way, a * b) for a, b in RASTERS] for way in WAYS}
-    phantoms = len(wins[RASTER][0].nodules)
-    rng = np.random.default_rng(0)
-    drawn = rng.multinomial(phantoms, np.full(phantoms, 1.0 / phantoms), DRAWS).astype(float)
+    nodules = wins[RASTER][0].nodules
+    whole, phantoms = np.ones(len(nodules)), len(nodules)
+    drawn = np.random.default_rng(0).multinomial(phantoms, whole / phantoms, DRAWS).astype(float)
+    drawn = drawn[drawn @ nodules > 0.0]
+    curve = _curve(wins[RASTER], whole)
     found = []
     for at, way in product(AT, WAYS[1:]):
-        needed = [_needed(wins, way, at, weight) for weight in (np.ones(phantoms), *drawn)]
+        needed = [_needed(wins, way, at, weight) for weight in (whole, *drawn)]
         low, high = np.quantile(1.0 - np.array(needed[1:]) / at, (0.05, 0.95))
-        curve = _curve(wins[RASTER], np.ones(phantoms))
         found.append(
             {
                 "raster_presses": at,

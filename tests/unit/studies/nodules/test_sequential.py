@@ -54,6 +54,12 @@ def test_a_way_that_is_worth_more_saves_presses() -> None:
     assert found[60, "random"]["saved"] == pytest.approx(0.0, abs=0.03)
 
 
+def test_a_draw_of_phantoms_without_a_nodule_is_left_out() -> None:
+    few = [row | {"controls": [0.5]} for row in rows(2.0) if row["phantom"] in {0, 1, 2}]
+    for row in saved([row | ({} if row["phantom"] == 0 else {"nodules": []}) for row in few]):
+        assert row["saved_from"] == pytest.approx(row["saved"]) == row["saved_to"]
+
+
 def test_a_curve_has_the_share_of_nodules_in_their_place() -> None:
     row = next(row for row in curves(rows(1.0)) if row["way"] == RASTER and row["presses"] == 30)
     assert row["within_3_mm"] == 0.25
