@@ -1,6 +1,5 @@
 """Motions for the study of deadbands: recorded hands at a handle, and the scripted hand over the scene."""
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +7,7 @@ from numpy.typing import NDArray
 
 from common.scenes.scene import load_scene
 from sim_sensors.operator_hand.hand import ScriptedHand
-from studies.running import data_files
+from studies.running import data_files, recorded_columns
 from studies.teleoperation_stability.recorded import LEVER_M
 from studies.touches.teleoperation import SCENE
 
@@ -32,15 +31,17 @@ class Course(NamedTuple):
 
 def recorded() -> list[Course]:
     """Place of every recorded leader at the end of its lever; empty where there are no recordings."""
+    leaders_rad = {path.stem: recorded_columns(path, "leader_rad")[0] for path in data_files(RECORDINGS)}
     return [
-        Course(path.stem, RECORDED_HZ, (LEVER_M * _columns(path)[1]).astype(np.float32)[:, None, None] * _ALONG_X)
-        for path in data_files(RECORDINGS)
+        Course(name, RECORDED_HZ, (LEVER_M * leader_rad).astype(np.float32)[:, None, None] * _ALONG_X)
+        for name, leader_rad in leaders_rad.items()
     ]
 
 
 def recorded_forces_n() -> list[NDArray[np.float64]]:
     """Magnitude of the environment's force on each recorded follower, at the end of its lever, N."""
-    return [np.abs(_columns(path)[4]) / LEVER_M for path in data_files(RECORDINGS)]
+    torques_nm = [recorded_columns(path, "environment_torque_nm")[0] for path in data_files(RECORDINGS)]
+    return [np.abs(torque_nm) / LEVER_M for torque_nm in torques_nm]
 
 
 def scripted(rate_hz: float, seconds: float, seed: int) -> Course:
@@ -53,8 +54,3 @@ def scripted(rate_hz: float, seconds: float, seed: int) -> Course:
         x_m, y_m = (2e-5 * round(place / 2e-5) for place in (hand.x_m, hand.y_m))
         places.append([(x_m, y_m, 5e-6 * round(z_m / 5e-6)) for z_m in hand.z_m.tolist()])
     return Course(SCENE, rate_hz, np.array(places, dtype=np.float32))
-
-
-def _columns(path: Path) -> NDArray[np.float64]:
-    """time_s, leader_rad, follower_rad, hand_torque_nm, environment_torque_nm of a recording, (5, samples)."""
-    return np.loadtxt(path, delimiter=",", skiprows=1).T

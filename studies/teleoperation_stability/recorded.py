@@ -6,18 +6,18 @@ gives the intended path of the hand, at the end of a lever of 30 mm. Its wall be
 """
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path as File
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from studies.pieces import Piece
-from studies.running import data_files
+from studies.running import data_files, recorded_columns
 from studies.teleoperation_stability.cases import HANDS, Floats, cases
 from studies.teleoperation_stability.matrix import ARCHITECTURES
 from studies.teleoperation_stability.measures import SECONDS, START_M, PressTwice, produced_j
 from studies.teleoperation_stability.network import newest, way
-from studies.teleoperation_stability.plant import Course, Path, simulate
+from studies.teleoperation_stability.plant import Course, simulate
 
 PERIOD_S = 0.001
 WALLS_N_M = (200.0, 1000.0, 5000.0)
@@ -36,14 +36,14 @@ def recorded_pieces(quick: bool, seed: int) -> list[Piece]:
     if quick:
         links, motions = links[3:4], []
     trips_s = {file.stem: round_trip_s(file, round(SECONDS / PERIOD_S)) for file in links}
-    paths_m = {file.stem: _leader_m(file) for file in motions}
+    touched = {file.stem: (_leader_m(file), _wall_n_m(file)) for file in motions}
     pieces: list[Piece] = [(_over_links, (name, trips_s, seed)) for name in ARCHITECTURES if links]
-    return pieces + [(_by_hands, (name, paths_m, seed)) for name in ARCHITECTURES if motions]
+    return pieces + [(_by_hands, (name, touched, seed)) for name in ARCHITECTURES if motions]
 
 
-def round_trip_s(file: File, ticks: int) -> Floats:
+def round_trip_s(file: Path, ticks: int) -> Floats:
     """Return the round trip of a packet sent at each tick around the worst moment of a recording, s."""
-    sent_s, rtt_ms = np.loadtxt(file, delimiter=",", skiprows=1).T
+    sent_s, rtt_ms = recorded_columns(file, "send_time_s", "rtt_ms")
     worst_s = sent_s[int(np.argmax(rtt_ms))]
     begins_s = max(sent_s[0], min(worst_s - _WINDOW_S, sent_s[-1] - ticks * PERIOD_S))
     last = np.searchsorted(sent_s, begins_s + PERIOD_S * np.arange(ticks), side="right") - 1
@@ -63,12 +63,12 @@ def _over_links(name: str, trips_s: Mapping[str, Floats], seed: int) -> Iterator
         yield _row(name, "round trips", recording, hand, longest_ms, wall) | worth
 
 
-def _by_hands(name: str, paths_m: Mapping[str, Floats], seed: int) -> Iterator[dict[str, Any]]:
-    """Run one architecture with recorded hands, depth in m at each tick, by recording."""
-    ticks = min(len(path) for path in paths_m.values())
-    varied = [(recording, hand, trip_s) for recording in paths_m for hand in HANDS for trip_s in ROUND_TRIPS_S]
-    walls = [next(wall for word, wall in TOUCHED_N_M.items() if word in recording) for recording, _, _ in varied]
-    meant = np.stack([paths_m[recording][:ticks] for recording, _, _ in varied], axis=1)
+def _by_hands(name: str, touched: Mapping[str, tuple[Floats, float]], seed: int) -> Iterator[dict[str, Any]]:
+    """Run one architecture with recorded hands, depth in m at each tick and wall in N/m, by recording."""
+    ticks = min(len(path_m) for path_m, _ in touched.values())
+    varied = [(recording, hand, trip_s) for recording in touched for hand in HANDS for trip_s in ROUND_TRIPS_S]
+    walls = [touched[recording][1] for recording, _, _ in varied]
+    meant = np.stack([touched[recording][0][:ticks] for recording, _, _ in varied], axis=1)
     pace = np.gradient(meant, PERIOD_S, axis=0)
     runs = cases((HANDS[hand], wall, 0.0) for (_, hand, _), wall in zip(varied, walls, strict=True))
     rng = np.random.default_rng(seed)
@@ -79,22 +79,29 @@ def _by_hands(name: str, paths_m: Mapping[str, Floats], seed: int) -> Iterator[d
         tick = min(ticks - 1, round(t_s / PERIOD_S))
         return meant[tick], pace[tick]
 
-    follow: Path = path
     sites = ARCHITECTURES[name](meant[0].copy(), PERIOD_S)
-    course = simulate(runs, sites, follow, forward, backward, period_s=PERIOD_S, rng=np.random.default_rng(seed))
+    course = simulate(runs, sites, path, forward, backward, period_s=PERIOD_S, rng=np.random.default_rng(seed))
     for (recording, hand, trip_s), wall, worth in zip(varied, walls, _judged(course), strict=True):
         yield _row(name, "hands", recording, hand, 1e3 * trip_s, wall) | worth
 
 
-def _leader_m(file: File) -> Floats:
+def _leader_m(file: Path) -> Floats:
     """Return the depth of a recorded leader at each period, m: 0 at the median, positive where the hand strains."""
-    _, leader_rad, _, hand_nm, _ = np.loadtxt(file, delimiter=",", skiprows=1).T
+    leader_rad, hand_nm = recorded_columns(file, "leader_rad", "hand_torque_nm")
     away_rad = leader_rad - np.median(leader_rad)
     strains = -1.0 if float(np.sum(away_rad * np.abs(hand_nm))) < 0.0 else 1.0
     depth_m = strains * LEVER_M * away_rad
     # The hand first moves for half a second from the common start to the start of the recording.
     ramp = np.linspace(0.0, 1.0, 500)
     return np.concatenate((START_M + ramp * (depth_m[0] - START_M), depth_m))
+
+
+def _wall_n_m(file: Path) -> float:
+    """Return the stiffness of what a recorded hand touched, N/m, by its name; raise ValueError if that is unknown."""
+    found = next((wall_n_m for word, wall_n_m in TOUCHED_N_M.items() if word in file.stem), None)
+    if found is None:
+        raise ValueError(f"{file}: the name contains none of {', '.join(TOUCHED_N_M)}")
+    return found
 
 
 def _row(name: str, kind: str, recording: str, hand: str, round_trip_ms: float, wall_n_m: float) -> dict[str, Any]:
