@@ -12,7 +12,6 @@ cells of 1 mm (`truth/NAME.csv`). A map of some presses is compared with it:
 The lengths and priors of the map were chosen with these recordings. Other recordings are kept aside to judge it.
 """
 
-import csv
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +27,7 @@ from operator_site.palpation.lump_probability import lumps_of_field
 from operator_site.palpation.next_press import best
 from operator_site.palpation.stiffness_field import StiffnessField
 from remote_site.traces.press_files import Press, read_presses
+from remote_site.traces.trace_files import TraceFile
 from teletaction.mapping.map_recorded import stiffnesses
 
 Array = NDArray[np.float64]
@@ -75,22 +75,24 @@ class Mapped(NamedTuple):
         return StiffnessField(*self)
 
 
-def judged_maps(folder: Path, name: str, draws: int) -> list[Row]:
-    """Return the rows of one set of presses, of `draws` random choices each.
+class Palpated(NamedTuple):
+    """One set of presses on a phantom: its name, the presses, and the phantom's cells."""
+
+    name: str
+    presses: list[Press]
+    truth: Truth
+
+
+def read_palpated(folder: Path, name: str) -> Palpated:
+    """Return one of SETS; the cells are in `x_mm,y_mm,lump`.
 
     Raises:
         ValueError: a file cannot be read.
     """
-    truth = read_truth(folder / "truth" / f"{SETS[name]}.csv")
-    presses = read_presses(folder / name / "presses.csv")
-    return [*_scores(name, presses, truth, draws)]
-
-
-def read_truth(path: Path) -> Truth:
-    """Return the cells of `x_mm,y_mm,lump`."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = [(float(row["x_mm"]), float(row["y_mm"]), row["lump"] != "0") for row in csv.DictReader(file)]
-    return Truth(1e-3 * np.array([row[:2] for row in rows]), np.array([row[2] for row in rows]))
+    cells = TraceFile(folder / "truth" / f"{SETS[name]}.csv")
+    places_m = 1e-3 * np.column_stack([cells.numbers(axis) for axis in ("x_mm", "y_mm")])
+    lump = np.array([text != "0" for _, text in cells.texts("lump")])
+    return Palpated(name, read_presses(folder / name / "presses.csv"), Truth(places_m, lump))
 
 
 def mapped(presses: list[Press], truth: Truth, cut_mm: float = np.inf) -> Mapped:
@@ -117,7 +119,9 @@ def _upright(press: Press) -> bool:
     return normal is None or float(normal[2]) >= UPRIGHT
 
 
-def _scores(name: str, presses: list[Press], truth: Truth, draws: int) -> Iterator[Row]:
+def judged_maps(palpated: Palpated, draws: int) -> Iterator[Row]:
+    """Yield the rows of one set of presses, of `draws` random choices each."""
+    name, presses, truth = palpated
     every = mapped(presses, truth)
     for number in NUMBERS:
         for seed in range(draws):
@@ -147,25 +151,18 @@ def scored(presses: Mapped, truth: Truth) -> Row:
     }
 
 
-def chosen_one_by_one(folder: Path, name: str, seed: int) -> list[Row]:
-    """Return the AUC of lump probabilities from presses chosen one by one, by each way of choosing.
-
-    Raises:
-        ValueError: a file cannot be read.
-    """
-    truth = read_truth(folder / "truth" / f"{SETS[name]}.csv")
-    every = mapped(read_presses(folder / name / "presses.csv"), truth)
+def chosen_one_by_one(palpated: Palpated, seed: int) -> Iterator[Row]:
+    """Yield the AUC of lump probabilities from presses chosen one by one, by each way of choosing."""
+    name, presses, truth = palpated
+    every = mapped(presses, truth)
     order = np.random.default_rng(seed).permutation(len(every.value))
-    rows = []
     for way, choose in _WAYS.items():
         chosen = order[:FIRST].tolist()
         while len(chosen) <= max(NEXT_NUMBERS):
             if len(chosen) in NEXT_NUMBERS:
-                some = every.some(chosen)
-                rows.append({"set": name, "seed": seed, **scored(some, truth), "way": way})
+                yield {"set": name, "seed": seed, **scored(every.some(chosen), truth), "way": way}
             rest = np.setdiff1d(order, chosen, assume_unique=True)
             chosen.append(int(rest[choose(every, chosen, rest)]))
-    return rows
 
 
 def _informative(every: Mapped, chosen: list[int], rest: NDArray[np.intp]) -> int:

@@ -1,6 +1,6 @@
 """Judges the stiffness of recorded presses: answers, prediction of deeper samples, and repeated presses."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,11 +23,11 @@ LAW, LINE, HERTZ = "learned prior", "line", "Hertz"
 KNOWN_CONTACT, SLOPE = "known contact", "slope"
 
 
-def answered(name: str, presses: Sequence[Press]) -> Row:
-    """Count the statuses of a set."""
+def answered(name: str, presses: Sequence[Press]) -> Iterator[Row]:
+    """Yield a row with the counts of the statuses of a set."""
     answers = identify_presses(presses)
     counts = {status: sum(answer["status"] == status for answer in answers) for status in ("known", "uncertain")}
-    return {"set": name, "presses": len(presses), **counts, "failed": len(presses) - sum(counts.values())}
+    yield {"set": name, "presses": len(presses), **counts, "failed": len(presses) - sum(counts.values())}
 
 
 def predicted(name: str, material: str, presses: Sequence[Press]) -> list[Row]:

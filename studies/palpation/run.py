@@ -23,11 +23,11 @@ import numpy as np
 
 from studies.compared import Compared
 from studies.palpation.figure import plot
-from studies.palpation.map_bars import SETS, chosen_one_by_one, judged_maps, map_means
+from studies.palpation.map_bars import SETS, chosen_one_by_one, judged_maps, map_means, read_palpated
 from studies.palpation.presses import LAW, answered, predicted, repeated
 from studies.palpation.recordings import MATERIALS, STREAMS, read_set, read_stream
 from studies.palpation.shown import REGRESSION, STEPPED, shown, streamed
-from studies.pieces import HERE, Piece, Work, results_of
+from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress, data_folder, tables_of
 
 __all__ = ["plot", "run", "tables"]
@@ -69,7 +69,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     folder = data_folder("palpation")
     material_of = {name: material for material, names in MATERIALS.items() for name in names[-1 if quick else 0 :]}
     presses = {name: read_set(folder, name) for name in dict.fromkeys([*material_of, *SAME_PLACES, *SHOWN_SETS])}
-    maps = list(SETS)[: 1 if quick else None]
+    maps = [read_palpated(folder, name) for name in list(SETS)[: 1 if quick else None]]
     streams = {name: read_stream(folder, name) for name in STREAMS[: 1 if quick else None]}
     pieces: dict[str, list[Piece]] = {
         "answers": [(answered, (name, presses[name])) for name in material_of],
@@ -77,16 +77,15 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "repeats": [(repeated, tuple(presses[name] for name in SAME_PLACES))],
         "shown": [(shown, (name, presses[name])) for name in SHOWN_SETS],
         "stream": [(streamed, (name, stream)) for name, stream in streams.items()],
-        "maps": [(judged_maps, (folder, name, 4 if quick else MAP_DRAWS)) for name in maps]
-        + [(chosen_one_by_one, (folder, name, one)) for name in maps for one in range(1 if quick else MAP_STARTS)],
+        "maps": [(judged_maps, (palpated, 4 if quick else MAP_DRAWS)) for palpated in maps]
+        + [(chosen_one_by_one, (palpated, one)) for palpated in maps for one in range(1 if quick else MAP_STARTS)],
     }
-    done = results_of(pieces, work, progress)
-    found = {name: [row for rows in parts for row in rows] for name, parts in done.items() if name != "answers"}
+    found = rows_of(pieces, work, progress)
     errors = list(_errors(found.pop("prediction")))
     prediction = [{key: value for key, value in row.items() if key != "percentiles"} for row in errors]
     found["map_means"] = map_means(found["maps"])
     found["maps"] = [row for row in found["maps"] if row["seed"] is None]
-    data = {"answers": done["answers"], "prediction": prediction, "errors": errors, **found}
+    data = {"answers": found["answers"], "prediction": prediction, "errors": errors, **found}
     return {"bars": list(_bars(data)), **data}
 
 

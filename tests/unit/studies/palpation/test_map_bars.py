@@ -6,7 +6,7 @@ The recordings are no part of the project. They are looked for where TELETACTION
 import numpy as np
 import pytest
 
-from studies.palpation.map_bars import auc, chosen_one_by_one, dice, judged_maps
+from studies.palpation.map_bars import auc, chosen_one_by_one, dice, judged_maps, read_palpated
 from tests.places import DATA
 
 RECORDED = pytest.mark.skipif(
@@ -30,7 +30,7 @@ def test_dice() -> None:
 @RECORDED
 @pytest.mark.long
 def test_the_bars_of_the_map() -> None:
-    rows = judged_maps(DATA / "palpation", "kidney_bar_t1", 12)
+    rows = list(judged_maps(read_palpated(DATA / "palpation", "kidney_bar_t1"), 12))
     means = {
         (number, key): np.mean([row[key] for row in rows if row.get("presses") == number])
         for number in (30, 60, 120)
@@ -48,7 +48,8 @@ def test_the_bars_of_the_map() -> None:
 @RECORDED
 @pytest.mark.long
 def test_chosen_presses_need_fewer_than_spread_ones() -> None:
-    rows = [row for seed in range(3) for row in chosen_one_by_one(DATA / "palpation", "kidney_bar_t1", seed)]
+    palpated = read_palpated(DATA / "palpation", "kidney_bar_t1")
+    rows = [row for seed in range(3) for row in chosen_one_by_one(palpated, seed)]
 
     def mean(way: str, number: int) -> float:
         return float(np.mean([row["auc_lump"] for row in rows if (row["way"], row["presses"]) == (way, number)]))

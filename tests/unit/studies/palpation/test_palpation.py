@@ -1,7 +1,9 @@
 """The study of recorded presses on made-up ones whose answers are known, and on the recordings where they are."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +14,10 @@ from studies.palpation.presses import LAW, LINE, SLOPE, answered, intraclass_cor
 from studies.palpation.recordings import Stream, read_stream
 from studies.palpation.shown import DRAWN, LIVE, RECORDED, REGRESSION, STEPPED, neighbour_cv, pair_cv, shown, streamed
 from studies.palpation.shown import LAW as TANGENT
+from studies.pieces import Piece
 from studies.running import Unavailable
 from tests.places import DATA
-from tests.presses import spring_presses
+from tests.presses import spring_presses, write_presses
 from tests.unit.studies.written import draw_figure, write_tables
 
 
@@ -33,7 +36,7 @@ def stream(noise_n: float = 0.01) -> Stream:
 
 
 def test_each_press_of_a_stated_contact_is_answered():
-    row = answered("made", made())
+    (row,) = answered("made", made())
     assert (row["presses"], row["failed"]) == (20, 0)
     assert row["known"] + row["uncertain"] == 20
 
@@ -93,6 +96,38 @@ def test_a_change_between_windows_is_no_variation_of_their_halves():
 def test_without_a_stream_the_error_names_it(tmp_path: Path):
     with pytest.raises(Unavailable, match="ContPalpTrial5"):
         read_stream(tmp_path, "ContPalpTrial5")
+
+
+def recordings(folder: Path) -> Path:
+    """Write recordings with the names that a quick run looks for."""
+    for name in ("kidney_bar_t1", "kidney_bar_t2", "meat_a_overlap", "liver2_r1", "liver2_r2", "truth", "continuous"):
+        (folder / name).mkdir()
+        write_presses(folder / name, spring_presses(3))
+        (folder / name / "contacts.csv").write_text("press,status\n0,ok\n1,ok\n2,ok\n")
+    (folder / "continuous" / "ContPalpTrial5.csv").write_text("time_s,x_mm,y_mm,z_mm,fz_n\n0,0,0,0,0\n")
+    (folder / "truth" / "kidney_bar.csv").write_text("x_mm,y_mm,lump\n0,0,1\n1,0,0\n")
+    return folder
+
+
+def test_pieces_hold_the_recordings_since_other_machines_lack_the_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Piece] = []
+
+    def work(pieces: Sequence[Piece], progress: object) -> list[Any]:
+        asked.extend(pieces)
+        raise InterruptedError
+
+    monkeypatch.setenv("TELETACTION_DATA", str(tmp_path))
+    (tmp_path / "palpation").mkdir()
+    folder = recordings(tmp_path / "palpation")
+    with pytest.raises(InterruptedError):
+        study.run(quick=True, seed=0, progress=lambda _: None, work=work)  # type: ignore[arg-type]
+    assert {function.__name__ for function, _ in asked} >= {"judged_maps", "chosen_one_by_one"}
+    assert not [each for _, arguments in asked for each in arguments if isinstance(each, Path)]
+    (folder / "truth" / "kidney_bar.csv").write_text("x_mm,y_mm\n0,0\n")
+    with pytest.raises(ValueError, match=r"kidney_bar\.csv: line 1: column lump is missing"):
+        study.run(quick=True, seed=0, progress=lambda _: None, work=work)  # type: ignore[arg-type]
 
 
 @pytest.mark.long
