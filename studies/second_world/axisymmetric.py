@@ -60,7 +60,22 @@ def alone(sensor: Sensor, leak: float) -> tuple[Network, tuple[int, ...], int]:
     """
     network = Network()
     edges = np.linspace(0.0, sensor.radius_m, RINGS_INSIDE + 1)
-    plate, back = _sensor(network, sensor, leak, edges)
+    area_m2, middle_m = math.pi * np.diff(edges**2), 0.5 * (edges[1:] + edges[:-1])
+    share = area_m2 / area_m2.sum()
+    plate = tuple(network.node(sensor.plate_j_m3k * sensor.plate_m * float(a)) for a in area_m2)
+    for k in range(len(plate) - 1):
+        wall_m2 = 2.0 * math.pi * edges[k + 1] * sensor.plate_m
+        network.link(plate[k], plate[k + 1], sensor.plate_w_mk * wall_m2 / (middle_m[k + 1] - middle_m[k]))
+    back = network.node(sensor.back_j_k, sensor.back_w_k)
+    pellets = network.node(sensor.pellet_j_k)
+    through_w_k = leak * sensor.pellet_w_k * (1.0 + sensor.seebeck_share)
+    for number, each in enumerate(plate):
+        network.link(each, pellets, 2.0 * through_w_k * share[number])
+    network.link(pellets, back, 2.0 * through_w_k)
+    case = network.node(sensor.case_j_k, sensor.outer_w_k)
+    network.link(plate[-1], case, leak * sensor.case_w_k)
+    cable = network.node(sensor.cable_j_k, sensor.outer_w_k)
+    network.link(plate[0], cable, leak * sensor.cable_w_k)
     return network, plate, back
 
 
@@ -88,26 +103,6 @@ def build(sensor: Sensor, leak: float, piece: Piece) -> SensorOnPiece:
         sensor_nodes,
         back,
     )
-
-
-def _sensor(network: Network, sensor: Sensor, leak: float, edges: Array) -> tuple[tuple[int, ...], int]:
-    area_m2, middle_m = math.pi * np.diff(edges**2), 0.5 * (edges[1:] + edges[:-1])
-    share = area_m2 / area_m2.sum()
-    plate = tuple(network.node(sensor.plate_j_m3k * sensor.plate_m * float(a)) for a in area_m2)
-    for k in range(len(plate) - 1):
-        wall_m2 = 2.0 * math.pi * edges[k + 1] * sensor.plate_m
-        network.link(plate[k], plate[k + 1], sensor.plate_w_mk * wall_m2 / (middle_m[k + 1] - middle_m[k]))
-    back = network.node(sensor.back_j_k, sensor.back_w_k)
-    pellets = network.node(sensor.pellet_j_k)
-    through_w_k = leak * sensor.pellet_w_k * (1.0 + sensor.seebeck_share)
-    for number, each in enumerate(plate):
-        network.link(each, pellets, 2.0 * through_w_k * share[number])
-    network.link(pellets, back, 2.0 * through_w_k)
-    case = network.node(sensor.case_j_k, sensor.outer_w_k)
-    network.link(plate[-1], case, leak * sensor.case_w_k)
-    cable = network.node(sensor.cable_j_k, sensor.outer_w_k)
-    network.link(plate[0], cable, leak * sensor.cable_w_k)
-    return plate, back
 
 
 def _piece(network: Network, piece: Piece, area_m2: Array, middle_m: Array, edges: Array) -> tuple[int, ...]:

@@ -11,7 +11,8 @@ from studies.second_world.figure import plot, reference_of
 from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
 from studies.thermal_identification.answers import SHIPPED_RULE, Answered, by_fingers, knowledge_of
 from studies.thermal_identification.operating_curve import RULES, operating_curve
-from studies.thermal_identification.pieces import Examples, by_reference, learn
+from studies.thermal_identification.pieces import Examples, by_reference
+from studies.thermal_identification.reference import train
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, TWELVE, calibrated
 
@@ -221,4 +222,4 @@ def examine(
 def refer(learned: Examples, tested: Examples, method: str) -> list[Answered]:
     """Return the answers of a reference of one time and number of fingers; `method` is that of the estimator."""
     ((t_s, rows),) = learned.rows.items()
-    return by_reference(learn(rows, learned.materials, learned.above_k), reference_of(method), tested, t_s)
+    return by_reference(train(rows, learned.materials, learned.above_k), reference_of(method), tested, t_s)

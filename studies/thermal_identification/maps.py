@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from common.scenes.materials import material, materials
-from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.pieces import Piece
 from studies.thermal_identification.answers import Answered
 from studies.thermal_identification.pieces import in_session, one_finger, with_noise
@@ -28,7 +27,7 @@ class Axes:
 
     Attributes:
         differences_k: plate minus object at contact, K; the plate has its usual pre-heat, and the object varies.
-        noises_k: standard deviation of a reading, K.
+        noises_k: standard deviation of a reading, K; the simulator's own is the first.
         changes: time of a change of contact, s after contact, and remaining share of the force (0: lifted).
         spreads: standard deviation of ln(contact conductance); the calibration's is 0.15.
         foreign: number of foreign materials.
@@ -122,13 +121,6 @@ def foreign_materials(axes: Axes) -> list[tuple[str, float]]:
     away.sort(key=lambda each: abs(each[1]))
     places = np.unique(np.linspace(0, len(away) - 1, axes.foreign).round().astype(int))
     return [away[place] for place in places]
-
-
-def default_noise(axes: Axes) -> float:
-    """Return the simulator's own noise, K; raise ValueError if the map lacks it, because other maps use its table."""
-    if NOISE_C not in axes.noises_k:
-        raise ValueError(f"the noises of a map must include the simulator's own, {NOISE_C} K")
-    return NOISE_C
 
 
 def _situation(axes: Axes, name: str, seed: int, **how: Any) -> Situation:

@@ -76,11 +76,6 @@ def examples(situation: Situation, times_s: Sequence[float]) -> Examples:
     return Examples.of(touched(situation), len(situation.preheats_k), times_s)
 
 
-def learn(rows: Array, materials: Sequence[str], above_k: Sequence[float]) -> Reference:
-    """Train the reference for one time."""
-    return Reference.train(rows, materials, above_k)
-
-
 def examine(
     situation: Situation,
     calibration: Calibration,

@@ -161,27 +161,6 @@ class Reference:
     range_k: tuple[float, float]
     responses: tuple[_Responses, ...]
 
-    @classmethod
-    def train(cls, rows: Array, materials: Sequence[str], above_k: Sequence[float]) -> Self:
-        """Train on touches.
-
-        Args:
-            rows: features (n, fingers, f) of `features`.
-            materials: true materials (n,).
-            above_k: true temperatures of the object above ambient (n,), K.
-        """
-        names, label, true_k = tuple(dict.fromkeys(materials)), np.array(materials), np.array(above_k)
-        middle = rows[..., BLOCKS:].mean(axis=(0, 1))
-        difference_k = rows[..., BLOCKS] - true_k[:, None]
-        parts = [(rows[label == name], difference_k[label == name]) for name in names]
-        found = [_Responses.first(each[..., :BLOCKS], apart_k) for each, apart_k in parts]
-        for _ in range(ROUNDS):
-            found = [one.learn(each, middle, apart_k) for one, (each, apart_k) in zip(found, parts, strict=True)]
-            # the sensor's noise does not depend on the material
-            noise = _positive(np.mean([one.noise for one in found], axis=0), LEAST_NOISE_K2)
-            found = [replace(one, noise=noise) for one in found]
-        return cls(names, middle, (float(true_k.min()), float(true_k.max())), tuple(found))
-
     def judge(self, rows: Array) -> tuple[Array, Array, Array]:
         """Return the probability of each material (n, m), and the temperature above ambient and its sd (n,), K."""
         coarse_k, fine_k = (np.linspace(*self.range_k, count) for count in (COARSE, FINE))
@@ -193,6 +172,27 @@ class Reference:
         at_k = weight.sum(axis=1)
         mean_k = at_k @ fine_k
         return weight.sum(axis=2), mean_k, np.sqrt(np.maximum(at_k @ fine_k**2 - mean_k**2, 1e-6))
+
+
+def train(rows: Array, materials: Sequence[str], above_k: Sequence[float]) -> Reference:
+    """Train a reference on touches.
+
+    Args:
+        rows: features (n, fingers, f) of `features`.
+        materials: true materials (n,).
+        above_k: true temperatures of the object above ambient (n,), K.
+    """
+    names, label, true_k = tuple(dict.fromkeys(materials)), np.array(materials), np.array(above_k)
+    middle = rows[..., BLOCKS:].mean(axis=(0, 1))
+    difference_k = rows[..., BLOCKS] - true_k[:, None]
+    parts = [(rows[label == name], difference_k[label == name]) for name in names]
+    found = [_Responses.first(each[..., :BLOCKS], apart_k) for each, apart_k in parts]
+    for _ in range(ROUNDS):
+        found = [one.learn(each, middle, apart_k) for one, (each, apart_k) in zip(found, parts, strict=True)]
+        # the sensor's noise does not depend on the material
+        noise = _positive(np.mean([one.noise for one in found], axis=0), LEAST_NOISE_K2)
+        found = [replace(one, noise=noise) for one in found]
+    return Reference(names, middle, (float(true_k.min()), float(true_k.max())), tuple(found))
 
 
 def _columns(rows: Array, middle: Array) -> tuple[Array, Array]:

@@ -30,9 +30,8 @@ from studies.thermal_identification.pieces import (
     calibrate,
     examine,
     examples,
-    learn,
 )
-from studies.thermal_identification.reference import Reference
+from studies.thermal_identification.reference import Reference, train
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import (
     EQUAL_K,
@@ -236,8 +235,7 @@ def _materials(sizes: Sizes) -> dict[int, tuple[str, ...]]:
 
 def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Prepared:
     calibration_seed, learning_seed = (_seed(seed, what) for what in ("calibration", "learning"))
-    usual = maps.default_noise(sizes.maps)
-    noises_k = [noise_k for noise_k in sizes.maps.noises_k if noise_k != usual]
+    noises_k = [noise_k for noise_k in sizes.maps.noises_k if noise_k != NOISE_C]
     largest = (*TWELVE, *(name for name in materials() if name not in TWELVE))[: max(sizes.cost_materials)]
 
     def calibration(names: tuple[str, ...], noise_k: float, times_s: tuple[float, ...] = ()) -> Piece:
@@ -245,8 +243,8 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
 
     sets = _materials(sizes)
     pieces: dict[str, list[Piece]] = {
-        "largest": [(calibrate, (largest, sizes.cost_calibration, calibration_seed, usual, _COST_CALIBRATION_S, ()))],
-        "sets": [calibration(names, usual, sizes.times_s) for names in sets.values()],
+        "largest": [(calibrate, (largest, sizes.cost_calibration, calibration_seed, NOISE_C, _COST_CALIBRATION_S, ()))],
+        "sets": [calibration(names, NOISE_C, sizes.times_s) for names in sets.values()],
         "noises": [calibration(FOUR, noise_k) for noise_k in noises_k],
     }
     learning = {
@@ -268,7 +266,7 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
     noisy = zip(noises_k, done["noises"], strict=True)
     return _Prepared(
         by_count,
-        {usual: by_count[len(FOUR)].table} | {noise_k: each.table for noise_k, each in noisy},
+        {NOISE_C: by_count[len(FOUR)].table} | {noise_k: each.table for noise_k, each in noisy},
         done["largest"][0].table,
         {what: Examples.together(done[what]) for what in learning if done[what]},
         [
@@ -282,7 +280,7 @@ def _prepare(sizes: Sizes, seed: int, work: Work, progress: ReportShare) -> _Pre
 def _judge(sizes: Sizes, seed: int, prepared: _Prepared, work: Work, progress: ReportShare) -> _Found:
     keys = [(what, t_s) for what, each in prepared.learning.items() for t_s in each.rows]
     pieces: dict[str, list[Piece]] = {
-        "references": [(learn, (prepared.learning[what].rows[t_s], *prepared.learning[what][1:])) for what, t_s in keys]
+        "references": [(train, (prepared.learning[what].rows[t_s], *prepared.learning[what][1:])) for what, t_s in keys]
     }
     for place, (count, names) in enumerate(_materials(sizes).items()):
         pieces[f"hands {count}"] = _hand_pieces(sizes, seed, names, sizes.hands[place], prepared.by_count[count])

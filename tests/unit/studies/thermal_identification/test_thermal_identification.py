@@ -15,7 +15,7 @@ from studies.thermal_identification.exponential import WAYS, LaggedResponse, fit
 from studies.thermal_identification.goals import goals
 from studies.thermal_identification.maps import Axes, foreign_materials
 from studies.thermal_identification.pieces import Calibration, calibrate
-from studies.thermal_identification.reference import BLOCKS, Reference, features
+from studies.thermal_identification.reference import BLOCKS, features, train
 from studies.thermal_identification.run import QUICK, measure, plot, tables
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, STAGGERED_K, Hand, Situation, noisier, touched
@@ -170,7 +170,7 @@ def made_rows(touches: int, fingers: int, seed: int) -> tuple[np.ndarray, list[s
 @pytest.mark.long
 @pytest.mark.parametrize("fingers", [1, 3])
 def test_the_reference_learns_what_is_there_and_knows_how_well(fingers: int) -> None:
-    reference = Reference.train(*made_rows(200, fingers, 1))
+    reference = train(*made_rows(200, fingers, 1))
     rows, materials, above_k = made_rows(200, fingers, 2)
     probability, found_k, sd_k = reference.judge(rows)
     names = [reference.names[k] for k in probability.argmax(axis=1)]
