@@ -75,18 +75,17 @@ def by_speed(rows: Sequence[Mapping[str, Any]], signals: str) -> list[dict[str, 
 
 def draw_coverage(axes: Axes, data: Data) -> None:
     """Draw the share of periods within their 95 % intervals, with its own interval; wrong periods count as outside."""
-    rows = [(f"made-up, {row['speed_mm_s']:g} mm/s", row) for row in by_speed(data["made_by_speed"], "all taxels")] + [
-        (row["change"], row) for row in data["changed_boards"] if row["signals"] == "all taxels"
-    ]
-    rows = [(name, row) for name, row in rows if row["answers"]]
-    for place, (_, row) in enumerate(rows):
+    made, changed = by_speed(data["made_by_speed"], "all taxels"), where(data["changed_boards"], signals="all taxels")
+    rows: list[tuple[str, Mapping[str, Any], str]]
+    rows = [(f"made-up, {row['speed_mm_s']:g} mm/s", row, BLUE) for row in made if row["answers"]]
+    rows += [(row["change"], row, GREEN) for row in changed if row["answers"]]
+    for place, (_, row, colour) in enumerate(rows):
         low, high = binomtest(row["inside_95"], row["answers"]).proportion_ci()
-        colour = BLUE if place < len(rows) - len(where(data["changed_boards"], signals="all taxels")) else GREEN
         axes.plot([100.0 * low, 100.0 * high], [place, place], color=colour, linewidth=1.2)
         axes.plot(100.0 * row["inside_95"] / row["answers"], place, "o", color=colour, ms=4)
     axes.axvspan(90.0, 100.0, color=GREY, alpha=0.12, linewidth=0)
     axes.axvline(95.0, color=GREY, linewidth=0.8)
-    axes.set_yticks(range(len(rows)), [f"{name} ({row['answers']})" for name, row in rows])
+    axes.set_yticks(range(len(rows)), [f"{name} ({row['answers']})" for name, row, _ in rows])
     axes.invert_yaxis()
     axes.set(xlim=(50.0, 101.0), xlabel="inside the 95 % interval (%)", title="Stated deviation of the period")
 
@@ -97,7 +96,7 @@ def draw_fabrics(axes: Axes, data: Data) -> None:
     methods = list(dict.fromkeys(row["method"] for row in rows))
     for shift, (split, (colour, marker)) in zip((-0.3, -0.1, 0.1, 0.3), _SPLITS.items(), strict=True):
         for place, method in enumerate(methods):
-            shares = [100.0 * row["share"] for row in rows if row["method"] == method and row["split"] == split]
+            shares = [100.0 * row["share"] for row in where(rows, method=method, split=split)]
             axes.plot(
                 shares,
                 np.full(len(shares), place + shift),

@@ -1,7 +1,7 @@
 """Counts right and missing periods, and periods within their stated deviation, of made-up and of changed strokes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -111,35 +111,27 @@ def changed_boards(boards: Sequence[Board], seed: int) -> list[Row]:
     return rows
 
 
-def _cut(parts: int) -> Change:
-    def change(board: Board, _: np.random.Generator) -> Iterator[Board]:
-        for rows in np.array_split(np.arange(len(board.path_m)), parts):
-            yield Board(board.path_m[rows], board.signals[rows], board.time_s[rows], board.true_mm)
+def _part(board: Board, samples: Any) -> Board:
+    return Board(board.path_m[samples], board.signals[samples], board.time_s[samples], board.true_mm)
 
-    return change
+
+def _halves(board: Board, _: np.random.Generator) -> Iterator[Board]:
+    for samples in np.array_split(np.arange(len(board.path_m)), 2):
+        yield _part(board, samples)
 
 
 def _thinned(board: Board, _: np.random.Generator) -> Iterator[Board]:
     for first in range(2):
-        rows = slice(first, None, 2)
-        yield Board(board.path_m[rows], board.signals[rows], board.time_s[rows], board.true_mm)
+        yield _part(board, slice(first, None, 2))
 
 
-def _noisy(counts: float) -> Change:
-    def change(board: Board, chance: np.random.Generator) -> Iterator[Board]:
-        noise = counts * chance.normal(size=board.signals.shape)
-        yield Board(board.path_m, board.signals + noise, board.time_s, board.true_mm)
-
-    return change
+def _noisy(board: Board, chance: np.random.Generator) -> Iterator[Board]:
+    yield replace(board, signals=board.signals + 5.0 * chance.normal(size=board.signals.shape))
 
 
-def _fewer(taxels: int) -> Change:
-    def change(board: Board, chance: np.random.Generator) -> Iterator[Board]:
-        for _ in range(4):
-            chosen = chance.permutation(board.signals.shape[1])[:taxels]
-            yield Board(board.path_m, board.signals[:, chosen], board.time_s, board.true_mm)
-
-    return change
+def _four_taxels(board: Board, chance: np.random.Generator) -> Iterator[Board]:
+    for _ in range(4):
+        yield replace(board, signals=board.signals[:, chance.permutation(board.signals.shape[1])[:4]])
 
 
 def _shaken(share: float) -> Change:
@@ -152,8 +144,7 @@ def _shaken(share: float) -> Change:
             turns = chance.uniform() + np.cumsum((chance.uniform(2.1, 2.55) + wander_hz) * steps_s)
             motion = np.sin(2.0 * np.pi * turns) + 0.3 * np.sin(4.0 * np.pi * turns)
             gains = 1.0 + 0.2 * chance.normal(size=board.signals.shape[1])
-            signals = board.signals * (1.0 + share * motion[:, None] * gains)
-            yield Board(board.path_m, signals, board.time_s, board.true_mm)
+            yield replace(board, signals=board.signals * (1.0 + share * motion[:, None] * gains))
 
     return change
 
@@ -167,9 +158,9 @@ CHANGES: Mapping[str, Change] = {
     "shaken by 1 % of the load": _shaken(0.01),
     "shaken by 2 % of the load": _shaken(0.02),
     "shaken by 4 % of the load": _shaken(0.04),
-    "halves": _cut(2),
+    "halves": _halves,
     "every second sample": _thinned,
-    "noise of 5 counts": _noisy(5.0),
-    "four taxels": _fewer(4),
+    "noise of 5 counts": _noisy,
+    "four taxels": _four_taxels,
 }
 """Changes of the recorded strokes."""

@@ -27,10 +27,10 @@ from remote_site.texture.recorded.spatial_period import spatial_period
 from remote_site.texture.recorded.surface_spectrum import MOTIONS, Along, bands, sensor_noise, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace, read_stroke
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, Work
+from studies.pieces import HERE, Piece, Work, results_of
 from studies.recorded_strokes.figure import plot
 from studies.recorded_strokes.made_strokes import SPEEDS_MM_S
-from studies.recorded_strokes.periods import Board, changed_boards, made_periods, pooled
+from studies.recorded_strokes.periods import WITHIN, WRONG, Board, changed_boards, made_periods, pooled
 from studies.running import Progress, Unavailable, data_folder
 from studies.texture.baselines import band_powers, classifiers, moments
 
@@ -41,7 +41,6 @@ Row = dict[str, Any]
 Answers = NDArray[np.str_]
 
 SHIPPED = "shipped"
-WITHIN = 0.01
 _MADE, _MADE_QUICK = 120, 12
 BOARD = re.compile(r"board(\d+)mm_force(\d+)_speed(\d+)mmps")
 FABRIC = re.compile(r"(\w+?)_force(\d+)_speed(\d+)mmps_\d+")
@@ -79,21 +78,24 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     """
     board_strokes = read_strokes(data_folder("groove_boards"), BOARD)
     fabrics = read_strokes(data_folder("fabric_strokes"), FABRIC)
-    methods: list[Piece] = [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)]
-    of_boards: list[Piece] = [(boards, (board_strokes,)), (taxels, (board_strokes,)), (changed, (board_strokes, seed))]
-    made: list[Piece] = [(made_periods, (speed, _MADE_QUICK if quick else _MADE, seed)) for speed in SPEEDS_MM_S]
-    found, by_taxel, by_change, *others = work([*of_boards, *made, *methods], progress)
-    by_speed = [row for rows in others[: len(made)] for row in rows]
-    by_method = others[len(made) :]
+    pieces: dict[str, list[Piece]] = {
+        "boards": [(boards, (board_strokes,))],
+        "taxels": [(taxels, (board_strokes,))],
+        "changed": [(changed, (board_strokes, seed))],
+        "made": [(made_periods, (speed, _MADE_QUICK if quick else _MADE, seed)) for speed in SPEEDS_MM_S],
+        "methods": [(_fabrics, (fabrics, name, seed)) for name in _methods(quick, seed)],
+    }
+    found = results_of(pieces, work, progress)
+    by_speed = [row for rows in found["made"] for row in rows]
     return {
         "surfaces": sorted({stroke.surface for stroke in fabrics}),
-        "boards": found,
-        "taxels": by_taxel,
-        "changed_boards": by_change,
+        "boards": found["boards"][0],
+        "taxels": found["taxels"][0],
+        "changed_boards": found["changed"][0],
         "made_periods": pooled(by_speed),
         "made_by_speed": by_speed,
-        "accuracy": [row for rows, _ in by_method for row in rows],
-        "errors": [row for _, wrong in by_method for row in wrong],
+        "accuracy": [row for rows, _ in found["methods"] for row in rows],
+        "errors": [row for _, wrong in found["methods"] for row in wrong],
     }
 
 
@@ -143,8 +145,8 @@ def boards(strokes: Sequence[Stroke]) -> list[Row]:
         signals = stroke.trace.signals
         for signal, values in (("best", signals), ("mean", signals.mean(axis=1, keepdims=True))):
             found = spatial_period(stroke.speed_m_s * stroke.trace.time_s, values, signals)
-            row: Row = {"stroke": Path(stroke.trace.name).name, "signal": signal, "true_mm": true_mm, "period_mm": None}
-            row |= {"period_sd_mm": None, "error_percent": None, "error_sds": None, "taxel": None}
+            row: Row = {"stroke": Path(stroke.trace.name).name, "signal": signal, "true_mm": true_mm}
+            row |= dict.fromkeys(("period_mm", "period_sd_mm", "error_percent", "error_sds", "taxel"))
             if found is not None:
                 period_mm, sd_mm = 1e3 * found[0].period_m, 1e3 * found[0].period_sd_m
                 row |= {"period_mm": period_mm, "period_sd_mm": sd_mm, "error_sds": (period_mm - true_mm) / sd_mm}
@@ -172,10 +174,10 @@ def taxels(strokes: Sequence[Stroke]) -> dict[str, float]:
             found = spatial_period(stroke.speed_m_s * stroke.trace.time_s, column[:, None])
             if found is None:
                 nothing += 1
-            elif abs(found[0].period_m / true_m - 1.0) > 0.1:
+            elif (error := abs(found[0].period_m / true_m - 1.0)) > WRONG:
                 other += 1
             else:
-                errors.append(abs(found[0].period_m / true_m - 1.0))
+                errors.append(error)
                 sds.append(abs(found[0].period_m - true_m) / found[0].period_sd_m)
     return {
         "none": nothing,
