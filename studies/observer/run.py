@@ -6,6 +6,7 @@ renders with. Predictions stand beside the paper's shares and their exact 95 % i
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from common.config.site_models import RenderingConfig
@@ -32,7 +33,7 @@ from studies.observer.thermal_comparison import (
     course_rows,
     courses,
 )
-from studies.pieces import HERE, Piece, Work, rows_of
+from studies.pieces import HERE, Piece, Work, results_of
 from studies.running import Progress, tables_of
 from studies.touches.teleoperation import DELAY_S, SCENE
 
@@ -67,19 +68,13 @@ COMPARED = (
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Repeat both experiments."""
     pieces: dict[str, list[Piece]] = {
-        "strokes": [(_stroked, (seed + number,)) for number in range(STROKES_QUICK if quick else STROKES)],
+        "strokes": [(strokes, (seed + number,)) for number in range(STROKES_QUICK if quick else STROKES)],
         "touches": course_pieces(TOUCHES_QUICK if quick else TOUCHES, seed),
         "ablations": [(ablation_rows, ())],
     }
-    found = rows_of(pieces, work, progress)
-    sides = courses(found["touches"])
-    return {
-        **findings(sides, found["strokes"], found["ablations"], seed, DRAWS_QUICK if quick else DRAWS),
-    }
-
-
-def _stroked(seed: int) -> list[Strokes]:
-    return [strokes(seed)]
+    found = results_of(pieces, work, progress)
+    sides, (ablations,) = courses(chain(*found["touches"])), found["ablations"]
+    return findings(sides, found["strokes"], ablations, seed, DRAWS_QUICK if quick else DRAWS)
 
 
 def findings(

@@ -18,7 +18,6 @@ from studies.observer.texture_observer import LAPSE, PATTERN, Features, confusio
 from studies.touches.rendered_stroke import SHOWN_N_M, FingertipCourse, VirtualSurface, left_to_itself, rendered_stroke
 from studies.touches.simulated_finger import Array
 from studies.touches.stroke_path import FORCE_N, LENGTH_M, SLOW_M_S, measured
-from teletaction.testbed.rendered_fingers import TICK_S
 
 SURFACES = tuple(MATCHED)
 MORE_LAPSE = 0.10
@@ -117,7 +116,7 @@ def real_features(each: Strokes, **how: Any) -> list[Features]:
 
 def felt_features(courses: Sequence[FingertipCourse], **how: Any) -> list[Features]:
     """Return the features of the motor's courses, without the displayed stiffness."""
-    return [motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, **how) for course in courses]
+    return [motor_features(measured(course.speed_rad_s), **how) for course in courses]
 
 
 def cases(each: Strokes) -> dict[tuple[str, str], Sets]:
@@ -158,7 +157,7 @@ def _with_own_stiffness(real: Sequence[Features], courses: Sequence[FingertipCou
 
 
 def _ln_stiffness(course: FingertipCourse) -> float:
-    force_n, depth_m = measured(course.force_n, TICK_S), measured(course.depth_m, TICK_S)
+    force_n, depth_m = measured(course.force_n), measured(course.depth_m)
     return math.log(float(np.mean(force_n)) / float(np.mean(depth_m)))
 
 

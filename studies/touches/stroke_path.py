@@ -3,6 +3,7 @@
 import numpy as np
 
 from studies.touches.simulated_finger import Array
+from teletaction.testbed.rendered_fingers import TICK_S
 
 SPEED_M_S = 0.050
 SLOW_M_S = 0.030
@@ -26,6 +27,6 @@ def place_m(time_s: float, speed_m_s: float = SPEED_M_S) -> float:
     return START_M + speed_m_s * max(0.0, time_s - REST_S)
 
 
-def measured(course: Array, tick_s: float) -> Array:
+def measured(course: Array) -> Array:
     """Return the judged part of a course of one value per tick."""
-    return np.asarray(course[round(MEASURED_FROM_S / tick_s) :])
+    return np.asarray(course[round(MEASURED_FROM_S / TICK_S) :])

@@ -121,19 +121,19 @@ def test_a_tap_and_grooves_reach_the_motor_and_a_stroke_continues() -> None:
     assert course.wanted_rad_s[tapped].max() > FLOOR_RAD_S
     assert course.speed_rad_s[tapped].max() > 0.9 * FLOOR_RAD_S
     assert course.wanted_rad_s[at_rest].max() == 0.0
-    wanted = measured(course.wanted_rad_s, TICK_S)
+    wanted = measured(course.wanted_rad_s)
     grooves = np.count_nonzero(np.diff(wanted) > 100.0)
     assert grooves == pytest.approx(len(wanted) * TICK_S * SPEED_M_S / 8e-3, abs=1)
-    assert measured(course.force_n, TICK_S) == pytest.approx(1.0, abs=0.01)
+    assert measured(course.force_n) == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.long
 def test_a_motor_left_to_itself_smooths_the_grooves_that_a_driven_one_shows() -> None:
     course = stroke("arbitrarily_grooved_pvc")
-    driven, alone = (measured(each.speed_rad_s, TICK_S) for each in (course, left_to_itself(course)))
-    wanted = measured(course.wanted_rad_s, TICK_S)
+    driven, alone = (measured(each.speed_rad_s) for each in (course, left_to_itself(course)))
+    wanted = measured(course.wanted_rad_s)
     assert driven.max() > 0.9 * wanted.max() > 1.3 * alone.max()
-    assert abs(np.log(motor_features(driven, TICK_S).ln_period / motor_features(wanted, TICK_S).ln_period)) < 0.05
+    assert abs(np.log(motor_features(driven).ln_period / motor_features(wanted).ln_period)) < 0.05
 
 
 @pytest.mark.long
@@ -141,20 +141,20 @@ def test_grooves_that_come_slowly_enough_are_resolved() -> None:
     name = "closely_grooved_pvc"
     surface = VirtualSurface.of(name, profile(name).grooves_m)
     course = rendered_stroke(surface, stroke_m_s=SLOW_M_S)
-    found = motor_features(measured(course.speed_rad_s, TICK_S), TICK_S, stroke_m_s=SLOW_M_S)
+    found = motor_features(measured(course.speed_rad_s), stroke_m_s=SLOW_M_S)
     assert found.ln_period == pytest.approx(np.log(2.0), abs=0.05)
 
 
 def test_features_of_a_course_are_those_that_it_was_made_with() -> None:
     since_s = TICK_S * (np.arange(2000) % 50)  # 5 mm at 50 mm/s
     course = 300.0 + 200.0 * np.exp(-30.0 * since_s)
-    found = motor_features(course, TICK_S)
+    found = motor_features(course)
     assert (found.pattern, found.ln_period) == (3.0, pytest.approx(np.log(5.0)))
     assert found.irregularity == pytest.approx(0.0, abs=1e-9)
     assert found.ln_intensity == pytest.approx(np.log((course**2).mean() + FLOOR_RAD_S**2))
-    weak = motor_features(300.0 + 30.0 * np.exp(-30.0 * since_s), TICK_S)
+    weak = motor_features(300.0 + 30.0 * np.exp(-30.0 * since_s))
     assert (weak.pattern, weak.ln_period, weak.irregularity) == (0.0, 0.0, 0.0)
-    assert motor_features(np.zeros(2000), TICK_S).ln_intensity == pytest.approx(2.0 * np.log(FLOOR_RAD_S))
+    assert motor_features(np.zeros(2000)).ln_intensity == pytest.approx(2.0 * np.log(FLOOR_RAD_S))
 
 
 def test_features_of_real_surfaces_are_those_of_their_kind() -> None:
@@ -172,8 +172,8 @@ def test_features_of_real_surfaces_are_those_of_their_kind() -> None:
 @pytest.mark.long
 def test_a_remote_stroke_reaches_the_motor_through_sensor_and_identification() -> None:
     course = remote_stroke("sandpaper", seed=1)
-    assert measured(course.speed_rad_s, TICK_S).mean() == pytest.approx(
-        measured(stroke("sandpaper").speed_rad_s, TICK_S).mean(), rel=0.1
+    assert measured(course.speed_rad_s).mean() == pytest.approx(
+        measured(stroke("sandpaper").speed_rad_s).mean(), rel=0.1
     )
 
 
