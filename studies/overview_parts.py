@@ -6,6 +6,7 @@ from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
+from studies.counting import grouped
 from studies.overview import Part, Way
 from studies.thermal_identification.pieces import ONE
 
@@ -43,11 +44,9 @@ def identification(data: Data) -> Part:
 
 def rendering(data: Data) -> Part:
     """Heat at the finger: every skin model over all objects, and the choice among them."""
-    rows: dict[str, list[Data]] = {}
-    for row in data["models"]:
-        rows.setdefault(row["model"], []).append(row)
     chosen = [row for row in data["models"] if row["chosen"]]
-    named = [(name, each, True) for name, each in rows.items()] + [("chosen for each object", chosen, False)]
+    named = [(name, each, True) for (name,), each in grouped(data["models"], "model").items()]
+    named.append(("chosen for each object", chosen, False))
     ways = [
         Way(name, fmean(row["products"] for row in each), max(row["share_of_tolerance"] for row in each), baseline)
         for name, each, baseline in named
@@ -114,11 +113,8 @@ def link(data: Data) -> Part:
 
 def stability(data: Data) -> Part:
     """Couplings over all delays and links: share of failed runs, and error of the displayed stiffness."""
-    rows: dict[str, list[Data]] = {}
-    for row in data["matrix"]:
-        rows.setdefault(row["architecture"], []).append(row)
     ways = []
-    for name, runs in rows.items():
+    for (name,), runs in grouped(data["matrix"], "architecture").items():
         wrong = sum(not row["stable"] or row["produced_mj"] > 1.0 for row in runs) / len(runs)
         errors = [
             abs(row["felt_n_m"] / row["wall_n_m"] - 1.0)

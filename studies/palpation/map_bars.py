@@ -28,6 +28,7 @@ from operator_site.palpation.next_press import best
 from operator_site.palpation.stiffness_field import StiffnessField
 from remote_site.traces.press_files import Press, read_presses
 from remote_site.traces.trace_files import TraceFile
+from studies.counting import grouped
 from teletaction.mapping.map_recorded import stiffnesses
 
 Array = NDArray[np.float64]
@@ -183,13 +184,11 @@ _WAYS: dict[str, Callable[[Mapped, list[int], NDArray[np.intp]], int]] = {
 def map_means(rows: Sequence[Row]) -> list[Row]:
     """Return the mean scores over the seeds of each set, way and number of presses."""
     drawn = [row for row in rows if row["seed"] is not None]
-    cases = dict.fromkeys((row["set"], row["way"], row["presses"]) for row in drawn)
-    found = []
-    for case in cases:
-        mine = [row for row in drawn if (row["set"], row["way"], row["presses"]) == case]
-        means = {score: float(np.mean([row[score] for row in mine])) for score in SCORES}
-        found.append(dict(zip(("set", "way", "presses"), case, strict=True)) | means)
-    return found
+    return [
+        {"set": name, "way": way, "presses": presses}
+        | {score: float(np.mean([row[score] for row in mine])) for score in SCORES}
+        for (name, way, presses), mine in grouped(drawn, "set", "way", "presses").items()
+    ]
 
 
 def auc(score: Array, lump: NDArray[np.bool_]) -> float:

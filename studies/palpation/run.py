@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from studies.compared import Compared
+from studies.counting import grouped
 from studies.palpation.figure import plot
 from studies.palpation.map_bars import SETS, chosen_one_by_one, judged_maps, map_means, read_palpated
 from studies.palpation.presses import LAW, answered, predicted, repeated
@@ -91,8 +92,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 
 def _errors(presses: Sequence[Row]) -> Iterator[Row]:
     """Yield the errors of each material and method, of all samples together."""
-    for material, method in dict.fromkeys((row["material"], row["method"]) for row in presses):
-        mine = [row for row in presses if (row["material"], row["method"]) == (material, method)]
+    for (material, method), mine in grouped(presses, "material", "method").items():
         values = np.concatenate([row["errors"] for row in mine])
         outside = [row["outside_2_sd"] for row in mine if row["outside_2_sd"] is not None]
         yield {

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.stats import binomtest
 
+from studies.counting import grouped
 from studies.drawing import WIDEST_IN, Data, draw_panels, where
 from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, label_once
 
@@ -66,11 +67,10 @@ def draw_speeds(axes: Axes, data: Data) -> None:
 def by_speed(rows: Sequence[Mapping[str, Any]], signals: str) -> list[dict[str, float]]:
     """Return the counts of these signals at each speed, both motions together."""
     columns = ("strokes", "none", "wrong", "answers", "inside_95")
-    found = []
-    for speed in dict.fromkeys(row["speed_mm_s"] for row in rows):
-        part = where(rows, speed_mm_s=speed, signals=signals)
-        found.append({"speed_mm_s": speed, **{name: sum(row[name] for row in part) for name in columns}})
-    return found
+    return [
+        {"speed_mm_s": speed, **{name: sum(row[name] for row in part) for name in columns}}
+        for (speed,), part in grouped(where(rows, signals=signals), "speed_mm_s").items()
+    ]
 
 
 def draw_coverage(axes: Axes, data: Data) -> None:

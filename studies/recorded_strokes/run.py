@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 from remote_site.texture.calibration.spectrum_calibration import LabelledStroke, calibrate_spectra, learned
 from remote_site.texture.recorded.spatial_period import spatial_period
 from remote_site.texture.recorded.surface_spectrum import MOTIONS, Along, bands, sensor_noise, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace, read_stroke
 from studies.compared import Compared
+from studies.counting import share
 from studies.pieces import HERE, Piece, Work, results_of
 from studies.recorded_strokes.figure import plot
 from studies.recorded_strokes.made_strokes import SPEEDS_MM_S
@@ -323,5 +323,4 @@ def _half(stroke: Stroke, first: bool) -> Stroke:
 
 def _counted(strokes: Sequence[Stroke], said: Sequence[str] | Answers) -> Row:
     right = sum(stroke.surface == name for stroke, name in zip(strokes, said, strict=True))
-    low, high = binomtest(right, len(strokes)).proportion_ci()
-    return {"right": right, "strokes": len(strokes), "share": right / len(strokes), "low": low, "high": high}
+    return {"right": right, "strokes": len(strokes), **share(right, len(strokes))}

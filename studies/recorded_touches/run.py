@@ -18,7 +18,7 @@ wrongly, by rules of different caution. Flaws of the data:
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -34,6 +34,7 @@ from remote_site.thermal.recorded.identify_thermal import identify_thermal
 from remote_site.thermal.touch_start import RecordedTouch, find_touch
 from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from studies.compared import Compared
+from studies.counting import grouped
 from studies.pieces import HERE, Piece, Work, part_of, results_of
 from studies.recorded_touches.figure import plot
 from studies.running import Progress, Unavailable, data_folder, tables_of
@@ -122,10 +123,8 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 def accuracy(answers: Sequence[Row]) -> list[Row]:
     """Right answers of each method, sensors, prior and time, with the errors of each class."""
     keys = ("method", "sensors", "prior", "t_s")
-    cells = dict.fromkeys(tuple(answer[key] for key in keys) for answer in answers)
     rows = []
-    for cell in cells:
-        mine = [answer for answer in answers if tuple(answer[key] for key in keys) == cell]
+    for cell, mine in grouped(answers, *keys).items():
         right = [answer["said"] == answer["material"] for answer in mine]
         by_class = {
             name: [hit for hit, answer in zip(right, mine, strict=True) if answer["class"] == name]
@@ -144,7 +143,7 @@ def accuracy(answers: Sequence[Row]) -> list[Row]:
     return rows
 
 
-def _balanced(answers: Sequence[Row], right: Sequence[bool]) -> float:
+def _balanced(answers: Sequence[Mapping[str, Any]], right: Sequence[bool]) -> float:
     """Mean over the materials of the share that is right, whatever the number of touches of each."""
     of_material: dict[str, list[bool]] = {}
     for answer, hit in zip(answers, right, strict=True):

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from studies.counting import grouped
 from studies.pieces import Piece
 from studies.teleoperation_stability.blended_contact import BlendedContact
 from studies.teleoperation_stability.cases import HANDS, Floats, cases
 from studies.teleoperation_stability.direct import DirectForce
 from studies.teleoperation_stability.local_model import LocalModel, passive
-from studies.teleoperation_stability.measures import SECONDS, START_M, PressTwice, measure
+from studies.teleoperation_stability.measures import FORCE_MOST_N, PRODUCED_J, SECONDS, START_M, PressTwice, measure
 from studies.teleoperation_stability.network import way
 from studies.teleoperation_stability.passivity import PassivityControl
 from studies.teleoperation_stability.plant import Architecture, simulate
@@ -114,17 +115,16 @@ def matrix_rows(matrix: Matrix, number: int, place: int, name: str, seed: int) -
         }
 
 
-def summary(rows: list[dict[str, Any]], most_mj: float, most_n: float) -> Iterator[dict[str, Any]]:
+def summary(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Yield per architecture and link how many runs oscillate, produce energy or push too hard, and the worst."""
-    for name, link in product(dict.fromkeys(r["architecture"] for r in rows), dict.fromkeys(r["link"] for r in rows)):
-        mine = [row for row in rows if row["architecture"] == name and row["link"] == link]
+    for (name, link), mine in grouped(rows, "architecture", "link").items():
         yield {
             "architecture": name,
             "link": link,
             "runs": len(mine),
             "swing": sum(not row["stable"] for row in mine),
-            "produce_energy": sum(row["produced_mj"] > most_mj for row in mine),
-            "push_too_hard": sum(row["peak_n"] > most_n for row in mine),
+            "produce_energy": sum(row["produced_mj"] > 1e3 * PRODUCED_J for row in mine),
+            "push_too_hard": sum(row["peak_n"] > FORCE_MOST_N for row in mine),
             "most_produced_mj": max(row["produced_mj"] for row in mine),
             "largest_swing_mm": max(row["swing_mm"] for row in mine),
             "peak_n": max(row["peak_n"] for row in mine),

@@ -59,7 +59,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "matrix": matrix_pieces(matrix, seed),
     }
     found = rows_of(pieces, work, progress)
-    data = {"summary": list(summary(found["matrix"], 1e3 * PRODUCED_J, FORCE_MOST_N)), **found}
+    data = {"summary": list(summary(found["matrix"])), **found}
     return data | {"problems": list(_problems(data))}
 
 

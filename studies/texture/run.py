@@ -11,13 +11,13 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
 
 from remote_site.texture.surface_table import SurfaceTable
 from sim_sensors.physics.surface import GROOVE_DEPTH_M
 from sim_sensors.physics.texture_touch import NOISE_V
 from sim_sensors.traces.simulated_stroke import simulate_stroke
 from studies.compared import Compared
+from studies.counting import share
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Progress
 from studies.texture.figure import plot
@@ -148,7 +148,7 @@ def _accuracy(true: Sequence[str], named: Sequence[Mapping[tuple[str, float], st
         hits = sum(surface == name for surface, name in said)
         wrong = Counter(f"{surface} for {name}" for surface, name in said if surface != name)
         rows.append(
-            {"method": method, "time_s": time_s, "right": hits, "strokes": len(said), **_shares(hits, len(said))}
+            {"method": method, "time_s": time_s, "right": hits, "strokes": len(said), **share(hits, len(said))}
             | {"wrong": "; ".join(f"{count} {pair}" for pair, count in wrong.most_common())}
         )
     return rows
@@ -168,11 +168,6 @@ def _cost(asked: Sequence[Asked], learned: Learned) -> dict[str, Any]:
         for method, took_s in zip(METHODS, middle_s, strict=True)
     ]
     return {"baseline_us": 1e6 * unit_s, "methods": cost}
-
-
-def _shares(hits: int, count: int) -> dict[str, float]:
-    low, high = binomtest(hits, count).proportion_ci()
-    return {"share": hits / count, "low": low, "high": high}
 
 
 def _baseline_s() -> float:
@@ -227,7 +222,7 @@ def _changes(strokes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {
         "strokes": len(strokes),
         "seen": len(late_m),
-        **_shares(len(late_m), len(strokes)),
+        **share(len(late_m), len(strokes)),
         "recognised": sum(one["recognised"] for one in strokes),
         "told_but_not_there": sum(one["false"] for one in strokes),
         "metres_stroked": 0.14 * len(strokes),

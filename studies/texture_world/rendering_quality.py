@@ -24,6 +24,7 @@ from remote_site.texture.calibration.texture_calibration import ROUGH, SMOOTH
 from remote_site.texture.motion_spectrum import EDGES_HZ
 from remote_site.texture.recorded.stroke_spectrum import stroke_spectrum
 from sim_sensors.physics.motor import RPM_PER_RAD_S, VibrationMotors
+from studies.counting import grouped
 from studies.texture_world.models import RATE_HZ, TextureModel
 from studies.texture_world.strokes import LONGEST_S, Stroke, rendered, stroke_over
 
@@ -193,8 +194,7 @@ def _off_db(shown: Array, sensed: Array) -> float:
 def quality_rows(rows: Sequence[Row]) -> list[Row]:
     """Return the mean of each way over the textures, and the quantiles of 10 and 90 %."""
     found = []
-    for way, bits_s in dict.fromkeys((row["way"], row["bits_s"]) for row in rows):
-        mine = [row for row in rows if (row["way"], row["bits_s"]) == (way, bits_s)]
+    for (way, bits_s), mine in grouped(rows, "way", "bits_s").items():
         line: Row = {"way": way, "bits_s": bits_s, "textures": len(mine)}
         for name in ("st_sim", "spqi", "off_db"):
             values = np.array([row[name] for row in mine])

@@ -15,6 +15,7 @@ from scipy.stats import binomtest
 
 from remote_site.texture.texture_law import TextureLaw
 from studies.compared import Compared
+from studies.counting import grouped
 from studies.pieces import HERE, Piece, Work, part_of, rows_of
 from studies.running import Progress, data_folder
 from studies.texture_world.figure import plot
@@ -126,19 +127,18 @@ def by_motion(rows: Sequence[Row], seconds: float = 1.0, parts: int = 4) -> list
 
 def by_texture(rows: Sequence[Row], seconds: float = SECONDS[-1]) -> list[Row]:
     """Return the share of right names of the shipped method by texture, the least first."""
-    ranks: dict[str, list[bool]] = {}
-    for row in rows:
-        if row["method"] == SHIPPED and row["seconds"] == seconds:
-            ranks.setdefault(row["material"], []).append(row["rank"] == 0)
-    each = [{"material": name, "strokes": len(right), "top_1": float(np.mean(right))} for name, right in ranks.items()]
+    judged = [row for row in rows if row["method"] == SHIPPED and row["seconds"] == seconds]
+    each = [
+        {"material": name, "strokes": len(mine), "top_1": float(np.mean([row["rank"] == 0 for row in mine]))}
+        for (name,), mine in grouped(judged, "material").items()
+    ]
     return sorted(each, key=lambda row: (row["top_1"], row["material"]))
 
 
 def pooled(rows: Sequence[Row]) -> list[Row]:
     """Return the counts of all groups together, and their shares."""
     found = []
-    for known, seconds in dict.fromkeys((row["known_textures"], row["seconds"]) for row in rows):
-        mine = [row for row in rows if (row["known_textures"], row["seconds"]) == (known, seconds)]
+    for (known, seconds), mine in grouped(rows, "known_textures", "seconds").items():
         names = ("own", "own_unknown", "own_right", "strange", "strange_unknown")
         line: Row = {"known_textures": known, "seconds": seconds} | {
             name: sum(row[name] for row in mine) for name in names

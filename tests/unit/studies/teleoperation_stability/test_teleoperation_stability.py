@@ -181,7 +181,7 @@ def test_tables_and_figure_are_written(tmp_path: Path):
     rows = [row for name in ARCHITECTURES for row in small(name)]
     border = {"hand": "light", "round_trip_ms": 100.0, "worked_out_n_m": 180.0, "simulated_n_m": None}
     data = {
-        "summary": list(summary(rows, 1.0, 10.0)),
+        "summary": list(summary(rows)),
         "borders": [border, border | {"hand": "firm", "worked_out_n_m": None}],
         "walls": [{"period_ms": 1.0, "bound_n_m": 1000.0}],
         "recorded": [],
