@@ -83,6 +83,11 @@ def rows_of(pieces: Mapping[str, Sequence[Piece]], work: Work, progress: ReportS
     return {name: [row for rows in results for row in rows] for name, results in found.items()}
 
 
+def chunks(items: Sequence[Any], size: int) -> list[Any]:
+    """Cut items, such as the seeds of many pieces, into parts of a size; the last one may be smaller."""
+    return [items[at : at + size] for at in range(0, len(items), size)]
+
+
 def part_of(progress: ReportShare, begin: float, end: float) -> ReportShare:
     """Map the share done of a part, 0..1, to the range from `begin` to `end` of the whole, 0..1."""
     return lambda share: progress(begin + (end - begin) * share)

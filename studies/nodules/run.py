@@ -26,7 +26,7 @@ from studies.nodules.phantoms import Phantom, draw_phantom, press
 from studies.nodules.ranges import PHANTOMS, RANGES
 from studies.nodules.reference import Reference, correction
 from studies.nodules.sequential import curves, judged_sequences, saved
-from studies.pieces import HERE, Piece, ReportShare, Work, part_of
+from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of
 from studies.running import Progress, tables_of
 
 __all__ = ["judge_detector", "plot", "run", "tables"]
@@ -101,7 +101,7 @@ def judge_detector(
     Raises:
         ValueError: an answer is malformed.
     """
-    pieces: list[Piece] = [(_judged, (detector, list(seeds[at : at + CHUNK]))) for at in range(0, len(seeds), CHUNK)]
+    pieces: list[Piece] = [(_judged, (detector, part)) for part in chunks(seeds, CHUNK)]
     return [each for chunk in work(pieces, progress) for each in chunk]
 
 
@@ -121,7 +121,7 @@ def judged_seeds(seed: int = 0, phantoms: int = PHANTOMS) -> range:
 def learn(phantoms: int, work: Work = HERE, progress: ReportShare = lambda _: None) -> Reference:
     """Return the reference, with probabilities corrected on phantoms that are not judged."""
     seeds = range(_LEARNING_SEED, _LEARNING_SEED + phantoms)
-    pieces: list[Piece] = [(_answered, (list(seeds[at : at + CHUNK]),)) for at in range(0, len(seeds), CHUNK)]
+    pieces: list[Piece] = [(_answered, (part,)) for part in chunks(seeds, CHUNK)]
     return correction([each for chunk in work(pieces, progress) for each in chunk])
 
 

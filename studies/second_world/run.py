@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, ReportShare, Work, part_of, results_of
+from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, results_of
 from studies.running import Progress, tables_of
 from studies.second_world.figure import plot, reference_of
 from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
@@ -156,7 +156,7 @@ def _judge(cases: Sequence[_Case], times_s: Sequence[float], progress: ReportSha
     judging = [
         (case, (examine, (case.set.world, case.kind, name, numbers, tables[case], times_s)))
         for case, name in named
-        for numbers in _chunks(case.set.test)
+        for numbers in chunks(range(case.set.test), CHUNK)
     ]
     known = len(judging)
     judging += [
@@ -189,10 +189,6 @@ def _by_case(cases: Sequence[_Case], parts: Sequence[Examples]) -> dict[_Case, E
     for case, part in zip(cases, parts, strict=True):
         grouped.setdefault(case, []).append(part)
     return {case: Examples.together(each) for case, each in grouped.items()}
-
-
-def _chunks(count: int) -> list[range]:
-    return [range(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
 
 
 def calibrate(world: World, kind: int, names: Sequence[str], touches: int, seconds: float) -> str:

@@ -5,12 +5,12 @@ other conditions show where the method fails.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import Any
 
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, Work, rows_of
+from studies.pieces import HERE, Piece, Work, chunks, rows_of
 from studies.running import Progress, tables_of
 from studies.tenderness.examiner import examine
 from studies.tenderness.figure import plot
@@ -49,17 +49,17 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     first = _SEEDS_APART * seed
     pieces: list[Piece] = []
     for number in range(len(KINDS)):
-        last = first + (usual if number == 0 else others)
-        pieces += [(_rows, (number, at, min(last, at + CHUNK))) for at in range(first, last, CHUNK)]
+        seeds = range(first, first + (usual if number == 0 else others))
+        pieces += [(_rows, (number, part)) for part in chunks(seeds, CHUNK)]
     found = rows_of({"patients": pieces}, work, progress)
     conditions = [_condition(kind.name, found["patients"]) for kind in KINDS]
     goal = {"place_mm": GOAL_MM, "within": GOAL_WITHIN, "exceeded": GOAL_EXCEEDED}
     return {"conditions": conditions, "goal": goal, "problems": list(_problems(conditions[0])), **found}
 
 
-def _rows(number: int, first: int, last: int) -> Iterator[dict[str, Any]]:
+def _rows(number: int, seeds: Sequence[int]) -> Iterator[dict[str, Any]]:
     kind = KINDS[number]
-    for seed in range(first, last):
+    for seed in seeds:
         patient = Patient(kind, seed)
         done = examine(patient, kind, seed)
         place = done.place()

@@ -18,7 +18,7 @@ from sim_sensors.physics.texture_touch import NOISE_V
 from sim_sensors.traces.simulated_stroke import simulate_stroke
 from studies.compared import Compared
 from studies.counting import share
-from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
+from studies.pieces import HERE, Piece, Work, chunks, one_thread, part_of, rows_of
 from studies.running import Progress
 from studies.texture.figure import plot
 from studies.texture.methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
@@ -77,10 +77,10 @@ def measure(sizes: Sizes, seed: int, progress: Progress, work: Work = HERE) -> d
     """Run all parts with these numbers of strokes."""
     learned: Learned = work([(_learn, (sizes.learn, seed))], part_of(progress, 0.0, 0.1))[0]
     table = learned.fit.table
-    asked = list(strokes(sizes.judge, TIMES_S[-1], 2000 + seed))
+    asked, changed = list(strokes(sizes.judge, TIMES_S[-1], 2000 + seed)), list(changes(sizes.changes, 3000 + seed))
     pieces: dict[str, list[Piece]] = {
-        "judged": [(_judge, (some, learned)) for some in _parts(asked)],
-        "changes": [(_change, (some, table)) for some in _parts(list(changes(sizes.changes, 3000 + seed)))],
+        "judged": [(_judge, (some, learned)) for some in chunks(asked, _IN_A_PIECE)],
+        "changes": [(_change, (some, table)) for some in chunks(changed, _IN_A_PIECE)],
         "grooves": [(_grooves, (table, number, sizes.grooves, 4000 + seed)) for number in range(len(CASES))],
         "courses": [(_course, (table, *pair, seed)) for pair in COURSES],
     }
@@ -115,10 +115,6 @@ def tables(data: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
 
 def _learn(each: int, seed: int) -> Learned:
     return learn([one.drawn() for one in strokes(each, TIMES_S[-1], 1000 + seed)], TIMES_S)
-
-
-def _parts(asked: Sequence[Asked]) -> list[Sequence[Asked]]:
-    return [asked[first : first + _IN_A_PIECE] for first in range(0, len(asked), _IN_A_PIECE)]
 
 
 def _judge(asked: Sequence[Asked], learned: Learned) -> Iterator[tuple[dict[tuple[str, float], str], dict[str, Any]]]:

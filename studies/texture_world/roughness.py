@@ -29,10 +29,10 @@ def sensor_law(models: Sequence[TextureModel], seed: int) -> TextureLaw:
     return fit_law(strokes).law
 
 
-def roughnesses(models: Sequence[TextureModel], first: int, law: TextureLaw, seed: int) -> Iterator[Row]:
-    """Yield the roughness of each stroke beside the model's own rms; `first` is the place of the first model."""
-    for place, model in enumerate(models, start=first):
-        own = own_ln_rms(model)
+def roughnesses(models: Sequence[TextureModel], places: Sequence[int], law: TextureLaw, seed: int) -> Iterator[Row]:
+    """Yield the roughness of each stroke over some of the textures, at these places, beside the model's own rms."""
+    for place in places:
+        model, own = models[place], own_ln_rms(models[place])
         for number in range(EACH):
             found = mean_ln_roughness(stroke_over(model, seed, place, number).even(), law)
             yield {"material": model.material, "stroke": number, "own_ln_rms": own, "ln_roughness": found}

@@ -16,7 +16,7 @@ from scipy.stats import binomtest
 from remote_site.texture.texture_law import TextureLaw
 from studies.compared import Compared
 from studies.counting import grouped
-from studies.pieces import HERE, Piece, Work, part_of, rows_of
+from studies.pieces import HERE, Piece, Work, chunks, part_of, rows_of
 from studies.running import Progress, data_folder
 from studies.texture_world.figure import plot
 from studies.texture_world.models import TextureModel, read_models
@@ -54,9 +54,8 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     models = models[:: max(1, len(models) // QUICK_TEXTURES)] if quick else models
     repeats = 1 if quick else REPEATS
     (law,) = work([(sensor_law, (models, seed))], part_of(progress, 0.0, 0.15))
-    parts = range(0, len(models), _IN_A_PIECE)
     pieces: dict[str, list[Piece]] = {
-        "strokes": [(roughnesses, (models[k : k + _IN_A_PIECE], k, law, seed)) for k in parts],
+        "strokes": [(roughnesses, (models, part, law, seed)) for part in chunks(range(len(models)), _IN_A_PIECE)],
         "named": [(named, (models, JUDGED, 10 + seed + k)) for k in range(repeats)],
         "strangers": [(strangers, (models, JUDGED, 10 + seed, 1 if quick else FOLDS, known)) for known in KNOWN],
     }
@@ -67,9 +66,8 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 
 def _quality(models: Sequence[TextureModel], strokes: Sequence[Row], seed: int, work: Work, progress: Any) -> list[Row]:
     ln_v = np.array([row["ln_roughness"] for row in strokes]).reshape(-1, EACH).mean(axis=1).tolist()
-    parts = [range(k, min(k + _IN_A_PIECE, len(models))) for k in range(0, len(models), _IN_A_PIECE)]
-    rows = rows_of({"quality": [(qualities, (models, part, ln_v, seed)) for part in parts]}, work, progress)
-    return quality_rows(rows["quality"])
+    pieces = [(qualities, (models, part, ln_v, seed)) for part in chunks(range(len(models)), _IN_A_PIECE)]
+    return quality_rows(rows_of({"quality": pieces}, work, progress)["quality"])
 
 
 def _findings(models: Sequence[TextureModel], law: TextureLaw, found: Mapping[str, Sequence[Row]]) -> dict[str, Any]:

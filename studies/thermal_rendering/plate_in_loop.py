@@ -12,7 +12,7 @@ import numpy as np
 
 from common.fingers import FINGERS
 from common.scenes.materials import materials
-from studies.pieces import Piece
+from studies.pieces import Piece, chunks
 from studies.thermal_rendering.felt_error import felt_error, tolerance_k
 from studies.touches.ideal_plate import ideal_plate_touch
 from studies.touches.real_touch import real_touch
@@ -51,11 +51,11 @@ def rendered_courses(
         felt.append(hand.plates.felt_c - before_c)
         plate.append(hand.plates.plate_c.copy())
     grid = STEP_S * np.arange(round(SECONDS / STEP_S) + 1)
-    courses = [
+    felt_k, plate_c = (
         np.array([np.interp(grid, time_s, column) for column in np.array(kept).T[: len(names)]])
         for kept in (felt, plate)
-    ]
-    return courses[0], courses[1]
+    )
+    return felt_k, plate_c
 
 
 def loop_pieces(
@@ -66,8 +66,11 @@ def loop_pieces(
 ) -> list[Piece]:
     """A piece for each temperature and five materials; all materials by default."""
     every = sorted(materials()) if names is None else list(names)
-    fives = [every[at : at + len(FINGERS)] for at in range(0, len(every), len(FINGERS))]
-    return [(loop_rows, (five, object_c, tuple(ticks_s), seed)) for object_c in temperatures_c for five in fives]
+    return [
+        (loop_rows, (five, object_c, tuple(ticks_s), seed))
+        for object_c in temperatures_c
+        for five in chunks(every, len(FINGERS))
+    ]
 
 
 def loop_rows(five: Sequence[str], object_c: float, ticks_s: Sequence[float], seed: int) -> Iterator[dict[str, Any]]:

@@ -74,7 +74,7 @@ def test_public_textures_are_named_better_than_by_classic_methods_and_strangers_
 @pytest.mark.long
 def test_roughness_ranks_public_textures_as_their_own_power_does():
     models = public()
-    found = ranking(list(roughnesses(models[::5], 0, sensor_law(models, 77), 77)))
+    found = ranking(list(roughnesses(models[::5], range(20), sensor_law(models, 77), 77)))
     assert found["spearman_five_strokes"] >= 0.85
     assert found["textures"] == 20
 
