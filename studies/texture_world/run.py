@@ -17,7 +17,7 @@ from remote_site.texture.texture_law import TextureLaw
 from studies.compared import Compared
 from studies.counting import grouped
 from studies.pieces import HERE, Piece, Work, chunks, part_of, rows_of
-from studies.running import Progress, data_folder
+from studies.running import Progress, Unavailable, data_folder
 from studies.texture_world.figure import plot
 from studies.texture_world.models import TextureModel, read_models
 from studies.texture_world.recognition import FOLDS, METHODS, SECONDS, SHIPPED, TOP, named, strangers
@@ -31,6 +31,8 @@ JUDGED, REPEATS = 6, 2
 """Judged strokes of each texture, and independent repeats of the whole."""
 KNOWN = ("many", "few")
 """Numbers of calibrated textures beside strangers."""
+LEAST_TEXTURES = 2 * FOLDS
+"""Least number of textures: each group that is calibrated alone has two."""
 QUICK_TEXTURES = 20
 """Number of textures of a quick run, evenly over all."""
 _IN_A_PIECE = 5
@@ -47,10 +49,13 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     """Measure all parts.
 
     Raises:
-        Unavailable: there are no texture models.
+        Unavailable: there are no texture models, or too few.
         ValueError: a file is no texture model.
     """
-    models = read_models(data_folder("textures"))
+    folder = data_folder("textures")
+    models = read_models(folder)
+    if len(models) < LEAST_TEXTURES:
+        raise Unavailable(f"{folder}: {len(models)} texture models, fewer than {LEAST_TEXTURES}")
     models = models[:: max(1, len(models) // QUICK_TEXTURES)] if quick else models
     repeats = 1 if quick else REPEATS
     (law,) = work([(sensor_law, (models, seed))], part_of(progress, 0.0, 0.15))

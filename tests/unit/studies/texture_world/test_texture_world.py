@@ -79,6 +79,14 @@ def test_roughness_ranks_public_textures_as_their_own_power_does():
     assert found["textures"] == 20
 
 
+@pytest.mark.parametrize("count", [1, 9])
+def test_too_few_textures_are_refused(count, tmp_path, monkeypatch):
+    models_in(tmp_path / "textures", count)
+    monkeypatch.setenv("TELETACTION_DATA", str(tmp_path))
+    with pytest.raises(Unavailable, match=f"textures: {count} texture models, fewer than 10"):
+        run(quick=False, seed=0, progress=lambda _: None)
+
+
 def test_shares_are_counted():
     rows = [
         {"method": SHIPPED, "seconds": 1.0, "material": "a", "ln_speed": 0.1 * k, "ln_force": -0.1 * k, "rank": k % 4}
