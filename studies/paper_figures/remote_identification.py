@@ -9,14 +9,13 @@ from typing import Any
 from sim_sensors.physics.fingertip import pressing_depth_m
 from sim_sensors.physics.thermal_touch import AREA_M2
 from studies.touches.lowering import height_m
+from studies.touches.remote_touch import AT_M, FORCE_N
 from studies.touches.teleoperation import block_of, scene_of
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S
 
 MATERIAL = "aluminium"
 OBJECT_C = 25.0
-FORCE_N = 1.0
-AT_M = 0.03
 WARM_UP_S = 10.0
 TOUCHED_S = 9.0
 PAPER_S = 7.0

@@ -39,6 +39,7 @@ def inverse_rows(seed: int) -> Iterator[dict[str, Any]]:
                     "plate_k_per_felt_k": 1.0 / float(step.c[0] @ step.b[:, 1]),
                     "plate_noise_k": _noise_k(step, round(SECONDS / step_s), round(delay_s / step_s), seed),
                 }
+    matched_k = _matched_noise_k(seed)
     for delay_s in DELAYS_S:  # flux matching does not read the plate
         yield {
             "way": "flux matching",
@@ -46,7 +47,7 @@ def inverse_rows(seed: int) -> Iterator[dict[str, Any]]:
             "step_s": STEP_S,
             "delay_s": delay_s,
             "plate_k_per_felt_k": None,
-            "plate_noise_k": _matched_noise_k(seed),
+            "plate_noise_k": matched_k,
         }
 
 

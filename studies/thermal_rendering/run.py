@@ -14,23 +14,23 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from common.fingers import FINGERS
-from operator_site.thermal.model_selection import RUNGS, TOLERANCE_K, TOLERANCE_SHARE, choose
+from operator_site.thermal.model_selection import RUNGS, choose
 from operator_site.thermal.scene_skin import SceneSkin
 from operator_site.thermal.skin_model import STEP_S, SkinModel, SkinStep, Touched, skin_rates, skin_step
 from operator_site.thermal.tissue import Body, Floats, rest
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, part_of, rows_of
 from studies.running import Progress, tables_of
+from studies.thermal_rendering.felt_error import tolerance_k
 from studies.thermal_rendering.figure import plot
 from studies.thermal_rendering.naive_inverse import inverse_rows
 from studies.thermal_rendering.plate_in_loop import loop_pieces
-from studies.thermal_rendering.plate_strategies import colder_rows, rate_rows, strategy_rows
+from studies.thermal_rendering.plate_strategies import OBJECTS, colder_rows, rate_rows, strategy_rows
 from studies.thermal_rendering.reference_finger import felt_course
 from teletaction.session.step_cost import quickest_s
 
 __all__ = ["plot", "run", "tables"]
 
-OBJECTS = ("copper", "iron", "ceramic_tile", "skin_dermis", "pvc", "pine", "pu_foam")
 OBJECT_C = 25.0
 SECONDS = 10.0
 MODELS = (
@@ -115,7 +115,7 @@ def _models(unit_us: float) -> Iterator[dict[str, Any]]:
         it = Touched.of(name)
         course = felt_course(it.conductivity_w_mk, it.density_kg_m3 * it.specific_heat_j_kgk, it.contact_m2k_w)
         true = np.interp(times_s, course.time_s, course.at(OBJECT_C))
-        tolerance = np.maximum(TOLERANCE_K, TOLERANCE_SHARE * np.abs(true - true[0]))
+        tolerance = tolerance_k(true - true[0])
         chosen = choose(it, OBJECT_C - resting.surface_c).model
         for text in MODELS:
             model = SkinModel.parse(text)
