@@ -22,7 +22,7 @@ WIDEST_IN = 11.5
 
 @contextmanager
 def figure_file(
-    path: Path, width_in: float, height_in: float, dpi: float | str = 150, layout: Any = "constrained"
+    path: Path, width_in: float, height_in: float, dpi: float = 150, layout: Any = "constrained"
 ) -> Iterator[Figure]:
     """Yield an empty figure of this size, inches, and write it as PNG on exit.
 

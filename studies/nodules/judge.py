@@ -267,17 +267,12 @@ def _in_cell(sphere: Sphere, cell: dict[str, Range]) -> bool:
 
 def _size_order(sites: Sequence[Site]) -> dict[str, Any]:
     """Return the share of pairs of different size whose order is right, and their number; not found counts as wrong."""
+    nodules = [(site.sphere.size_mm, site.found) for site in sites if site.sphere is not None]
     right = total = 0
-    for a, b in combinations(sites, 2):
-        if a.sphere is None or b.sphere is None:
-            continue
-        small, large = (a, b) if a.sphere.size_mm < b.sphere.size_mm else (b, a)
-        assert small.sphere is not None
-        assert large.sphere is not None
-        if large.sphere.size_mm < DIFFERENT * small.sphere.size_mm:
-            continue
-        total += 1
-        right += small.found is not None and large.found is not None and small.found.size_mm < large.found.size_mm
+    for (small_mm, small), (large_mm, large) in combinations(sorted(nodules, key=lambda nodule: nodule[0]), 2):
+        if large_mm >= DIFFERENT * small_mm:
+            total += 1
+            right += small is not None and large is not None and small.size_mm < large.size_mm
     return {"pairs": total, "right": right / total if total else None}
 
 

@@ -25,8 +25,8 @@ from studies.nodules.judge import (
 from studies.nodules.phantoms import Phantom, draw_phantom, press
 from studies.nodules.ranges import PHANTOMS, RANGES
 from studies.nodules.reference import Reference, correction
-from studies.nodules.sequential import curves, judged_sequences, saved
-from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of
+from studies.nodules.sequential import curves, judged_sequence, saved
+from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, rows_of
 from studies.running import Progress, tables_of
 
 __all__ = ["judge_detector", "plot", "run", "tables"]
@@ -75,8 +75,9 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     seeds = judged_seeds(seed, phantoms)
     judged = judge_detector(reference, seeds, work, part_of(progress, 0.3, 0.6))
     detected = judge_detector(detect, seeds, work, part_of(progress, 0.6, 0.7))
-    sequences = QUICK_SEQUENCES if quick else SEQUENCES
-    rows = in_sequence(_SEQUENCE_SEED + _SEEDS_APART * seed, sequences, work, part_of(progress, 0.7, 1.0))
+    first = _SEQUENCE_SEED + _SEEDS_APART * seed
+    pressed = range(first, first + (QUICK_SEQUENCES if quick else SEQUENCES))
+    rows = _all([(judged_sequence, (one,)) for one in pressed], work, part_of(progress, 0.7, 1.0))
     good = by_cell(judged)
     return figures(judged, good) | {
         **{DETECTOR + name: value for name, value in figures(detected, good).items() if name != "good_auc"},
@@ -101,16 +102,7 @@ def judge_detector(
     Raises:
         ValueError: an answer is malformed.
     """
-    pieces: list[Piece] = [(_judged, (detector, part)) for part in chunks(seeds, CHUNK)]
-    return [each for chunk in work(pieces, progress) for each in chunk]
-
-
-def in_sequence(
-    first: int, phantoms: int, work: Work = HERE, progress: ReportShare = lambda _: None
-) -> list[dict[str, Any]]:
-    """Press phantoms one place after another in each way; return the rows of `sequential.judged_sequences`."""
-    pieces: list[Piece] = [(judged_sequences, ([seed],)) for seed in range(first, first + phantoms)]
-    return [row for rows in work(pieces, progress) for row in rows]
+    return _all([(_judged, (detector, part)) for part in chunks(seeds, CHUNK)], work, progress)
 
 
 def judged_seeds(seed: int = 0, phantoms: int = PHANTOMS) -> range:
@@ -118,11 +110,15 @@ def judged_seeds(seed: int = 0, phantoms: int = PHANTOMS) -> range:
     return range(_SEEDS_APART * seed, _SEEDS_APART * seed + phantoms)
 
 
-def learn(phantoms: int, work: Work = HERE, progress: ReportShare = lambda _: None) -> Reference:
+def learn(phantoms: int, work: Work, progress: ReportShare) -> Reference:
     """Return the reference, with probabilities corrected on phantoms that are not judged."""
     seeds = range(_LEARNING_SEED, _LEARNING_SEED + phantoms)
-    pieces: list[Piece] = [(_answered, (part,)) for part in chunks(seeds, CHUNK)]
-    return correction([each for chunk in work(pieces, progress) for each in chunk])
+    return correction(_all([(_answered, (part,)) for part in chunks(seeds, CHUNK)], work, progress))
+
+
+def _all(pieces: list[Piece], work: Work, progress: ReportShare) -> list[Any]:
+    """Run pieces; return all that they yield."""
+    return rows_of({"all": pieces}, work, progress)["all"]
 
 
 def figures(judged: Sequence[Judged], good: Sequence[dict[str, Any]]) -> dict[str, Any]:

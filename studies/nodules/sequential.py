@@ -105,37 +105,36 @@ def chosen_mm(pressed: PressedPhantom, way: str) -> Floats:
     return places
 
 
-def judged_sequences(seeds: Sequence[int]) -> Iterator[dict[str, Any]]:
-    """Yield a row for each phantom, way and judged number of presses.
+def judged_sequence(seed: int) -> Iterator[dict[str, Any]]:
+    """Yield a row for each way and judged number of presses on the phantom of a seed.
 
     It has the scores of nodules and of control sites, the place error of each nodule, None where nothing was found, mm,
     and the way between presses since the first, m.
     """
-    for seed in seeds:
-        pressed = PressedPhantom(draw_phantom(seed))
-        for way in WAYS:
-            chosen = None if way == RASTER else chosen_mm(pressed, way)
-            for rows, columns in RASTERS:
-                places = raster_mm(rows, columns) if chosen is None else chosen[: rows * columns]
-                judged = judge(pressed.phantom, detect(pressed.press(places)))
-                nodules = [site for site in judged.sites if site.sphere is not None]
-                errors = [place_error_mm(site) for site in nodules]
-                yield {
-                    "phantom": seed,
-                    "way": way,
-                    "presses": len(places),
-                    "nodules": [site.score for site in nodules],
-                    "controls": [site.score for site in judged.sites if site.sphere is None],
-                    "place_mm": [error if math.isfinite(error) else None for error in errors],
-                    "moved_m": 1e-3 * float(np.hypot(*np.diff(places, axis=0).T).sum()),
-                }
+    pressed = PressedPhantom(draw_phantom(seed))
+    for way in WAYS:
+        chosen = None if way == RASTER else chosen_mm(pressed, way)
+        for rows, columns in RASTERS:
+            places = raster_mm(rows, columns) if chosen is None else chosen[: rows * columns]
+            judged = judge(pressed.phantom, detect(pressed.press(places)))
+            nodules = [site for site in judged.sites if site.sphere is not None]
+            errors = [place_error_mm(site) for site in nodules]
+            yield {
+                "phantom": seed,
+                "way": way,
+                "presses": len(places),
+                "nodules": [site.score for site in nodules],
+                "controls": [site.score for site in judged.sites if site.sphere is None],
+                "place_mm": [error if math.isfinite(error) else None for error in errors],
+                "moved_m": 1e-3 * float(np.hypot(*np.diff(places, axis=0).T).sum()),
+            }
 
 
 def curves(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return a row for each way and number of presses: AUC of all nodules, place errors, and way."""
     found = []
     for way in WAYS:
-        for presses in (a * b for a, b in RASTERS):
+        for presses in _NUMBERS:
             mine = [row for row in rows if (row["way"], row["presses"]) == (way, presses)]
             errors = [math.inf if e is None else e for row in mine for e in row["place_mm"]]
             scores, controls = ([score for row in mine for score in row[name]] for name in ("nodules", "controls"))
@@ -161,7 +160,7 @@ def saved(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     way that misses the AUC with MOST presses counts as using MOST. The interval is over new draws of the phantoms. A
     draw without a nodule has no AUC and is left out.
     """
-    wins = {way: [_Wins(rows, way, a * b) for a, b in RASTERS] for way in WAYS}
+    wins = {way: [_Wins(rows, way, presses) for presses in _NUMBERS] for way in WAYS}
     nodules = wins[RASTER][0].nodules
     whole, phantoms = np.ones(len(nodules)), len(nodules)
     drawn = np.random.default_rng(0).multinomial(phantoms, whole / phantoms, DRAWS).astype(float)

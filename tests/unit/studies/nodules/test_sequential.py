@@ -13,7 +13,7 @@ from studies.nodules.sequential import (
     PressedPhantom,
     chosen_mm,
     curves,
-    judged_sequences,
+    judged_sequence,
     raster_mm,
     saved,
 )
@@ -78,5 +78,5 @@ def test_each_way_presses_inside_and_repeats() -> None:
 @pytest.mark.study
 @pytest.mark.timeout(600)
 def test_all_ways_are_judged() -> None:
-    found = list(judged_sequences([3_000_000]))
+    found = list(judged_sequence(3_000_000))
     assert {(row["way"], row["presses"]) for row in found} == {(way, presses) for way in WAYS for presses in NUMBERS}
