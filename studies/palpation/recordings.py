@@ -1,6 +1,5 @@
 """Reads the recorded palpation: presses of a robot on silicone, meat and liver, and two streams of a moving probe."""
 
-import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remote_site.traces.press_files import Press, read_presses
-from studies.running import Unavailable
+from studies.running import Unavailable, recorded_columns
 
 Array = NDArray[np.float64]
 
@@ -38,9 +37,7 @@ def read_set(folder: Path, name: str) -> list[Press]:
         Unavailable: there is no such set.
         ValueError: it cannot be read.
     """
-    path = folder / name / "presses.csv"
-    if not path.is_file():
-        raise Unavailable(f"there is no {path}; TELETACTION_DATA has to name a folder with palpation in it")
+    path = _file(folder / name / "presses.csv")
     return [press for press in read_presses(path) if press.contact is not None and press.contact.status != "fail"]
 
 
@@ -49,15 +46,18 @@ def read_stream(folder: Path, name: str) -> Stream:
 
     Raises:
         Unavailable: there is no such stream.
+        ValueError: it cannot be read.
     """
-    path = folder / "continuous" / f"{name}.csv"
+    path = _file(folder / "continuous" / f"{name}.csv")
+    time_s, *place_mm, force_n = recorded_columns(path, "time_s", "x_mm", "y_mm", "z_mm", "fz_n")
+    return Stream(time_s, np.column_stack(place_mm), force_n)
+
+
+def _file(path: Path) -> Path:
+    """Return the path of a recording; raise Unavailable if there is none."""
     if not path.is_file():
         raise Unavailable(f"there is no {path}; TELETACTION_DATA has to name a folder with palpation in it")
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    columns = {key: np.array([float(row[key]) for row in rows]) for key in ("time_s", "x_mm", "y_mm", "z_mm", "fz_n")}
-    place_mm = np.column_stack([columns[key] for key in ("x_mm", "y_mm", "z_mm")])
-    return Stream(columns["time_s"], place_mm, columns["fz_n"])
+    return path
 
 
 def first(press: Press, samples: NDArray[np.bool_] | int) -> Press:

@@ -1,5 +1,6 @@
 """The study of recorded presses on made-up ones whose answers are known, and on the recordings where they are."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -128,6 +129,22 @@ def test_pieces_hold_the_recordings_since_other_machines_lack_the_files(
     (folder / "truth" / "kidney_bar.csv").write_text("x_mm,y_mm\n0,0\n")
     with pytest.raises(ValueError, match=r"kidney_bar\.csv: line 1: column lump is missing"):
         study.run(quick=True, seed=0, progress=lambda _: None, work=work)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("0.0,0,0,0,0\n0.1,0,0\n", "line 3: 3 values under 5 columns"),
+        ("0.0,0,0,0,x\n", "line 2: column fz_n: not a finite number"),
+        ("", "no line of data"),
+    ],
+)
+def test_a_stream_that_cannot_be_read_is_named_with_its_line(tmp_path: Path, rows: str, words: str):
+    (tmp_path / "continuous").mkdir()
+    path = tmp_path / "continuous" / "some.csv"
+    path.write_text("time_s,x_mm,y_mm,z_mm,fz_n\n" + rows)
+    with pytest.raises(ValueError, match=f"{re.escape(str(path))}: .*{words}"):
+        read_stream(tmp_path, "some")
 
 
 @pytest.mark.long
