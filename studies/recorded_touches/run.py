@@ -187,11 +187,13 @@ def linear_features(trace: ThermalTrace, t_s: float, sensors: str) -> Array:
     """Reading at contact, then means over blocks up to `t_s` after contact: readings relative to it, force.
 
     Raises:
-        ValueError: the trace has no contact.
+        ValueError: the trace has no contact, or ends before.
     """
     first = trace.contact()
     if first is None:
         raise ValueError(f"{trace.name}: column force_n: no contact")
+    if first + 1 + _count(t_s) > len(trace.time_s):
+        raise ValueError(f"{trace.name}: fewer than {t_s:g} s of contact")
     edges = first + 1 + np.linspace(0, _count(t_s), max(round(t_s / _BLOCK_S), 1) + 1).round().astype(int)
     signals = [trace.sensor_c] + ([_beside(trace)] if sensors == BOTH else [])
     features: list[float] = []

@@ -54,6 +54,14 @@ def test_no_reading_after_its_time_is_a_feature() -> None:
         assert np.array_equal(plain, changed)
 
 
+def test_a_recording_that_ends_before_its_time_has_no_features() -> None:
+    time_s = np.asarray(np.arange(400) * 0.01)
+    trace = ThermalTrace(time_s, 30.0 - time_s, np.where(time_s >= 1.0 - 1e-9, 2.0, 0.0), name="short")
+    assert len(linear_features(trace, 2.5, HEATED)) == 21
+    with pytest.raises(ValueError, match=r"short: fewer than 4 s of contact"):
+        linear_features(trace, 4.0, HEATED)
+
+
 def test_right_and_wrong_are_counted_by_class() -> None:
     cell = {"method": "linear", "sensors": HEATED, "prior": "even", "t_s": 1.5}
     said = [("metal", METAL, METAL), ("wood", WOOD, WOOD), ("wood", WOOD, METAL), ("cooled_wood", WOOD, METAL)]
