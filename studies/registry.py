@@ -1,7 +1,7 @@
 """Lists the studies, runs one, and writes its data, its tables and its figure to a folder.
 
-Each study has a folder with its name: `run.py` measures, `figure.py` draws, and other modules are its parts.
-Only `soak` is elsewhere, in `robustness`. `run.py` contains:
+Each study has a folder with its name, here or in `benchmarks`: `run.py` measures, `figure.py` draws, and other modules
+are its parts. `soak` is in `robustness`. `run.py` contains:
 
 - a docstring whose first line describes the study;
 - `run(quick=..., seed=..., progress=..., work=...)`, which returns the data for JSON;

@@ -73,15 +73,13 @@ def strokes(seed: int) -> Strokes:
     surfaces = [VirtualSurface.of(name, profile.grooves_m) for name, profile in zip(SURFACES, profiles, strict=True)]
     virtual = [rendered_stroke(surface, seed) for surface in surfaces]
     remote = [remote_stroke(name, seed) for name in SURFACES]
-    soft = replace(surfaces[0], stiffness_n_m=FOAM_SHARE * SHOWN_N_M)
+    soft, rough = replace(surfaces[0], stiffness_n_m=FOAM_SHARE * SHOWN_N_M), by_roughness(profiles)
     varied = {
         SLOWLY: [rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in surfaces],
         BY_INTENSITY: [rendered_stroke(surface, seed, vibration="intensity") for surface in surfaces],
         OWN_STIFFNESS: [rendered_stroke(soft, seed), *virtual[1:]],
-        BY_ROUGHNESS: [rendered_stroke(surface, seed) for surface in by_roughness(profiles)],
-        BY_ROUGHNESS_SLOWLY: [
-            rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in by_roughness(profiles)
-        ],
+        BY_ROUGHNESS: [rendered_stroke(surface, seed) for surface in rough],
+        BY_ROUGHNESS_SLOWLY: [rendered_stroke(surface, seed, stroke_m_s=SLOW_M_S) for surface in rough],
     }
     return Strokes(profiles, virtual, remote, varied)
 

@@ -21,7 +21,7 @@ from operator_site.console.map.tactile_map import TactileMap
 from sim_sensors.operator_hand.hand import ScriptedHand
 from sim_sensors.operator_hand.hand_plan import Segment
 from studies.compared import Compared
-from studies.pieces import HERE, Piece, Work
+from studies.pieces import HERE, Piece, Work, results_of
 from studies.running import Progress, tables_of
 from studies.tactile_map.figure import plot
 from teletaction.report.found_lumps import found_lumps
@@ -52,16 +52,18 @@ COMPARED = (
 )
 
 
-def run(*, quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
+def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Explore both scenes once if `quick`, else often; each session draws its own sensors, tissue and contacts."""
-    sweeps, palpations = (range(seed, seed + (1 if quick else many)) for many in (SEEDS, NODULES_SEEDS))
-    pieces: list[Piece] = [(_session, (quick, one)) for one in sweeps] + [(_palpated, (one,)) for one in palpations]
-    every = work(pieces, progress)
-    sessions, palpated = every[: len(sweeps)], every[len(sweeps) :]
+    pieces: dict[str, list[Piece]] = {
+        "sweeps": [(_session, (quick, seed + number)) for number in range(1 if quick else SEEDS)],
+        "palpations": [(_palpated, (seed + number,)) for number in range(1 if quick else NODULES_SEEDS)],
+    }
+    sessions, palpated = results_of(pieces, work, progress).values()
     rows = [row for session in sessions for row in session["targets"]]
+    nodules = [row for session in palpated for row in session["nodules"]]
     return {
         "targets": rows,
-        "nodules": [row for session in palpated for row in session["nodules"]],
+        "nodules": nodules,
         "false_outlines": sum(session["false_outlines"] for session in palpated),
         "palpated_s": palpated[0]["seconds"],
         "seconds": sessions[-1]["seconds"],
@@ -71,8 +73,7 @@ def run(*, quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dic
         "problems": [_problem(row) for row in rows if not row["within_goal"]]
         + [
             f"seed {row['seed']}: the {row['nodule']} nodule has a probability of {row['probability']}"
-            for session in palpated
-            for row in session["nodules"]
+            for row in nodules
             if (row["probability"] or 0.0) < SURE
         ],
     }

@@ -19,6 +19,8 @@ from studies.texture.strokes import Drawn, stroke_blocks, stroking
 Array = NDArray[np.float64]
 
 PAPER, SHIPPED, BANDS, MOMENTS = "paper", "shipped", "band powers + random forest", "moments + linear discriminant"
+METHODS = (PAPER, SHIPPED, BANDS, MOMENTS)
+"""All methods, in the order of the times that `answers` returns."""
 RATE_HZ = 2000.0
 
 
@@ -82,7 +84,3 @@ def answers(one: Drawn, learned: Learned, times_s: Sequence[float]) -> tuple[dic
         found[MOMENTS, time_s] = str(learned.classic[MOMENTS, time_s].predict(moments(signal)[None])[0])
         spent[2], spent[3] = (between - begin) / time_s, (perf_counter() - between) / time_s
     return found, np.array(spent)
-
-
-METHODS = (PAPER, SHIPPED, BANDS, MOMENTS)
-"""All methods, in the order of the times that `answers` returns."""

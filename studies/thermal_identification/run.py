@@ -165,10 +165,7 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
     with one_thread():
         cost = _cost(sizes, seed, prepared, found.references)
     progress(1.0)
-    accuracy, counted = [], []
-    for count, answers in found.answers.items():
-        accuracy += shares(answers, materials=count)
-        counted += errors(answers, materials=count)
+    answers = found.answers.items()
     data: dict[str, Any] = {
         "machine": {
             "processors": os.cpu_count(),
@@ -178,10 +175,10 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         },
         "calibration_touches": sizes.calibration,
         "learning_touches": {"4": sizes.learning[0], "12": sizes.learning[1], "4, two fingers": sizes.learning[2]},
-        "accuracy": accuracy,
-        "errors": counted,
+        "accuracy": [row for count, each in answers for row in shares(each, materials=count)],
+        "errors": [row for count, each in answers for row in errors(each, materials=count)],
         "reliability": [
-            *(row for count, answers in found.answers.items() for row in reliability(answers, materials=count)),
+            *(row for count, each in answers for row in reliability(each, materials=count)),
             *_with_strangers(found),
         ],
         "bounds": prepared.bounds,

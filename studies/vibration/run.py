@@ -197,8 +197,8 @@ def _impulses(rate_hz: float) -> Iterator[dict[str, Any]]:
         while crossed / rate_hz <= t_s + 1e-9:
             events.append(Event(crossed + 1, EventKind.GROOVE, 0, round(1e9 * crossed / rate_hz), 0, GROOVE_RAD_S))
             crossed += 1
-        stroking = {"speed_m_s": STROKE_M_S, "force_n": STROKE_N, "surface": PLASTIC}
-        folding.append(finger.step(t_s, ExplorationMode.STROKING, events=events, **stroking))  # type: ignore[arg-type]
+        rpm = finger.step(t_s, ExplorationMode.STROKING, STROKE_M_S, STROKE_N, surface=PLASTIC, events=events)
+        folding.append(rpm)
         left = sum(math.exp(-PLASTIC.b_groove_per_s * (t_s - n / rate_hz)) for n in range(crossed))
         bias = PLASTIC.k_stroke_v * STROKE_M_S + PLASTIC.k_stroke_f * STROKE_N
         plain.append(min(MOTOR_MAX_RPM, (bias + GROOVE_RAD_S * left) / RPM_TO_RAD_S))
