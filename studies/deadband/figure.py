@@ -40,18 +40,8 @@ def _draw_sweep(axes: Axes, data: Data, motion: str) -> None:
         for rate_hz, line in ((1000.0, "-"), (500.0, "--")):
             mine = where(rows, reckoning=reckoning, rate_hz=rate_hz)
             label = f"{reckoning}, {rate_hz:g} Hz"
-            curve(
-                axes,
-                mine,
-                "largest_mm",
-                "sent_share",
-                (1.0, 100.0),
-                color=colour,
-                marker=mark,
-                ms=5,
-                ls=line,
-                label=label,
-            )
+            how = {"color": colour, "marker": mark, "ms": 5, "ls": line, "label": label}
+            curve(axes, mine, "largest_mm", "sent_share", (1.0, 100.0), **how)
     axes.axhspan(1.0, 15.0, color=PALE, zorder=0)
     axes.axvline(1e3 * HEIGHT_M, color=GREEN, linestyle=":", label="step of a height: 7 % of 1.4 N")
     axes.axvline(data["limit_mm"], color=BLACK, linestyle=":", label=f"limit: {data['limit_mm']:g} mm, 1 degree")
@@ -122,10 +112,8 @@ def _draw_gaps(axes: Axes, data: Data) -> None:
     axes.set_title("A resting hand taken for gone (gap of 100 ms)", loc="left")
     for loss, colour in ((0.20, RED), (0.10, ORANGE), (0.05, BLUE), (0.01, GREEN)):
         mine = where(data["gaps"], loss=loss)
-        refreshes = [row["refresh_ms"] for row in mine]
-        axes.plot(refreshes, [row["in_an_hour"] for row in mine], color=colour, label=f"{loss:.0%} lost")
-        drawn = [(row["refresh_ms"], row["drawn_in_an_hour"]) for row in mine if row["drawn_in_an_hour"]]
-        axes.plot(*zip(*drawn, strict=True) if drawn else ([], []), color=colour, marker="o", ms=4, linestyle="")
+        curve(axes, mine, "refresh_ms", "in_an_hour", color=colour, label=f"{loss:.0%} lost")
+        curve(axes, mine, "refresh_ms", "drawn_in_an_hour", color=colour, marker="o", ms=4, linestyle="")
     axes.axhline(1.0, color=BLACK, linestyle=":", label="once in an hour")
     axes.axvline(data["refresh_ms"], color=GREY, linestyle=":", label="the refresh")
     axes.set_yscale("log")

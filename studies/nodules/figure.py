@@ -85,8 +85,7 @@ def draw_effect(axes: Axes, data: Data, limits: tuple[float, float], ratio: floa
     for found, colour, marker in ((True, BLUE, "o"), (False, BLACK, "x")):
         mine = [row for row in rows if (row["score"] >= 0.5) == found]
         label = "probability of 0.5 or more" if found else "less"
-        places = [row["size_mm"] for row in mine], [row["depth_mm"] for row in mine]
-        axes.plot(*places, marker, color=colour, markersize=4, label=label)
+        curve(axes, mine, "size_mm", "depth_mm", marker=marker, linestyle="", color=colour, markersize=4, label=label)
     axes.set(xscale="log", yscale="log", xlabel="diameter (mm)", ylabel="depth of the top (mm)")
     axes.set_xticks(SIZE_EDGES_MM, [f"{edge:g}" for edge in SIZE_EDGES_MM])
     axes.set_yticks(DEPTH_EDGES_MM, [f"{edge:g}" for edge in DEPTH_EDGES_MM])
@@ -100,7 +99,7 @@ def draw_reliability(axes: Axes, data: Data) -> None:
     axes.plot([0.0, 1.0], [0.0, 1.0], color=GREY, linewidth=0.8)
     for name, colour, label in (("reliability", GREY, "reference"), ("detector_reliability", BLUE, "detector")):
         rows = [row for row in data[name] if row["places"]]
-        axes.plot([row["stated"] for row in rows], [row["true"] for row in rows], "o-", color=colour, label=label)
+        curve(axes, rows, "stated", "true", marker="o", color=colour, label=label)
     axes.set_xlabel("stated probability of a place")
     axes.set_ylabel("share of these places above a nodule")
     axes.set_title("Calibration, all phantoms", loc="left")
@@ -112,7 +111,7 @@ def draw_sizes(axes: Axes, data: Data) -> None:
     found = [row for row in data["detector_nodules"] if row["probability"] is not None]
     rows = [row for row in found if row["probability"] >= 0.5]
     axes.plot(RANGES.size_mm, RANGES.size_mm, color=GREY, linewidth=0.8)
-    axes.plot([row["size_mm"] for row in rows], [row["found_size_mm"] for row in rows], "o", color=BLUE, markersize=4)
+    curve(axes, rows, "size_mm", "found_size_mm", marker="o", linestyle="", color=BLUE, markersize=4)
     axes.set_xlabel("diameter (mm)")
     axes.set_ylabel("diameter found by the detector (mm)")
     axes.set_title("Size of found nodules", loc="left")

@@ -106,18 +106,8 @@ def _draw_quality(axes: Axes, data: Data, columns: tuple[tuple[str, str], ...], 
     ways = list(dict.fromkeys(row["way"] for row in sent))
     for way, colour in zip(ways, (BLUE, GREEN, RED), strict=False):
         for column, filled in columns:
-            name = way if filled == "full" else None
-            curve(
-                axes,
-                where(sent, way=way),
-                "bits_s",
-                column,
-                (1e-3, 1.0),
-                color=colour,
-                marker="o",
-                fillstyle=filled,
-                label=name,
-            )
+            how = {"color": colour, "marker": "o", "fillstyle": filled, "label": way if filled == "full" else None}
+            curve(axes, where(sent, way=way), "bits_s", column, (1e-3, 1.0), **how)
     for row, dashes in zip([row for row in rows if row["bits_s"] is None], ("-", "--", ":"), strict=False):
         for column, filled in columns:
             colour = GREY if filled == "full" else PALE

@@ -90,17 +90,8 @@ def _draw_rates(axes: Axes, rows: Rows) -> None:
     names = list(dict.fromkeys(row["object"] for row in rows))
     for name, colour, mark in zip(names, _COLOURS, _MARKS, strict=False):
         mine = where(rows, object=name)
-        curve(
-            axes,
-            mine,
-            "times_as_fast",
-            "error_k",
-            (PLATE_COOLING_K_S, 1.0),
-            color=colour,
-            marker=mark,
-            ms=4,
-            label=name,
-        )
+        how = {"color": colour, "marker": mark, "ms": 4, "label": name}
+        curve(axes, mine, "times_as_fast", "error_k", (PLATE_COOLING_K_S, 1.0), **how)
     axes.axvline(PLATE_COOLING_K_S, color=GREY, linestyle=":")
     axes.axhline(0.1, color=GREY, linestyle="--", linewidth=0.9)
     axes.set(xscale="log", yscale="log")
