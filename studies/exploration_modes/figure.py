@@ -45,8 +45,7 @@ def draw_latencies(axes: Axes, data: Data) -> None:
     """Latency of reported switches at three times the noise: median, 5 to 95 %."""
     for method, shift in ((MACHINE, -0.15), (PLAIN, 0.15)):
         for place, name in enumerate(_SWITCHES):
-            row = next((r for r in where(data["latencies"], method=method, noise=JUDGED) if r["switch"] == name), None)
-            if row is not None:
+            for row in where(data["latencies"], method=method, noise=JUDGED, switch=name):
                 low, middle, high = (1e3 * row[at] for at in ("p5_s", "p50_s", "p95_s"))
                 axes.plot([low, high], [place + shift] * 2, color=_COLOURS[method], linewidth=2.0)
                 axes.plot(middle, place + shift, "o", color=_COLOURS[method], label=None if place else method)
@@ -65,14 +64,9 @@ def draw_tap_speeds(axes: Axes, data: Data) -> None:
     for method, colour in _COLOURS.items():
         for noise, line in ((1.0, "--"), (JUDGED, "-")):
             rows = where(data["taps"], method=method, noise=noise)
-            axes.plot(
-                [1e3 * (row["from_m_s"] * row["to_m_s"]) ** 0.5 for row in rows],
-                [100 * row["p95"] for row in rows],
-                color=colour,
-                linestyle=line,
-                marker="o",
-                label=f"{method}, noise x {noise:g}",
-            )
+            speeds_mm_s = [1e3 * (row["from_m_s"] * row["to_m_s"]) ** 0.5 for row in rows]
+            errors, label = [100 * row["p95"] for row in rows], f"{method}, noise x {noise:g}"
+            axes.plot(speeds_mm_s, errors, color=colour, linestyle=line, marker="o", label=label)
     axes.set_xscale("log")
     plain_ticks(axes.xaxis, (20, 50, 100, 200))
     axes.set(ylim=(0.0, None), xlabel="approach speed (mm/s)", ylabel="error, 95 % of the taps (%)")

@@ -97,15 +97,8 @@ def draw_fabrics(axes: Axes, data: Data) -> None:
     for shift, (split, (colour, marker)) in zip((-0.3, -0.1, 0.1, 0.3), _SPLITS.items(), strict=True):
         for place, method in enumerate(methods):
             shares = [100.0 * row["share"] for row in where(rows, method=method, split=split)]
-            axes.plot(
-                shares,
-                np.full(len(shares), place + shift),
-                color=colour,
-                marker=marker,
-                markersize=4,
-                linewidth=0.8,
-                label=split,
-            )
+            at = [place + shift] * len(shares)
+            axes.plot(shares, at, color=colour, marker=marker, markersize=4, linewidth=0.8, label=split)
     axes.set_yticks(range(len(methods)), methods)
     axes.invert_yaxis()
     axes.set(xlim=(0.0, 102.0), xlabel="right (%)", title="Fabrics: a point for each judged group")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from studies.drawing import WIDEST_IN, Data, draw_panels, where
+from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
 from teletaction.plotting.figure_style import BLUE, GREY, ORANGE, RED, plain_ticks
 
 _COLOURS = {"12 bits": BLUE, "CAN frames": ORANGE}
@@ -22,14 +22,8 @@ def draw_errors(axes: Axes, data: Data) -> None:
         rows = where(data["presses"], steps=steps)
         shift = 0.97 if steps == "12 bits" else 1.03
         for name, marker, label in (("error_most", "v", "worst"), ("error_p50", "o", "median")):
-            axes.plot(
-                [shift * row["stiffness_n_m"] for row in rows],
-                [100 * row[name] for row in rows],
-                marker,
-                color=colour,
-                markersize=5,
-                label=f"{label}, {steps}",
-            )
+            how = {"color": colour, "marker": marker, "markersize": 5, "label": f"{label}, {steps}"}
+            curve(axes, rows, "stiffness_n_m", name, (shift, 100.0), linestyle="", **how)
     for percent, name, line in ((15.0, "wanted", ":"), (100 * _JND, "JND", "--")):
         axes.axhline(percent, color=GREY, linestyle=line)
         axes.text(100.0, 1.04 * percent, name, color=GREY, fontsize=8)
@@ -46,7 +40,7 @@ def draw_jitter(axes: Axes, data: Data) -> None:
     """Draw the jitter of the surface under a resting finger, raw and identified, against the wall's stiffness."""
     wall_n_m = [row["stiffness_n_m"] for row in data["jitter"]]
     for name, label, colour in (("raw_mm", "z + F/k", RED), ("told_mm", "identified", BLUE)):
-        axes.plot(wall_n_m, [row[name] for row in data["jitter"]], color=colour, marker="o", label=label)
+        curve(axes, data["jitter"], "stiffness_n_m", name, color=colour, marker="o", label=label)
     axes.axhline(0.05, color=GREY, linestyle=":")
     axes.set(xscale="log", yscale="log")
     plain_ticks(axes.xaxis, wall_n_m)

@@ -228,9 +228,7 @@ def _draw_scaling(axes: Axes, rows: Rows) -> None:
         ("all", BLUE, "mean of 2 s"),
         ("late", GREEN, "later: likely hypotheses"),
     ):
-        axes.plot(
-            counts, [row[f"us_{part}"] / 1e3 for row in rows], color=colour, marker="o", markersize=4, label=label
-        )
+        curve(axes, rows, "materials", f"us_{part}", (1.0, 1e-3), color=colour, marker="o", markersize=4, label=label)
     axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
     axes.set_xlabel("calibrated materials")
     axes.set_xticks(counts)

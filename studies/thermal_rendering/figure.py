@@ -121,6 +121,7 @@ def _draw_strategies(axes: Axes, rows: Rows) -> None:
 def _draw_loop(axes: Axes, rows: Rows) -> None:
     """Draw the worst value of each tick length, relative to its allowance."""
     ticks = sorted({row["tick_s"] for row in rows})
+    ticks_ms = [1e3 * tick for tick in ticks]
     for noisy, dashes in ((False, "-"), (True, "--")):
         mine = [[row for row in rows if row["tick_s"] == tick and (row["noise_k"] > 0.0) is noisy] for tick in ticks]
         for key, allowed, colour, mark, label in (
@@ -128,18 +129,11 @@ def _draw_loop(axes: Axes, rows: Rows) -> None:
             ("beyond_k", 0.3, RED, "s", "overshoot of the felt temperature / 0.3 K"),
             ("plate_swing_k", 0.3, GREEN, "^", "plate's swing at rest / 0.3 K"),
         ):
-            axes.plot(
-                [1e3 * tick for tick in ticks],
-                [max(row[key] for row in each) / allowed for each in mine],
-                color=colour,
-                marker=mark,
-                ms=4,
-                linestyle=dashes,
-                label=None if noisy else label,
-            )
+            worst, shown = [max(row[key] for row in each) / allowed for each in mine], None if noisy else label
+            axes.plot(ticks_ms, worst, color=colour, marker=mark, ms=4, linestyle=dashes, label=shown)
     axes.axhspan(1.0, 1.2, color=PALE, zorder=0)
     axes.set(ylim=(0.0, 1.2), xscale="log")
-    plain_ticks(axes.xaxis, [1e3 * tick for tick in ticks])
+    plain_ticks(axes.xaxis, ticks_ms)
     axes.set_xlabel("length of a tick (ms); dashed: readings 0.1 K noisy and 0.1 s late")
     axes.set_ylabel("worst of all touches / allowed")
     count = len({(row["object"], row["object_c"]) for row in rows})
