@@ -5,6 +5,7 @@ frequencies of both polynomials, the variance of the excitation, and the gain of
 points.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -151,18 +152,18 @@ def read_model(path: Path) -> TextureModel:
             triangles=np.array([_numbers(one) for one in root.findall("tri")]).astype(np.intp) - 1,
             ar_lsf=np.array([_values(one, "ARlsf") for one in each]),
             ma_lsf=np.array([_values(one, "MAlsf") for one in each]),
-            variance=np.array([float(_text(one, "var")) for one in each]),
-            gain=np.array([float(_text(one, "gain")) for one in each]),
+            variance=np.array([_number(_text(one, "var")) for one in each]),
+            gain=np.array([_number(_text(one, "gain")) for one in each]),
         )
     except (OSError, ElementTree.ParseError, ValueError) as error:
         raise ValueError(f"{path}: no haptic texture model: {error}") from None
     count = len(model.points)
-    if (
-        not count == len(each)
-        or not model.triangles.size
-        or not 0 <= model.triangles.min() <= model.triangles.max() < count
-    ):
-        raise ValueError(f"{path}: no haptic texture model: {len(each)} models and {count} points, or no triangle")
+    if not count == len(each):
+        raise ValueError(f"{path}: no haptic texture model: {len(each)} models and {count} points")
+    if model.triangles.shape[1:] != (3,) or not 0 <= model.triangles.min() <= model.triangles.max() < count:
+        raise ValueError(f"{path}: no haptic texture model: no triangle, or one with a corner that is no point")
+    if model.variance.min() < 0.0:
+        raise ValueError(f"{path}: no haptic texture model: a negative variance")
     return model
 
 
@@ -181,4 +182,11 @@ def _values(parent: ElementTree.Element, name: str) -> list[float]:
 
 
 def _numbers(parent: ElementTree.Element) -> list[float]:
-    return [float(each.text or "") for each in parent.findall("value")]
+    return [_number(each.text or "") for each in parent.findall("value")]
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"not a finite number: {text!r}")
+    return value

@@ -73,6 +73,10 @@ def test_what_is_no_model_is_refused(tmp_path):
         ("nameless.xml", whole.replace("material>", "other>"), "<material> is missing"),
         ("word.xml", whole.replace("<var>0.0", "<var>no", 1), "could not convert"),
         ("gone.xml", whole.replace("<tri>", "<not>").replace("</tri>", "</not>"), "no triangle"),
+        ("square.xml", whole.replace("</tri>", "<value>1</value></tri>"), "no triangle"),
+        ("beyond.xml", whole.replace("<speedList><value>0.0", "<speedList><value>1e999", 1), "not a finite number"),
+        ("unknown.xml", whole.replace("<gain>2.0", "<gain>nan", 1), "not a finite number"),
+        ("negative.xml", whole.replace("<var>0.0", "<var>-1.0", 1), "a negative variance"),
     ):
         (tmp_path / name).write_text(text)
         with pytest.raises(ValueError, match=f"{name}: no haptic texture model.*") as error:
