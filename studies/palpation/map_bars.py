@@ -97,11 +97,13 @@ def read_palpated(folder: Path, name: str) -> Palpated:
 
 
 def mapped(presses: list[Press], truth: Truth, cut_mm: float = np.inf) -> Mapped:
-    """Return the usable presses over the truth's cells, each cut at a depth, mm."""
+    """Return the usable presses over the truth's cells, each cut at a depth, mm; raise ValueError without one."""
     cut, rows = [_cut(press, cut_mm) for press in presses if _upright(press)], []
     for press, found in zip(cut, stiffnesses(cut), strict=True):
         if found is not None and press.at_mm is not None:
             rows.append((1e-3 * press.at_mm[0], 1e-3 * press.at_mm[1], *found))
+    if not rows:
+        raise ValueError("no press with a place and a stiffness")
     every = np.array(rows)
     near = cdist(every[:, :2], truth.places_m).min(axis=1) <= 1e-3 * NEAR_MM
     return Mapped(every[near, :2], every[near, 2], every[near, 3])

@@ -6,8 +6,9 @@ The recordings are no part of the project. They are looked for where TELETACTION
 import numpy as np
 import pytest
 
-from studies.palpation.map_bars import auc, chosen_one_by_one, dice, judged_maps, read_palpated
+from studies.palpation.map_bars import Truth, auc, chosen_one_by_one, dice, judged_maps, mapped, read_palpated
 from tests.places import DATA
+from tests.presses import spring_presses
 
 RECORDED = pytest.mark.skipif(
     not (DATA / "palpation" / "truth").is_dir(), reason=f"no recorded presses in {DATA / 'palpation'}"
@@ -25,6 +26,12 @@ def test_dice() -> None:
     lump = np.array([True, True, False, False])
     assert dice(np.array([True, False, True, False]), lump) == 0.5
     assert dice(lump, lump) == dice(~lump & lump, ~lump & lump) == 1.0
+
+
+def test_presses_without_a_place_make_no_map() -> None:
+    truth = Truth(np.zeros((1, 2)), np.array([True]))
+    with pytest.raises(ValueError, match="no press with a place"):
+        mapped(spring_presses(3), truth)
 
 
 @RECORDED
