@@ -3,7 +3,6 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable
-from contextlib import suppress
 from datetime import datetime
 from typing import Any
 
@@ -76,10 +75,12 @@ class ExaminationRequests:
         return Answer(True, texts.SESSION.format(pseudonym=examination.pseudonym))
 
     async def _end(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        examination, site = self.console.examination, self.console.site
+        examination, site, warning = self.console.examination, self.console.site, ""
         if site.state is LinkState.ENGAGED:
-            with suppress(LocalControlSilent, TimeoutError):  # a lost site must not hold back the report
+            try:
                 await self._disengage(now_s)
+            except (LocalControlSilent, TimeoutError):  # a lost site must not hold back the report
+                warning = f"{texts.MAY_BE_ENGAGED} "
         await self._settle(now_s)
         began_s, pseudonym = examination.began_s or now_s, examination.end(now_s)
         self._write_session("end", client, pseudonym, now_s)
@@ -97,7 +98,7 @@ class ExaminationRequests:
         writing = asyncio.create_task(self._write_report(self.saved, text, pseudonym))
         self._writing.add(writing)
         writing.add_done_callback(self._writing.discard)
-        return Answer(True, text)
+        return Answer(True, f"{warning}{text}")
 
     async def _write_report(self, saved: dict[str, Any], text: str, pseudonym: str) -> None:
         """Write the report and put its address, or the failure, into the summary of the examination."""

@@ -195,7 +195,9 @@ def test_an_examination_ends_although_the_site_was_lost_while_it_was_engaged(wor
     assert workplace.ask("begin", pseudonym="P-0417").ok
     happen(workplace.console, 101.0, "engaged")
     workplace.site.fails = LocalControlSilent("nobody")
-    assert workplace.ask("end").ok
+    ended = workplace.ask("end")
+    assert ended.ok
+    assert ended.text.startswith("The operator site does not answer. It may be engaged: press STOP.")
     assert workplace.site.asked == ["disengage"]
     assert workplace.console.examination.pseudonym is None
 
