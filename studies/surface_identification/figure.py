@@ -1,19 +1,21 @@
-"""Figure of the study of surface identification: error of one press, jitter, a breathing surface, and a nodule."""
+"""Figure of the study of surface identification: presses, jitter, breathing surfaces, and a nodule."""
 
 from pathlib import Path
 
 from matplotlib.axes import Axes
 
 from studies.drawing import WIDEST_IN, Data, curve, draw_panels, where
-from teletaction.plotting.figure_style import BLUE, GREY, ORANGE, RED, plain_ticks
+from teletaction.plotting.figure_style import BLUE, GREEN, GREY, ORANGE, RED, plain_ticks
 
 _COLOURS = {"12 bits": BLUE, "CAN frames": ORANGE}
+_AGAIN = (BLUE, ORANGE, GREEN, RED)
 _JND = 0.23
 
 
 def plot(data: Data, path: Path) -> None:
     """Draw the data that the study returned, and write the figure as PNG."""
-    draw_panels(data, path, (WIDEST_IN, 7.5), ((draw_errors, draw_jitter), (draw_breath, draw_nodule)))
+    panels = ((draw_errors, draw_jitter), (draw_breath, draw_nodule), (draw_known, draw_wrong))
+    draw_panels(data, path, (WIDEST_IN, 11.0), panels)
 
 
 def draw_errors(axes: Axes, data: Data) -> None:
@@ -69,3 +71,28 @@ def draw_nodule(axes: Axes, data: Data) -> None:
     axes.set(ylim=(0.0, None), xlabel="distance along the stroke (mm), at 30 mm/s", ylabel="stiffness (N/m)")
     axes.set_title("From tissue over a nodule with edges of 2 mm", loc="left")
     axes.legend(loc="upper right")
+
+
+def draw_known(axes: Axes, data: Data) -> None:
+    """Draw the share of contacts whose stiffness is known, over time, while presses follow each other."""
+    _draw_again(axes, data, "known")
+    axes.set(ylim=(-2.0, 102.0), ylabel="stiffness known (%)")
+    axes.set_title("Pressed again and again, on a surface that breathes", loc="left")
+
+
+def draw_wrong(axes: Axes, data: Data) -> None:
+    """Draw the share of contacts whose stiffness is known and more than 15 % wrong, over time."""
+    _draw_again(axes, data, "known_and_wrong")
+    axes.set(ylim=(-0.5, None), ylabel="known, and more than 15 % wrong (%)")
+    axes.set_title("The same contacts", loc="left")
+    axes.legend(loc="upper right")
+
+
+def _draw_again(axes: Axes, data: Data, column: str) -> None:
+    rows = data["again_by_time"]
+    for stiffness_n_m, colour in zip(sorted({row["stiffness_n_m"] for row in rows}), _AGAIN, strict=True):
+        shown = {"color": colour, "marker": "o", "markersize": 3, "label": f"{stiffness_n_m:g} N/m"}
+        curve(axes, where(rows, breathes=True, stiffness_n_m=stiffness_n_m), "to_s", column, (1.0, 100.0), **shown)
+    resting = where(rows, breathes=False, stiffness_n_m=500.0)
+    curve(axes, resting, "to_s", column, (1.0, 100.0), color=GREY, linestyle="--", label="500 N/m, at rest")
+    axes.set(xlabel="end of each second (s)")

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from studies.compared import Compared
@@ -40,12 +41,16 @@ MOVES = {"2 mm, 0.25 Hz": (1e-3, 0.25), "12 mm/s, 0.5 Hz": (12e-3 / math.pi, 0.5
 """Amplitude, m, and frequency, Hz, of each motion of a surface."""
 MOVED_N_M, MOVED_N = (150.0, 500.0, 1000.0, 3000.0), 4.0
 SETTLED_S = 1.5
-AGAIN_N_M, AGAIN_S, CONTACTS, QUICK_CONTACTS = (150.0, 500.0, 1000.0, 3000.0), 12.0, 120, 4
+AGAIN_N_M, AGAIN_STEP_S = (150.0, 500.0, 1000.0, 3000.0), 1.0
+AGAIN, QUICK_AGAIN = (120, 12.0), (20, 6.0)
+"""Number and duration, s, of the contacts that are pressed again and again."""
 TISSUE_N_M, NODULE_N_M, NODULE_FROM_M, NODULE_TO_M = 150.0, 600.0, 0.03, 0.05
 EDGES_M = (0.0, 2e-3, 5e-3)
 SLOPE = 0.1
 MOST_LAG_TICKS = 100
-tables = tables_of("presses", "known", "dampings", "jitter", "moving", "again", "nodule", "slope", "cost")
+tables = tables_of(
+    "presses", "known", "dampings", "jitter", "moving", "again", "again_by_time", "nodule", "slope", "cost"
+)
 COMPARED = (
     Compared("known", "seconds_p50", "less", ("steps", "stiffness_n_m"), absolute=0.01, relative=0.3),
     Compared("known", "ever_told_wrong", "less", ("steps", "stiffness_n_m"), absolute=1.0),
@@ -64,13 +69,13 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 
     The cost is measured in this process after all other work.
     """
-    count, contacts = (QUICK_PRESSES, QUICK_CONTACTS) if quick else (PRESSES, CONTACTS)
+    count, again = (QUICK_PRESSES, QUICK_AGAIN) if quick else (PRESSES, AGAIN)
     pieces: dict[str, list[Piece]] = {
         "pressed": [(_pressed, (stiffness_n_m, count, seed)) for stiffness_n_m in STIFFNESSES_N_M],
         "dampings": [(_damping, (damping_s_m, count, seed)) for damping_s_m in DAMPINGS_S_M],
         "jitter": [(_jitter, (seed,))],
         "moving": [(_moving, (name, seed)) for name in MOVES],
-        "again": [(_again, (k, breathes, contacts, seed)) for breathes in (False, True) for k in AGAIN_N_M],
+        "again": [(_again, (k, breathes, *again, seed)) for breathes in (False, True) for k in AGAIN_N_M],
         "nodule": [(_nodule, (edge_m, seed)) for edge_m in EDGES_M],
         "slope": [(_slope, (seed,))],
     }
@@ -84,7 +89,8 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "dampings": found["dampings"],
         "jitter": found["jitter"],
         "moving": [row for rows, _ in found["moving"] for row in rows],
-        "again": found["again"],
+        "again": [row for row, _ in found["again"]],
+        "again_by_time": [row for _, rows in found["again"] for row in rows],
         "nodule": [row for rows, _ in found["nodule"] for row in rows],
         "slope": found["slope"],
         "cost": cost,
@@ -230,21 +236,30 @@ def _moving(name: str, seed: int) -> Iterator[tuple[list[dict[str, Any]], dict[s
     yield rows, course
 
 
-def _again(stiffness_n_m: float, breathes: bool, contacts: int, seed: int) -> Iterator[dict[str, Any]]:
-    """Press again and again; yield the share of time that the stiffness is known, and known and wrong."""
+def _again(
+    stiffness_n_m: float, breathes: bool, contacts: int, seconds: float, seed: int
+) -> Iterator[tuple[dict[str, Any], list[dict[str, Any]]]]:
+    """Press again and again; yield the shares of time, in all and by time, that the stiffness is known, and wrong."""
     rng = _chance(seed, "again", stiffness_n_m, breathes)
-    touches = pressed_again(np.full(contacts, stiffness_n_m), rng, AGAIN_S, breathes=breathes)
-    known, wrong, hard = [], [], []
-    for finger, identified in enumerate(_identified(touches, rng)):
-        late = (touches.time_s > SETTLED_S) & (touches.force_n[:, finger] > 0.1)
-        error = identified.stiffness_n_m[late] / stiffness_n_m - 1.0
-        known.append(identified.known[late].mean())
-        wrong.append((identified.known[late] & (np.abs(error) > WITHIN)).mean())
-        hard.append((error > WITHIN).mean())
-    shares = {"known": known, "known_and_wrong": wrong, "too_hard": hard}
-    yield {"breathes": breathes, "stiffness_n_m": stiffness_n_m, "contacts": contacts} | {
-        name: float(np.nanmean(share)) for name, share in shares.items()
-    }
+    touches = pressed_again(np.full(contacts, stiffness_n_m), rng, seconds, breathes=breathes)
+    all_identified = _identified(touches, rng)
+    known = np.array([identified.known for identified in all_identified]).T
+    error = np.array([identified.stiffness_n_m for identified in all_identified]).T / stiffness_n_m - 1.0
+    pressed_at = touches.force_n > 0.1
+    late = pressed_at & (touches.time_s > SETTLED_S)[:, None]
+    kind = {"breathes": breathes, "stiffness_n_m": stiffness_n_m, "contacts": contacts}
+    shares = {"known": known, "known_and_wrong": known & (np.abs(error) > WITHIN), "too_hard": error > WITHIN}
+    rows = []
+    for from_s in np.arange(0.0, seconds, AGAIN_STEP_S).tolist():
+        here = pressed_at & ((touches.time_s >= from_s) & (touches.time_s < from_s + AGAIN_STEP_S))[:, None]
+        at = {"from_s": from_s, "to_s": from_s + AGAIN_STEP_S}
+        rows.append(kind | at | {name: _share(share, here) for name, share in shares.items()})
+    yield kind | {name: _share(share, late) for name, share in shares.items()}, rows
+
+
+def _share(true: NDArray[np.bool_], of: NDArray[np.bool_]) -> float | None:
+    """Return the share of samples that are true; None without samples."""
+    return float(true[of].mean()) if of.any() else None
 
 
 def _lag_ticks(identified_m: Floats, true_m: Floats, late: Any) -> int:

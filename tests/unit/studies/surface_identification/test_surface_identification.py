@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from sim_sensors.physics.fingertip import Fingertip
-from studies.surface_identification.figure import draw_breath, draw_errors, draw_jitter, draw_nodule
+from studies.surface_identification.figure import (
+    draw_breath,
+    draw_errors,
+    draw_jitter,
+    draw_known,
+    draw_nodule,
+    draw_wrong,
+)
 from studies.surface_identification.pressed_surface import TICK_S, minimum_jerk, simulate
 from studies.surface_identification.run import run, tables
 from tests.unit.studies.written import draw_panels, write_tables
@@ -44,6 +51,16 @@ def test_the_identified_surface_is_quiet_and_not_late() -> None:
 
 
 @pytest.mark.long
+def test_more_presses_on_a_breathing_surface_make_more_known() -> None:
+    for row in data()["again"]:
+        if not row["breathes"]:
+            assert row["known"] > 0.99
+            assert row["known_and_wrong"] == 0.0
+    soft = [row for row in data()["again_by_time"] if row["breathes"] and row["stiffness_n_m"] == 150.0]
+    assert np.mean([row["known"] for row in soft[-3:]]) > 0.8
+
+
+@pytest.mark.long
 def test_a_nodule_and_a_slope_are_identified() -> None:
     for row in data()["nodule"]:
         assert (row["onto_ms"] if row["onto_ms"] is not None else np.inf) <= 50.0
@@ -72,4 +89,5 @@ def test_the_physics_is_that_of_the_simulated_fingertip() -> None:
 @pytest.mark.long
 def test_tables_and_panels_are_drawn(tmp_path: Path) -> None:
     write_tables(tables(data()), tmp_path)
-    draw_panels((draw_errors, draw_jitter, draw_breath, draw_nodule), data(), tmp_path)
+    panels = (draw_errors, draw_jitter, draw_breath, draw_nodule, draw_known, draw_wrong)
+    draw_panels(panels, data(), tmp_path)
