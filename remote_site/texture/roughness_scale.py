@@ -2,10 +2,8 @@
 
 import math
 
+from common.wire.roughness_um import RoughnessUm
 from remote_site.tables.table_file import Positive, TablePart
-
-BEYOND_LN = 0.25
-"""Distance in ln(roughness in V) beyond the calibrated range up to which the scale holds."""
 
 
 class RoughnessScale(TablePart):
@@ -27,7 +25,7 @@ class RoughnessScale(TablePart):
 
     def at(self, roughness_v: float) -> tuple[float, float] | None:
         """Return a roughness and its standard deviation, um; None outside of the calibrated range."""
-        if not self.least_v * math.exp(-BEYOND_LN) <= roughness_v <= self.most_v * math.exp(BEYOND_LN):
+        if not RoughnessUm(**self.model_dump()).holds(roughness_v):
             return None
         roughness_um = math.exp(self.ln_um + self.exponent * math.log(roughness_v))
         return roughness_um, roughness_um * self.ln_sd

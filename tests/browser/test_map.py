@@ -250,9 +250,15 @@ def test_roughness_is_in_um_where_it_was_calibrated_and_never_in_volts(stage: St
     page.keyboard.press("r")
     page.wait_for_selector("#legend .unit:has-text('of 10')")
     scenario = SCENARIOS["engaged"]()
-    scenario.state["map"]["roughness_um"] = {"ln_um": 4.0, "exponent": 0.8, "ln_sd": 0.1}
+    scenario.state["map"]["roughness_um"] = {"ln_um": 4.0, "exponent": 0.8, "ln_sd": 0.1, "holds_v": [0.02, 0.5]}
     stage.show(scenario)
     page.wait_for_selector("#legend .unit:has-text('µm')")
     page.focus("#map-view .equal")
     page.wait_for_selector("#map-table caption:has-text('Roughness, µm')")
     page.wait_for_selector("#properties dd:has-text('µm')")
+    page.wait_for_selector("#legend .low:has-text('< 2.4')")  # um are known from 0.02 V to 0.5 V
+    page.wait_for_selector("#legend .high:has-text('> 31')")
+    scenario.state["map"]["roughness_um"]["holds_v"] = [0.02, 0.2]  # the finger has 0.231 V
+    stage.show(scenario)
+    page.wait_for_selector("#properties dd:has-text('of 10')")
+    page.wait_for_selector("#legend .unit:has-text('µm')")

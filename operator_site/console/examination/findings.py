@@ -114,7 +114,7 @@ def compare(quantity: str | None, here: ExploredPlace, around: ExploredPlace, sc
 def value_text(quantity: str, measured: Measured, scale: RoughnessUm | None = None) -> str:
     """Format a value with its standard deviation and unit: `36.4 ± 0.2 °C`, or `31 ± 2 °C, uncertain`.
 
-    A roughness is in um with its `scale`, else a level of 10.
+    A roughness is in um where its `scale` holds, else a level of 10.
     """
     if quantity == "roughness":
         shown = roughness_shown(measured.value, measured.sd, scale)

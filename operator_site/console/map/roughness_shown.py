@@ -1,4 +1,4 @@
-"""Converts a roughness from V to what people read: um where the sensor was calibrated for it, else a level of 0 to 10.
+"""Converts a roughness from V to what people read: um in the calibrated range of the sensor, else a level of 0 to 10.
 
 A level is logarithmic: 0 is LEVEL_0_V, and each level is a factor of about 1.6. It compares places, and no sensors.
 """
@@ -28,7 +28,7 @@ def roughness_shown(value_v: float, sd_v: float, scale: RoughnessUm | None) -> R
         scale: scale in um; None if the sensor was not calibrated for it.
     """
     relative = sd_v / value_v
-    if scale is None:
+    if scale is None or not scale.holds(value_v):
         per_ln = 10.0 / math.log(LEVEL_10_V / LEVEL_0_V)
         level = min(10.0, max(0.0, per_ln * math.log(value_v / LEVEL_0_V)))
         return RoughnessShown(level, per_ln * relative, "of 10")

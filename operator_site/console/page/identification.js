@@ -1,7 +1,7 @@
 // Region E: the material at the active finger, its probability and age.
 import { byId, make, remake, write } from "./dom.js";
 import { age_s, GONE_S, STALE_S } from "./fingers.js";
-import { roughness, roughnessSd, unitOf } from "./map_units.js";
+import { roughness, unitOf } from "./map_units.js";
 import { live, now } from "./now.js";
 import { FINGER_NAMES, withSd, WORDS } from "./words.js";
 
@@ -27,10 +27,11 @@ export function showIdentification() {
 }
 
 function showProperties(finger) {
+  const [value, sd, unit] = finger?.roughness_v ? roughness(finger.roughness_v, finger.roughness_sd_v) : [null, null, unitOf("roughness")];
   const rows = [
     [WORDS.stiffness, finger && finger.stiffness_known ? withSd(finger.stiffness_n_m, finger.stiffness_sd_n_m, 0) : "--", "N/m"],
-    [WORDS.roughness, finger?.roughness_v ? withSd(roughness(finger.roughness_v), roughnessSd(finger.roughness_v, finger.roughness_sd_v)) : "--", unitOf("roughness")],
+    [WORDS.roughness, withSd(value, sd), unit],
     [WORDS.groove, finger ? withSd(finger.groove_mm, finger.groove_sd_mm, 2) : "--", "mm"],
   ];
-  remake(byId("properties"), rows, () => rows.flatMap(([name, value, unit]) => [make("dt", { text: name }), make("dd", { text: `${value} ${unit}` })]));
+  remake(byId("properties"), rows, () => rows.flatMap(([name, shown, in_unit]) => [make("dt", { text: name }), make("dd", { text: `${shown} ${in_unit}` })]));
 }

@@ -1,7 +1,7 @@
 // Region D, legends: value upwards with known things beside it, confidence to the right; materials as a list.
 import { byId, penOf, write } from "./dom.js";
 import { inkOf, over, placeOf, SPREADS } from "./map_tiles.js";
-import { anchors, numberOf, unitOf } from "./map_units.js";
+import { anchors, numberText, unitOf } from "./map_units.js";
 import { word } from "./map_over.js";
 import { colour } from "./theme.js";
 import { capital, marks, WORDS } from "./words.js";
@@ -30,7 +30,7 @@ export function drawLegend(number, what) {
 
 function ends({ quantity, legend, sure, span }) {
   if (sure) return [...SPREADS[quantity].map(digits), WORDS.spreadUnit[quantity]];
-  if (span === null) return [...legend.map(value => digits(numberOf(quantity, value))), unitOf(quantity)];
+  if (span === null) return [...legend.map(value => numberText(quantity, value, digits)), unitOf(quantity)];
   return quantity === "temperature" ? [`−${digits(span)}`, `+${digits(span)}`, WORDS.differenceUnit] : [digits(Math.exp(-span)), digits(Math.exp(span)), WORDS.ratioUnit];
 }
 

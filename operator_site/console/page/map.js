@@ -8,7 +8,7 @@ import { paintPane } from "./map_paint.js";
 import { dragPhoto, endAdjusting, offerCamera, startPhoto } from "./map_photo.js";
 import { startPointer } from "./map_pointer.js";
 import { forgetTiles, keepTile, Painting, QUANTITIES, regions } from "./map_tiles.js";
-import { numberOf, unitOf } from "./map_units.js";
+import { numberText, unitOf } from "./map_units.js";
 import { fitAgain, followFelt, forgetFelt, frame, isFitted, moveTo, viewOf, zoomAt } from "./map_view.js";
 import { known, now } from "./now.js";
 import { onTheme } from "./theme.js";
@@ -261,9 +261,9 @@ async function valueAt(place) {
 
 export function showMapTable() {
   const here = frame(), names = now.state?.map?.materials ?? [], [{ quantity }] = panes;
-  const value = number => (quantity === "material" ? names[number] ?? "--" : numberOf(quantity, number).toPrecision(3));
+  const text = number => (quantity === "material" ? names[number] ?? "--" : numberText(quantity, number, value => value.toPrecision(3)));
   const rows = () => regions(quantity, range(quantity)).map(found => [
     (here.x_m * 1000 + found.column * here.cell_m * 1000).toFixed(0), (here.y_m * 1000 + found.row * here.cell_m * 1000).toFixed(0),
-    `${Math.round(100 * found.share)} %`, value(found.low), value(found.high)]);
+    `${Math.round(100 * found.share)} %`, text(found.low), text(found.high)]);
   equal("map-table", `${capital(quantity)}, ${unitOf(quantity)}`, WORDS.mapTable, rows);
 }

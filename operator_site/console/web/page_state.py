@@ -248,6 +248,7 @@ def _stop(console: Console, now_s: float) -> dict[str, Any] | None:
 def _map(console: Console) -> dict[str, Any]:
     tactile_map = console.tactile_map
     left_m, near_m = tactile_map.frame
+    scale = console.site.roughness_um
     ranges = {quantity: list(ends) for quantity, ends in RANGES.items()}
     return {
         "frame": {"x_m": left_m, "y_m": near_m, "cell_m": CELL_M, "columns": COLUMNS, "rows": ROWS},
@@ -255,7 +256,7 @@ def _map(console: Console) -> dict[str, Any]:
         "ranges": ranges,
         "number": console.map_number,
         "materials": [texts.named(name) for name in tactile_map.materials],
-        "roughness_um": None if console.site.roughness_um is None else console.site.roughness_um._asdict(),
+        "roughness_um": None if scale is None else scale._asdict() | {"holds_v": list(scale.holds_v)},
         "sides": console.examination.sides,
         "felt_mm": None if tactile_map.felt_m is None else [round(1e3 * edge_m, 1) for edge_m in tactile_map.felt_m],
         "felt_cells": {

@@ -231,8 +231,8 @@ def test_the_patients_consent_is_what_the_remote_site_has_noted(pair: Pair) -> N
 
 def test_the_scale_of_roughness_is_that_of_the_remote_site_or_none(pair: Pair) -> None:
     assert pair.client.roughness_um is None
-    scale = {"ln_um": 4.0, "exponent": 0.8, "ln_sd": 0.1}
-    pair.client.remote["roughness_um"] = scale | {"least_v": 0.01, "most_v": 0.3}
+    scale = {"ln_um": 4.0, "exponent": 0.8, "ln_sd": 0.1, "least_v": 0.01, "most_v": 0.3}
+    pair.client.remote["roughness_um"] = scale | {"later": 1.0}
     assert pair.client.roughness_um == scale
     pair.client.remote["roughness_um"] = "rough"
     assert pair.client.roughness_um is None

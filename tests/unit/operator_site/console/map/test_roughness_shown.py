@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from common.wire.roughness_um import RoughnessUm
 from operator_site.console.map.roughness_shown import LEVEL_0_V, LEVEL_10_V, roughness_shown
 
-SCALE = RoughnessUm(ln_um=4.0, exponent=0.8, ln_sd=0.1)
+SCALE = RoughnessUm(ln_um=4.0, exponent=0.8, ln_sd=0.1, least_v=0.01, most_v=1.0)
 
 
 def test_the_level_runs_from_0_to_10_in_equal_ratios() -> None:
@@ -27,8 +27,26 @@ def test_a_calibrated_roughness_is_in_um_with_the_error_of_the_scale() -> None:
     assert shown.unit == "µm"
 
 
+@pytest.mark.parametrize("value_v", [0.007, 1.3])
+def test_a_roughness_outside_the_calibrated_range_is_a_level(value_v: float) -> None:
+    assert roughness_shown(value_v, 0.1 * value_v, SCALE) == roughness_shown(value_v, 0.1 * value_v, None)
+    near_v = {0.007: 0.008, 1.3: 1.2}[value_v]  # as offline, the scale holds a little beyond
+    assert roughness_shown(near_v, 0.1 * near_v, SCALE).unit == "µm"
+
+
 def test_a_scale_comes_back_as_it_was_sent() -> None:
-    assert RoughnessUm.of(SCALE._asdict() | {"least_v": 0.01, "most_v": 1.0}) == SCALE
+    assert RoughnessUm.of(SCALE._asdict()) == SCALE
+
+
+def test_a_scale_of_an_older_site_holds_for_every_roughness() -> None:
+    older = RoughnessUm.of({"ln_um": 4.0, "exponent": 0.8, "ln_sd": 0.1})
+    assert older is not None
+    assert [roughness_shown(value_v, 1e-5, older).unit for value_v in (1e-4, 99.0)] == ["µm", "µm"]
+
+
+@pytest.mark.parametrize("wrong", [{"least_v": 2.0}, {"most_v": None}, {"least_v": -0.1}, {"most_v": "1"}])
+def test_a_scale_without_a_sound_range_is_none(wrong: dict[str, object]) -> None:
+    assert RoughnessUm.of(SCALE._asdict() | wrong) is None
 
 
 JUNK = st.recursive(
