@@ -193,7 +193,7 @@ class MaterialPosterior:
         """Return what each touch adds to the prior of (temperature, ln effusivity), for each substance.
 
         Distant hypotheses drawn together can be wider than the prior; then they add nothing. The effusivity of a touch
-        differs from that of the piece by the finger's own error.
+        differs from that of the piece by the finger's own error. The fingers' ambient temperatures may differ.
 
         Returns:
             Ln likelihoods (t, m), information (t, m, 2, 2) and vectors (t, m, 2).
@@ -216,6 +216,10 @@ class MaterialPosterior:
         ln_likelihood += 0.5 * (share * at * at - np.log(less))
         vector -= (share * at)[..., None] * row
         gained -= share[..., None, None] * row[..., None] * row[..., None, :]
+        # From here on, temperatures are relative to the mean of what the fingers' thermometers call ambient.
+        higher_k = np.array([[touch.ambient_c] for touch in touches]) - _ambient_c(touches)
+        ln_likelihood -= higher_k * (vector[..., 0] + 0.5 * higher_k * gained[..., 0, 0])
+        vector += higher_k[..., None] * gained[..., 0]
         return ln_likelihood, gained, vector
 
 

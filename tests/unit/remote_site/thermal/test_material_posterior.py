@@ -169,6 +169,24 @@ def test_the_order_of_fingers_does_not_matter_and_one_that_knows_nothing_changes
         assert again.object_c_sd == pytest.approx(once.object_c_sd, rel=1e-5)
 
 
+@pytest.mark.parametrize("apart_k", [-2.0, 2.0])
+def test_fingers_whose_ambient_thermometers_differ_agree_on_one_object(apart_k: float) -> None:
+    judge = MaterialPosterior(TABLE, SMALL)
+    object_k = 4.0
+    fingers = [Finger(seed, AMBIENT_C + 12.0) for seed in (1, 2)]
+    for finger, factor in zip(fingers, (100.0, 1.0), strict=True):  # one knows more than the other
+        finger.information = finger.information * factor
+        finger.middle[:, 0] = object_k
+    alike = judge.judge([finger.evidence() for finger in fingers])
+    # the object and the plate are as warm as before, but 2 K further from what the second finger calls ambient
+    fingers[1].middle[:, 0] -= apart_k
+    other = replace(fingers[1].evidence(), ambient_c=AMBIENT_C + apart_k)
+    found = judge.judge([fingers[0].evidence(), other])
+    assert found.object_c == pytest.approx(alike.object_c, abs=0.1)
+    assert found.same_object == pytest.approx(alike.same_object, abs=0.02)
+    assert found.probability == pytest.approx(alike.probability, abs=0.1)
+
+
 def test_an_error_that_all_fingers_share_stays_with_any_number_of_them() -> None:
     alike = replace(Finger(1, AMBIENT_C + 10.0).evidence(), common_k2=np.full(3, 0.25))
     judge = MaterialPosterior(TABLE, SMALL)
