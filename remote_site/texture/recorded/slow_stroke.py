@@ -22,21 +22,22 @@ def slow_stroke(trace: StrokeTrace, speed_m_s: float | None, whole: StrokeTrace 
         whole: all signals of the sensor, where `trace` has their mean; they show a motion of the whole sensor.
     """
     path = travelled(trace, speed_m_s)
-    found = None
+    found, speed = None, speed_m_s
     if path is not None:
         every = None if whole is None else whole.signals[path[1]]
         found = spatial_period(path[0], trace.signals[path[1]], every)
+        if trace.speed_m_s is not None:
+            speed = float(np.abs(trace.speed_m_s[path[1]]).mean())
     along = np.linspace(-1.0, 1.0, len(trace.time_s))
     trend = np.polynomial.legendre.legvander(along, TREND)
     lively = np.abs(trace.signals - trend @ np.linalg.lstsq(trend, trace.signals, rcond=None)[0]).mean(axis=0)
     chosen = int(np.argmax(lively)) if found is None else found[1]
-    speed = trace.speed_m_s
     return Segment(
         ExplorationMode.STROKING,
         float(trace.time_s[0]),
         float(trace.time_s[-1]),
         roughness_v=float(lively[chosen]),
         force_n=None if trace.force_n is None else float(trace.force_n.mean()),
-        speed_m_s=speed_m_s if speed is None else float(speed.mean()),
+        speed_m_s=speed,
         period=None if found is None else found[0],
     )

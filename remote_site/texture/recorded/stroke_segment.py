@@ -17,7 +17,7 @@ class Segment:
         end_s: end, s.
         roughness_v: roughness without grooves, V (or the signal's own unit); None if unknown.
         force_n: mean force, N; None if not recorded.
-        speed_m_s: mean speed, m/s; None if unknown.
+        speed_m_s: mean speed in either direction, m/s, of a slow recording only where it moves; None if unknown.
         impulses_s: times of grooves and edges, s.
         strengths_v: curvatures of these grooves and edges for one newton, V.
         period: spatial period; None without a period or a known speed.

@@ -197,6 +197,17 @@ def test_the_deviation_of_the_speed_widens_that_of_the_period(tmp_path):
         list(identify_texture([tmp_path / "s.csv"], signal="taxel1", speed_mm_s=10.0, speed_sd_mm_s=-1.0))
 
 
+@pytest.mark.parametrize("course", [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 0.0)])
+def test_an_error_of_the_speed_counts_beside_that_of_the_motion(tmp_path, course):
+    t = np.arange(0.0, 24.0, 1.0 / 35.7)
+    speed = 10.0 * np.where(t < 12.0, *course)
+    x = np.cumsum(np.abs(speed)) / 35.7
+    write(tmp_path / "s.csv", t, 20.0 * np.sin(np.pi * x / 2.0) + np.random.default_rng(7).normal(size=len(t)), speed)
+    (exact,) = identify_texture([tmp_path / "s.csv"], signal="taxel1")
+    (line,) = identify_texture([tmp_path / "s.csv"], signal="taxel1", speed_sd_mm_s=0.2)
+    assert line["period_sd_mm"] == pytest.approx(np.hypot(exact["period_sd_mm"], 0.02 * 4.0), abs=0.003)
+
+
 def test_the_speed_column_gives_the_path_with_its_rests_and_ramps(tmp_path):
     t = np.arange(0.0, 20.0, 0.028)
     speed = 12.0 * np.interp(t, [0.0, 2.0, 5.0, 14.0, 16.0, 20.0], [0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
