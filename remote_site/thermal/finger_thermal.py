@@ -9,6 +9,7 @@ from collections import deque
 from common.buses.serial_messages import DRIVE_FULL
 from common.exploration.contact_detector import TAP_S
 from common.exploration.exploration_mode import ModeDetector
+from common.limits import SENSOR_PLATE_C
 from common.wire.messages import ExplorationMode, ThermalReason
 from remote_site.devices.sensor_frame import PlateReading, SensorFrame
 from remote_site.thermal.peltier_backside import PeltierBackside
@@ -91,7 +92,7 @@ class FingerThermal:
         t_s, own, reading = sensed.time_s, self.own, sensed.plates[self._finger]
         fault = ThermalReason.NONE
         if reading is not None:
-            self._ambient_c, fault = reading.ambient_c, reading.reason
+            self._ambient_c, fault = reading.ambient_c, reason_of(reading)
         if exploration.began:
             self._land(sensed, fault)
         elif exploration.ended and t_s - self._contact_s > TAP_S:
@@ -105,7 +106,7 @@ class FingerThermal:
         elif own.touching and not own.running:
             self._end_touch()
         if reading is not None:
-            self._take_reading(t_s, reading, sensed.force_n[self._finger], exploration.contact)
+            self._take_reading(t_s, reading, sensed.force_n[self._finger], exploration.contact, not fault)
         elif t_s - self._sensor_s > READING_AGE_S:
             own.stop(ThermalReason.NO_READING)
 
@@ -141,18 +142,27 @@ class FingerThermal:
         self._shared = None
         self._free_c.clear()
 
-    def _take_reading(self, t_s: float, reading: PlateReading, force_n: float, contact: bool) -> None:
+    def _take_reading(self, t_s: float, reading: PlateReading, force_n: float, contact: bool, plausible: bool) -> None:
         """Keep a reading for the touch, or as one before it."""
-        if not reading.fault:
+        if plausible:
             drive = reading.heater_permille / DRIVE_FULL
             self._back.step(t_s - self._sensor_s, drive, reading.sensor_c - reading.ambient_c)
+        if not plausible or t_s - self._sensor_s > READING_AGE_S:  # a touch starts from sound readings without a gap
+            self._free_c.clear()
         self._sensor_s = t_s
         taken_s = self._clock.step(t_s, reading.device_us)
-        if not contact:
+        if not contact and plausible:
             self._free_c.append(reading.sensor_c)
         self.measuring = contact or self.own.running
         if self.own.running and taken_s > self._contact_s:  # a reading from before contact may arrive after it
             self.own.take(taken_s, reading.sensor_c, force_n)
+
+
+def reason_of(reading: PlateReading) -> ThermalReason:
+    """Return why a reading is implausible: that of its plate, or an ambient thermometer that is shorted or open."""
+    if reading.reason or 0.0 < reading.ambient_c < SENSOR_PLATE_C:
+        return reading.reason
+    return ThermalReason.SENSOR_SHORTED if reading.ambient_c <= 0.0 else ThermalReason.SENSOR_OPEN
 
 
 class SensorClock:

@@ -54,6 +54,7 @@ def explore(
     seconds: float = 4.5,
     fault: ThermalReason = ThermalReason.NONE,
     lift_s: float = 4.2,
+    spoiled: Callable[[float, PlateReading], PlateReading | None] = lambda _, reading: reading,
 ) -> list[Touched]:
     hand, events = HandMotion(), TouchEvents()
     finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
@@ -72,7 +73,7 @@ def explore(
             (-3e-4 if touching else 0.02 * max(0.5 - t, 0.0),) * COUNT,
             (float(PRESS_N(np.array(t - CONTACT_S))) if touching else 0.0,) * COUNT,
             (noise.tobytes() if k % 5 < 2 else None,) * COUNT,
-            (reading if k % 5 == 0 else None,) * COUNT,
+            (spoiled(t, reading) if k % 5 == 0 else None,) * COUNT,
             None,
         )
         hand.step(t, x, 0.0)
@@ -141,6 +142,42 @@ def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
 def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
     touches = explore(knowledge, on("metal"), fault=ThermalReason.SENSOR_OPEN)
     assert touches[2000].thermal.reason is ThermalReason.SENSOR_OPEN
+
+
+def short(t: float, reading: PlateReading) -> PlateReading:
+    """One shorted reading, 0.1 s before contact."""
+    code = ThermalReason.SENSOR_SHORTED.code
+    return PlateReading(-50.0, AMBIENT_C, code, reading.device_us, 0) if abs(t - 0.4) < 1e-6 else reading
+
+
+def silent(t: float, reading: PlateReading) -> PlateReading | None:
+    """Silence before contact, in which the plate has cooled by 3 K."""
+    if t < 0.1:
+        return PlateReading(reading.sensor_c + 3.0, AMBIENT_C, "", reading.device_us, 0)
+    return None if t < 0.35 else reading
+
+
+@pytest.mark.parametrize("spoiled", [short, silent])
+def test_a_touch_starts_from_sound_readings_without_a_gap(
+    knowledge: ThermalKnowledge, spoiled: Callable[[float, PlateReading], PlateReading | None]
+) -> None:
+    sound = explore(knowledge, on("stone"), seconds=2.0)[-1].thermal
+    found = explore(knowledge, on("stone"), seconds=2.0, spoiled=spoiled)[-1].thermal
+    assert (found.best, found.reason) == (sound.best, ThermalReason.NONE)
+    assert found.object_c == pytest.approx(sound.object_c, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("ambient_c", "reason"), [(-50.0, ThermalReason.SENSOR_SHORTED), (150.0, ThermalReason.SENSOR_OPEN)]
+)
+def test_a_broken_ambient_thermometer_is_a_fault_of_the_sensor(
+    knowledge: ThermalKnowledge, ambient_c: float, reason: ThermalReason
+) -> None:
+    def spoiled(_: float, reading: PlateReading) -> PlateReading:
+        return PlateReading(reading.sensor_c, ambient_c, "", reading.device_us, 0)
+
+    found = explore(knowledge, on("stone"), seconds=2.0, spoiled=spoiled)[-1].thermal
+    assert (found.status, found.reason, found.object_c) == (ThermalStatus.UNIDENTIFIABLE, reason, None)
 
 
 @pytest.mark.long
