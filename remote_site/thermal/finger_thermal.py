@@ -15,7 +15,7 @@ from remote_site.devices.sensor_frame import PlateReading, SensorFrame
 from remote_site.thermal.peltier_backside import PeltierBackside
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
-from remote_site.thermal.touch_start import WARMING, reading_at_contact
+from remote_site.thermal.touch_start import READING_S, WARMING, reading_at_contact
 from remote_site.thermal.warmed_spot import TRACES, WARM, WarmedSpot
 
 READING_AGE_S = 0.10
@@ -29,6 +29,8 @@ STEP_S = 0.001
 LOST_S = 1.0
 """Maximum change of delay, s; a larger one means that the sensor's clock has restarted."""
 _WRAPS = 1 << 32
+_BEFORE_S = [READING_S * number for number in range(WARMING)]
+"""Nominal times of the newest readings of a free sensor, s."""
 
 
 class FingerThermal:
@@ -129,7 +131,8 @@ class FingerThermal:
     def _begin_touch(self, t_s: float, fault: ThermalReason) -> None:
         self._contact_s, self.measuring = t_s, True
         fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
-        start_c, slope_k_s = reading_at_contact(list(self._free_c)) if fresh else (0.0, 0.0)
+        before_c = list(self._free_c)
+        start_c, slope_k_s = reading_at_contact(_BEFORE_S[: len(before_c)], before_c) if fresh else (0.0, 0.0)
         self.own.start(t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
         if not fresh or fault:
             self.own.stop(fault or ThermalReason.NO_READING)

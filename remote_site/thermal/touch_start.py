@@ -13,7 +13,7 @@ READING_S = 0.01
 BEFORE = 5
 """Number of readings in the mean before contact if there are too few for a slope (50 ms)."""
 SHORT, WARMING = 25, 50
-"""Numbers of readings before contact in the short and the long line fit of the plate (0.25 and 0.5 s)."""
+"""Numbers of readings before contact in the short and the long line fit of the plate (0.25 and 0.5 s at 100 Hz)."""
 AGREE_SD = 2.0
 """Maximum difference of the two slopes for which the long, less noisy line counts, in standard deviations."""
 AMBIENT = 50
@@ -38,8 +38,12 @@ class RecordedTouch:
             yield float(trace.time_s[k]) - self.contact_s, float(trace.sensor_c[k]), float(trace.force_n[k])
 
 
-def reading_at_contact(before_c: Sequence[float]) -> tuple[float, float]:
-    """Return the reading at contact, C, and its slope, K/s, from the newest readings of a free sensor, oldest first.
+def reading_at_contact(before_s: Sequence[float], before_c: Sequence[float]) -> tuple[float, float]:
+    """Return the reading at contact, C, and its slope, K/s.
+
+    Args:
+        before_s: times of the newest readings of a free sensor, s, ascending.
+        before_c: these readings, C.
 
     Raises:
         ValueError: there is no reading.
@@ -49,18 +53,17 @@ def reading_at_contact(before_c: Sequence[float]) -> tuple[float, float]:
     if len(before_c) < SHORT:
         newest = before_c[-BEFORE:]
         return sum(newest) / len(newest), 0.0
-    start_c, slope_k_s, slope_sd = _line(np.asarray(before_c[-SHORT:]))
+    start_c, slope_k_s, slope_sd = _line(np.asarray(before_s[-SHORT:]), np.asarray(before_c[-SHORT:]))
     if len(before_c) >= WARMING:
-        longer_c, longer_k_s, _ = _line(np.asarray(before_c[-WARMING:]))
+        longer_c, longer_k_s, _ = _line(np.asarray(before_s[-WARMING:]), np.asarray(before_c[-WARMING:]))
         if abs(longer_k_s - slope_k_s) <= AGREE_SD * slope_sd:
             return longer_c, longer_k_s
     return start_c, slope_k_s
 
 
-def _line(reading_c: NDArray[np.float64]) -> tuple[float, float, float]:
+def _line(time_s: NDArray[np.float64], reading_c: NDArray[np.float64]) -> tuple[float, float, float]:
     """Fit a line to readings; return its end, C, its slope and the slope's standard deviation, K/s."""
-    time_s = READING_S * np.arange(len(reading_c))
-    time_s -= time_s.mean()
+    time_s = time_s - time_s.mean()
     spread = float(time_s @ time_s)
     slope_k_s = float(time_s @ reading_c) / spread
     left = reading_c - reading_c.mean() - slope_k_s * time_s
@@ -77,7 +80,8 @@ def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
     if first is None:
         return None
     around = trace.ambient_c if trace.ambient_c is not None else trace.reference_c
-    start_c, slope_k_s = reading_at_contact(trace.sensor_c[max(first - WARMING, 0) : max(first, 1)].tolist())
+    before = slice(max(first - WARMING, 0), max(first, 1))
+    start_c, slope_k_s = reading_at_contact(trace.time_s[before].tolist(), trace.sensor_c[before].tolist())
     return RecordedTouch(
         trace=trace,
         first=first,
@@ -97,6 +101,6 @@ def reference_touch(touch: RecordedTouch) -> RecordedTouch:
     trace = touch.trace
     if trace.reference_c is None:
         raise ValueError(f"{trace.name}: column reference_c is missing")
-    before = trace.reference_c[max(touch.first - WARMING, 0) : max(touch.first, 1)].tolist()
-    start_c, slope_k_s = reading_at_contact(before)
+    before = slice(max(touch.first - WARMING, 0), max(touch.first, 1))
+    start_c, slope_k_s = reading_at_contact(trace.time_s[before].tolist(), trace.reference_c[before].tolist())
     return replace(touch, trace=replace(trace, sensor_c=trace.reference_c), start_c=start_c, slope_k_s=slope_k_s)

@@ -3,16 +3,18 @@
 import numpy as np
 import pytest
 
-from remote_site.thermal.touch_start import READING_S, SHORT, WARMING, reading_at_contact
+from remote_site.thermal.touch_start import READING_S, SHORT, WARMING, find_touch, reading_at_contact
+from remote_site.traces.trace_files import ThermalTrace
 
 NOISE_K = 0.02
+BEFORE_S = (READING_S * np.arange(1 - WARMING, 1)).tolist()
 
 
 def lines(reading_k: np.ndarray, count: int = 400) -> np.ndarray:
     """Reading at contact and slope, (count, 2), of noisy readings."""
     rng = np.random.default_rng(0)
     noisy = reading_k + NOISE_K * rng.normal(size=(count, len(reading_k)))
-    return np.array([reading_at_contact(row.tolist()) for row in noisy])
+    return np.array([reading_at_contact(BEFORE_S, row.tolist()) for row in noisy])
 
 
 @pytest.mark.parametrize("slope_k_s", [0.0, -0.3])
@@ -31,6 +33,16 @@ def test_a_plate_whose_heater_was_just_switched_is_known_from_the_shorter_line()
 
 
 def test_few_readings_give_no_slope() -> None:
-    assert reading_at_contact([29.0] * 3 + [30.0] * 5) == (30.0, 0.0)
+    assert reading_at_contact(BEFORE_S[:8], [29.0] * 3 + [30.0] * 5) == (30.0, 0.0)
     with pytest.raises(ValueError, match="no reading"):
-        reading_at_contact([])
+        reading_at_contact([], [])
+
+
+@pytest.mark.parametrize("step_s", [0.005, 0.01, 0.04])
+def test_the_slope_is_in_kelvin_a_second_at_any_rate_of_a_recording(step_s: float) -> None:
+    time_s = np.arange(0.0, 6.0, step_s)
+    pressed_n = np.where(time_s >= 3.0, 1.0, 0.0)
+    found = find_touch(ThermalTrace(time_s, 33.0 - 1.0 * time_s, pressed_n))
+    assert found is not None
+    assert found.slope_k_s == pytest.approx(-1.0, abs=1e-6)
+    assert found.start_c == pytest.approx(30.0, abs=1.5 * step_s)
