@@ -39,7 +39,8 @@ class StopSignal:
 def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Callable[[], bool]], None]) -> None:
     """Run one process of a session until a signal ends it; raises the exceptions of `load_config` and `run`.
 
-    Where the configuration selects JSON lines, bad input is logged as one and ends the process with exit code 2.
+    Raises:
+        SystemExit: the configuration selects JSON lines, and bad input was logged as one; the code is 2.
     """
     log_to_stderr(name)
     loaded = load_config(config, model)

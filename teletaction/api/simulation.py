@@ -56,15 +56,18 @@ def simulate_thermal(
     Args:
         material: name of a material, such as `pvc`, or `air` for a free cool-down.
         seed: seed of the sensor, the piece and the touch, 0 or more.
-        seconds: time in contact, s.
-        ambient_c: temperature of the air, C.
-        preheat_k: temperature of the sensor above ambient before contact, K.
-        object_c: temperature of the object, C; by default within 3 K of ambient.
+        seconds: time in contact, 0.1..120 s.
+        ambient_c: temperature of the air, 5..35 C.
+        preheat_k: temperature of the sensor above ambient before contact, 0..40 K; at most 42 C in all.
+        object_c: temperature of the object, -50..150 C; by default within 3 K of ambient.
         block: whether each touch is of one block of the material, not of a new piece.
 
     Raises:
         ValueError: the material is unknown, or a number is out of range.
     """
+    simulated_touch.check_range("preheat, K", preheat_k, 0.0, 40.0)
+    if object_c is not None:
+        simulated_touch.check_range("object, C", object_c, -50.0, 150.0)
     offset_c = (-OFFSET_K, OFFSET_K) if object_c is None else (object_c - ambient_c,) * 2
     name = simulated_touch.known_material(material)
     (touch,) = simulated_touch.simulate_thermal(
@@ -80,7 +83,7 @@ def simulate_stroke(surface: str, seed: int = 0, *, speed_m_s: float = 0.05, for
         surface: name of a surface, such as `sandpaper` or `widely_grooved_pvc`.
         seed: seed of the surface and the stroke, 0 or more.
         speed_m_s: speed, 0.005..0.2 m/s.
-        force_n: contact force, N.
+        force_n: contact force, 0.5..5 N.
 
     Raises:
         ValueError: the surface is unknown, or a number is out of range.

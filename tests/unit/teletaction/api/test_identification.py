@@ -1,6 +1,7 @@
 """The Python interface identifies, calibrates, renders and draws as the commands do."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +43,20 @@ def test_nothing_to_identify_is_an_error() -> None:
         tt.identify_thermal([])
     with pytest.raises(ValueError, match="times must be positive"):
         tt.identify_thermal(tt.simulate_thermal("pvc"), at_s=[0.0])
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [
+        ({"object_c": math.nan}, "object, C must be"),
+        ({"object_c": 1e9}, "object, C must be"),
+        ({"preheat_k": math.nan}, "preheat, K must be"),
+        ({"preheat_k": -1e6}, "preheat, K must be"),
+    ],
+)
+def test_a_touch_with_an_impossible_number_is_not_simulated(numbers: dict[str, float], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        tt.simulate_thermal("pvc", **numbers)  # type: ignore[arg-type]
 
 
 def test_a_stroke_gets_the_answers_of_the_command(tmp_path: Path) -> None:
