@@ -25,7 +25,7 @@ from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands
 from operator_site.console.web.page_state import checks
 from teletaction.report.pictures.covered_picture import marked_places
-from tests.conftest import Contained
+from tests.conftest import PROTOCOLS, Contained
 from tests.unit.operator_site.console.fed import S, fed, figures, happen
 from tests.unit.operator_site.console.page_room import BRIEF, AnsweringSite, MemoryJournal
 from tests.unit.operator_site.console.touch_rows import sample
@@ -533,3 +533,9 @@ def test_the_marks_of_the_picture_are_recorded(workplace: Workplace) -> None:
     assert workplace.kept_acts[-1]["details"] == MARKS
     assert marked_places({1: workplace.kept_acts[-1]}, math.inf) == tuple((0.1 * n, 0.1 * n) for n in range(1, 5))
     assert workplace.site.asked == []
+
+
+def test_the_protocols_list_every_request(workplace: Workplace) -> None:
+    table = PROTOCOLS.read_text("utf-8").partition("| verb | details | who |\n|---|---|---|\n")[2].partition("\n\n")[0]
+    listed = [verb for row in table.splitlines() for verb in row.split("|")[1].strip().split(", ")]
+    assert sorted(listed) == sorted({*workplace.commands._verbs, "play", "pause", "seek"})
