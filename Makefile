@@ -8,7 +8,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 
 BIN := .venv/bin
 READY := .venv/ready
-# Where it is set, each of the thousand processes that tests start would compile everything anew.
+# Where it is set, each of the thousand processes that tests start would compile everything again.
 unexport PYTHONDONTWRITEBYTECODE
 OUT := demo-out
 SOAK_OUT := soak-out
@@ -26,35 +26,35 @@ help:
 	@echo "make session     tests that run whole sessions in real time"
 	@echo "make study-tests  what long studies find (a minute)"
 	@echo "make costs       processor time of the link, on a machine that does nothing else"
-	@echo "make mutants     small changes to what protects people, each tried by the tests that reach it (hours at first, then what changed)"
+	@echo "make mutants     small changes to the gates, each with the tests that reach it (hours at first, later only what changed)"
 	@echo "make breaks      ten deliberate breaks, each of which the fast tests must notice"
-	@echo "make hardening   a million broken frames for each decoder, 500 strange sequences for each site, random walks (minutes); SEQUENCES=100000"
+	@echo "make hardening   a million broken frames for each decoder, 500 random sequences of packets for each site (minutes); SEQUENCES=100000"
 	@echo "make properties  every property with a thousand examples (minutes)"
-	@echo "make netns       the link over packets that are really delayed and lost (root)"
+	@echo "make netns       the link between two network namespaces that delay and lose packets (root)"
 	@echo "make containers  tests that run the composition in containers (needs an engine)"
-	@echo "make image       whether a second build of the image is identical, and the services beside the sites run in it (installs an engine where it may)"
+	@echo "make image       builds the image twice, compares both, and runs the services beside the sites in it (installs an engine)"
 	@echo "make console     the console's page in a real Chromium (\$$CHROMIUM, or the system's)"
 	@echo "make faults      every fault of the table, on the test bed where that can show it; writes docs/faults.md (FAULTS=real: all in real time)"
-	@echo "make everything  all that takes longer, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
+	@echo "make everything  all longer tests, in pieces; resumes after an interruption; writes docs/verification.md; PIECES='soak'"
 	@echo "make dask        studies on a Dask cluster of two workers, one of which is killed"
 	@echo "make exports     exported recordings and live outlets as other tools read them (downloads 500 MB)"
 	@echo "make examples    every script and notebook of examples/ (downloads 100 MB); NOTEBOOKS=examples/notebooks keeps their output"
 	@echo "make results     every study in full into $(RESULTS)/, with an overview; ARGUMENTS=--quick"
 	@echo "make soak        ten minutes of work with faults at random; ARGUMENTS='--seconds 3000 --seed 7'"
 	@echo "make pages       every command of README and pages; the demo as installed from the source distribution"
-	@echo "make docs        the documentation as a site in $(SITE)/; what is broken in it is an error"
+	@echo "make docs        the documentation as a site in $(SITE)/; a broken link is an error"
 	@echo "make check       style, types, import contracts, the word list"
 	@echo "make coverage    both gates must be covered to 100 % of lines and branches"
 	@echo "make picture     docs/session.png from the last demo"
 	@echo "make console-picture  docs/console.png from a demo in a real Chromium (two minutes)"
-	@echo "make tables      the shipped calibration tables anew, from simulated sensors"
-	@echo "make rungs       the table of which skin model is right enough anew"
-	@echo "make budget      what each stage of a tick may cost, anew, from a measurement on this machine (a minute)"
-	@echo "make golden      the golden replay's expected output anew; ARGUMENTS=--record for its inputs too"
-	@echo "make lock        constraints.txt and the hashes in locks/ anew, without newer versions; ARGUMENTS=--upgrade"
-	@echo "make sbom        the CycloneDX bill of materials in $(SBOM), which wheel and image hold"
-	@echo "make audit       known weaknesses of the locked versions (needs a network)"
-	@echo "make clean       remove what all of these made"
+	@echo "make tables      makes the shipped calibration tables again, from simulated sensors"
+	@echo "make rungs       makes the table of the errors of the skin models again"
+	@echo "make budget      measures on this machine the allowed cost of each stage of a tick (a minute)"
+	@echo "make golden      makes the expected output of the golden replay again; ARGUMENTS=--record for its inputs too"
+	@echo "make lock        writes constraints.txt and the hashes in locks/ again, without newer versions; ARGUMENTS=--upgrade"
+	@echo "make sbom        writes the CycloneDX bill of materials $(SBOM), for wheel and image"
+	@echo "make audit       lists known weaknesses of the locked versions (needs a network)"
+	@echo "make clean       removes all that these commands made"
 
 # Every file is checked against its hash. A lock is complete: with --no-deps nothing else is looked for.
 # Python compiles a module at its first import. Most modules of these packages are never imported.
@@ -200,7 +200,7 @@ examples: $(READY)
 	$(LOCKED) locks/examples.txt
 	NOTEBOOKS=$(NOTEBOOKS) $(BIN)/pytest -m examples -n 2 tests/examples
 
-# Interrupted, it goes on where it was; `teletaction study --compare OLD NEW` tells what became worse.
+# An interrupted run continues; `teletaction study --compare OLD NEW` prints what became worse.
 .PHONY: results
 results: $(READY)
 	$(BIN)/teletaction study --all --out $(RESULTS) $(ARGUMENTS)
