@@ -72,11 +72,13 @@ class PressFinder:
         self.presses: deque[Press] = deque(maxlen=presses)
         self.open = self._painful = False
         self._reported: Press | None = None
+        self._by_a_press = False
+        """Whether the present report began during a press, or shortly after one."""
 
     @property
     def hurts(self) -> bool:
-        """Whether the patient reports pain during the present press, which has not ended."""
-        return self.open and self._reported is not None and self._reported is self.presses[-1]
+        """Whether a finger presses while the patient reports pain, unless the report began before every press."""
+        return self.open and self._painful and self._by_a_press
 
     def step(
         self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
@@ -101,6 +103,7 @@ class PressFinder:
         self._painful = answer >= PAINFUL
         if self._painful:
             self._reported = self._reported_at(t_s)
+            self._by_a_press = self.open or self._reported is not None
             if self._reported is not None:
                 self._reported.risen_s, self._reported.answer = t_s, answer
             return self._reported

@@ -41,12 +41,13 @@ class PainLimit:
     ) -> None:
         """Take forces, N, places, m, and the newest pain answer, 0..10 or NaN, at a time, s.
 
-        Where the pain outlasts the longest reaction time and the finger still presses, the limit becomes lower again.
+        Where the pain outlasts the longest reaction time and a finger still presses, the limit becomes lower again.
         """
         press = self.finder.step(t_s, force_n, x_m, y_m, answer)
         if press is None:
             if self.finder.hurts and t_s - self._lowered_s >= LATEST_S:
-                self._lower(t_s, self.limit_n)
+                # A report that is too early for its press has set no limit; the present force is the only one known.
+                self._lower(t_s, max(force_n) if self.limit_n == math.inf else self.limit_n)
             return
         share = REPORTED_SHARE
         if not math.isnan(press.fallen_s):

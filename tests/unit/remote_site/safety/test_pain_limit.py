@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from common.limits import PAIN_LEAST_N, PAIN_SHARE
+from common.tenderness.presses import LONGEST_S
 from remote_site.safety.pain_limit import PainLimit
 from tests.unit.common.tenderness.made import press
 
@@ -96,3 +97,41 @@ def test_whatever_happens_the_limit_never_rises(samples):
         limit.step(t_s, [force_n, 0.5 * force_n], [0.0, 0.02], [0.0, 0.0], answer)
         assert PAIN_LEAST_N <= limit.limit_n <= before_n
         before_n = limit.limit_n
+
+
+def pressed(limit, force_n, pain, seconds=30.0):
+    """Step with a force and an answer of each time, s; return the last limit."""
+    for tick in range(round(100 * seconds)):
+        t_s = 0.01 * tick
+        limit.step(t_s, [force_n(t_s)], [0.0], [0.0], pain(t_s))
+    return limit.limit_n
+
+
+def test_pain_that_lasts_beyond_a_split_of_the_press_lowers_it_again():
+    assert pressed(PainLimit(), lambda t_s: 2.0, lambda t_s: 4.0 * (t_s > LONGEST_S - 0.5)) == PAIN_LEAST_N
+
+
+def test_a_report_that_is_too_early_for_its_press_lowers_it_too():
+    limit = PainLimit()
+    assert pressed(limit, lambda t_s: 3.0, lambda t_s: 6.0 * (t_s > 0.2), 1.0) == pytest.approx(PAIN_SHARE * 3.0)
+    assert pressed(PainLimit(), lambda t_s: 3.0, lambda t_s: 6.0 * (t_s > 0.2)) == PAIN_LEAST_N
+
+
+def test_a_second_report_during_one_press_lowers_it_again():
+    def pain(t_s):
+        return 4.0 * (3.0 < t_s < 3.5 or t_s > 8.0)
+
+    once_n, twice_n = (pressed(PainLimit(), lambda t_s: 1.5, pain, seconds) for seconds in (7.9, 8.1))
+    assert twice_n == pytest.approx(PAIN_SHARE * once_n)
+
+
+def test_the_next_press_lowers_it_while_the_pain_of_an_earlier_one_is_still_reported():
+    def force_n(t_s):
+        return 0.0 if 4.0 < t_s < 8.0 else 2.0
+
+    lifted_n, again_n = (pressed(PainLimit(), force_n, lambda t_s: 4.0 * (t_s > 3.0), s) for s in (7.9, 8.1))
+    assert again_n == pytest.approx(PAIN_SHARE * lifted_n)
+
+
+def test_pain_from_before_every_press_says_nothing_about_a_press():
+    assert pressed(PainLimit(), lambda t_s: 2.0 * (t_s > 5.0), lambda t_s: 3.0) == math.inf
