@@ -84,6 +84,7 @@ class Session:
         if self.state is not LinkState.FAULT:
             self.state = LinkState.CONNECTED
         self.paused = None
+        self._missing = ""
         self.note("connected", text)
 
     def disconnect(self, why: str = "", *, left: bool = False) -> None:

@@ -30,7 +30,7 @@ class Sessions(RuleBasedStateMachine):
     @rule(ident=st.integers(1, 2**62), text=st.sampled_from(["", "operator curve:abc"]))
     def connect(self, ident: int, text: str) -> None:
         self.session.connect(ident, text)
-        self.far_side, self.asked = ident, False
+        self.far_side, self.asked, self.missing = ident, False, ""
         self.happened.append(("connected", ident, text))
 
     @rule(ident=st.integers(-5, 0))
@@ -137,6 +137,19 @@ def test_an_event_is_recorded_with_its_session() -> None:
     assert first == Happening("connected", 7, "operator curve:abc", None)
     assert msgpack.unpackb(first.pack()) == ["connected", 7, "operator curve:abc", None]
     assert msgpack.unpackb(second.pack()) == ["estop", 7, "confirmed by every device", None]
+
+
+def test_a_missing_device_is_noted_in_each_session_and_its_return_only_where_it_was_missing() -> None:
+    session = Session()
+    for ident in (1, 2):
+        session.connect(ident)
+        session.equipped("index tacttip")
+        session.disconnect()
+        session.equipped("index tacttip")
+    session.connect(3)
+    session.equipped("")
+    noted = [(each.session, each.what) for each in session.take_happenings() if each.what in ("missing", "complete")]
+    assert noted == [(1, "missing"), (2, "missing")]
 
 
 def test_faults_and_stops_stand_out_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
