@@ -16,6 +16,7 @@ import cantools
 from cantools.database.can import Database, Message
 
 from common.fingers import FINGERS
+from common.timing.timeouts import FRAME_S
 
 _BYTES = 8
 """Length of every frame, bytes."""
@@ -185,6 +186,9 @@ class FrameReceiver:
     _packing: CanSignals = field(init=False)
     _crc_begun: int = field(init=False)
     _counter: int | None = None
+    _read_s: float = math.nan
+    """Last time of the gateway, s."""
+    _sent_s: float = math.nan
 
     def __post_init__(self) -> None:
         self._packing = packing(self.name)
@@ -194,6 +198,19 @@ class FrameReceiver:
     def begin(self) -> None:
         """Start a new connection: its first frame may have any counter."""
         self._counter = None
+
+    def sent_s(self, read_s: float) -> float:
+        """Return the time of the next frame from the gateway's time `read_s`, s.
+
+        While the gateway's clock stands still, or is coarse, each frame comes FRAME_S after the one before. Without
+        this no check of the readings would see time pass.
+        """
+        if self._read_s <= read_s <= self._sent_s:
+            self._sent_s += FRAME_S
+        else:
+            self._sent_s = read_s
+        self._read_s = read_s
+        return self._sent_s
 
     def decode(self, data: bytes) -> dict[str, float]:
         """Check one frame's bytes and return its physical values (mm, N) by name; raises as `values`."""

@@ -228,7 +228,7 @@ class CanPort:
     def _take(self, frames: Sequence[TakenFrame]) -> None:
         """Check frames and put the good ones into `came`."""
         by_id, own, controller, came = self._by_id, self._own, self.controller, self.came
-        for sent_s, frame_id, data, extended, is_error in frames:
+        for read_s, frame_id, data, extended, is_error in frames:
             if is_error:
                 self._report(frame_id, data)
             elif extended:  # another node's, whatever its number is
@@ -239,6 +239,7 @@ class CanPort:
                 self.unknown += 1
             else:
                 receiver, damage = watched
+                sent_s = receiver.sent_s(read_s)
                 try:
                     values = receiver.values(data)
                 except BadFrame as error:

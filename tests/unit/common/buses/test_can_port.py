@@ -11,12 +11,16 @@ import can
 import pytest
 from can.interfaces.socketcan import SocketcanBus
 
+from common.buses import can_port
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
 from common.buses.can_port import SETTLING, CanPort
+from common.buses.encoder_glitches import FINGER_M_S, RETURN_S, EncoderGlitches
 from common.buses.frame_error_rate import MOST
+from common.buses.socketcand_bus import taken_frame
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
+from common.timing.timeouts import FRAME_S
 from tests.waiting import wait_until
 
 names = count()
@@ -85,6 +89,25 @@ def test_errors_of_the_controller_are_in_the_status_and_their_log_is_bounded(
         f"CAN {line.address}: controller: receive overflow",
         f"CAN {line.address}: controller: error-passive",
     ]
+
+
+def test_frames_of_a_gateway_whose_clock_stands_still_are_checked_at_their_rate(
+    device: can.BusABC, line: CanPort, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without times, no encoder would be checked: each frame would be the first of another gateway."""
+    clock_s = [5.0]
+    monkeypatch.setattr(can_port, "taken_frame", lambda message: (clock_s[0], *taken_frame(message)[1:]))
+    sender, jumps = FrameSender("FingerHeights"), EncoderGlitches(FINGERS, FINGER_M_S)
+    found = []
+    for height_mm in (0.0, 0.0, *[8.0] * round(RETURN_S / FRAME_S + 1)):
+        device.send(sender.encode(dict.fromkeys(FINGERS, height_mm)))
+        for sent_s, heights_mm in line.poll()["FingerHeights"]:
+            jumps.step(sent_s, tuple(1e-3 * height for height in heights_mm))
+            found += jumps.faults
+    assert {fault.code for fault in found} == {FaultCode.ENCODER_JUMPED}
+    for clock_s[0], sent_s in ((6.0, 6.0), (6.0, 6.002), (6.0, 6.004), (6.003, 6.006), (6.02, 6.02), (1.0, 1.0)):
+        device.send(sender.encode(HEIGHTS))
+        assert line.poll()["FingerHeights"][0][0] == pytest.approx(sent_s)
 
 
 def test_own_frames_from_another_node_are_a_fault_and_no_unknown_ones(device: can.BusABC, line: CanPort) -> None:
