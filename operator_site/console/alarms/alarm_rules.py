@@ -17,6 +17,8 @@ from operator_site.console.voice.voice_now import VoiceNow
 from operator_site.safety.limit_flags import Limit
 from operator_site.session.emergency_stop import REMOTE
 
+FAULT, REMOTE_FAULT = "fault", "remote fault"
+"""Identifiers of the alarms of a site's fault."""
 STOP_PATIENCE_S = 0.3
 """Time for a device to confirm an emergency stop, s; the remote hand has a round trip more."""
 LINK_SLOW_MS = 100.0
@@ -77,10 +79,10 @@ def causes(
         found["link"] = Cause(Priority.HIGH, texts.LINK_LOST, texts.LINK_BACK, latches=site.lost_engaged)
     found |= _plates(now_s, site, fingers, used)
     if site.fault and not site.stopping and not any(cause.priority is Priority.HIGH for cause in found.values()):
-        found["fault"] = Cause(Priority.HIGH, texts.fault(site.fault), texts.FAULT_OVER, latches=True)
+        found[FAULT] = Cause(Priority.HIGH, texts.fault(site.fault), texts.FAULT_OVER, latches=True)
     elif site.remote_fault and not site.stopping and not site.fault:
         text = texts.remote_fault(site.remote_fault)
-        found["remote fault"] = Cause(Priority.HIGH, text, texts.FAULT_OVER, latches=True)
+        found[REMOTE_FAULT] = Cause(Priority.HIGH, text, texts.FAULT_OVER, latches=True)
     for name, ready in site.ready.items():
         if not ready and name in site.was_ready and "link" not in found and site.state is not LinkState.DISCONNECTED:
             found[f"device {name}"] = Cause(Priority.MEDIUM, texts.device_lost(name))

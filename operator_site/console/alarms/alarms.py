@@ -4,7 +4,7 @@ A latching alarm stays until its cause is gone and a person has acknowledged it.
 HELD_S. All others end with their cause.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -100,9 +100,9 @@ class Alarms:
             if ident not in causes:
                 self._miss(now_s, alarm)
 
-    def clear(self, now_s: float, who: str) -> int:
-        """Acknowledge all waiting alarms; return their number."""
-        waiting = [alarm for alarm in self._shown.values() if alarm.waits]
+    def clear(self, now_s: float, who: str, only: Collection[str] | None = None) -> int:
+        """Acknowledge all waiting alarms, or those of them in `only`; return their number."""
+        waiting = [alarm for alarm in self._shown.values() if alarm.waits and (only is None or alarm.ident in only)]
         for alarm in waiting:
             self._end(now_s, alarm, who)
         return len(waiting)

@@ -19,6 +19,7 @@ from common.runtime.containment import Containment
 from common.timing.interval import Interval
 from common.wire.packets import LinkState
 from operator_site.console import texts
+from operator_site.console.alarms.alarm_rules import FAULT, REMOTE_FAULT
 from operator_site.console.alarms.alarms import LONGEST_QUIET_S
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
@@ -256,8 +257,8 @@ class Commands:
             await self._answered(self._ask("clear_fault"), now_s)
         elif not any(alarm.waits for alarm in alarms.listed):
             raise Refused(texts.NOTHING_TO_CLEAR)
+        alarms.clear(now_s, client.name)
         self._clearing = now_s, client.name
-        self.step(now_s)
         return Answer(True, texts.CLEAR_ASKED if site.remote_fault else texts.CLEARED)
 
     async def _acknowledge(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
@@ -266,10 +267,10 @@ class Commands:
         return Answer(True, texts.ACKNOWLEDGED)
 
     def step(self, now_s: float) -> None:
-        """Clear the alarms of a fault that was cleared in the last CLEARING_S; a remote site needs a moment longer."""
+        """Clear the alarm of a fault that was cleared in the last CLEARING_S; a remote site needs a moment longer."""
         asked_s, who = self._clearing
         if 0.0 <= now_s - asked_s <= CLEARING_S:
-            self.console.alarms.clear(now_s, who)
+            self.console.alarms.clear(now_s, who, (FAULT, REMOTE_FAULT))
 
     async def _take_control(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         if self.control.holder is client:

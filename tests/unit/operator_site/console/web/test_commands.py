@@ -16,10 +16,12 @@ from common.faults.texts import fault_figures
 from common.link.session_state import Refused
 from common.web.access import Visitor
 from operator_site.console import texts
+from operator_site.console.alarms.alarms import Cause
 from operator_site.console.examination.examination import LONGEST_NOTE
 from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
+from operator_site.console.state.frame import Priority
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands
@@ -328,6 +330,22 @@ def test_who_clears_a_fault_clears_its_alarm_too_and_nothing_else(workplace: Wor
     console.step(110.1)
     workplace.commands.step(110.1)
     assert console.alarms.listed[0].waits, "that was another one"
+
+
+def test_clearing_a_fault_acknowledges_no_alarm_that_is_over_only_afterwards(workplace: Workplace) -> None:
+    console = workplace.console
+    happen(console, 101.0, "fault", fault=Fault(FaultCode.FORCE_SWINGS, "index", value=1.2, rate_hz=23.0))
+    lost = {"link": Cause(Priority.HIGH, texts.LINK_LOST, texts.LINK_BACK, latches=True)}
+    over = {"stop": Cause(Priority.HIGH, texts.not_confirmed(["index"]), texts.STOP_LATE, latches=True)}
+    console.step(101.0)
+    console.alarms.step(101.0, over, complete=False)
+    assert workplace.ask("clear_fault").ok
+    console.alarms.step(101.1, lost | over, complete=False)
+    happen(console, 101.5, "cleared")
+    console.step(101.5)
+    workplace.commands.step(101.5)
+    assert [alarm.text for alarm in console.alarms.listed if alarm.waits] == [texts.LINK_BACK, texts.STOP_LATE]
+    assert [alarm.ident for alarm in console.alarms.listed if alarm.cleared_by] == ["fault"]
 
 
 def test_a_fault_of_the_remote_site_is_not_called_cleared_before_it_is(workplace: Workplace) -> None:
