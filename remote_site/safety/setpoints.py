@@ -28,12 +28,12 @@ PLANE_SPEED_M_S = 0.30
 """Speed limit of the hand in each direction along the bench, m/s."""
 HEIGHT_LOW_M = REMOTE_LOW_M
 """Lowest set-point of a finger, m; the telemanipulator's frames hold no lower one."""
-HEIGHT_HIGH_M = 0.01046
+HEIGHT_HIGH_M = 0.01022
 """Highest set-point of a finger, m; the telemanipulator's frames hold no higher one."""
 HEIGHT_SPEED_M_S = 0.10
 """Speed limit of a finger up and down, m/s."""
 CLEAR_HEIGHT_M = 0.006
-"""Height at which a retreating finger stops, m."""
+"""Height at which a retreating finger that touches nothing stops, m."""
 STOP_S = 0.100
 """Time between stopping and retreating, s: a short gap of the network only pauses the hand."""
 REACTION_S = 0.030
@@ -41,7 +41,7 @@ REACTION_S = 0.030
 BRAKE_SHARE = 0.9
 """Share of the force limit at which a finger is lowered no further; near it the finger is lowered more slowly."""
 TOUCHING_N = 0.15
-"""Force above which the heater counts a finger as touching in every exploration mode, N."""
+"""Force above which heater and retreat count a finger as touching in every exploration mode, N."""
 ROUNDING_M = 1e-9
 """Largest difference between set-point and wanted value that is not reported as limited, m."""
 WIDEN_M_S2 = 1.0
@@ -197,9 +197,13 @@ class HeightSetpoint:
         return self._oscillation.step(t_s, pressed_n, self._drained)
 
     def retreat(self, tick_s: float, pressed_n: float, stopped_s: float) -> None:
-        """Stay at the set-point; then, or at once when the finger presses too hard, rise until it is clear."""
+        """Stay at the set-point; then, or at once when the finger presses too hard, rise until it is clear.
+
+        A finger that still touches rises further, because the object is higher than usual.
+        """
         if stopped_s >= STOP_S or pressed_n > self._force_limit_n:
-            self.z_m = max(self.z_m, min(CLEAR_HEIGHT_M, self.z_m + RETREAT_M_S * tick_s))
+            clear_m = HEIGHT_HIGH_M if pressed_n > TOUCHING_N else CLEAR_HEIGHT_M
+            self.z_m = max(self.z_m, min(clear_m, self.z_m + RETREAT_M_S * tick_s))
 
     def follow(self, tick_s: float, wanted_m: float, measured_m: float, pressed_n: float, hand_met: bool) -> int:
         """Follow the operator's finger, slower the harder it presses and the more work it has left.

@@ -20,7 +20,7 @@ from common.limits import (
 from remote_site.safety.patient_gate import PatientGate
 from remote_site.safety.patient_stop import SwitchReading, patient_stop
 from remote_site.safety.servo import SERVO_N_M
-from remote_site.safety.setpoints import CLEAR_HEIGHT_M, STOP_S
+from remote_site.safety.setpoints import CLEAR_HEIGHT_M, HEIGHT_HIGH_M, STOP_S, TOUCHING_N
 from sim_sensors.devices.patient_switch import RATE_HZ
 from sim_sensors.physics.fingertip import Fingertip
 
@@ -141,6 +141,16 @@ def test_force_falls_within_150_ms_of_a_press_and_the_finger_is_off_in_time(
     assert falls_s <= PATIENT_STOP_S
     assert off_s + dt_s <= LIFT_OFF_S
     assert max(forces) <= CONTACT_FORCE_N
+
+
+@pytest.mark.parametrize("stiffness_n_m", [450.0, 20_000.0])
+def test_a_finger_leaves_a_place_that_is_higher_than_its_usual_clear_height(stiffness_n_m: float) -> None:
+    rig = Pressing(0.002, HEIGHT_HIGH_M - 0.0005, stiffness_n_m)
+    rig.press()
+    assert rig.tip.force_n > 0.85 * CONTACT_FORCE_N
+    for _ in range(round(LIFT_OFF_S / rig.dt_s)):
+        rig.step(switch=PRESSED)
+    assert rig.tip.force_n <= TOUCHING_N
 
 
 def test_the_retreat_begins_in_the_tick_of_the_press() -> None:

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from common.buses.can_frames import FrameReceiver, FrameSender
 from common.limits import APPROACH_DOWN_M_S, CONTACT_FORCE_N, LEFT_J
 from remote_site.safety.limit_flags import APPROACH, ENERGY, FORCE, HEIGHT_RANGE, HEIGHT_SPEED
 from remote_site.safety.servo import SERVO_N_M
@@ -47,6 +48,13 @@ def test_a_set_point_begins_clear_and_within_the_range_of_the_frames() -> None:
     for z_m, begins_m in ((-1.0, HEIGHT_LOW_M), (0.001, 0.001), (1.0, HEIGHT_HIGH_M)):
         finger.let_go(z_m)
         assert finger.z_m == begins_m
+
+
+def test_frames_hold_every_set_point() -> None:
+    """A clipped one would move while the finger does not, as if its encoder were stuck."""
+    heights_mm = (1e3 * HEIGHT_HIGH_M, 1e3 * HEIGHT_LOW_M, 0.0, 0.0, 0.0, 0.0)
+    sent = FrameReceiver("HeightSetpoint").values(FrameSender("HeightSetpoint").next_frame(heights_mm)[1])
+    assert sent == pytest.approx(heights_mm, abs=1e-9)
 
 
 @pytest.mark.parametrize(
