@@ -41,7 +41,7 @@ class EncoderGlitches:
     """Encoders that are read together, in one frame.
 
     Attributes:
-        faults: faults as of the last frame.
+        faults: faults of all frames since `begin`.
         refused: number of replaced readings.
     """
 
@@ -55,6 +55,10 @@ class EncoderGlitches:
         self._sent_s = math.nan
         self._suspects: dict[int, _Suspect] = {}
 
+    def begin(self) -> None:
+        """Forget the faults of earlier frames; called before the frames of a tick."""
+        self.faults = []
+
     def step(self, sent_s: float, read_m: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
         """Take a frame's readings, m; return the time since the frame before, s, and the places to act on, m.
 
@@ -63,7 +67,6 @@ class EncoderGlitches:
             read_m: reading of each encoder, finite.
         """
         dt_s, self._sent_s = sent_s - self._sent_s, sent_s
-        self.faults = []
         if not 0.0 < dt_s <= UNSEEN_S:  # the first frame, the first for long, or the first of another gateway
             self._suspects.clear()
             self._place_m = read_m

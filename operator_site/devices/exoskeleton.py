@@ -81,6 +81,8 @@ class Exoskeleton:
         if stood_still or self.stood_still_s > 0.0:
             self._begin_checks()
         hand = self.hand
+        self._pose_glitches.begin()
+        self._height_glitches.begin()
         # Each frame counts, so that a late site also finds an encoder that jumps from time to time.
         for sent_s, (x_mm, y_mm) in came.get("HandPose", ()):
             _, (hand.x_m, hand.y_m) = self._pose_glitches.step(sent_s, (x_mm / _MM, y_mm / _MM))

@@ -25,6 +25,11 @@ class HandSensorChecks:
         self._force_sent_s = self._height_sent_s = 0.0
         self._set_m: Sequence[float] | None = None
 
+    def begin(self) -> None:
+        """Forget jumps of earlier frames; called before the frames of a tick."""
+        self._pose.begin()
+        self._heights.begin()
+
     def pose(self, sent_s: float, x_m: float, y_m: float) -> tuple[float, float]:
         """Return the pose to act on, m, from a pose that was on the bus at `sent_s`, s."""
         _, (x_m, y_m) = self._pose.step(sent_s, (x_m, y_m))
@@ -66,5 +71,5 @@ class HandSensorChecks:
 
     @property
     def faults(self) -> list[Fault]:
-        """All faults as of the last frames."""
+        """Jumps in the frames of this tick, and all other faults as of the last frames."""
         return self._pose.faults + self._heights.faults + self._held_faults + self._sensor_faults

@@ -90,6 +90,7 @@ class Telemanipulator:
         if stood_still or self.stood_still_s > 0.0:
             self._watched = HandSensorChecks(self._fingers)
         measured, watched = self.measured, self._watched
+        watched.begin()
         # Each frame counts, so that a late site also finds an encoder that jumps from time to time.
         for sent_s, (x_mm, y_mm) in came.get("HandPoseMeasured", ()):
             measured.x_m, measured.y_m = watched.pose(sent_s, x_mm / _MM, y_mm / _MM)

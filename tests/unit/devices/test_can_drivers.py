@@ -20,6 +20,44 @@ from sim_sensors.ports.intruder import Intruder
 from tests.unit.devices.rigs import Rig, alone
 
 Driver = ExoskeletonDriver | TelemanipulatorDriver
+
+
+class Frames:
+    """A line that brings the test's frames."""
+
+    connected = drained = True
+    fault = None
+
+    def __init__(self) -> None:
+        self.came: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
+
+    def poll(self) -> dict[str, list[tuple[float, tuple[float, ...]]]]:
+        return self.came
+
+
+@pytest.mark.parametrize("first", [20, 21])
+@pytest.mark.parametrize(
+    ("kind", "pose", "heights"),
+    [
+        (ExoskeletonDriver, "HandPose", "FingerHeights"),
+        (TelemanipulatorDriver, "HandPoseMeasured", "FingerHeightsMeasured"),
+    ],
+)
+def test_an_encoder_jumps_at_any_frame_of_a_tick(kind: type[Driver], pose: str, heights: str, first: int) -> None:
+    """A site of 250 Hz reads two frames in each tick."""
+    driver = kind(CanAddress(interface="virtual", channel=f"{pose}-{first}"))
+    driver.line.close()
+    line = Frames()
+    driver.line = line  # type: ignore[assignment]
+    found = set()
+    for number in range(0, 60, 2):
+        frames = [(0.002 * n, (8.0 * (n >= first),) * 5) for n in (number, number + 1)]
+        line.came = {pose: [(sent_s, (0.0, 0.0)) for sent_s, _ in frames], heights: frames, "ContactForces": frames}
+        driver.read(0.002 * number)
+        found.update(fault.code for fault in driver.faults(0.002 * number))
+    assert FaultCode.ENCODER_JUMPED in found
+
+
 HEIGHTS_M = np.array([0.006, -0.002, 0.0, 0.00005, -0.01])
 
 

@@ -27,6 +27,7 @@ class Index:
     def read(self, place_m: float, after_s: float = FRAME_S) -> float:
         """The place to act on for a reading."""
         self.sent_s += after_s
+        self.encoders.begin()
         (believed_m,) = self.encoders.step(self.sent_s, (place_m,))[1]
         return believed_m
 
@@ -83,6 +84,15 @@ def test_every_possible_motion_is_accepted_from_any_frames(moves: list[tuple[flo
         assert index.faults == []
 
 
+def test_a_fault_counts_until_the_next_tick_whatever_frames_follow_in_this_one() -> None:
+    """A site that reads two frames in each tick would otherwise miss half of all faults."""
+    index = Index()
+    for _ in range(int(RETURN_S / FRAME_S) + 1):
+        index.read(JUMP_M)
+    index.encoders.step(index.sent_s + FRAME_S, (JUMP_M,))
+    assert [fault.code for fault in index.faults] == [FaultCode.ENCODER_JUMPED]
+
+
 @pytest.mark.parametrize("after_s", [0.0, -1.0, math.nan, math.inf, UNSEEN_S * 1.01])
 def test_after_a_gap_or_from_another_gateway_a_finger_may_be_anywhere(after_s: float) -> None:
     index = Index()
@@ -98,5 +108,6 @@ def test_encoders_are_timed_by_the_bus_and_fail_one_by_one() -> None:
     encoders.step(5.014, (0.0151, 0.008))
     assert encoders.step(5.017, (0.0152, 0.008))[1] == (0.0152, 0.008)
     assert list(map(fault_text, encoders.faults)) == ["middle: encoder jumped by 8.0 mm"]
+    encoders.begin()
     encoders.step(1.0, (0.0, 0.0))
     assert encoders.faults == []
