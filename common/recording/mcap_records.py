@@ -29,7 +29,11 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from mcap.stream_reader import breakup_chunk, get_chunk_data_stream
+from mcap.stream_reader import (  # type: ignore[attr-defined]  # the decompressor is not the library's own name
+    breakup_chunk,
+    get_chunk_data_stream,
+    zstandard,
+)
 
 MAGIC = b"\x89MCAP0\r\n"
 LONGEST_RECORD_BYTES = 1 << 28
@@ -135,9 +139,14 @@ def check_chunk(entry: Entry) -> Chunk:
     if chunk.uncompressed_size > LONGEST_RECORD_BYTES:
         raise Unreadable(entry.offset, f"its content of {chunk.uncompressed_size} bytes is longer than it can be")
     try:
-        get_chunk_data_stream(chunk, validate_crc=True)
+        # The decompressor takes the memory that the compressed bytes ask for, whatever size the chunk states.
+        honest = not chunk.compression or zstandard.frame_content_size(chunk.data) in (-1, chunk.uncompressed_size)
+        if honest:
+            get_chunk_data_stream(chunk, validate_crc=True)
     except Exception:  # the exceptions of the library and its decompressors have no common base
         raise Unreadable(entry.offset, "its checksum is wrong") from None
+    if not honest:
+        raise Unreadable(entry.offset, "its content has another length than it states")
     return chunk
 
 
