@@ -10,6 +10,9 @@ SHARE = 4
 """File descriptors of the process for each allowed connection; an answer opens a file, too."""
 IDLE_S = 5.0
 """Longest time from connecting to a whole request head, TLS included, and from an answer to the next request, s."""
+MOST_UNSENT = 4 << 20
+"""Maximum number of bytes that wait for one client, several times the largest message: websockets answer every ping,
+and a client that sends pings and reads nothing would fill the memory."""
 
 
 class Stage(IntEnum):
@@ -22,7 +25,7 @@ class Stage(IntEnum):
     BUSY = 2
     """Its request is being answered."""
     PAGE = 3
-    """An admitted page; never dropped here."""
+    """An admitted page; never dropped for a new connection."""
 
 
 class Connection(Protocol):
@@ -31,6 +34,10 @@ class Connection(Protocol):
     @property
     def is_open(self) -> bool:
         """Whether the connection still holds a file descriptor."""
+
+    @property
+    def unsent_bytes(self) -> int:
+        """Number of bytes that wait until the client reads."""
 
     def drop(self) -> None:
         """Close the connection at once."""
@@ -81,13 +88,18 @@ class Connections:
             self._since_s[stage][connection] = now_s
 
     def overdue(self, now_s: float) -> list[Connection]:
-        """Remove and return the connections that have waited longer than IDLE_S for their client."""
+        """Remove and return the connections that have waited longer than IDLE_S, or with MOST_UNSENT bytes."""
         self._forget()
         found = []
-        for stage in (Stage.ARRIVING, Stage.IDLE):
-            late = [connection for connection, since_s in self._since_s[stage].items() if now_s - since_s > IDLE_S]
+        for stage, places in self._since_s.items():
+            waits = stage in (Stage.ARRIVING, Stage.IDLE)
+            late = [
+                connection
+                for connection, since_s in places.items()
+                if (waits and now_s - since_s > IDLE_S) or connection.unsent_bytes > MOST_UNSENT
+            ]
             for connection in late:
-                del self._since_s[stage][connection]
+                del places[connection]
             found += late
         self.dropped += len(found)
         return found

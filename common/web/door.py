@@ -43,6 +43,11 @@ class Accepted:
         """Whether the connection still holds a file descriptor."""
         return self._socket.fileno() >= 0
 
+    @property
+    def unsent_bytes(self) -> int:
+        """Number of bytes that wait until the client reads."""
+        return 0 if self._transport is None else self._transport.get_write_buffer_size()
+
     def serve(self, server: Server) -> None:
         """Serve the connection: first the TLS handshake, if the server has a certificate."""
         self._serving = asyncio.create_task(self._serve(server))

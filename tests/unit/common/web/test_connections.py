@@ -22,6 +22,7 @@ class Line:
     """A connection of a test."""
 
     is_open: bool = True
+    unsent_bytes: int = 0
 
     def drop(self) -> None:
         """Nothing is open."""

@@ -57,7 +57,9 @@ async def served(certificate: Path | None = None) -> AsyncIterator[tuple[Door, i
     connections = Connections(MOST)
     key = None if certificate is None else certificate.with_name("key.pem")
     stages = Stages(page, connections, Containment())
-    config = uvicorn.Config(stages, lifespan="off", log_config=None, ssl_certfile=certificate, ssl_keyfile=key)
+    config = uvicorn.Config(
+        stages, lifespan="off", log_config=None, ws="websockets-sansio", ssl_certfile=certificate, ssl_keyfile=key
+    )
     config.load()
     listening = socket.create_server(("127.0.0.1", 0), backlog=200)
     with ExitStack() as opened, closing(Door(listening, uvicorn.Server(config), connections)) as door:
@@ -152,6 +154,26 @@ def test_a_page_is_never_dropped_and_one_that_was_sent_away_is(monkeypatch: pyte
             await until_closed(away)
             inside.sendall(b"\x89\x80\x00\x00\x00\x00")  # a ping
             assert (await asyncio.wait_for(loop.sock_recv(inside, 4096), 5.0))[0] == 0x8A
+
+    asyncio.run(flood())
+
+
+@pytest.mark.parametrize("path", [b"/page", b"/other"])
+def test_a_websocket_that_sends_pings_and_reads_nothing_is_closed(path: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rule, "MOST_UNSENT", 1 << 16)
+    pings = 1000 * (b"\x89\xfd\x00\x00\x00\x00" + bytes(125))
+
+    async def flood() -> None:
+        async with served() as (door, port, opened):
+            loop = asyncio.get_running_loop()
+            line = half_open(opened, port, b"GET " + path + UPGRADE)
+            assert b"101 " in await asyncio.wait_for(loop.sock_recv(line, 4096), 5.0)
+            with suppress(ConnectionError):
+                for _ in range(100):  # 13 MB, more than the system keeps for both ends
+                    await loop.sock_sendall(line, pings)
+                    door.step()
+            assert not len(door.connections)
+            assert b"200 OK" in await got(port)
 
     asyncio.run(flood())
 
