@@ -7,11 +7,13 @@ import socket
 import socketserver
 import stat
 import sys
+from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from prometheus_client import CollectorRegistry
 from prometheus_client.exposition import choose_encoder
@@ -21,6 +23,8 @@ log = logging.getLogger(__name__)
 
 LEAST_TOKEN = 16
 """Minimum length of a token, characters."""
+MOST_CLIENTS = 32
+"""Maximum number of clients at a time, each of which has a thread; a further one takes the place of the oldest."""
 _LOOK_AT_STOP_S = 0.2
 """Interval between checks of the stop signal, s."""
 
@@ -53,6 +57,7 @@ class MetricsServer(socketserver.ThreadingTCPServer):
 
     allow_reuse_address = True
     daemon_threads = True
+    request_queue_size = 2 * MOST_CLIENTS
 
     def __init__(self, listen: str, collector: Collector, token: str | None) -> None:
         """Listen at `HOST:PORT` (`[HOST]:PORT` for IPv6); port 0 takes a free one.
@@ -65,6 +70,7 @@ class MetricsServer(socketserver.ThreadingTCPServer):
         self.registry = CollectorRegistry()
         self.registry.register(collector)
         self.token = token
+        self._clients: OrderedDict[Any, None] = OrderedDict()
         self.address_family = family
         self.timeout = _LOOK_AT_STOP_S
         if token is None and not ipaddress.ip_address(address[0]).is_loopback:
@@ -83,6 +89,20 @@ class MetricsServer(socketserver.ThreadingTCPServer):
         log.info("metrics at %s%s", self.url, "" if self.token is None else ", with the token only")
         while not stop():
             self.handle_request()
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer in a thread of its own; with too many clients, hang up on the oldest."""
+        self._clients[request] = None
+        if len(self._clients) > MOST_CLIENTS:
+            oldest, _ = self._clients.popitem(last=False)
+            with suppress(OSError):  # it has already gone
+                oldest.shutdown(socket.SHUT_RDWR)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection."""
+        self._clients.pop(request, None)
+        super().shutdown_request(request)
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Log a request that failed. It never ends the process."""

@@ -21,8 +21,9 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from common.health import OLDEST_S
 from teletaction.metrics.metrics import METRICS, PREFIX, StatusCollector, process_samples, samples
-from teletaction.metrics.metrics_server import ListenProblem, MetricsServer, read_token
+from teletaction.metrics.metrics_server import MOST_CLIENTS, ListenProblem, MetricsServer, read_token
 from tests.commands import command, one_line
+from tests.waiting import wait_until
 
 STATUS: dict[str, Any] = {
     "process": "operator",
@@ -249,6 +250,15 @@ def test_a_silent_or_lost_client_does_not_delay_the_others(tmp_path: Path) -> No
             rude.sendall(b"GET /metr")
             assert ask(address)[0] == 200
         assert ask(address)[0] == 200
+
+
+def test_many_slow_clients_hold_a_bounded_number_of_threads(tmp_path: Path) -> None:
+    before = threading.active_count()
+    with serving([tmp_path / "operator.json"]) as address, contextlib.ExitStack() as slow:
+        for _ in range(3 * MOST_CLIENTS):
+            slow.enter_context(socket.create_connection(address)).sendall(b"GET /metrics HTTP/1.1\r\n")
+        assert ask(address)[0] == 200  # all of them were accepted before
+        wait_until(lambda: threading.active_count() - before <= MOST_CLIENTS + 1, patience_s=2.0)
 
 
 @pytest.mark.parametrize("listen", ["0.0.0.0:0", "[::]:0"])
