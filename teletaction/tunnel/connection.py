@@ -101,8 +101,8 @@ class Connection(asyncio.Protocol):
         one._peer, other._peer = other, one
         for here, there in ((one, other), (other, one)):
             head, here._head = here._head, b""
-            there.transport.write(head)
             here.transport.resume_reading()
+            there.transport.write(head)  # last: it may let the sender wait
 
 
 async def close_all(every: set[Connection]) -> None:

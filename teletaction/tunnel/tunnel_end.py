@@ -35,27 +35,52 @@ AGAIN_S = 0.5
 """Mean time between two attempts to reach the rendezvous, s."""
 CONNECT_S = 2.0
 """Maximum time of an attempt, s."""
+ANSWER_S = 4.0
+"""Maximum wait for a line of the rendezvous, s; it lets the operator's end wait for half of it."""
 _PORTS = tuple(stream.port for stream in STREAMS.values())
 Address = tuple[str, int]
 """Host and port."""
 
 
 class _Outward(Connection):
-    """A connection to the rendezvous: it answers the first line with a request, and takes the answer."""
+    """A connection to the rendezvous: it answers the first line with a request, and takes the answer.
+
+    Attributes:
+        greeted: whether the rendezvous has sent its first line.
+    """
 
     def __init__(self, end: "TunnelEnd", port: int | None) -> None:
         super().__init__(end.connections)
         self._end, self._port = end, port
-        self._greeted = False
+        self.greeted = False
+        self._timer: asyncio.TimerHandle | None = None
+
+    def opened(self) -> None:
+        self._wait()
+
+    def _wait(self) -> None:
+        self._timer = asyncio.get_running_loop().call_later(ANSWER_S, self._give_up)
+
+    def _give_up(self) -> None:
+        self._end.notice(self._end.rendezvous, "no answer")
+        self.transport.abort()
+
+    def closed(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
 
     def take_line(self, line: str) -> None:
+        assert self._timer is not None
+        self._timer.cancel()
         try:
-            if self._greeted:
+            if self.greeted:
                 self.answered(line)
             else:
-                self._greeted = True
+                self.greeted = True
                 config = self._end.config
                 self.say(request(self._end.secret, read_hello(line), config.room, self._port))
+                if self._port is not None:  # the remote site's end waits for its answer as long as nobody reaches it
+                    self._wait()
         except ValueError as error:
             self._end.notice(self._end.rendezvous, str(error))
             self.transport.close()
@@ -92,6 +117,7 @@ class _Ready(_Outward):
             Connection.join(self, site)
 
     def closed(self) -> None:
+        super().closed()
         self._end.release(self)
 
 
@@ -112,6 +138,7 @@ class _Reaching(_Outward):
             Connection.join(self, self._local)
 
     def closed(self) -> None:
+        super().closed()
         if not self._local.joined:
             self._local.transport.close()
 
@@ -156,6 +183,11 @@ class TunnelEnd:
     def problem(self) -> str:
         """What keeps it from working; empty when nothing does."""
         return next((f"{host}:{port}: {why}" for (host, port), why in self._problems.items()), "")
+
+    @property
+    def _waiting(self) -> int:
+        """Number of connections that wait at the rendezvous."""
+        return sum(ready.greeted for ready in self._ready)
 
     def notice(self, address: Address, problem: str) -> None:
         """Log a new problem with an address once; an empty one means that there is none any more."""
@@ -203,7 +235,7 @@ class TunnelEnd:
                 async with asyncio.timeout(CONNECT_S if all_ready else AGAIN_S):
                     await self._fewer.wait()
             except TimeoutError:
-                if all_ready:  # the rendezvous has refused none of them
+                if all_ready and self._waiting == READY:  # the rendezvous has refused none of them
                     self.notice(self.rendezvous, "")
             if self.problem:
                 await asyncio.sleep(AGAIN_S * random.uniform(0.5, 1.5))
@@ -226,7 +258,7 @@ class TunnelEnd:
 
     def figures(self) -> dict[str, object]:
         """Return the number of connections that are ready, and the problem."""
-        return {"side": self.config.side, "room": self.config.room, "ready": len(self._ready), "missing": self.problem}
+        return {"side": self.config.side, "room": self.config.room, "ready": self._waiting, "missing": self.problem}
 
 
 def run_tunnel(config: TunnelConfig, stop: Callable[[], bool]) -> None:

@@ -9,12 +9,12 @@ import pytest
 
 from common.config.link_models import TunnelConfig
 from teletaction.tunnel import tunnel_end
-from teletaction.tunnel.connection import close_all
+from teletaction.tunnel.connection import Connection, close_all
 from teletaction.tunnel.greeting import read_hello, request
 from teletaction.tunnel.rendezvous import MOST_STRANGERS, Rendezvous
 from teletaction.tunnel.tunnel_end import READY, TunnelEnd
 from tests.conftest import free_ports
-from tests.unit.common.link.listener import free_port
+from tests.ports import free_port
 
 ROOM, SECRET = "ward-3", b"s" * 32
 
@@ -125,3 +125,73 @@ def test_refusals_are_counted_and_logged_now_and_then(caplog: pytest.LogCaptureF
     asyncio.run(main())
     assert room.figures()["refused"] == 5
     assert [record.getMessage() for record in caplog.records] == [f"refused a request for room {ROOM}"]
+
+
+async def with_silent_rendezvous(test: Callable[[int], Awaitable[None]]) -> None:
+    """Test with the port of a rendezvous that accepts and says nothing."""
+    accepted = set[Connection]()
+    server = await asyncio.get_running_loop().create_server(lambda: Connection(accepted), "127.0.0.1", 0)
+    try:
+        await test(server.sockets[0].getsockname()[1])
+    finally:
+        server.close()
+        await close_all(accepted)
+
+
+def test_a_rendezvous_that_says_nothing_holds_no_connections(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tunnel_end, "ANSWER_S", 0.2)
+
+    async def test(port: int) -> None:
+        config = TunnelConfig(
+            side="operator", host="127.0.0.1", port=port, room=ROOM, secret=Path("unused"), base_port=free_ports()
+        )
+        end = TunnelEnd(config, SECRET)
+        await end.listen()
+        try:
+            for _ in range(5):
+                _, writer = await asyncio.open_connection("127.0.0.1", config.base_port)
+                writer.close()
+                await writer.wait_closed()
+            await until(lambda: len(end.connections) > 5)
+            await until(lambda: not end.connections)
+            assert end.problem == f"127.0.0.1:{port}: no answer"
+        finally:
+            await end.close()
+
+    asyncio.run(with_silent_rendezvous(test))
+
+
+def test_the_remote_end_is_not_ready_at_a_rendezvous_that_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tunnel_end, "ANSWER_S", 0.5)
+
+    async def shown(end: TunnelEnd) -> None:
+        await until(lambda: "no answer" in end.problem)
+        await until(lambda: len(end.connections) == READY)
+        await asyncio.sleep(0.4)  # longer than CONNECT_S
+        assert end.figures()["ready"] == 0
+        assert "no answer" in end.problem
+
+    asyncio.run(with_silent_rendezvous(lambda port: with_remote_end(port, "127.0.0.1", shown)))
+
+
+def test_bytes_that_arrive_with_a_request_do_not_end_the_wait_for_a_slow_reader() -> None:
+    async def main() -> None:
+        loop, every = asyncio.get_running_loop(), set[Connection]()
+        ends = [socket.socketpair() for _ in range(2)]
+        for end in (end for pair in ends for end in pair):
+            end.setblocking(False)
+        (sender, one), (other, _) = ends[0], ends[1]
+        _, here = await loop.create_connection(lambda: Connection(every), sock=one)
+        _, there = await loop.create_connection(lambda: Connection(every), sock=other)
+        here.transport.pause_reading()
+        here._head = bytes(1 << 20)
+        Connection.join(here, there)
+        sending = asyncio.create_task(loop.sock_sendall(sender, bytes(1 << 24)))
+        await asyncio.sleep(0.2)
+        assert there.transport.get_write_buffer_size() <= 1 << 20
+        sending.cancel()
+        await close_all(every)
+        for end in (sender, ends[1][1]):
+            end.close()
+
+    asyncio.run(main())
