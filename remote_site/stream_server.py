@@ -2,6 +2,8 @@
 
 import contextlib
 import select
+from collections.abc import MutableMapping
+from typing import Protocol, TypeVar
 
 import zmq
 
@@ -18,11 +20,31 @@ NICE = 10
 SECOND_S = 1.0
 """Time between two checks of the keys, and two writes of the status file, s."""
 MOST_READERS = 8
-"""Maximum number of readers of a stream; further ones are refused."""
+"""Maximum number of readers of a stream; an operator's takes the place of an observer's, others are refused."""
 LEFT_S = 2.0
 """Time without a packet after which a reader has left, s."""
 _WAITING = 16
 """Maximum number of messages that wait to be sent to one reader."""
+
+
+class Placed(Protocol):
+    """A reader; `operates` says whether its key may operate the session."""
+
+    operates: bool
+
+
+Reader = TypeVar("Reader", bound=Placed)
+
+
+def make_place(readers: MutableMapping[bytes, Reader], *, operates: bool) -> bool:
+    """Return whether there is a place for a new reader; remove an observer's reader for one that `operates`."""
+    if len(readers) < MOST_READERS:
+        return True
+    observes = next((who for who, reader in readers.items() if operates and not reader.operates), None)
+    if observes is None:
+        return False
+    del readers[observes]
+    return True
 
 
 class StreamServer:

@@ -5,7 +5,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from common.wire.camera_messages import CameraAsk
-from remote_site.stream_server import LEFT_S, MOST_READERS
+from remote_site.stream_server import LEFT_S, make_place
 
 MOST_IN_FLIGHT_S = 0.25
 """Largest excess of the oldest unacknowledged picture's time over the shortest way so far, s."""
@@ -76,7 +76,7 @@ class PictureReaders:
         """Take a packet of a reader; return the reader, None where there are too many."""
         reader = self._readers.get(who)
         if reader is None:
-            if len(self._readers) >= MOST_READERS:
+            if not make_place(self._readers, operates=operates):
                 return None
             reader = self._readers[who] = Reader(who)
         reader.operates = operates

@@ -21,7 +21,7 @@ from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.timing.interval import Interval
 from common.wire.voice_messages import FRAME_S, VoiceState
-from remote_site.stream_server import LEFT_S, MOST_READERS, NICE, SECOND_S, StreamServer
+from remote_site.stream_server import LEFT_S, NICE, SECOND_S, StreamServer, make_place
 from remote_site.voice.jitter_buffer import JitterBuffer
 from remote_site.voice.opus_codec import OpusDecoder, OpusEncoder
 from remote_site.voice.sound_sink import SoundSink, open_sink
@@ -76,13 +76,14 @@ class Voice:
 
     def _take(self, received: Received, now_ns: int) -> None:
         sender, packed = received
+        operates = self._server.may_operate(sender.key)
         reader = self._readers.get(sender.who)
         if reader is None:
-            if len(self._readers) >= MOST_READERS:
+            if not make_place(self._readers, operates=operates):
                 self.counts["readers refused"] += 1
                 return
             reader = _Reader(sender.who, VoiceEnd(now_ns))
-        reader.operates = self._server.may_operate(sender.key)
+        reader.operates = operates
         damaged = reader.end.counts["damaged"]
         sound = reader.end.take(packed, now_ns)
         if reader.end.counts["damaged"] > damaged:

@@ -81,10 +81,21 @@ def test_the_role_of_the_newest_packet_counts() -> None:
 def test_readers_leave_and_are_limited() -> None:
     readers = PictureReaders()
     assert all(readers.take(bytes([number]), False, ask(), 0) for number in range(MOST_READERS))
-    assert readers.take(b"one more", True, ask(), 0) is None
+    assert readers.take(b"one more", False, ask(), 0) is None
     readers.drop_absent(LEFT_S + 0.1)
     assert readers.present == []
     assert readers.take(b"one more", True, ask(), ns(3.0)) is not None
+
+
+def test_observers_take_no_place_of_an_operator() -> None:
+    readers = PictureReaders()
+    for number in range(MOST_READERS):
+        readers.take(bytes([number]), False, ask(), 0)
+    for number in range(MOST_READERS):
+        assert readers.take(b"operator" + bytes([number]), True, ask(), 0) is not None
+        assert len(readers.present) == MOST_READERS
+    assert all(reader.operates for reader in readers.present)
+    assert readers.take(b"one more", True, ask(), 0) is None
 
 
 @given(

@@ -247,6 +247,15 @@ def test_more_readers_than_places_are_refused(stage: Stage) -> None:
     stage.until(lambda: sum(bool(reader.sounds) for reader in readers) == MOST_READERS)
 
 
+def test_observers_take_no_place_of_an_operator(stage: Stage, keys: Keys) -> None:
+    TrustedKeys(keys.remote).trust("observer", load_keys(keys.stranger).public, Role.OBSERVER)
+    observers = [stage.reader("stranger") for _ in range(MOST_READERS)]
+    stage.until(lambda: all(observer.sounds for observer in observers))
+    operator = stage.reader()
+    stage.until(lambda: operator.sounds)
+    assert stage.voice.figures()["readers"] == MOST_READERS
+
+
 @pytest.mark.parametrize("consents", [False, True])
 def test_sound_counts_as_recorded_where_both_sides_agree(keys: Keys, base_port: int, consents: bool) -> None:
     with ExitStack() as opened:
