@@ -5,6 +5,7 @@ import math
 from common.limits import FROZEN_S
 from common.link.stream_clock import StreamClock
 from common.wire.camera_messages import ASK_S, CameraAsk, CameraState, read_picture
+from common.wire.packets import BadPacket
 from operator_site.console.camera.camera_now import CameraNow, Seen
 from operator_site.console.camera.camera_picture import Picture, follows
 
@@ -42,6 +43,8 @@ class PictureReader:
         """Take one message; return its picture if it has one that can be decoded."""
         try:
             header, content = read_picture(parts)
+            if header.time_ns > header.sent_ns:  # a picture of the future would count as live until then
+                raise BadPacket("camera: sent before it was captured")
             self.clock.compare(header.asked_ns, header.heard_ns, header.sent_ns, now_ns, self._asked_ns)
         except ValueError:  # BadPacket, and times that cannot be
             self.damaged += 1

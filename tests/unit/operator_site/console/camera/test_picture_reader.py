@@ -119,6 +119,13 @@ def test_pictures_that_arrive_too_old_are_late(answered: Answered) -> None:
     assert answered.seen(0.6) is Seen.FROZEN
 
 
+def test_a_picture_of_the_future_is_not_live(answered: Answered) -> None:
+    answered.picture(1)
+    assert answered.picture(2, old_ns=-3600 * S) is None
+    assert answered.reader.damaged == 1
+    assert answered.seen(after_s=2 * FROZEN_S) is not Seen.LIVE
+
+
 def test_a_camera_that_sends_nothing_is_silent_and_a_refused_key_is_named() -> None:
     reader = PictureReader(0, required=True)
     assert reader.now(400 * MS).seen is Seen.LIVE
