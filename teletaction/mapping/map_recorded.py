@@ -21,6 +21,10 @@ from remote_site.traces.trace_files import TraceFile
 
 LARGEST_MM = 1000.0
 """Largest extent of a map along either axis, mm."""
+FARTHEST_MM = 1e6
+"""Largest coordinate of a place, mm; a larger number is none of a robot's."""
+LARGEST_SD_K = 1000.0
+"""Largest standard deviation of an object temperature, K."""
 AT_CONTACT = 0.15
 """Largest depth of a first sample that shows the force at contact, as a share of the deepest."""
 LEAST_DEPTH_MM = 0.2
@@ -68,7 +72,7 @@ def map_recorded(paths: Iterable[Path]) -> MappedPresses:
             _take_presses(mapped, path, numbers)
         for sample in _line_samples(file, numbers):
             lines_mm.append((1e3 * sample.x_m, 1e3 * sample.y_m))
-            mapped.surface.take(sample)
+            _take(mapped.surface, sample, path)
     every = np.concatenate([mapped.places_mm, np.array(lines_mm).reshape(-1, 2)])
     if not len(every):
         why = f"; {mapped.skipped[0]['reason']}" if mapped.skipped else ""
@@ -92,12 +96,20 @@ def _take_presses(mapped: MappedPresses, path: Path, numbers: Iterator[int]) -> 
         number = next(numbers)
         x_m, y_m = (1e-3 * float(at) for at in place_mm[:2])
         sample = Sample("stiffness", (_FINGER, number, 0), number, _FINGER, x_m, y_m, float(number), *found)
-        mapped.surface.take(sample)
+        _take(mapped.surface, sample, path)
         mapped.used.append(sample)
         mapped.indentation_m.append(1e-3 * float(press.depth_mm.max()))
         normal = None if press.contact is None else press.contact.normal
         if normal is not None and math.hypot(*normal[:2]) >= STEEP_SLOPE * abs(normal[2]):
             mapped.surface.take(slant(float(number), _FINGER, x_m, y_m))
+
+
+def _take(surface: TactileMap, sample: Sample, path: Path) -> None:
+    """Add a sample of a file; raises ValueError where its place is too far away for any map."""
+    farthest_mm = 1e3 * max(abs(sample.x_m), abs(sample.y_m))
+    if farthest_mm > FARTHEST_MM:
+        raise ValueError(f"{path}: a coordinate of {farthest_mm:.3g} mm is no place; at most {FARTHEST_MM:g} mm")
+    surface.take(sample)
 
 
 def contact_force_n(presses: Iterable[Press]) -> float:
@@ -163,6 +175,7 @@ def _line_samples(file: TraceFile, numbers: Iterator[int]) -> Iterator[Sample]:
     x_m, y_m = 1e-3 * file.numbers("x_mm"), 1e-3 * file.numbers("y_mm")
     known_sd = file.numbers("object_c_sd", blank=True) if "object_c_sd" in file.names else np.full(len(x_m), np.nan)
     _refuse(file, "object_c_sd", known_sd < 0.0, "must not be negative")
+    _refuse(file, "object_c_sd", known_sd > LARGEST_SD_K, f"must be at most {LARGEST_SD_K:g}")
     for name in quantities:
         values = file.numbers(name, blank=True)
         if name == "roughness_v":

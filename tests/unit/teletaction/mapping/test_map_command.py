@@ -98,6 +98,8 @@ def test_failed_presses_are_listed_and_not_mapped(tmp_path: Path) -> None:
         ("press,depth_mm,force_n,x_mm,y_mm,z_mm\n0,0,0,1,1,1\n0,1,-1,1,1,1\n", "no press or line gives a sample"),
         ("x_mm,y_mm,roughness_v\n1,1,0.1\n2,2,-0.1\n", "line 3: column roughness_v: must be above 0"),
         ("x_mm,y_mm,object_c,object_c_sd\n1,1,30,-0.2\n", "line 2: column object_c_sd: must not be negative"),
+        ("x_mm,y_mm,object_c,object_c_sd\n1,1,30,1e200\n", "line 2: column object_c_sd: must be at most 1000"),
+        ("x_mm,y_mm,object_c\n1,1e300,30\n", "wrong.csv: a coordinate of 1e+300 mm is no place"),
         ("x_mm,y_mm,object_c\n1,1,30\n1,5000,30\n", "a map has at most 1000 mm"),
         ("x_mm,y_mm,object_c\n1,north,30\n", "line 2: column y_mm: not a finite number"),
     ],
