@@ -31,6 +31,8 @@ class Reporting:
     def __init__(self, command: Sequence[str], folder: Path | None):
         """Set the command and the folder of the reports; without either there are no reports."""
         self._command, self._folder = list(command), folder
+        self._one = asyncio.Lock()
+        """Held while a report is written: the next one gets another name, and no two share the processor."""
 
     async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
         """Write the report of an examination; return its address at the console's server.
@@ -44,10 +46,14 @@ class Reporting:
         """
         if self._folder is None or not self._command:
             raise OSError(texts.NO_REPORT_CONFIGURED)
-        self._folder.mkdir(parents=True, exist_ok=True)
-        # An earlier examination of the same person keeps its report.
-        path = free_name(self._folder / (re.sub(r"[^\w-]", "_", pseudonym) + ".html"))
         await asyncio.sleep(SETTLED_S)
+        async with self._one:
+            return await self._write(self._folder, pseudonym, files)
+
+    async def _write(self, folder: Path, pseudonym: str, files: Sequence[Path]) -> str:
+        folder.mkdir(parents=True, exist_ok=True)
+        # An earlier examination of the same person keeps its report.
+        path = free_name(folder / (re.sub(r"[^\w-]", "_", pseudonym) + ".html"))
         words = [[*map(str, files)] if word == RECORD else [word.replace(PLACE, str(path))] for word in self._command]
         process = await asyncio.create_subprocess_exec(
             *chain.from_iterable(words),

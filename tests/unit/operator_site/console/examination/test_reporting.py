@@ -27,6 +27,15 @@ def test_what_the_command_wrote_is_offered_and_never_written_over(tmp_path: Path
     assert names == {"P-0417.html", "P-0417-1.html", "___P_1__x_.html"}
 
 
+def test_examinations_that_end_shortly_after_each_other_keep_a_report_each(tmp_path: Path) -> None:
+    reports = Reporting(WRITE, tmp_path / "reports")
+
+    async def both() -> set[str]:
+        return {*await asyncio.gather(reports.write("P-0417", []), reports.write("P-0417", []))}
+
+    assert asyncio.run(both()) == {"/report/P-0417.html", "/report/P-0417-1.html"}
+
+
 @pytest.mark.parametrize(
     ("command", "match"),
     [
