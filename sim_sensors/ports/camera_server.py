@@ -10,6 +10,8 @@ from sim_sensors.ports.tcp_port import TcpPort, ended, tcp_address
 
 _BUFFER_BYTES = 1 << 21
 """Send buffer of a client in the kernel: some pictures."""
+MOST_CLIENTS = 16
+"""Maximum number of clients; further ones are refused."""
 _FRAME = b"FRAME\n"
 
 
@@ -66,7 +68,10 @@ class CameraServer:
         self.address = f"tcp://{place[0]}:{self._port.number}"
 
     def _greet(self, connection: socket.socket, now_s: float) -> None:
-        self._clients.append(_Client(connection, self._header))
+        if len(self._clients) >= MOST_CLIENTS:
+            connection.close()
+        else:
+            self._clients.append(_Client(connection, self._header))
 
     def pump(self, now_s: float) -> None:
         """Send the picture that is due at `now_s`, s, if there is a client and no fault."""

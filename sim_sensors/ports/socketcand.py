@@ -11,6 +11,7 @@ arbitration are not modelled. The only modelled bus error is bus-off: the gatewa
 (`< error 040 12.345678 >`) and restarts (`100`).
 """
 
+import math
 import socket
 from collections.abc import Iterable, Sequence
 
@@ -26,6 +27,8 @@ _CHUNK = _BACKLOG_BYTES
 _LONGEST_COMMAND = 200
 _CHANNEL = "can0"
 _BYTES = {text: byte for byte in range(256) for text in (f"{byte:02x}", f"{byte:02X}")}
+MOST_CLIENTS = 32
+"""Maximum number of connections; a further one takes the place of the oldest that has not begun to read frames."""
 QUIET_S = 0.1
 """Pause after the answer to `rawmode`, s; a client expects this answer alone in one read, without frames behind it."""
 
@@ -37,11 +40,11 @@ class _Client:
         self.connection = connection
         self.backlog = Backlog(_BACKLOG_BYTES)
         self.pending = ""
-        self.raw_from_s = float("inf")
+        self.raw_from_s = math.inf
 
 
 class SocketcandBus(NodeBus):
-    """A bus with any number of TCP clients.
+    """A bus with TCP clients.
 
     Attributes:
         port: TCP port that it is served at.
@@ -83,6 +86,11 @@ class SocketcandBus(NodeBus):
     def _greet(self, connection: socket.socket, _now_s: float) -> None:
         client = _Client(connection)
         self._clients[connection.fileno()] = client
+        if len(self._clients) > MOST_CLIENTS:
+            oldest = next(each for each in self._clients.values() if each.raw_from_s == math.inf)
+            self._hang_up(oldest)
+            if oldest is client:
+                return
         self._loop.watch(connection.fileno(), lambda now: self._read(client, now))
         self._say(client, b"< hi >")
 

@@ -3,7 +3,7 @@
 import os
 import socket
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from common.fingers import FINGERS
 from common.scenes.scene import load_scene
 from sim_sensors.physics.camera_stamp import Luma, draw_stamp, read_stamp
 from sim_sensors.physics.camera_view import CameraView
-from sim_sensors.ports.camera_server import CameraServer
+from sim_sensors.ports.camera_server import MOST_CLIENTS, CameraServer
 from sim_sensors.ports.select_loop import SelectLoop
 from tests.waiting import wait_until
 
@@ -105,6 +105,16 @@ def test_a_client_gets_a_header_and_each_picture_at_its_time(
         for _ in drawn:
             assert stream.readline() == b"FRAME\n"
             assert stream.read(SIZE) == bytes(SIZE)
+
+
+def test_clients_are_limited(served: tuple[CameraServer, SelectLoop, list[float]]) -> None:
+    server, loop, _ = served
+    with ExitStack() as opened:
+        clients = [opened.enter_context(connect(server, loop)) for _ in range(MOST_CLIENTS + 1)]
+        clients[-1].settimeout(10.0)
+        assert clients[-1].recv(1) == b""
+        server.pump(1.0)
+        assert clients[0].recv(10) == b"YUV4MPEG2 "
 
 
 def test_a_slow_client_misses_pictures_and_a_gone_one_ends(

@@ -1,6 +1,7 @@
 import socket
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 
 import can
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from common.buses.can_frames import SentFrame
 from sim_sensors.ports.intruder import AHEAD, Intruder
 from sim_sensors.ports.select_loop import SelectLoop
-from sim_sensors.ports.socketcand import QUIET_S, SocketcandBus
+from sim_sensors.ports.socketcand import MOST_CLIENTS, QUIET_S, SocketcandBus
 from tests.unit.sim_sensors.stepped import until
 from tests.unit.teletaction.conformance.living import alive
 from tests.waiting import wait_until
@@ -181,6 +182,18 @@ def listener(bus: SocketcandBus, loop: SelectLoop) -> Iterator[socket.socket]:
         connection.setblocking(False)
         said(loop, connection, b"< open can0 >< rawmode >< send 7 0 >")
         yield connection
+
+
+def test_idle_connections_are_limited_and_take_no_place_of_a_driver(
+    bus: SocketcandBus, loop: SelectLoop, node: Echo, listener: socket.socket
+) -> None:
+    with ExitStack() as opened:
+        for _ in range(3 * MOST_CLIENTS):
+            opened.enter_context(socket.create_connection(("127.0.0.1", bus.port)))
+            loop.serve(0.0)
+        until(loop, lambda: bus.clients == MOST_CLIENTS)
+        listener.sendall(b"< send 110 1 1 >")
+        until(loop, lambda: (0x110, b"\x01") in node.heard)
 
 
 def test_a_silent_node_passes_no_frame_either_way_and_a_deaf_one_sends_and_the_connection_stays(
