@@ -88,7 +88,10 @@ class StreamServer:
     def wait(self, longest_s: float, *others: int) -> None:
         """Wait for a reader's packet, or until another descriptor is readable, at most `longest_s`, s."""
         own = [] if self.socket is None else [int(self.socket.getsockopt(zmq.FD))]
-        select.select([*own, *others], [], [], longest_s)
+        news = select.poll()
+        for descriptor in (*own, *others):
+            news.register(descriptor, select.POLLIN)
+        news.poll(longest_s * 1e3)
 
     def receive(self) -> list[Received]:
         """Return the readers' packets since the last call."""

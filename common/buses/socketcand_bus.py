@@ -131,9 +131,15 @@ class GatewayBus(SocketCanDaemonBus):
         return frames, len(chunk) == _CHUNK
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        if not self._frames and (timeout == 0 or select.select((self._connection,), (), (), timeout)[0]):
+        if not self._frames and (timeout == 0 or self._readable(timeout)):
             self._frames.extend(self.take_some()[0])
         return (_message(self._frames.popleft()) if self._frames else None), False
+
+    def _readable(self, timeout_s: float | None) -> bool:
+        """Wait for data of the gateway, at most `timeout_s`, s; return whether there are any."""
+        poll = select.poll()  # takes descriptors of any number, unlike `select`
+        poll.register(self._connection, select.POLLIN)
+        return bool(poll.poll(None if timeout_s is None else timeout_s * 1e3))
 
     def _read(self, text: str) -> list[TakenFrame]:
         """Return the complete frames of a text; keep the incomplete rest in `_text`.
@@ -152,7 +158,7 @@ class GatewayBus(SocketCanDaemonBus):
         return [frame for each in texts if (frame := _frame(each)) is not None]
 
     def _expect_msg(self, msg: str) -> None:
-        if not select.select((self._connection,), (), (), ANSWER_S)[0]:
+        if not self._readable(ANSWER_S):
             raise can.CanTimeoutError(f"the gateway does not answer with {msg!r}")
         try:
             super()._expect_msg(msg)

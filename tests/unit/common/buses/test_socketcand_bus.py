@@ -17,6 +17,7 @@ from common.buses.can_port import CanPort
 from common.buses.serial_port import DeviceAbsent
 from common.buses.socketcand_bus import GatewayBus, TakenFrame
 from common.buses.tcp_options import DEAD_S
+from tests.descriptors import many_open_files
 from tests.waiting import wait_until
 
 HELLO = (b"< hi >", b"< ok >", b"< ok >")
@@ -94,6 +95,18 @@ def test_the_end_of_a_gateway_is_noticed_by_listening_alone(there: Gateway, bus:
     assert (error.arbitration_id, error.is_error_frame) == (0x40, True)
     with pytest.raises(can.CanOperationError, match="hung up"):
         bus.recv(2.0)
+
+
+def test_a_gateway_is_reached_while_many_files_are_open(there: Gateway) -> None:
+    with many_open_files():
+        bus = GatewayBus("can0", "127.0.0.1", there.port)
+        there.connections[-1].sendall(b"< frame 123 1.0 01 >")
+        try:
+            frame = bus.recv(5.0)
+        finally:
+            bus.shutdown()
+    assert frame is not None
+    assert frame.arbitration_id == 0x123
 
 
 def test_a_gateway_that_stops_reading_blocks_nobody(bus: GatewayBus) -> None:

@@ -31,6 +31,7 @@ from sim_sensors.physics.camera_view import CameraView
 from sim_sensors.ports.camera_server import CameraServer
 from sim_sensors.ports.select_loop import SelectLoop
 from tests.conftest import Keys
+from tests.descriptors import many_open_files
 from tests.waiting import wait_until
 
 WIDTH, HEIGHT, RATE_HZ = 320, 192, 30
@@ -221,6 +222,12 @@ def test_a_camera_that_is_gone_is_named_and_returns(stage: Stage) -> None:
         stage._sockets.now(),
     )
     stage.until(lambda: state(CameraState.SHOWING))
+
+
+def test_the_server_waits_while_many_files_are_open(keys: Keys, base_port: int) -> None:
+    link = RemoteLinkConfig(base_port=base_port, keys=keys.remote)
+    with many_open_files(), closing(StreamServer(link, "camera")) as server:
+        server.wait(0.01)
 
 
 @pytest.mark.long
