@@ -8,11 +8,12 @@ from typing import Protocol, TypeVar
 import zmq
 
 from common.config.link_models import RemoteLinkConfig
-from common.link.authenticator import Authenticator
+from common.link.authenticator import MOST_FOR_OBSERVERS, Authenticator
 from common.link.bind_address import check_bind
 from common.link.curve import Inbox, LinkProblem, Received, prepare_socket, receive_requests, serve_curve
 from common.link.host_name import is_ipv6, tcp_endpoint
 from common.link.keys import Role, TrustedKeys, load_keys
+from common.link.tcp_connections import open_connections
 from common.wire.streams import STREAMS
 
 NICE = 10
@@ -61,11 +62,14 @@ class StreamServer:
         self._keys, self._trusted = load_keys(config.keys), TrustedKeys(config.keys)
         check_bind(config.bind, self._trusted)
         self._stream, self._host = stream, config.bind
-        self._address = tcp_endpoint(config.bind, config.base_port + STREAMS[stream].port)
+        self._port = config.base_port + STREAMS[stream].port
+        self._address = tcp_endpoint(config.bind, self._port)
         self.socket: zmq.Socket[bytes] | None = None
         """Socket of the stream; None for a moment after a key was revoked."""
         self._context = zmq.Context()
-        self._authenticator = Authenticator(self._context, lambda _, key: self._trusted.role(key) is not None)
+        self._authenticator = Authenticator(
+            self._context, lambda _, key: self._trusted.role(key) is not None, full=lambda _, key: self._full(key)
+        )
         try:
             self._bind()
         except zmq.ZMQError as error:
@@ -103,6 +107,10 @@ class StreamServer:
     def may_operate(self, key: str) -> bool:
         """Return whether the owner of this key may be a session's operator."""
         return self._trusted.role(key) is Role.PARTNER
+
+    def _full(self, key: str) -> bool:
+        """Return whether there is no place for one more observer; an operator always has one."""
+        return not self.may_operate(key) and open_connections(self._port) > MOST_FOR_OBSERVERS
 
     def send(self, who: bytes, *parts: bytes) -> None:
         """Send a message to one reader; a reader that is gone or reads nothing gets none."""

@@ -21,6 +21,9 @@ log = logging.getLogger(__name__)
 Admits = Callable[[str, str], bool]
 """Function of a domain and a public key that returns whether the key may connect to the domain."""
 
+MOST_FOR_OBSERVERS = 32
+"""Maximum number of connections to one port at which an observer's further one is admitted. The library sets no limit,
+and idle connections of one key would take all file descriptors of the process."""
 KNOCKS_PER_S = 20.0
 """Maximum rate of one key's handshakes, 1/s; a site retries at most twice a second."""
 KNOCKS_AT_ONCE = 40
@@ -41,6 +44,7 @@ class Authenticator:
         now_s: Callable[[], float] = time.monotonic,
         *,
         limited: bool = True,
+        full: Admits = lambda domain, key: False,
     ):
         """Start answering; create it before the first socket is bound.
 
@@ -49,12 +53,13 @@ class Authenticator:
             admits: decides whether a key may connect to a domain.
             now_s: a steady clock, s.
             limited: whether a key with too many handshakes is refused for a while.
+            full: returns whether a domain has no place for one more connection of an admitted key.
         """
         self.answers: Counter[str] = Counter()
         """Number of handshakes by result: `admitted`, `refused` (key not trusted for this), `too_many`, `expelled`, or
         `failed` (the check raised an exception)."""
         self._context = context
-        self._admits = admits
+        self._admits, self._full = admits, full
         self._now_s = now_s
         self._knocks: RateLimiters[str] | None = RateLimiters(KNOCKS_PER_S, KNOCKS_AT_ONCE) if limited else None
         self._inside: dict[str, set[str]] = {}
@@ -128,7 +133,7 @@ class Authenticator:
                 self.answers["expelled"] += 1
                 self._say("refused a connection to %s from %s: key %s was expelled", domain, address, key)
                 status, reason = b"300", b"expelled for a while"
-            elif self._knocks is not None and not self._knocks.allows(key, self._now_s()):
+            elif (self._knocks is not None and not self._knocks.allows(key, self._now_s())) or self._full(domain, key):
                 # The far side's library retries by itself after status 300.
                 self.answers["too_many"] += 1
                 self._say("too many connections to %s from %s with key %s", domain, address, key)

@@ -12,7 +12,7 @@ from typing import Any
 import zmq
 import zmq.utils.monitor
 
-from common.link.authenticator import Authenticator
+from common.link.authenticator import MOST_FOR_OBSERVERS, Authenticator
 from common.link.bind_address import check_bind
 from common.link.curve import (
     MOST_AT_ONCE,
@@ -31,7 +31,7 @@ from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
 from common.link.keys import KeyPair, Role, TrustedKeys
 from common.link.rate_limiter import RateLimiter
 from common.link.subscriptions import Subscriptions
-from common.link.tcp_connections import end_connection, is_open
+from common.link.tcp_connections import end_connection, is_open, open_connections
 from common.wire.streams import SITE_STREAMS, Direction, Stream
 
 # Motion and touch have one sender and one reader; only the stream for observers may have several readers.
@@ -72,7 +72,7 @@ class RemoteLink(CurveSockets):
         check_bind(host, trusted)
         super().__init__()
         self._host, self._base_port, self._keys, self._trusted = host, base_port, keys, trusted
-        self._authenticator = Authenticator(self._context, self._admits)
+        self._authenticator = Authenticator(self._context, self._admits, full=self._full)
         self.handshakes = self._authenticator.answers
         """Number of handshakes by result: `admitted`, `refused`, `too_many`, `expelled`, `failed`."""
         self._subscribers: dict[str, Subscriptions] = {}
@@ -176,6 +176,11 @@ class RemoteLink(CurveSockets):
     def _admits(self, domain: str, key: str) -> bool:
         role = self._trusted.role(key)
         return role is Role.PARTNER or (role is Role.OBSERVER and SITE_STREAMS[domain].direction in _MAY_OBSERVE)
+
+    def _full(self, domain: str, key: str) -> bool:
+        """Return whether a stream has no place for one more observer; an operator always has one."""
+        port = self._base_port + SITE_STREAMS[domain].port
+        return self._trusted.role(key) is Role.OBSERVER and open_connections(port) > MOST_FOR_OBSERVERS
 
     def close(self) -> None:
         """Close all sockets and end the authenticator."""

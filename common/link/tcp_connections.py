@@ -16,6 +16,15 @@ def is_open(connection: int, local_port: int) -> bool:
         return end is not None
 
 
+def open_connections(local_port: int) -> int:
+    """Return the number of connections accepted at `local_port` that this process holds."""
+    found = 0
+    for name in os.listdir("/proc/self/fd"):
+        with _tcp_connection(int(name), local_port) as end:
+            found += end is not None
+    return found
+
+
 def end_talkers(local_port: int, most_bytes: int) -> int:
     """End each connection accepted at `local_port` that sent more than `most_bytes`; return how many."""
     ended = 0

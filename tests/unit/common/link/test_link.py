@@ -1,12 +1,13 @@
 import errno
 import socket
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import Any, cast
 
 import pytest
 import zmq
 
+from common.link import link
 from common.link.curve import (
     WAITING,
     Inbox,
@@ -35,6 +36,19 @@ def test_a_trusted_key_is_served_on_every_stream(keys: Keys, base_port: int) -> 
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
         exchange(remote, operator)
         assert not operator.key_refused()
+
+
+def test_idle_connections_of_an_observer_are_limited_and_those_of_the_operator_are_not(
+    keys: Keys, base_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link, "MOST_FOR_OBSERVERS", 4)
+    TrustedKeys(keys.remote).trust("colleague", load_keys(keys.stranger).public, Role.OBSERVER)
+    with remote_link(keys, base_port) as remote, ExitStack() as opened:
+        for _ in range(8):
+            opened.enter_context(operator_link(keys, base_port, keys.stranger, role=Role.OBSERVER))
+        wait_until(lambda: remote.handshakes["too_many"] >= 4 * OBSERVED_STREAMS)
+        assert remote.handshakes["admitted"] <= 4 * OBSERVED_STREAMS
+        exchange(remote, opened.enter_context(operator_link(keys, base_port)))
 
 
 @pytest.mark.parametrize("change", CHANGES)

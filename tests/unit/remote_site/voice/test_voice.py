@@ -18,6 +18,7 @@ from common.link.session_state import Refused
 from common.link.voice_end import Sound, VoiceEnd
 from common.wire.streams import STREAMS
 from common.wire.voice_messages import VoiceState
+from remote_site import stream_server
 from remote_site.stream_server import LEFT_S, MOST_READERS, StreamServer
 from remote_site.voice import voice as voice_module
 from remote_site.voice.opus_codec import Samples
@@ -254,6 +255,18 @@ def test_observers_take_no_place_of_an_operator(stage: Stage, keys: Keys) -> Non
     operator = stage.reader()
     stage.until(lambda: operator.sounds)
     assert stage.voice.figures()["readers"] == MOST_READERS
+
+
+def test_idle_connections_of_an_observer_keep_no_operator_out(
+    stage: Stage, keys: Keys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stream_server, "MOST_FOR_OBSERVERS", 2)
+    TrustedKeys(keys.remote).trust("observer", load_keys(keys.stranger).public, Role.OBSERVER)
+    observers = [stage.reader("stranger") for _ in range(MOST_READERS)]
+    stage.until(lambda: any(observer.sounds for observer in observers))
+    operator = stage.reader()
+    stage.until(lambda: operator.sounds)
+    assert sum(bool(observer.sounds) for observer in observers) <= 2
 
 
 @pytest.mark.parametrize("consents", [False, True])
