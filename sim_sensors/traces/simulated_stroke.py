@@ -75,14 +75,16 @@ def simulate_stroke(
     check_range("groove depth, m", groove_depth_m, 0.0, 1e-3)
     check_range("sensor noise, V", noise_v, 0.0, 1.0)
     check_range("seed", seed, 0, 2**53)
-    scene = _scene((surface,) if then is None else (surface, then), length_m)
+    surfaces = (surface,) if then is None else (surface, then)
+    kinds = [surface_kind(name) for name in surfaces]
+    scene = _scene(surfaces, length_m)
     names = (FINGERS[FINGER],)
     world = RemoteWorld(
         scene, _world_seed(surface, seed), names, texture_noise_v=noise_v, groove_depth_m=groove_depth_m
     )
     draw = np.random.default_rng([seed, crc32(surface.encode())])
     wanted_n = force_n * draw.uniform(*FORCE_SPREAD)
-    depths = [pressing_depth_m(wanted_n, surface_kind(thing.surface).stiffness_n_m) for thing in scene.objects]
+    depths = [pressing_depth_m(wanted_n, kind.stiffness_n_m) for kind in kinds]
     start_x = draw.uniform(0.0, 0.5 * EDGE_M)
     begin = HOVER_S + LOWER_S + REST_S
     end = begin + length_m / (1e-3 * speed_mm_s)

@@ -201,13 +201,17 @@ def simulate_hand(
     check_range("force, N", force_n, 0.5, CONTACT_FORCE_N)
     check_range("seed", seed, 0, 2**53)
     check_range("ambient, C", ambient_c, 5.0, 35.0)
+    for preheat_k in preheats_k:
+        check_range("pre-heating, K", preheat_k, 0.0, 19.0)
+    for offset_k in offset_c:
+        check_range("object, C", round(ambient_c + offset_k, 6), -10.0, 60.0)
     name = known_material(material_name)
     fingers, count = len(preheats_k), touches * len(preheats_k)
     draw, reading, pressing = (np.random.default_rng([seed, crc32(name.encode()), part]) for part in range(3))
     sensors = SensorSpread.draw(count, draw)
-    preheat_k = np.tile(np.asarray(preheats_k, dtype=np.float64), touches)
-    target_c = np.minimum(ambient_c + preheat_k, SENSOR_PLATE_C)
-    warm_s = REACH_S_K * preheat_k + draw.uniform(*WARM_S, count)
+    preheat_each_k = np.tile(np.asarray(preheats_k, dtype=np.float64), touches)
+    target_c = np.minimum(ambient_c + preheat_each_k, SENSOR_PLATE_C)
+    warm_s = REACH_S_K * preheat_each_k + draw.uniform(*WARM_S, count)
     sensor = _PreheatedSensor(ThermalTouch(sensors, ambient_c, reading), target_c, warm_s)
     touched: list[_Touched] = []
     if name == AIR:

@@ -65,7 +65,7 @@ def edit(path: Path, old: str, new: str) -> None:
         ("identify stiffness", "presses"),
         ("render thermal --object adamant --object-c 20 --air-c 25 --seconds 1", "adamant"),
         ("simulate thermal --material adamant --out t", "adamant"),
-        ("simulate stroke --surface velvet --out t", "velvet"),
+        ("simulate stroke --surface velvet --out t", "teletaction: unknown surface 'velvet'; known: aluminium, "),
         ("simulate stroke --surface foam --force 0.4 --out t", "--force"),
         ("calibrate thermal --traces . --out t", "labels.csv"),
         (f"calibrate temperature --table {TABLES / 'materials.json'} --traces . --out t", "labels.csv"),

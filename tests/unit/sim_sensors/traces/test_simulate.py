@@ -129,7 +129,7 @@ def test_foreign_labels_are_not_overwritten(tmp_path, content):
         (lambda: simulate_thermal("pvc", 0, seconds=float("nan")), "seconds"),
         (lambda: simulate_thermal("pvc", 0, force_n=0.1), "force"),
         (lambda: simulate_thermal("pvc", -1), "seed"),
-        (lambda: simulate_stroke("velvet", 0), "unknown surface 'velvet'"),
+        (lambda: simulate_stroke("velvet", 0), "^unknown surface 'velvet'"),
         (lambda: simulate_stroke("foam", 0, 0.0), "speed"),
         (lambda: simulate_stroke("foam", 0, 50.0, 99.0), "force"),
     ],

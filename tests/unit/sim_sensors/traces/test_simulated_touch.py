@@ -1,5 +1,7 @@
 """Touches of several fingers on one object, and contacts that change."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,18 @@ def test_contacts_scatter_with_the_given_spread() -> None:
         traces = simulate_thermal("aluminium", 1, touches=200, seconds=0.1, contact_spread=spread)
         found = np.std(np.log([trace.conductance_w_m2k for trace in traces]))
         assert found == pytest.approx(spread, rel=0.3)
+
+
+@pytest.mark.parametrize("preheat_k", [-1.0, 19.1, 1000.0, math.nan, math.inf])
+def test_a_preheating_beyond_the_heater_is_refused(preheat_k: float) -> None:
+    with pytest.raises(ValueError, match=r"pre-heating, K must be 0\.\.19"):
+        simulate_thermal("pine", 1, preheat_k=preheat_k)
+
+
+@pytest.mark.parametrize("offset_c", [(math.nan, 3.0), (-3.0, math.inf), (-34.0, 0.0), (0.0, 38.0)])
+def test_an_impossible_temperature_of_the_object_is_refused(offset_c: tuple[float, float]) -> None:
+    with pytest.raises(ValueError, match=r"object, C must be -10\.\.60"):
+        simulate_thermal("pine", 1, offset_c=offset_c)
 
 
 @pytest.mark.parametrize("preheats_k", [(), (10.0,) * 6])
