@@ -107,7 +107,11 @@ def _anchored(value: object, folder: Path) -> object:
 
 
 def to_toml(model: BaseModel) -> str:
-    """Return the resolved configuration as TOML that `load_config` reads; it is stored in every recording."""
+    """Return the resolved configuration as TOML that `load_config` reads; it is stored in every recording.
+
+    Raises:
+        ValueError: a number is infinite or NaN; `load_config` refuses these.
+    """
     values = model.model_dump(mode="json", exclude_none=True)
     lines = [f"{key} = {_toml(value)}" for key, value in values.items() if not isinstance(value, dict)]
     for key, table in values.items():
@@ -118,4 +122,4 @@ def to_toml(model: BaseModel) -> str:
 
 def _toml(value: object) -> str:
     # TOML and JSON write scalars and lists of scalars alike, except for this one character.
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(value, ensure_ascii=False, allow_nan=False).replace("\x7f", "\\u007f")

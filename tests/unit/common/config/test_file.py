@@ -1,3 +1,4 @@
+import math
 import re
 from pathlib import Path
 
@@ -167,6 +168,12 @@ def test_the_resolved_configuration_reads_back(
     config = load_config(write(tmp_path, text), model)
     (tmp_path / "other").mkdir()
     assert load_config(write(tmp_path / "other", to_toml(config)), model) == config
+
+
+def test_a_configuration_that_would_not_read_back_is_not_written(tmp_path: Path) -> None:
+    config = load_config(write(tmp_path, OPERATOR), OperatorConfig)
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        to_toml(config.model_copy(update={"rate_hz": math.nan}))
 
 
 def test_texts_of_any_kind_read_back(tmp_path: Path) -> None:
