@@ -3,7 +3,7 @@
 PyAV (`av`, the extra `camera`) decodes. It is imported with the first decoder, because few processes need it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from functools import cache
 from importlib.util import find_spec
 from io import BytesIO
@@ -38,12 +38,14 @@ class PictureDecoder:
         self._codec = av.VideoCodecContext.create("vp8", "r")
         self._codec.thread_count = 1
 
-    def decode(self, pictures: Iterable[Picture]) -> "av.VideoFrame":
+    def decode(self, pictures: Sequence[Picture]) -> "av.VideoFrame":
         """Decode pictures that follow each other, and return the last one.
 
         Raises:
-            ValueError: a picture is damaged, or there is none.
+            ValueError: a picture is damaged or empty, or there is none.
         """
+        if not all(picture.content for picture in pictures):  # to the codec, an empty one ends the stream
+            raise ValueError("an empty picture")
         frames = [frame for picture in pictures for frame in self._codec.decode(self._av.Packet(picture.content))]
         if not frames:
             raise ValueError("no picture was decoded")

@@ -64,7 +64,7 @@ def _decode(since_key: list[Picture], key: int, at_s: float, cover: Cover | None
         return
     try:
         frame = PictureDecoder().decode(since_key)
-    except (ValueError, EOFError):  # a damaged or empty picture is left out
+    except ValueError:  # a damaged or empty picture is left out
         return
     if cover is not None:
         pixels = cover(np.asarray(frame.to_ndarray(format="rgb24"), np.uint8), at_s)

@@ -5,6 +5,7 @@ import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -142,6 +143,8 @@ def test_the_process_makes_a_jpeg_file_of_the_last_picture_and_survives_damage(p
     damaged = Picture(99, 0.0, 0.0, True, WIDTH, HEIGHT, b"\xff" * 50)
     with pytest.raises(ValueError, match="Error"):
         process.make([damaged]).result(60)
+    with pytest.raises(ValueError, match="empty picture"):
+        process.make([replace(damaged, content=b"")]).result(60)
     assert left_px(process.make(coded[:2]).result(60).content) == pytest.approx(4, abs=2)
     assert process._process is not None
     process._process.kill()
