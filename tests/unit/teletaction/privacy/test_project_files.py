@@ -1,5 +1,6 @@
 """Files of the project are recognised by name and content."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,21 @@ def test_status_and_log_of_each_process_are_recognised(process: str, tmp_path: P
     status.write_text('{"process": "any", "rss_mib": 60.0}', "utf-8")
     log.write_text("1.0 any INFO teletaction: begin\n", "utf-8")
     assert (kind_of(status), kind_of(log)) == ("status", "log")
+
+
+@pytest.mark.parametrize("said", ["summary out/summary.json, report out/report.html", "teletaction: out: no recording"])
+def test_the_log_of_a_summary_in_the_background_is_recognised(said: str, tmp_path: Path) -> None:
+    log = tmp_path / "summarise.log"
+    log.write_text(f"{said}\n", "utf-8")
+    assert kind_of(log) == "log"
+    log.write_text("of another program\n", "utf-8")
+    assert kind_of(log) is None
+
+
+def test_a_long_replay_is_recognised(tmp_path: Path) -> None:
+    sites = {"remote": {"remote": {"ticks": 1, "changed_by_waiting": [{"finger": "index"}] * 5000}}, "operator": {}}
+    (tmp_path / "replay.json").write_text(json.dumps({"recording": "session.mcap", **sites}, indent=1), "utf-8")
+    assert kind_of(tmp_path / "replay.json") == "replay"
 
 
 def test_the_figures_of_a_demo_are_recognised(tmp_path: Path) -> None:
