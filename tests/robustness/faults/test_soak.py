@@ -239,6 +239,8 @@ def test_a_recording_that_ends_too_early_or_is_damaged_is_named(recorded: Path) 
     (damaged, _) = read_records(recorded, ends_s).wrong
     assert damaged == "operator.mcap: 1 damaged parts"
     ends_s["sim-remote"] = [1.0 + 1.1 * LOST_AT_MOST_S]
+    path.unlink()
+    assert "operator: 0 recordings of 1 lives" in read_records(recorded, ends_s).wrong
     assert any(each.startswith("sim-remote.mcap: ends 0.55 s before") for each in read_records(recorded, ends_s).wrong)
 
 
