@@ -18,6 +18,7 @@ line for each problem.
 import csv
 import hashlib
 import json
+import math
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -127,7 +128,7 @@ def run_study(
     who = {} if hasattr(module, "MEASURES_THIS_MACHINE") else {"work": working(workers, kept)}
     data = {"quick": quick, "seed": seed} | module.run(quick=quick, seed=seed, progress=progress, **who)
     written = [out / f"{name}.json"]
-    written[0].write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+    written[0].write_text(json.dumps(_finite(data), indent=1) + "\n", "utf-8")
     for table, rows in module.tables(data).items() if hasattr(module, "tables") else ():
         written.append(out / f"{name}-{table}.csv")
         write_table(written[-1], rows)
@@ -135,6 +136,15 @@ def run_study(
     module.plot(data, written[-1])
     kept.forget()
     return Result(written, data.get("problems", []))
+
+
+def _finite(value: Any) -> Any:
+    """Return a value for JSON, which has neither infinite numbers nor NaN: each of them becomes None."""
+    if isinstance(value, dict):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def run_all(

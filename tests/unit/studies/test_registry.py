@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import sys
 from collections.abc import Callable
 from inspect import signature
@@ -64,6 +65,14 @@ def test_a_study_fills_its_folder(asked: list[object], tmp_path: Path) -> None:
     assert (out / "plain.png").read_text() == "2"
     assert said.err.count("\n") == 1, "nothing but where it was written, when nobody looks on"
     assert "50%" not in said.err
+
+
+@pytest.mark.usefixtures("asked")
+def test_numbers_that_are_none_are_null_in_the_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    data = {"rows": [{"a": math.nan, "b": [1.5, -math.inf]}]}
+    monkeypatch.setattr(sys.modules["plain_study"], "run", lambda **_: data)
+    assert command("study", "plain", "--out", tmp_path).code == 0
+    assert json.loads((tmp_path / "plain.json").read_text())["rows"] == [{"a": None, "b": [1.5, None]}]
 
 
 def test_on_a_terminal_a_line_shows_the_progress(
