@@ -35,3 +35,9 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
             raise
         number = os.open(path, _FLAGS)
     return os.fdopen(number, "wb")
+
+
+def discard(path: Path) -> None:
+    """Remove an unfinished file that `create_private` has created; a device at `path` stays."""
+    if not path.is_char_device():
+        path.unlink(missing_ok=True)

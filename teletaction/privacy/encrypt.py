@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+from common.files.private_file import discard
 from common.link.keys import KEY_LENGTH, KeyProblem, check_public_key, public_key_in
 from common.privacy.recording_file import create_recording, open_recording
 from common.recording.encrypted_file import CHUNK_BYTES, DamagedChunk, decrypting
@@ -47,7 +48,7 @@ def _copy(path: Path, out: Path, public_key: str | None) -> bool:
             with made:
                 shutil.copyfileobj(source, made, CHUNK_BYTES)
         except BaseException as error:
-            out.unlink(missing_ok=True)
+            discard(out)
             if isinstance(error, DamagedChunk):
                 raise ValueError(f"{path}: damaged: {error}; `teletaction recover` keeps what can be read") from None
             raise

@@ -8,6 +8,7 @@ from typing import IO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
+from common.files.private_file import discard
 from common.privacy.recording_file import create_recording, open_recording, recipient_of
 from common.recording.encrypted_file import DamagedChunk
 from common.recording.mcap_records import MAGIC
@@ -64,10 +65,10 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
             with made:
                 messages, seconds = _rewrite(cut, made)
         except BaseException:
-            out.unlink(missing_ok=True)
+            discard(out)
             raise
     if not messages:
-        out.unlink()
+        discard(out)
         raise ValueError(f"{path}: not one message in it can be read")
     return Recovered(out, messages, seconds, cut.unreadable_bytes, cut.damaged_parts, cut.doubtful)
 

@@ -1,5 +1,6 @@
 """A copy that is interrupted leaves no part of a file behind."""
 
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -25,3 +26,8 @@ def test_an_interrupted_copy_leaves_nothing(
     with pytest.raises(error):
         encrypt(tmp_path / "notes.txt", tmp_path / "notes.enc", str(tmp_path / "keys"))
     assert not (tmp_path / "notes.enc").exists()
+    leader, follower = os.openpty()
+    with pytest.raises(error):  # a device stays
+        encrypt(tmp_path / "notes.txt", Path(os.ttyname(follower)), str(tmp_path / "keys"))
+    os.close(leader)
+    os.close(follower)

@@ -245,6 +245,18 @@ def test_an_empty_recovery_is_reported_and_leaves_no_file(tmp_path: Path, whole:
     assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
 
 
+def test_a_device_that_cannot_hold_a_recording_stays(tmp_path: Path, whole: bytes) -> None:
+    cut = tmp_path / "s.mcap"
+    cut.write_bytes(whole[:400])
+    leader, follower = os.openpty()
+    try:
+        with pytest.raises(OSError, match="Illegal seek"):
+            recover(cut, Path(os.ttyname(follower)))
+    finally:
+        os.close(leader)
+        os.close(follower)
+
+
 def test_an_interrupted_recovery_leaves_no_file(tmp_path: Path, whole: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
