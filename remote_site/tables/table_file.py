@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Self, get_args
 
@@ -37,14 +39,26 @@ class TableFile(TablePart):
     content_hash: str = ""
 
     def save(self, path: Path | str) -> None:
-        """Write the table with its hash.
+        """Write the table with its hash; a file before it is replaced once the table is written.
 
         Raises:
             OSError: the file cannot be written.
         """
         fields = self.model_dump(mode="json")
         fields["content_hash"] = _hash(fields)
-        Path(path).write_text(json.dumps(fields, indent=1) + "\n", "utf-8")
+        text = json.dumps(fields, indent=1) + "\n"
+        file = Path(os.path.realpath(path))
+        if file.exists() and not file.is_file():  # a device
+            file.write_text(text, "utf-8")
+            return
+        part = file.with_name(f"{file.name}.part")
+        try:
+            part.write_text(text, "utf-8")
+            part.replace(file)
+        except OSError as error:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+            raise OSError(error.errno, error.strerror, str(path)) from None
 
     @classmethod
     def load(cls, path: Path | str) -> Self:

@@ -1,0 +1,47 @@
+"""A table that cannot be written leaves the one before."""
+
+import errno
+import os
+import resource
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from remote_site.thermal.material_table import MaterialTable
+from teletaction.session.demo_files import TABLES
+
+SHIPPED = TABLES / "materials.json"
+
+
+@pytest.fixture
+def full_disk() -> Iterator[None]:
+    """Files have room for 1000 bytes."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.usefixtures("full_disk")
+def test_a_full_disk_keeps_the_table_and_is_named(tmp_path: Path) -> None:
+    table, path = MaterialTable.load(SHIPPED), tmp_path / "table.json"
+    path.write_bytes(b"before")
+    with pytest.raises(OSError, match="too large") as failed:
+        table.save(path)
+    assert (failed.value.errno, failed.value.filename) == (errno.EFBIG, str(path))
+    assert path.read_bytes() == b"before"
+    assert [file.name for file in tmp_path.iterdir()] == ["table.json"]
+
+
+def test_a_link_to_a_table_stays_a_link(tmp_path: Path) -> None:
+    table, path = MaterialTable.load(SHIPPED), tmp_path / "table.json"
+    path.symlink_to("there.json")
+    table.save(path)
+    assert path.is_symlink()
+    assert MaterialTable.load(tmp_path / "there.json") == table
+
+
+def test_a_table_may_go_to_a_device() -> None:
+    MaterialTable.load(SHIPPED).save(os.devnull)
+    assert Path(os.devnull).is_char_device()
