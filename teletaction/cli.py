@@ -5,6 +5,7 @@ Text for people goes to stderr, data to stdout. Exit code 0 is success, 1 a fail
 
 import os
 import platform
+import sys
 from types import FunctionType
 from typing import Annotated
 
@@ -33,6 +34,9 @@ from teletaction.commands import (
     study,
 )
 from teletaction.commands.failed import Failed
+
+_LAST_STANDARD_STREAM = 2
+"""Number of standard error."""
 
 app = typer.Typer(
     name="teletaction",
@@ -104,6 +108,7 @@ for module in (
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
+    _open_closed_streams()
     try:
         # Only a command that is interrupted or ends early returns a code of its own.
         return app(args=arguments, standalone_mode=False) or 0
@@ -114,13 +119,20 @@ def main(arguments: list[str] | None = None) -> int:
             return 2
         return _complain(message, 2)
     except (ValueError, KeyError, OSError) as error:
-        if isinstance(error, BrokenPipeError):
-            return 0  # The reader closed our output.
         return _complain(_message(error), 2)
     except Failed as failure:
         return _complain(str(failure), 1)
     except (KeyboardInterrupt, typer.Abort):
         return 130
+
+
+def _open_closed_streams() -> None:
+    """Open the null device for each closed standard stream, so that no other file gets its number."""
+    while (number := os.open(os.devnull, os.O_RDWR)) <= _LAST_STANDARD_STREAM:
+        pass
+    os.close(number)
+    sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8", closefd=False)
+    sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8", closefd=False)
 
 
 def _message(error: ValueError | KeyError | OSError) -> str:
@@ -129,6 +141,8 @@ def _message(error: ValueError | KeyError | OSError) -> str:
         return str(error.args[0])
     if isinstance(error, OSError) and isinstance(error.filename, str | os.PathLike) and error.filename2 is None:
         return f"{os.fspath(error.filename)}: {error.strerror}"
+    if isinstance(error, OSError) and error.strerror and error.filename is None:
+        return error.strerror
     return str(error)
 
 

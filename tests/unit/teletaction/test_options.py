@@ -61,6 +61,21 @@ def test_the_level_of_the_log_reaches_this_process_and_its_children(level: str) 
     assert logging.getLevelName(log_level()) == level.upper()
 
 
+@pytest.mark.parametrize(("closed", "shown"), [("2>&-", ""), (">&-", "report {out}\n"), ("<&- >&- 2>&-", "")])
+def test_a_command_works_with_closed_standard_streams(closed: str, shown: str, tmp_path: Path) -> None:
+    session, out = ROOT / "tests" / "golden" / "session.mcap", tmp_path / "report.html"
+    line = f'exec "$0" -m teletaction report "$1" --out "$2" {closed}'
+    run = subprocess.run(["sh", "-c", line, sys.executable, session, out], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", shown.format(out=out))
+    csv = subprocess.run(
+        ["sh", "-c", f'exec "$0" -m teletaction scene check materials --dwell 0.1 {closed}', sys.executable],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (csv.returncode, csv.stderr) == (0, "")
+
+
 def test_an_unknown_level_is_one_line() -> None:
     assert "no level 'loud'; choose one of debug, info" in one_line(command("--log-level", "loud", "scene"), 2)
 

@@ -166,6 +166,11 @@ def test_a_thermal_trace_that_cannot_be_read_is_answered_and_so_are_the_others(
     assert {line["status"] for line in lines if line["trace"] == str(free)} == {"no_contact"}
 
 
+def test_a_full_disk_is_named_without_the_systems_number(tmp_path: Path) -> None:
+    render = "render thermal --object pvc --object-c 20 --air-c 20 --seconds 0.1 --parameters /dev/full"
+    assert refused(render) == "teletaction: No space left on device"
+
+
 @pytest.mark.parametrize("verb", ["report", "replay"])
 def test_a_file_that_is_not_there_is_named_without_the_systems_number(verb: str, tmp_path: Path) -> None:
     absent = tmp_path / "absent.mcap"
