@@ -1,6 +1,9 @@
 """Calibration and identification of touches, strokes and presses in arrays, for Python programs."""
 
+import math
 from collections.abc import Iterable, Sequence
+
+import numpy as np
 
 from remote_site.stiffness.recorded.identify_stiffness import AT_N, StiffnessAnswer, identify_presses
 from remote_site.texture.recorded.identify_texture import SurfaceAnswer, identify_stroke
@@ -12,6 +15,7 @@ from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.recorded.identify_thermal import DEFAULT_AT_S, MaterialAnswer, identify_traces
 from remote_site.traces.press_files import Press
 from remote_site.traces.trace_files import StrokeTrace, ThermalTrace
+from remote_site.traces.units import FASTEST_M_S, TEMPERATURE_C, wrong_speeds_m_s
 from teletaction.session.demo_files import SURFACES, TABLES
 
 
@@ -31,14 +35,15 @@ def calibrate_thermal(
         unexplained at `times_s`, (k,), s after contact.
 
     Raises:
-        ValueError: a touch is no label with a trace, there are fewer than two materials or two touches of one, a
-            touch has no contact, is too short or has no temperature difference, or a cool-down is none.
+        ValueError: a touch is no label with a trace, the temperature of an object is none, there are fewer than two
+            materials or two touches of one, a touch has no contact, is too short or has no temperature difference, or
+            a cool-down is none.
     """
     labelled = []
     for number, touch in enumerate(touches):
-        if len(touch) not in (2, 3):
+        if len(touch) not in (2, 3) or not _is_labelled(touch):
             raise ValueError(f"touch {number}: expected (label, trace) or (label, trace, object_c)")
-        labelled.append((touch[0], touch[1], touch[2] if len(touch) == 3 else None))
+        labelled.append((touch[0], touch[1], _object_c(number, touch[2]) if len(touch) == 3 else None))
     return calibrate_traces(labelled, processes=processes)
 
 
@@ -57,10 +62,28 @@ def calibrate_temperature(
         A fit with its `table`, and the `warnings` about it.
 
     Raises:
-        ValueError: the table is too old, a material is not in it or has too few touches, or a touch has no contact, is
-            too short or has no temperature difference.
+        ValueError: a touch is no label with a trace and a temperature, the table is too old, a material is not in it or
+            has too few touches, or a touch has no contact, is too short or has no temperature difference.
     """
-    return learn_temperature(table, touches, processes=processes)
+    labelled = []
+    for number, touch in enumerate(touches):
+        object_c = _object_c(number, touch[2]) if len(touch) == 3 and _is_labelled(touch) else None
+        if object_c is None:
+            raise ValueError(f"touch {number}: expected (label, trace, object_c)")
+        labelled.append((touch[0], touch[1], object_c))
+    return learn_temperature(table, labelled, processes=processes)
+
+
+def _is_labelled(touch: Sequence[object]) -> bool:
+    return isinstance(touch[0], str) and bool(touch[0]) and isinstance(touch[1], ThermalTrace)
+
+
+def _object_c(number: int, object_c: float | None) -> float | None:
+    """Return the temperature of an object, C; raises ValueError where it can be none."""
+    low_c, high_c = TEMPERATURE_C
+    if object_c is not None and not low_c <= object_c <= high_c:
+        raise ValueError(f"touch {number}: object_c must be {low_c:g}..{high_c:g} C, not {object_c:g}")
+    return object_c
 
 
 def identify_thermal(
@@ -105,8 +128,16 @@ def identify_texture(
         One answer for each segment of one mode on one surface.
 
     Raises:
-        ValueError: the table is of another kind of stroke or of another sensor.
+        ValueError: the table is of another kind of stroke or of another sensor, the speed is not positive or looks
+            like mm/s, or its standard deviation is negative.
     """
+    if speed_m_s is not None:
+        if not 0.0 < speed_m_s < math.inf:
+            raise ValueError(f"speed_m_s must be above 0, not {speed_m_s}")
+        if why := wrong_speeds_m_s(np.array([speed_m_s])):
+            raise ValueError(f"speed_m_s: {why}")
+    if not 0.0 <= speed_sd_m_s <= FASTEST_M_S:
+        raise ValueError(f"speed_sd_m_s must be 0 or more and at most {FASTEST_M_S:g}, not {speed_sd_m_s}")
     return identify_stroke(stroke, table or SurfaceTable.load(SURFACES), speed_m_s, speed_sd_m_s=speed_sd_m_s)
 
 

@@ -96,6 +96,35 @@ def test_calibration_refuses_what_it_cannot_use() -> None:
         tt.calibrate_thermal([("pvc", tt.simulate_thermal("pvc", seed)) for seed in range(2)])
     with pytest.raises(ValueError, match="air, seed 0: column force_n: no contact"):
         tt.calibrate_thermal([("pvc", tt.simulate_thermal("air"))])
+    trace, table = tt.simulate_thermal("pvc"), tt.MaterialTable.load(TABLES / "materials.json")
+    for label in ("", 1):
+        with pytest.raises(ValueError, match=r"touch 0: expected \(label, trace\)"):
+            tt.calibrate_thermal([(label, trace)])  # type: ignore[list-item]
+    with pytest.raises(ValueError, match=r"touch 0: expected \(label, trace\)"):
+        tt.calibrate_thermal([("pvc", "pvc.csv")])  # type: ignore[list-item]
+    with pytest.raises(ValueError, match=r"touch 0: expected \(label, trace, object_c\)"):
+        tt.calibrate_temperature(table, [("pvc", trace)])  # type: ignore[list-item]
+    for object_c in (math.nan, 296.0):
+        with pytest.raises(ValueError, match=f"touch 0: object_c must be -50..60 C, not {object_c:g}"):
+            tt.calibrate_thermal([("pvc", trace, object_c)])
+        with pytest.raises(ValueError, match=f"touch 0: object_c must be -50..60 C, not {object_c:g}"):
+            tt.calibrate_temperature(table, [("pvc", trace, object_c)])
+
+
+@pytest.mark.parametrize(
+    ("speed", "words"),
+    [
+        ({"speed_m_s": 0.0}, "speed_m_s must be above 0"),
+        ({"speed_m_s": math.nan}, "speed_m_s must be above 0"),
+        ({"speed_m_s": 50.0}, "divide by 1000"),
+        ({"speed_sd_m_s": -1.0}, "speed_sd_m_s must be 0 or more"),
+        ({"speed_sd_m_s": math.nan}, "speed_sd_m_s must be 0 or more"),
+    ],
+)
+def test_a_speed_that_is_none_is_refused(speed: dict[str, float], words: str) -> None:
+    stroke = tt.simulate_stroke("foam")
+    with pytest.raises(ValueError, match=words):
+        tt.identify_texture(tt.StrokeTrace(stroke.time_s, stroke.signals), **speed)  # type: ignore[arg-type]
 
 
 def test_the_skin_is_that_of_the_command() -> None:
