@@ -1,10 +1,14 @@
 """Runs a whole telediagnosis session on this machine with simulated devices and a scripted hand."""
 
+import fcntl
+import os
 import signal
 import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -40,13 +44,19 @@ def run_demo(options: DemoOptions) -> str:
     Ctrl-C ends the session, prints what was recorded and if it is complete, and makes the report in the background.
 
     Raises:
-        ValueError: unknown scene, no calibration for it, or an output folder with other files in it.
+        ValueError: unknown scene, no calibration for it, or an output folder with other files or of a running demo.
         KeyboardInterrupt: it was stopped before the hand explored or a console had an address.
     """
     load_scene(options.scene)
     if options.console and find_spec("starlette") is None:
         raise ValueError("the console needs `pip install teletaction[console]`; --headless runs without it")
     out = _output_folder(options)
+    with _held(out):
+        return _run(options, out)
+
+
+def _run(options: DemoOptions, out: Path) -> str:
+    """Run a session in its output folder; return a description of the failure, empty on success."""
     configurations = prepare(options, out)
     _remove_earlier(out)
     stop = StopSignal()
@@ -241,6 +251,21 @@ def _output_folder(options: DemoOptions) -> Path:
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     return out
+
+
+@contextmanager
+def _held(out: Path) -> Iterator[None]:
+    """Hold the output folder; raises ValueError where another demo holds it."""
+    folder = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        with suppress(OSError):  # some network file systems lock no folders
+            try:
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise ValueError(f"--out {out}: another demo uses it; choose another folder") from None
+        yield
+    finally:
+        os.close(folder)
 
 
 def _remove_earlier(out: Path) -> None:

@@ -1,6 +1,8 @@
 """Wrong input answers in one line with exit 2, and names what is wrong."""
 
+import fcntl
 import json
+import os
 import shlex
 import socket
 import tomllib
@@ -101,6 +103,20 @@ def test_an_impossible_demo_keeps_the_results_of_the_one_before(tmp_path: Path) 
     (tmp_path / "session.mcap").write_bytes(b"of the session before")
     assert "unknown network" in refused(f"demo --headless --rates 200,200 --network nowhere --out {tmp_path}")
     assert (tmp_path / "session.mcap").exists()
+
+
+def test_a_folder_of_a_running_demo_is_left_alone(tmp_path: Path) -> None:
+    for part in ("config", "keys/remote"):
+        (tmp_path / part).mkdir(parents=True)
+    (tmp_path / "operator.mcap").write_bytes(b"of the running session")
+    running = os.open(tmp_path, os.O_RDONLY)
+    try:
+        fcntl.flock(running, fcntl.LOCK_EX)
+        said = refused(f"demo --headless --rates 200,200 --seconds 0.1 --network lan --out {tmp_path}")
+    finally:
+        os.close(running)
+    assert said == f"teletaction: --out {tmp_path}: another demo uses it; choose another folder"
+    assert (tmp_path / "operator.mcap").read_bytes() == b"of the running session"
 
 
 def test_configuration(configs: dict[str, Path]) -> None:
