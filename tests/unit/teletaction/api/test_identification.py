@@ -50,8 +50,8 @@ def test_nothing_to_identify_is_an_error() -> None:
     [
         ({"object_c": math.nan}, "object, C must be"),
         ({"object_c": 1e9}, "object, C must be"),
-        ({"preheat_k": math.nan}, "preheat, K must be"),
-        ({"preheat_k": -1e6}, "preheat, K must be"),
+        ({"preheat_k": math.nan}, "pre-heating, K must be"),
+        ({"preheat_k": -1e6}, "pre-heating, K must be"),
     ],
 )
 def test_a_touch_with_an_impossible_number_is_not_simulated(numbers: dict[str, float], words: str) -> None:
