@@ -202,7 +202,6 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
     consent = console.consent
     found = [
         _check("operator site", answers, texts.START_SITE, f"teletaction operator --config {operator}"),
-        _check("key", not site.refusal, texts.short(site.refusal), "teletaction keys show --keys KEYS"),
         _check(
             "calibration",
             connected and bool(site.calibrated),
@@ -213,6 +212,8 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
         _check("disk", around.disk_used < DISK_NEARLY_FULL, used, "df -h"),
         _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND),
     ]
+    if site.refusal:
+        found.insert(1, _check("remote site", False, texts.capital(site.refusal), doctor))
     if consent.agreed is not None:
         text = texts.consents_differ(consent.here, consent.there)
         found.append(_check("consent", not consent.differs, text, texts.SAME_CONSENT))

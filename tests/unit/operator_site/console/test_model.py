@@ -100,9 +100,18 @@ def test_an_empty_console_shows_nothing_as_known() -> None:
     state = shown(console, 5.0)
     assert state["session"]["state"] == "disconnected"
     assert state["engage"]["refusal"]
-    assert [check["name"] for check in state["checks"] if check["ready"]] == ["key", "disk"]
+    assert [check["name"] for check in state["checks"] if check["ready"]] == ["disk"]
     assert all(check["help"] for check in state["checks"] if not check["ready"])
     assert state["alarms"] == []
+
+
+def test_the_check_list_has_what_the_remote_site_refuses_and_calls_it_no_key(console: Console) -> None:
+    assert "remote site" not in [check["name"] for check in shown(console, 102.0)["checks"]]
+    slow = "the link is too slow: a round trip of 400 ms, packets may be 150 ms old (link.max_age_s on both sites)"
+    console.take("operator/figures", 102 * S, figures(refusal=slow))
+    (check,) = [check for check in shown(console, 102.0)["checks"] if check["text"] == slow.capitalize()]
+    assert (check["name"], check["ready"]) == ("remote site", False)
+    assert check["help"] == "teletaction doctor --config operator.toml"
 
 
 def test_the_calibration_is_shown_and_without_one_the_check_fails(console: Console) -> None:
