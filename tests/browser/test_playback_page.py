@@ -69,6 +69,26 @@ def test_a_mark_says_what_and_when_and_is_jumped_to(stage: Stage, open_page: Ope
     assert page.inner_text("#mark-said") == "00:02:00 alarm: Link slow"
 
 
+@pytest.mark.parametrize("by", ["click", "keyboard"])
+def test_a_finding_of_the_list_is_jumped_to_in_place_and_time(stage: Stage, open_page: Open, by: str) -> None:
+    page = open_page("playback")
+    page.locator("[data-jump='1']").click() if by == "click" else page.locator("[data-jump='1']").press("Enter")
+    (sought,) = wait_for(stage, "seek")
+    assert sought["details"] == {"at_s": 311.0}
+    assert page.inner_text("#mark-said") == "00:05:11 finding: 1 warm, 36.4 ± 0.2 °C"
+    page.wait_for_selector("#read-out:has-text('x 40 y -20 mm')")
+    del stage.scenario.state["findings"][0]  # when it was marked, it was not saved
+    page.wait_for_selector("[data-jump='1']", state="detached")
+    assert page.evaluate("document.activeElement.id") == "ticks", "keys continue there"
+
+
+def test_a_finding_without_a_place_is_jumped_to_in_time(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    stage.scenario.state["findings"][1].update(x_mm=None, y_mm=None)
+    page.click("[data-jump='2']:has-text('no place')")
+    assert wait_for(stage, "seek")[0]["details"] == {"at_s": 402.0}
+
+
 def test_the_focused_time_line_says_the_newest_mark(open_page: Open) -> None:
     page = open_page("playback")
     page.focus("#ticks")

@@ -3,7 +3,8 @@ import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
 import { lookAt } from "./map.js";
 import { edit, marked } from "./marking.js";
-import { acts, live, now } from "./now.js";
+import { acts, live, now, playback } from "./now.js";
+import { jumpToFinding } from "./playback.js";
 import { WORDS } from "./words.js";
 
 let withdrawing = null;
@@ -44,7 +45,7 @@ export function showFindings() {
   byId("found-none").hidden = findings.length > 0;
   const list = byId("found-list"), held = list.contains(document.activeElement) ? document.activeElement.closest("li").firstChild.dataset.jump : null;
   remake(list, [findings, mayEdit, undo], () => findings.map(found => row(found, mayEdit, undo === found.id)).reverse());
-  if (held && !list.contains(document.activeElement)) entry(held)?.focus();
+  if (held && !list.contains(document.activeElement)) (entry(held) ?? byId("ticks")).focus(); // a jump back in a recording drops it
   for (const button of list.querySelectorAll(".jump ~ button")) button.disabled = !live() || Boolean(marked());
 }
 
@@ -53,7 +54,10 @@ function row(found, mayEdit, mayUndo) {
   const more = [found.contrast, placed ? WORDS.placeOf(found.x_mm, found.y_mm) : WORDS.noPlace, found.body?.text, found.note?.slice(0, 40), found.saved ? "" : WORDS.notSaved].filter(Boolean).join(" · ");
   const text = make(found.withdrawn ? "s" : "span", { text: `${found.id} ${found.text}` });
   const jump = make("button", { "data-jump": found.id, class: "jump" }, text, make("span", { class: "small", text: found.withdrawn ? WORDS.withdrawn(found.withdrawn) : more }));
-  jump.addEventListener("click", () => { if (placed) lookAt(found.x_mm, found.y_mm); });
+  jump.addEventListener("click", () => {
+    if (placed) lookAt(found.x_mm, found.y_mm);
+    if (playback()) jumpToFinding(found.id);
+  });
   const undo = make("button", { "data-undo": found.id, "aria-label": WORDS.undoOf(found.id) }, WORDS.undo);
   undo.addEventListener("click", () => ask("undo"));
   const change = make("button", { "data-edit": found.id, "aria-label": WORDS.editOf(found.id) }, WORDS.edit);

@@ -16,7 +16,7 @@ export function startPlayback() {
   const line = byId("ticks");
   line.addEventListener("pointermove", event => describe(nearest(event)));
   line.addEventListener("pointerleave", () => describe(null));
-  line.addEventListener("click", event => { const mark = nearest(event); if (mark) { seek(mark.at_s); describe(mark); } });
+  line.addEventListener("click", event => { const mark = nearest(event); if (mark) jump(mark); });
   line.addEventListener("focus", () => describe(now.state.session.playback?.marks.filter(mark => mark.at_s <= byId("slider").valueAsNumber + 0.1).at(-1)));
 }
 
@@ -31,6 +31,17 @@ function seek(at_s) {
   const { length_s } = now.state.session.playback, at = Math.min(length_s, Math.max(0, at_s));
   byId("slider").value = String(at);
   ask("seek", { at_s: at });
+}
+
+function jump(mark) {
+  seek(mark.at_s);
+  describe(mark);
+}
+
+// Jumps to the moment at which a finding was marked.
+export function jumpToFinding(id) {
+  const mark = now.state.session.playback.marks.find(found => found.kind === "finding" && found.text.startsWith(`${id} `));
+  if (mark) jump(mark);
 }
 
 const textOf = mark => (mark.kind === "mode" ? STATES[mark.text] ?? mark.text : mark.text);
