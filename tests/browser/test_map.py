@@ -44,11 +44,36 @@ PINCH = """([from, to]) => {
     for (const [id, side] of [[1, -1], [2, 1]]) send('pointermove', id, side * (from + (to - from) * step / 4));
   send('pointerup', 1, -to); send('pointerup', 2, to);
 }"""
+WORDS_AROUND_NEXT = """async ([dx, dy]) => {
+  const { drawOver, drawStill } = await import('/page/map_over.js'), { now } = await import('/page/now.js');
+  const canvas = document.getElementById('map-over'), words = [], { width, height } = canvas.getBoundingClientRect();
+  const [x, y] = ['x_m', 'y_m'].map(name => now.picture.of(1, name) * 1000);
+  const toX = x_mm => width / 2 + 4 * (x_mm - x), toY = y_mm => height / 2 - 4 * (y_mm - y);
+  const pen = canvas.getContext('2d'), before = now.state, next_mm = [x + dx / 4, y - dy / 4];
+  now.state = { ...before, findings: [], patient: null, map: { ...before.map, sides: null, lumps: [], next_mm } };
+  pen.fillText = (text, left, top) => {
+    const wide = pen.measureText(text).width / 2, middle = left + { left: wide, right: -wide }[pen.textAlign] || left;
+    words.push({ text, left: middle - wide, right: middle + wide, top: top - 12, bottom: top });
+  };
+  for (const draw of [drawStill, drawOver]) draw(canvas, { width, height, scale: 4, toX, toY }, null, null, null);
+  delete pen.fillText;
+  now.state = before;
+  const [left, top] = [width / 2 + dx, height / 2 + dy];
+  const mark = { text: 'mark', left: left - 8, right: left + 8, top: top - 8, bottom: top + 8 };
+  return [...words.filter(({ text }) => ['next', 'D2'].includes(text)), mark];
+}"""
+"""Words that are drawn while the next place to press is at (dx, dy) px from the index, and that place's mark."""
 TOUCH = {"has_touch": True}
 
 
 def view(page: Any) -> dict[str, float]:
     return dict(page.evaluate(VIEW))
+
+
+def overlap(one: dict[str, float], other: dict[str, float]) -> bool:
+    wide = min(one["right"], other["right"]) - max(one["left"], other["left"])
+    high = min(one["bottom"], other["bottom"]) - max(one["top"], other["top"])
+    return wide > 0.0 and high > 0.0
 
 
 def wait_for_cell(page: Any, column: int, row: int) -> None:
@@ -262,3 +287,13 @@ def test_roughness_is_in_um_where_it_was_calibrated_and_never_in_volts(stage: St
     stage.show(scenario)
     page.wait_for_selector("#properties dd:has-text('of 10')")
     page.wait_for_selector("#legend .unit:has-text('µm')")
+
+
+def test_the_next_place_to_press_and_its_name_do_not_stand_under_a_fingers_name(open_page: Open) -> None:
+    page = open_page("engaged")
+    page.wait_for_selector("#finger-table .force_n:not(:has-text('--'))")
+    for dx in range(-42, 43, 6):
+        for dy in range(-42, 43, 6):
+            found = {word.pop("text"): word for word in page.evaluate(WORDS_AROUND_NEXT, [dx, dy])}
+            assert not overlap(found["D2"], found["next"]), (dx, dy)
+            assert not overlap(found["D2"], found["mark"]), (dx, dy)

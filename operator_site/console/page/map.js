@@ -175,7 +175,7 @@ export function followMap(state) {
   if (shownPanes().some(pane => JSON.stringify(legend(pane.quantity)) !== pane.legendKey)) repaint();
   if (followFelt(state.map?.felt_mm)) dirty = true;
   openOnFullest(state.map?.felt_cells);
-  const still = JSON.stringify([state.findings, state.patient?.reports, state.patient?.tender, state.map?.sides, state.map?.lumps, state.map?.next_mm, state.map?.stale_mm]);
+  const still = JSON.stringify([state.findings, state.patient?.reports, state.patient?.tender, state.map?.sides, state.map?.lumps, state.map?.stale_mm]);
   if (still !== stillKey) dirty = true;
   stillKey = still;
 }

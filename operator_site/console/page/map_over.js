@@ -21,8 +21,6 @@ export function drawStill(canvas, at) {
   sides(pen, at);
   bar(pen, at);
   for (const lump of lumps()) outline(pen, at, lump);
-  const next = now.state?.map?.next_mm;
-  if (next) { const x = at.toX(next[0]), y = at.toY(next[1]); lines(pen, x, y, 8, 2, 4); word(pen, "next", x, y + 22, 0.8); }
   for (const [x_mm, y_mm, threshold_n] of now.state?.patient?.reports ?? []) { const x = at.toX(x_mm), y = at.toY(y_mm); ring(pen, x, y, 7, 3); word(pen, `pain ${threshold_n.toFixed(1)} N`, x, y + 24, 0.8); }
   tender(pen, at);
   for (const found of now.state?.findings ?? []) if (!found.withdrawn && typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
@@ -32,9 +30,11 @@ export function drawStill(canvas, at) {
 export function drawOver(canvas, at, finding, cursor, mirror) {
   const pen = begin(canvas);
   pen.clearRect(0, 0, at.width, at.height);
-  const fingers = [];
-  if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) fingers.push(cross(pen, at, finger));
+  const fingers = [], press = now.state?.map?.next_mm, next = press && [at.toX(press[0]), at.toY(press[1])];
+  if (next) lines(pen, ...next, 8, 2, 4);
+  if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) fingers.push(...cross(pen, at, finger, next));
   for (const lump of lumps()) name(pen, at, lump, fingers);
+  if (next) beside(pen, "next", ...next, fingers);
   if (mirror !== null) { const x = at.toX(mirror); pen.setLineDash([10, 6]); edged(pen, 2, () => { pen.moveTo(x, 0); pen.lineTo(x, at.height); }); pen.setLineDash([]); }
   if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
@@ -70,22 +70,37 @@ export function word(pen, text, x, y, scale = 1) {
   pen.fillText(text, x, y);
 }
 
-function cross(pen, at, finger) {
-  const x = at.toX(now.picture.of(finger, "x_m") * 1000), y = at.toY(now.picture.of(finger, "y_m") * 1000);
-  if (x < 0 || y < 0 || x > at.width || y > at.height) { outside(pen, at, x, y, finger); return [x, y]; }
-  const active = finger === now.active;
-  lines(pen, x, y, active ? 13 : 7, active ? 4 : 2);
-  // To the left; findings are to the right.
-  word(pen, FINGER_IDS[finger], x - (active ? 15 : 12), y - 8);
+// Boxes on the map: middle, half width and half height.
+const LETTER = 6, WORD = 8;
+const meet = (one, other) => Math.abs(one[0] - other[0]) < one[2] + other[2] && Math.abs(one[1] - other[1]) < one[3] + other[3];
+const boxOf = (text, x, y) => [x, y - LETTER, text.length * LETTER, WORD];
+
+// Returns the boxes of its cross and name.
+function cross(pen, at, finger, next) {
+  const x = at.toX(now.picture.of(finger, "x_m") * 1000), y = at.toY(now.picture.of(finger, "y_m") * 1000), id = FINGER_IDS[finger];
+  if (x < 0 || y < 0 || x > at.width || y > at.height) return [outside(pen, at, x, y, id)];
+  const active = finger === now.active, long = active ? 13 : 7;
+  lines(pen, x, y, long, active ? 4 : 2);
+  // To the left; findings are to the right. Below where the next place to press is above.
+  const left = x - (active ? 15 : 12), box = boxOf(id, left, y - 8);
+  if (next && meet(box, [...next, 9, 9])) box[1] = y + 14;
+  word(pen, id, left, box[1] + LETTER);
   if (now.picture.contact(finger)) ring(pen, x, y, active ? 9 : 6, 2);
-  return [x, y];
+  return [[x, y, long, long], box];
 }
 
 // A finger beyond the edge: its letter and an arrow towards it.
-function outside(pen, at, x, y, finger) {
+function outside(pen, at, x, y, id) {
   const edgeX = Math.min(at.width - 18, Math.max(18, x)), edgeY = Math.min(at.height - 8, Math.max(20, y));
   const eighth = Math.round(4 * Math.atan2(edgeY - y, x - edgeX) / Math.PI) & 7;
-  word(pen, FINGER_IDS[finger] + "→↗↑↖←↙↓↘"[eighth], edgeX, edgeY);
+  word(pen, id + "→↗↑↖←↙↓↘"[eighth], edgeX, edgeY);
+  return boxOf(`${id}→`, edgeX, edgeY);
+}
+
+// A word below a mark, or above or beside it where a finger's cross or name is.
+function beside(pen, text, x, y, fingers) {
+  const long = 10 + text.length * LETTER, places = [[x, y + 22], [x, y - 16], [x + long, y + 6], [x - long, y + 6]];
+  word(pen, text, ...(places.find(place => !fingers.some(finger => meet(boxOf(text, ...place), finger))) ?? places[0]), 0.8);
 }
 
 function flag(pen, x, y, number) {
@@ -109,11 +124,11 @@ function outline(pen, at, { outline_mm, probability, at_edge }) {
   pen.setLineDash([]);
 }
 
-// Its name, below it if a finger is above, whose own name is to its left.
+// Its name, below it if a finger is above.
 function name(pen, at, { outline_mm, probability, at_edge, x_mm }, fingers) {
   const x = at.toX(x_mm), all = outline_mm.map(corner => at.toY(corner[1])), above = Math.min(...all) - 8;
-  const taken = fingers.some(([left, top]) => Math.abs(left - 12 - x) < 64 && Math.abs(top - above) < 24);
-  word(pen, `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, x, taken ? Math.max(...all) + 18 : above, 0.8);
+  const text = `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, taken = fingers.some(finger => meet(boxOf(text, x, above), finger));
+  word(pen, text, x, taken ? Math.max(...all) + 18 : above, 0.8);
 }
 
 // Two strokes through each square that was felt before the patient moved.
