@@ -119,6 +119,11 @@ class Stage:
         port = self._server.servers[0].sockets[0].getsockname()[1]
         return f"http://127.0.0.1:{port}/"
 
+    @property
+    def now_s(self) -> float:
+        """The site's clock, s."""
+        return 24_000 * SPAN_S + time.monotonic() - self._started
+
     def show(self, scenario: str | Scenario) -> Scenario:
         """Send another state to all pages from now on."""
         self.scenario = SCENARIOS[scenario]() if isinstance(scenario, str) else scenario
@@ -182,8 +187,7 @@ class Stage:
             while not (self.films and self.scenario.state["camera"]):
                 await asyncio.sleep(0.01)
             is_key, content = coded[(number - 1) % len(coded)]
-            captured_s = 24_000 * SPAN_S + time.monotonic() - self._started
-            self.camera.show(Picture(number, captured_s, 0.001, is_key, WIDTH, HEIGHT, content))
+            self.camera.show(Picture(number, self.now_s, 0.001, is_key, WIDTH, HEIGHT, content))
             self.camera.step()
 
     async def _speak(self) -> None:

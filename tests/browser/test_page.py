@@ -10,6 +10,7 @@ from common.limits import MOTION_SCALES
 from operator_site.console.web.server import PAGE
 from tests.browser.conftest import Open
 from tests.browser.stage import Stage
+from tests.waiting import wait_until
 
 MOST_BYTES = 240_000
 LOADED = ("*.html", "*.css", "*.js", "*.svg")
@@ -126,6 +127,22 @@ def test_alarm_sounds_have_the_pulses_of_their_priority(open_page: Open) -> None
     assert gaps[:4] == gaps[5:]
     assert gaps[4] > gaps[2] > gaps[0]
     assert (high_again, medium_again, low_again) == ("4", "20", "Infinity")
+
+
+@pytest.mark.console
+def test_a_paused_sound_comes_back_on_a_page_that_draws_nothing(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.evaluate("""() => { window.played = 0;
+      const made = AudioContext.prototype.createOscillator;
+      AudioContext.prototype.createOscillator = function () { window.played += 1; return made.call(this); }; }""")
+    page.keyboard.press("1")  # sound needs an act of the user
+    page.evaluate("""() => { window.requestAnimationFrame = () => 0;
+      Object.defineProperty(document, 'hidden', { get: () => true }); }""")
+    stage.scenario.alarm("link", "medium", "Link slow: 200 ± 8 ms. Move slowly.", quiet_until_s=stage.now_s + 2.0)
+    page.wait_for_selector("#alarm[data-priority=medium]")
+    page.wait_for_timeout(600)  # twice what sounds alarms
+    assert page.evaluate("window.played") == 0
+    wait_until(lambda: page.evaluate("window.played") == 3, "the sound stays off", 10.0)
 
 
 @pytest.mark.console
