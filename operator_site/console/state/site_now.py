@@ -309,8 +309,7 @@ class SiteNow:
 
     def _remote_hand(self) -> None:
         """Take the remote hand's readiness from the newest report: figures alone come once a second, and lag behind."""
-        there = self.session != 0 and self.remote_fault is None
-        self._device(REMOTE, "" if there else texts.NO_REMOTE_SITE)
+        self._device(REMOTE, "" if self.session else texts.NO_REMOTE_SITE)
 
     def _device(self, name: str, why: str) -> None:
         self.ready[name], self.whys[name] = not why, why

@@ -7,9 +7,11 @@ import msgpack
 import pytest
 
 from common.faults.fault import Fault, FaultCode
+from common.faults.texts import fault_figures
 from operator_site.console.alarms.alarm_rules import Surroundings
 from operator_site.console.model import Console
 from operator_site.console.state.frame import Priority
+from operator_site.console.web.page_state import page_state
 from operator_site.safety.limit_flags import Limit
 from tests.unit.operator_site.console.fed import S, fed, figures, happen, rendered, touch
 
@@ -100,6 +102,23 @@ def test_a_remote_hand_that_is_back_with_the_link_is_not_lost_until_the_next_fig
     console.site.take_figures(102.0, {"state": "disconnected", "session": 0, "devices": {}})
     happen(console, 102.1, "connected")
     assert shown(console, 102.2) == []
+
+
+@pytest.mark.parametrize(
+    ("said", "alarms"),
+    [
+        ({}, [(Priority.HIGH, "Remote site: emergency stop there. It stands still.")]),
+        ({"stop_asked_ns": 102 * S, "stop_devices": ["telemanipulator"], "stop_after_s": [0.03]}, []),
+    ],
+)
+def test_a_remote_hand_that_a_fault_or_a_stop_holds_is_not_lost(
+    console: Console, said: dict[str, Any], alarms: list[tuple[Priority, str]]
+) -> None:
+    fault = fault_figures(Fault(FaultCode.REMOTE_STOP))
+    console.take("operator/figures", 102 * S, figures(state="connected", remote_fault=fault, **said))
+    assert shown(console, 102.0) == alarms
+    checks = page_state(console, 102.0, lambda _: True, "operator.toml")["devices"]
+    assert all(check["ready"] for check in checks)
 
 
 def test_a_slow_link_is_an_alarm_of_medium_priority(console: Console) -> None:
