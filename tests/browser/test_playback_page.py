@@ -34,6 +34,19 @@ def test_keys_of_live_orders_do_nothing(stage: Stage, open_page: Open) -> None:
     assert {ask["verb"] for ask in stage.asks} <= {"pause", "place"}
 
 
+def test_arrows_on_the_map_move_its_cursor_and_not_the_time(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    page.click("[data-jump='1']")
+    wait_for(stage, "seek")
+    page.focus("#map-surface")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowLeft")
+    page.wait_for_selector("#read-out:has-text('x 36 y -20 mm')")
+    page.focus("#play-button")
+    page.keyboard.press("ArrowRight")
+    assert [ask["details"] for ask in wait_for(stage, "seek", 2)] == [{"at_s": 311.0}, {"at_s": 312.0}]
+
+
 def test_brackets_jump_from_mark_to_mark_and_say_it(stage: Stage, open_page: Open) -> None:
     page = open_page("playback")
     page.keyboard.press("]")

@@ -100,7 +100,8 @@ function spans(modes, length_s, wide) {
 // Handles a key of the playback; returns whether it was one.
 export function playbackKey(event) {
   const played = now.state.session.playback, at_s = byId("slider").valueAsNumber, step_s = event.shiftKey ? 10 : 1;
-  const jumps = { ArrowLeft: at_s - step_s, ArrowRight: at_s + step_s, Home: 0, End: played.length_s };
+  const steps = { ArrowLeft: at_s - step_s, ArrowRight: at_s + step_s }, onMap = document.activeElement.matches("#map-view canvas"); // its arrows move the cursor
+  const jumps = { ...(onMap ? {} : steps), Home: 0, End: played.length_s };
   const mark = { "[": played.marks.filter(found => found.at_s < at_s - 0.5).at(-1), "]": played.marks.find(found => found.at_s > at_s + 0.1) };
   if (event.key === " " && !event.repeat) play();
   else if (event.key in mark) { seek(mark[event.key]?.at_s ?? (event.key === "[" ? 0 : played.length_s)); describe(mark[event.key]); }
