@@ -199,3 +199,13 @@ def test_the_text_of_a_note_stays_with_its_finding_until_it_is_saved(stage: Stag
     assert page.input_value("#note-text") == "a pea"
     page.click("#noting [type=submit]")
     assert wait_for(stage, "note")[0]["details"] == {"finding": 1, "text": "a pea"}
+
+
+def test_tab_goes_from_the_text_of_a_note_to_its_button_and_not_to_stop(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.keyboard.press("n")
+    page.keyboard.type("a pea")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    assert wait_for(stage, "note")[0]["details"]["text"].endswith("a pea")
+    assert {ask["verb"] for ask in stage.asks} <= {"note", "place"}
