@@ -286,3 +286,11 @@ def test_why_a_session_paused_is_said_beside_lesser_alarms(stage: Stage, open_pa
     stage.show("paused").session(why="Console was hidden for 3 s")
     page = open_page()
     page.wait_for_selector("#alarm-text:has-text('PAUSED. Console was hidden for 3 s.')")
+
+
+def test_an_opened_sheet_takes_the_focus_in_an_examination_too(open_page: Open) -> None:
+    page = open_page("paused")
+    for button in ("#session-button", "#alarm-button", "#help-button"):
+        page.focus(button)
+        page.keyboard.press("Enter")
+        assert page.evaluate("document.activeElement.closest('.sheet') !== null"), button
