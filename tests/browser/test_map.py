@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from tests.browser.conftest import Open, wait_for
+from tests.browser.conftest import SIZES, Open, wait_for
 from tests.browser.stage import Stage
 from tests.browser.synthetic import SCENARIOS, Scenario
+from tests.browser.test_every_state import LOOK
 from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.console, pytest.mark.real_time(stall_s=math.inf)]
@@ -206,6 +207,17 @@ def test_two_quantities_stand_side_by_side_at_the_same_places(stage: Stage, open
     assert wide[0] == pytest.approx(wide[1], abs=1.0)
     page.click("#both-button")
     page.wait_for_selector("#map-surface-2", state="hidden")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_two_quantities_have_room_for_their_scales(open_page: Open, size: str) -> None:
+    page = open_page("engaged", SIZES[size])
+    page.keyboard.press("v")
+    for key in "trs":
+        page.keyboard.press(key)
+        page.wait_for_selector(f"#quantities [aria-pressed=true]:has(kbd:text-is('{key.upper()}'))")
+        page.wait_for_timeout(300)  # the map is painted ten times a second
+        assert page.evaluate(LOOK) == []
 
 
 def test_it_is_compared_with_surroundings_mirror_image_and_the_map_before(stage: Stage, open_page: Open) -> None:

@@ -33,8 +33,8 @@ export function drawOver(canvas, at, finding, cursor, mirror) {
   const fingers = [], press = now.state?.map?.next_mm, next = press && [at.toX(press[0]), at.toY(press[1])];
   if (next) lines(pen, ...next, 8, 2, 4);
   if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) fingers.push(...cross(pen, at, finger, next));
-  for (const lump of lumps()) name(pen, at, lump, fingers);
-  if (next) beside(pen, "next", ...next, fingers);
+  const taken = [...fingers, ...lumps().map(lump => name(pen, at, lump, fingers))];
+  if (next) beside(pen, "next", ...next, taken);
   if (mirror !== null) { const x = at.toX(mirror); pen.setLineDash([10, 6]); edged(pen, 2, () => { pen.moveTo(x, 0); pen.lineTo(x, at.height); }); pen.setLineDash([]); }
   if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
   if (finding && finding.x_mm !== null) aim(pen, at.toX(finding.x_mm), at.toY(finding.y_mm));
@@ -97,10 +97,10 @@ function outside(pen, at, x, y, id) {
   return boxOf(`${id}→`, edgeX, edgeY);
 }
 
-// A word below a mark, or above or beside it where a finger's cross or name is.
-function beside(pen, text, x, y, fingers) {
+// A word below a mark, or above or beside it where something else is written.
+function beside(pen, text, x, y, taken) {
   const long = 10 + text.length * LETTER, places = [[x, y + 22], [x, y - 16], [x + long, y + 6], [x - long, y + 6]];
-  word(pen, text, ...(places.find(place => !fingers.some(finger => meet(boxOf(text, ...place), finger))) ?? places[0]), 0.8);
+  word(pen, text, ...(places.find(place => !taken.some(box => meet(boxOf(text, ...place), box))) ?? places[0]), 0.8);
 }
 
 function flag(pen, x, y, number) {
@@ -124,11 +124,13 @@ function outline(pen, at, { outline_mm, probability, at_edge }) {
   pen.setLineDash([]);
 }
 
-// Its name, below it if a finger is above.
+// Its name, below it if a finger is above. Returns the name's box.
 function name(pen, at, { outline_mm, probability, at_edge, x_mm }, fingers) {
   const x = at.toX(x_mm), all = outline_mm.map(corner => at.toY(corner[1])), above = Math.min(...all) - 8;
   const text = `${at_edge ? "edge" : "lump"} ${Math.min(99, Math.round(100 * probability))} %`, taken = fingers.some(finger => meet(boxOf(text, x, above), finger));
-  word(pen, text, x, taken ? Math.max(...all) + 18 : above, 0.8);
+  const y = taken ? Math.max(...all) + 18 : above;
+  word(pen, text, x, y, 0.8);
+  return boxOf(text, x, y);
 }
 
 // Two strokes through each square that was felt before the patient moved.
