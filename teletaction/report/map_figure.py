@@ -18,6 +18,7 @@ from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.map_tiles import MapPicture, picture
 from operator_site.console.map.roughness_shown import LEVEL_0_V, LEVEL_10_V, roughness_shown
 from operator_site.console.map.tactile_map import LOGARITHMIC, QUANTITIES, STALE_M, TactileMap
+from operator_site.console.texts import named
 
 Floats = NDArray[np.float64]
 UNITS = {"temperature": "°C", "roughness": "of 10", "stiffness": "N/m"}
@@ -265,7 +266,7 @@ def draw_map(axes: Axes, tactile_map: TactileMap, quantity: str, shown: MapPictu
             )
     colour = [*colours.MATERIALS, colours.OTHER_MATERIAL]
     keys = [
-        Patch(facecolor="#" + colour[min(place, len(colour) - 1)], label=f"{_letter(place)}  {name}")
+        Patch(facecolor="#" + colour[min(place, len(colour) - 1)], label=f"{_letter(place)}  {named(name)}")
         for place, name in enumerate(tactile_map.materials)
     ]
     axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=7.5)

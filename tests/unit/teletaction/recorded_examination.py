@@ -137,7 +137,7 @@ def _touch(
     rows = [NO_TOUCH] * len(FINGERS)
     rows[INDEX] = NO_TOUCH._replace(x_m=x_m, y_m=y_m + 0.02, **(known if contact else {}))
     summaries = [NOTHING] * len(FINGERS)
-    summaries[INDEX] = TouchSummary((("<i>skin</i>", 0.99),)) if contact else NOTHING
+    summaries[INDEX] = TouchSummary((("<i>skin_dermis</i>", 0.99),)) if contact else NOTHING
     return Touch(1, sequence, now_ns, LinkState.ENGAGED, pack_rows(rows), ("",) * len(FINGERS), (), tuple(summaries))
 
 

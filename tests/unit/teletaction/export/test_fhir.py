@@ -78,7 +78,7 @@ def test_a_finding_has_its_values_with_unit_and_uncertainty(tmp_path: Path) -> N
         texts = {
             part["code"]["text"]: part["valueString"] for part in observation["component"] if "valueString" in part
         }
-        assert texts == {"finger": "index", "comparison": finding["compare"], "material": "<i>skin</i>"}
+        assert texts == {"finger": "index", "comparison": finding["compare"], "material": "<i>skin_dermis</i>"}
     assert placed
 
 

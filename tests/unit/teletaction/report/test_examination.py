@@ -79,6 +79,11 @@ def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
         assert words in page.text, words
 
 
+def test_a_material_has_the_name_that_the_console_shows(path: Path) -> None:
+    html, _ = page_of(path)
+    assert "material &lt;i&gt;skin dermis&lt;/i&gt; (100 % of the touches)" in html
+
+
 def test_hostile_text_stays_text_and_the_page_loads_and_runs_nothing(path: Path) -> None:
     html, page = page_of(path)
     assert "default-src &#39;none&#39;" in html
