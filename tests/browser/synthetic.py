@@ -371,6 +371,13 @@ def paused() -> Scenario:
     return scenario.alarm("disk", "low", "Disk 91 % full.")
 
 
+def alarmed() -> Scenario:
+    """The longest alarm, beside one that a person has yet to acknowledge: all buttons of the alarm line."""
+    scenario = _at_work("paused")
+    scenario.alarm("device", "high", "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch.")
+    return scenario.alarm("link", "high", "Link was lost: session ended. Acknowledge (K).", active=False, waits=True)
+
+
 def fault() -> Scenario:
     """The link was lost while engaged."""
     scenario = _at_work("fault").session(recording=True)
@@ -491,6 +498,7 @@ SCENARIOS = {
     for made in (
         disconnected, connected, ready, engaging, engaged, clutched, watching, unseen, talking, unheard, painful,
         shifted, lost, ambiguous, unknown, cannot_identify, paused,
+        alarmed,
         fault, stopping, stopped, stop_not_confirmed, missing_devices, observer, elsewhere, playback, ended, silent,
     )
 }  # fmt: skip
