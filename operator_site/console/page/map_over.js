@@ -23,8 +23,10 @@ export function drawStill(canvas, at) {
   for (const lump of lumps()) outline(pen, at, lump);
   for (const [x_mm, y_mm, threshold_n] of now.state?.patient?.reports ?? []) { const x = at.toX(x_mm), y = at.toY(y_mm); ring(pen, x, y, 7, 3); word(pen, `pain ${threshold_n.toFixed(1)} N`, x, y + 24, 0.8); }
   tender(pen, at);
-  for (const found of now.state?.findings ?? []) if (!found.withdrawn && typeof found.x_mm === "number" && typeof found.y_mm === "number") flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
+  for (const found of flagged()) flag(pen, at.toX(found.x_mm), at.toY(found.y_mm), found.id);
 }
+
+const flagged = () => (now.state?.findings ?? []).filter(found => !found.withdrawn && typeof found.x_mm === "number" && typeof found.y_mm === "number");
 
 // mirror: x of the mirror line, mm, or null.
 export function drawOver(canvas, at, finding, cursor, mirror) {
@@ -33,7 +35,8 @@ export function drawOver(canvas, at, finding, cursor, mirror) {
   const fingers = [], press = now.state?.map?.next_mm, next = press && [at.toX(press[0]), at.toY(press[1])];
   if (next) lines(pen, ...next, 8, 2, 4);
   if (now.picture) for (let finger = 0; finger < FINGER_COUNT; finger += 1) if (now.picture.inUse(finger) && age_s(finger) <= GONE_S) fingers.push(...cross(pen, at, finger, next));
-  const taken = [...fingers, ...lumps().map(lump => name(pen, at, lump, fingers))];
+  const flags = flagged().map(({ x_mm, y_mm }) => [at.toX(x_mm) + 12, at.toY(y_mm) - 18, 14, 18]);
+  const taken = [...fingers, ...flags, ...lumps().map(lump => name(pen, at, lump, fingers))];
   if (next) beside(pen, "next", ...next, taken);
   if (mirror !== null) { const x = at.toX(mirror); pen.setLineDash([10, 6]); edged(pen, 2, () => { pen.moveTo(x, 0); pen.lineTo(x, at.height); }); pen.setLineDash([]); }
   if (cursor) lines(pen, at.toX(cursor.x), at.toY(cursor.y), 9, 1.5, 3);
