@@ -294,3 +294,15 @@ def test_an_opened_sheet_takes_the_focus_in_an_examination_too(open_page: Open) 
         page.focus(button)
         page.keyboard.press("Enter")
         assert page.evaluate("document.activeElement.closest('.sheet') !== null"), button
+        assert page.evaluate("document.activeElement.id") != "end-button", "a further Enter ends nothing"
+
+
+def test_the_focus_is_where_the_next_examination_begins_after_the_end(open_page: Open) -> None:
+    page = open_page("paused")
+    page.click("#session-button")
+    page.focus("#end-button")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#end-button:has-text('?')")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#session-summary:has-text('Saved')")
+    assert page.evaluate("document.activeElement.id") == "begin-pseudonym"

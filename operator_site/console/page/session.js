@@ -66,6 +66,7 @@ export function showSession() {
   byId("session-running").hidden = acts() && !inSession && !session.saved && you.in_control;
   byId("session-sound").hidden = !acts() || session.state === "engaged";
   byId("take-button").hidden = !acts() || you.in_control || session.state === "engaged";
+  const ended = document.activeElement === byId("end-button") && !inSession; // its button goes away with the focus
   byId("end-button").hidden = !acts() || !inSession;
   write(byId("end-button"), ending ? WORDS.confirmEnd(session.pseudonym, findings.length) : WORDS.end);
   const control = you.in_control ? "" : ` ${WORDS.controlElsewhere(you.control)}`;
@@ -75,6 +76,7 @@ export function showSession() {
   link.hidden = !(typeof report === "string" && report.startsWith("/report/"));
   if (!link.hidden && link.getAttribute("href") !== report) link.setAttribute("href", report);
   for (const button of byId("sheet-session").querySelectorAll("button:not(.close)")) button.disabled = !known();
+  if (ended) byId("begin-pseudonym").focus();
   showSound();
   showChecks();
 }

@@ -14,7 +14,7 @@ export function toggle(sheet, opened = () => {}) {
   if (!byId(sheet).hidden) { close(sheet); return; }
   open(sheet);
   opened(sheet);
-  const first = [...byId(sheet).querySelectorAll(".body[tabindex], input:not(:disabled), button:not(:disabled)")].find(each => each.checkVisibility());
+  const first = [...byId(sheet).querySelectorAll(".body[tabindex], input:not(:disabled), button:not(:disabled, #end-button)")].find(each => each.checkVisibility());
   if (first) first.focus();
 }
 
