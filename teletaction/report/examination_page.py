@@ -228,7 +228,9 @@ def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> Node:
             if (value := getattr(here, quantity)) is not None
         ]
         if here.material is not None:
-            known.append(f"material {shown(texts.named(here.material[0]))} ({100.0 * here.material[1]:.0f} % of the touches)")
+            known.append(
+                f"material {shown(texts.named(here.material[0]))} ({100.0 * here.material[1]:.0f} % of the touches)"
+            )
         lines.append("Within 3 mm by the end: " + ("; ".join(known) or "nothing felt") + ".")
     if finding.get("note"):
         lines.append(["Note: ", h.span(".note")[finding["note"]]])
