@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from common.fingers import FINGERS
+from operator_site.console.texts import named
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, absent, label_once, shown_name
 from teletaction.report.session_curves import Curve, SessionCurves
 
@@ -89,6 +90,6 @@ def _draw_identification(axes: Axes, session: SessionCurves, finger: int, marked
     for number in range(1, len(rows) + 1):
         if number == len(rows) or rows[number]["best"] != rows[begun]["best"]:
             if since_s[number - 1] - since_s[begun] >= NAMED_S:
-                axes.text(since_s[begun], 1.07, shown_name(str(rows[begun]["best"]), 16), fontsize=7)
+                axes.text(since_s[begun], 1.07, shown_name(named(str(rows[begun]["best"])), 16), fontsize=7)
             begun = number
     return 1

@@ -5,6 +5,7 @@ const LOST_MS = 300;
 const LOOK_MS = 100;
 const AGAIN_MS = 500;
 const STOPPED_MS = 10000;
+const CLICK_MS = 500;
 
 const state = document.getElementById("state");
 const stop = document.getElementById("stop");
@@ -73,12 +74,18 @@ function show() {
 }
 
 stop.addEventListener("pointerdown", (event) => {
-  stop.setPointerCapture(event.pointerId);
   hold(`pointer ${event.pointerId}`, true);
+  stop.setPointerCapture(event.pointerId);
 });
 for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
   stop.addEventListener(end, (event) => hold(`pointer ${event.pointerId}`, false));
 }
+// Assistive software sends a click alone.
+stop.addEventListener("click", (event) => {
+  if (event.detail !== 0) return;
+  hold("click", true);
+  setTimeout(() => hold("click", false), CLICK_MS);
+});
 stop.addEventListener("contextmenu", (event) => event.preventDefault());
 document.addEventListener("keydown", (event) => {
   if (["Escape", " ", "Enter"].includes(event.key)) {
