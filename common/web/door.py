@@ -46,7 +46,9 @@ class Accepted:
     @property
     def unsent_bytes(self) -> int:
         """Number of bytes that wait until the client reads."""
-        return 0 if self._transport is None else self._transport.get_write_buffer_size()
+        if self._transport is None or self._transport.is_closing():  # one of TLS that has ended has no buffer
+            return 0
+        return self._transport.get_write_buffer_size()
 
     def serve(self, server: Server) -> None:
         """Serve the connection: first the TLS handshake, if the server has a certificate."""

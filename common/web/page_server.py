@@ -123,7 +123,8 @@ async def _run(app: Starlette, config: WebConfig, socket: sockets.socket, contai
             with contain.step("showing", latches=False):
                 work.step(now_s)
             if drop(now_s):
-                door.step()
+                with contain.step("connections", latches=False):
+                    door.step()
             if second(now_s):
                 with contain.step("status", latches=False):
                     work.each_second()

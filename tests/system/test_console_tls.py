@@ -91,9 +91,9 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield Served(f"https://127.0.0.1:{found[1]}", ssl.create_default_context(cafile=certificate), folder)
     finally:
         process.terminate()
-        process.stderr.read()
+        said = process.stderr.read()
         process.stderr.close()
-        assert process.wait(10.0) == 0
+        assert process.wait(10.0) == 0, said
 
 
 def refused(served: Served, origin: str = "", **headers: str) -> None:

@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 SETTLED_S = 1.0
 """Time after the end until all records of the examination are on the disk, s."""
-LONGEST_S = 300.0
+LONGEST_S = 1800.0
 """Longest time that the command may take, s."""
 _NICE = 15
 """Niceness of the command."""

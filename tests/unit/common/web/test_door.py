@@ -16,7 +16,7 @@ from starlette.types import Receive, Scope, Send
 from common.runtime.containment import Containment
 from common.web import connections as rule
 from common.web.connections import Connections
-from common.web.door import Door, Stages
+from common.web.door import Accepted, Door, Stages
 from tests.conftest import Contained
 
 MOST = 8
@@ -176,6 +176,22 @@ def test_a_websocket_that_sends_pings_and_reads_nothing_is_closed(path: bytes, m
             assert b"200 OK" in await got(port)
 
     asyncio.run(flood())
+
+
+def test_a_tls_connection_that_has_ended_twice_has_nothing_unsent(certificate: Path) -> None:
+    """A client's end and the server's own may both close it; its transport then has no buffer to ask for."""
+
+    async def ask() -> None:
+        async with served(certificate) as (door, port, _):
+            assert b"200 OK" in await got(port, ssl.create_default_context(cafile=certificate))
+            (connection,) = [each for stage in door.connections._since_s.values() for each in stage]
+            assert isinstance(connection, Accepted)
+            assert connection._transport is not None
+            connection._transport.close()
+            connection._transport.close()
+            assert connection.unsent_bytes == 0
+
+    asyncio.run(ask())
 
 
 def test_an_answered_connection_is_idle_and_a_head_that_is_too_long_is_refused() -> None:

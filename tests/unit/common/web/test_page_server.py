@@ -2,20 +2,25 @@
 
 import socket
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from starlette.applications import Starlette
 
 from common.config.page_models import WebConfig
 from common.runtime.containment import Containment
+from common.web.door import Door
 from common.web.guarded_page import file_in
 from common.web.page_server import Work, address_of, bound, serve_page
 from tests.conftest import Contained
 from tests.unit.common.link.links import needs_ipv6
 
 
-def test_a_step_that_raises_is_named_once_and_the_process_continues(contained: Contained) -> None:
+def test_a_step_that_raises_is_named_once_and_the_process_continues(
+    contained: Contained, monkeypatch: pytest.MonkeyPatch
+) -> None:
     contain, steps = Containment(), []
+    monkeypatch.setattr(Door, "step", Mock(side_effect=AttributeError("no transport")))
 
     def step(now_s: float) -> None:
         steps.append(now_s)
@@ -28,8 +33,12 @@ def test_a_step_that_raises_is_named_once_and_the_process_continues(contained: C
         serve_page(Starlette(), WebConfig(), listening, contain, Work(lambda: len(steps) >= 5, step, 0.008, status))
     assert len(steps) == 5
     names = contained.take()
-    assert [name.split(" in ")[0] for name in names] == ["showing: LookupError", "status: ValueError"]
-    assert contain.count == 6
+    assert [name.split(" in ")[0] for name in names] == [
+        "showing: LookupError",
+        "connections: AttributeError",
+        "status: ValueError",
+    ]
+    assert contain.count == 7
 
 
 @needs_ipv6
