@@ -1,6 +1,7 @@
 """Reads tables of constants that people write; an error names the wrong or missing constant in one line."""
 
 from collections.abc import Mapping
+from typing import TypeGuard
 
 from common.files.printable import printable
 
@@ -36,7 +37,7 @@ def read_constants(given: object, ranges: Mapping[str, Range], where: str, *, be
     return found
 
 
-def within(value: object, low: float, high: float) -> bool:
+def within(value: object, low: float, high: float) -> TypeGuard[float]:
     """Return whether `value` is a finite number from `low` to `high`."""
     return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
 

@@ -18,22 +18,26 @@ def is_open(connection: int, local_port: int) -> bool:
 
 def open_connections(local_port: int) -> int:
     """Return the number of connections accepted at `local_port` that this process holds."""
-    found = 0
-    for name in os.listdir("/proc/self/fd"):
-        with _tcp_connection(int(name), local_port) as end:
-            found += end is not None
-    return found
+    return sum(1 for _ in _accepted_at(local_port))
 
 
 def end_talkers(local_port: int, most_bytes: int) -> int:
     """End each connection accepted at `local_port` that sent more than `most_bytes`; return how many."""
     ended = 0
-    for name in os.listdir("/proc/self/fd"):
-        with _tcp_connection(int(name), local_port) as end, contextlib.suppress(OSError):
-            if end is not None and _received_bytes(end) > most_bytes:
+    for end in _accepted_at(local_port):
+        with contextlib.suppress(OSError):
+            if _received_bytes(end) > most_bytes:
                 end.shutdown(sockets.SHUT_RDWR)
                 ended += 1
     return ended
+
+
+def _accepted_at(local_port: int) -> Iterator[sockets.socket]:
+    """Yield a second descriptor of each connection accepted at `local_port`; it is closed after its turn."""
+    for name in os.listdir("/proc/self/fd"):
+        with _tcp_connection(int(name), local_port) as end:
+            if end is not None:
+                yield end
 
 
 def _received_bytes(end: sockets.socket) -> int:

@@ -251,9 +251,9 @@ def _place(details: dict[str, Any]) -> tuple[float | None, float | None]:
     x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
     if x_mm is None and y_mm is None:
         return None, None
-    if not all(within(along_mm, -_LARGEST, _LARGEST) for along_mm in (x_mm, y_mm)):
+    if not (within(x_mm, -_LARGEST, _LARGEST) and within(y_mm, -_LARGEST, _LARGEST)):
         raise Refused(texts.FINDING_NUMBERS)
-    return float(x_mm or 0.0) / 1000.0, float(y_mm or 0.0) / 1000.0
+    return x_mm / 1000.0, y_mm / 1000.0
 
 
 def _measured(tactile_map: TactileMap, finding: Finding, tenderness: Tenderness) -> Finding:

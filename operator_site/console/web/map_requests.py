@@ -57,7 +57,7 @@ def _place_m(details: dict[str, Any]) -> tuple[float, float]:
     Raises:
         Refused: it has none.
     """
-    x_mm, y_mm = place = details.get("x_mm"), details.get("y_mm")
-    if not all(within(along_mm, -_FARTHEST_MM, _FARTHEST_MM) for along_mm in place):
+    x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
+    if not (within(x_mm, -_FARTHEST_MM, _FARTHEST_MM) and within(y_mm, -_FARTHEST_MM, _FARTHEST_MM)):
         raise Refused(texts.PLACE_NEEDED)
-    return float(x_mm or 0.0) / 1000.0, float(y_mm or 0.0) / 1000.0
+    return x_mm / 1000.0, y_mm / 1000.0

@@ -45,4 +45,4 @@ async def seek(player: Playing, client: Client, details: dict[str, Any], now_s: 
     at_s = details.get("at_s")
     if not within(at_s, -_LARGEST, _LARGEST):
         raise Refused(texts.TIME_NEEDED)
-    return Answer(True, "" if player.seek(max(0.0, float(at_s or 0.0))) else texts.READING_AHEAD)
+    return Answer(True, "" if player.seek(max(0.0, float(at_s))) else texts.READING_AHEAD)
