@@ -1,9 +1,7 @@
 """Age of rendered data on a network with delay, jitter and loss: the method's limit, in virtual time.
 
 Touch packets and heartbeats pass through the network model's TCP streams, and through the link's own packet filter and
-clock comparison. The simulation runs faster than real time: a second of the session takes some hundredths of one. The
-model resends a lost segment after a whole retransmission time-out, 200 ms or more. A real TCP often detects the loss
-sooner, from later segments. The results for loss are thus an upper bound.
+clock comparison. The simulation runs faster than real time: a second of the session takes some hundredths of one.
 """
 
 from collections import deque

@@ -115,8 +115,7 @@ def _draw_failures(figure: Any, age: Rows) -> None:
     jitters = sorted({row["jitter_ms"] for row in age})
     shown = (jitters[0], jitters[-1] if len(jitters) <= _JITTERS_SHOWN else jitters[len(jitters) // 2])
     figure.suptitle(
-        f"Where it fails: share of time in the safe state (no packet accepted for {GAP_S * 1e3:.0f} ms); modelled, "
-        "each lost segment waits for a whole retransmission time-out",
+        f"Where it fails: share of time in the safe state (no packet accepted for {GAP_S * 1e3:.0f} ms), simulated",
         fontsize=10,
     )
     places = figure.subplots(1, 4, sharey=True)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SHORTEST_RETRANSMISSION_S = 0.2
-"""Shortest time before TCP retransmits a lost segment, s."""
-_MARGIN_S = 0.05
+TIMEOUT_MARGIN_S = 0.2
+"""Time-out of TCP beyond a round trip, s; Linux has 200 ms (`tcp_rto_min_us`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +29,8 @@ class Conditions:
 
     @property
     def retransmission_s(self) -> float:
-        """Time that TCP waits for an acknowledgement before it retransmits a segment, s."""
-        return max(SHORTEST_RETRANSMISSION_S, 2.0 * (self.delay_s + self.jitter_s) + _MARGIN_S)
+        """Time-out for the acknowledgement of a segment, s."""
+        return 2.0 * (self.delay_s + self.jitter_s) + TIMEOUT_MARGIN_S
 
 
 ConditionsOverTime = Callable[[float], Conditions]

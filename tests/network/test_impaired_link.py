@@ -7,10 +7,15 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
 
+from common.wire.streams import STREAMS
+from sim_sensors.network.conditions import Conditions
+from sim_sensors.network.path import NetworkPath
+from sim_sensors.network.stream import TcpStream
 from tests.conftest import Keys
 from tests.network.link_bench import MEASURED, Bench, assert_sound
 from tests.network.two_hosts import Program, namespace_of
@@ -47,6 +52,26 @@ def test_packets_accepted_over_an_impaired_network_are_young_and_in_order(
     if packets is not None:
         share = packets.dropped / (packets.passed + packets.dropped)
         assert loss / 2 <= share <= 2 * loss, "the packets were not lost as asked"
+
+
+@pytest.mark.parametrize("delay_ms", [20.0, 40.0])
+def test_a_lost_packet_holds_the_link_as_long_as_in_the_simulated_network(bench: Bench, delay_ms: float) -> None:
+    conditions, period_s = Conditions(delay_ms * 1e-3, loss=0.01), 1.0 / STREAMS["touch"].rate_hz
+    simulated = TcpStream(NetworkPath(lambda _: conditions), Random(1))
+    arrived_ms = []
+    for sent_s in period_s * np.arange(10 * MEASURED):
+        simulated.push(b"touch", sent_s)
+        if simulated.take(sent_s):
+            arrived_ms.append(1e3 * sent_s)
+    bench.hosts.impair(delay_ms, 0.0, 0.0)
+    bench.connect()
+    bench.hosts.impair(delay_ms, 0.0, conditions.loss)
+    bench.accept(2 * MEASURED)
+    held_ms, simulated_ms = (
+        np.median(gaps_ms[gaps_ms > delay_ms])
+        for gaps_ms in (np.diff(bench.finish().arrived_ns) / 1e6, np.diff(arrived_ms))
+    )
+    assert held_ms == pytest.approx(simulated_ms, rel=0.15)
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_sensors.network.conditions import SHORTEST_RETRANSMISSION_S, Conditions, phased
+from sim_sensors.network.conditions import TIMEOUT_MARGIN_S, Conditions, phased
 from sim_sensors.network.path import QUEUE_BYTES, NetworkPath
-from sim_sensors.network.stream import SEGMENT_BYTES, WINDOW_BYTES, TcpStream
+from sim_sensors.network.stream import LATER_SEGMENTS, REORDERING, SEGMENT_BYTES, WINDOW_BYTES, TcpStream
 
 FAR_S = 1e6
 SOON_S = 1e-9
@@ -28,6 +28,13 @@ class Chances(Random):
 
 def stream(conditions: Conditions, random: Random | None = None) -> TcpStream:
     return TcpStream(NetworkPath(lambda _: conditions), random or Random(0))
+
+
+def losing(delay_s: float, draws: list[float], again: list[float] | None = None) -> TcpStream:
+    """Lose a segment whose draw is below 0.5: `draws` at its first try, `again` at the next ones."""
+    tcp = stream(Conditions(delay_s, loss=0.5), Chances(0.0, *draws))
+    tcp._again = Chances(*again or [])
+    return tcp
 
 
 @st.composite
@@ -117,28 +124,41 @@ def test_a_plain_delay_is_exact(sent_s: float, delay_s: float) -> None:
     assert tcp.carried.longest_s == pytest.approx(delay_s, abs=1e-12)
 
 
-def test_a_lost_segment_holds_everything_behind_it_and_then_there_is_a_burst() -> None:
-    tcp = stream(Conditions(0.01, loss=0.5), Chances(0.1))
+@pytest.mark.parametrize("apart_s", [0.001, 0.002, 0.012])
+def test_a_lost_segment_holds_everything_until_later_ones_have_shown_the_loss(apart_s: float) -> None:
+    delay_s = 0.02
+    tcp = losing(delay_s, [0.1])
     for n in range(100):
-        tcp.push(bytes([n]), 0.001 * n)
-    again_s = 0.01 + SHORTEST_RETRANSMISSION_S
+        tcp.push(bytes([n]), apart_s * n)
+    shown_s = 2 * delay_s + min(LATER_SEGMENTS * apart_s, max(apart_s, REORDERING * 2 * delay_s))
+    again_s = shown_s + delay_s
     assert tcp.take(again_s - 1e-6) == b""
-    assert tcp.take(again_s) == bytes(range(100))
+    assert tcp.take(again_s + 1e-9) == bytes(range(math.floor((again_s - delay_s) / apart_s + 1e-6) + 1))
     assert tcp.carried.retransmitted == 1
 
 
-def test_the_wait_doubles_when_a_segment_is_lost_again() -> None:
-    tcp = stream(Conditions(0.01, loss=0.5), Chances(0.1, 0.1, 0.1))
+def test_a_lone_lost_segment_waits_for_a_timeout_that_doubles() -> None:
+    tcp = losing(0.01, [0.1], [0.1, 0.1])
     tcp.push(b"x", 0.0)
-    again_s = 0.01 + SHORTEST_RETRANSMISSION_S * (1 + 2 + 4)
+    again_s = 0.01 + (0.02 + TIMEOUT_MARGIN_S) * (1 + 2 + 4)
     assert tcp.take(again_s - 1e-6) == b""
-    assert tcp.take(again_s) == b"x"
+    assert tcp.take(again_s + 1e-9) == b"x"
+    assert tcp.carried.retransmitted == 3
 
 
-def test_over_a_long_way_tcp_waits_for_longer_than_a_round_trip() -> None:
-    assert Conditions(0.28).retransmission_s > 0.56
-    assert Conditions(0.28, 0.1).retransmission_s > 0.76
-    assert Conditions(0.04).retransmission_s == SHORTEST_RETRANSMISSION_S
+def test_a_later_segment_that_is_lost_too_shows_no_loss() -> None:
+    delay_s = 0.01
+    tcp = losing(delay_s, [0.1, 0.1])
+    for n in range(3):
+        tcp.push(bytes([n]), 0.03 * n)
+    again_s = 0.06 + 2 * delay_s + delay_s  # the third one shows it
+    assert tcp.take(again_s - 1e-6) == b""
+    assert tcp.take(again_s + 1e-9) == bytes(range(3))
+
+
+def test_a_timeout_is_longer_than_a_round_trip() -> None:
+    assert Conditions(0.28).retransmission_s == pytest.approx(0.56 + TIMEOUT_MARGIN_S)
+    assert Conditions(0.28, 0.1).retransmission_s == pytest.approx(0.76 + TIMEOUT_MARGIN_S)
 
 
 def test_the_share_of_lost_segments_is_that_of_the_network() -> None:
@@ -156,7 +176,7 @@ def test_in_a_partition_tcp_tries_again_and_again_and_is_through_soon_after_it()
     for n in range(60):
         tcp.push(bytes([n]), 0.9805 + 0.001 * n)
     assert tcp.take(1.0) == bytes(range(10))  # sent before 0.99
-    through_s = 1.0 + SHORTEST_RETRANSMISSION_S * (1 + 2 + 4 + 8)
+    through_s = 1.0 + (0.02 + TIMEOUT_MARGIN_S) * (1 + 2 + 4 + 8)
     assert tcp.take(through_s - 0.002) == b""
     assert tcp.take(through_s + 0.002) == bytes(range(10, 60))
 
