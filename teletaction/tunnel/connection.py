@@ -34,12 +34,17 @@ class Connection(asyncio.Protocol):
         """Be one of `every` while it is open."""
         self._every = every
         self._head = b""
+        self._lines_end = False
         self._peer: Connection | None = None
 
     @property
     def joined(self) -> bool:
         """Whether it carries the bytes of another connection."""
         return self._peer is not None
+
+    @property
+    def _reads_lines(self) -> bool:
+        return self._peer is None and not self._lines_end
 
     def opened(self) -> None:
         """The connection is open."""
@@ -49,6 +54,11 @@ class Connection(asyncio.Protocol):
 
     def closed(self) -> None:
         """The connection has closed."""
+
+    def end_lines(self) -> None:
+        """Read no further line: what follows is for the peer, and waits until it is joined."""
+        self._lines_end = True
+        self.transport.pause_reading()
 
     def say(self, line: str) -> None:
         """Send a line."""
@@ -71,10 +81,10 @@ class Connection(asyncio.Protocol):
             self._peer.transport.write(data)
             return
         self._head += data
-        while self._peer is None and b"\n" in self._head and not self.transport.is_closing():
+        while self._reads_lines and b"\n" in self._head and not self.transport.is_closing():
             line, self._head = self._head.split(b"\n", 1)
             self.take_line(line.decode("ascii", "replace"))
-        if self._peer is None and len(self._head) > LONGEST_LINE:
+        if self._reads_lines and len(self._head) > LONGEST_LINE:
             self.transport.abort()
 
     def pause_writing(self) -> None:

@@ -102,7 +102,7 @@ class _Ready(_Outward):
             raise ValueError(f"the link has no port {port}")
         self._end.notice(self._end.rendezvous, "")
         self._end.release(self)
-        self.transport.pause_reading()
+        self.end_lines()
         self._end.begin(self._connect(port))
 
     async def _connect(self, port: int) -> None:
@@ -224,7 +224,7 @@ class TunnelEnd:
         """Keep READY connections waiting at the rendezvous until it is cancelled."""
         while True:
             self._fewer.clear()
-            while len(self._ready) < READY:
+            for _ in range(READY - len(self._ready)):
                 opened = await self.connect(partial(_Ready, self), self.rendezvous)
                 if opened is None:
                     break

@@ -10,7 +10,7 @@ import pytest
 from common.config.link_models import TunnelConfig
 from teletaction.tunnel import tunnel_end
 from teletaction.tunnel.connection import Connection, close_all
-from teletaction.tunnel.greeting import read_hello, request
+from teletaction.tunnel.greeting import new_hello, read_hello, request
 from teletaction.tunnel.rendezvous import MOST_STRANGERS, Rendezvous
 from teletaction.tunnel.tunnel_end import READY, TunnelEnd
 from tests.conftest import free_ports
@@ -193,5 +193,54 @@ def test_bytes_that_arrive_with_a_request_do_not_end_the_wait_for_a_slow_reader(
         await close_all(every)
         for end in (sender, ends[1][1]):
             end.close()
+
+    asyncio.run(main())
+
+
+def test_a_refused_end_tries_again_at_its_pace_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tunnel_end, "AGAIN_S", 10.0)
+    room = Rendezvous({ROOM: b"another secret".ljust(32)})
+
+    async def test(end: TunnelEnd) -> None:
+        await until(lambda: "room and secret do not match" in end.problem)
+        await asyncio.sleep(0.5)
+        assert room.refused <= 2 * READY
+
+    async def main() -> None:
+        server = await asyncio.get_running_loop().create_server(room.visitor, "127.0.0.1", 0)
+        try:
+            await with_remote_end(server.sockets[0].getsockname()[1], "127.0.0.1", test)
+        finally:
+            server.close()
+            await close_all(room.connections)
+
+    asyncio.run(main())
+
+
+def test_what_follows_an_answer_is_carried_and_asks_for_no_further_stream() -> None:
+    followed = b"stream 0\n" * 1000
+
+    async def main() -> None:
+        loop, ports = asyncio.get_running_loop(), free_ports()
+        config = TunnelConfig(
+            side="remote", host="127.0.0.1", port=1, room=ROOM, secret=Path("unused"), base_port=ports
+        )
+        end, (rendezvous, here) = TunnelEnd(config, SECRET), socket.socketpair()
+        with rendezvous, socket.create_server(("127.0.0.1", ports)) as site:
+            site.setblocking(False)
+            await loop.create_connection(lambda: tunnel_end._Ready(end), sock=here)
+            rendezvous.sendall(new_hello()[0].encode() + b"\nstream 0\n" + followed)
+            try:
+                async with asyncio.timeout(3.0):
+                    stream, _ = await loop.sock_accept(site)
+                    with stream:
+                        arrived = b""
+                        while len(arrived) < len(followed):
+                            arrived += await loop.sock_recv(stream, len(followed))
+                assert arrived == followed
+                with pytest.raises(BlockingIOError):
+                    site.accept()
+            finally:
+                await end.close()
 
     asyncio.run(main())
