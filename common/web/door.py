@@ -73,6 +73,7 @@ class Accepted:
         )
 
     def _begun(self, serving: asyncio.Task[None]) -> None:
+        self._serving = None  # a failed handshake holds this connection, and 256 KiB, until nothing refers to it
         error = None if serving.cancelled() else serving.exception()
         if serving.cancelled() or error is not None:  # dropped, or the TLS handshake failed
             self._socket.close()

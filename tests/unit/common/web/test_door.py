@@ -1,10 +1,12 @@
 """Connections that send nothing, or not all, keep nobody out; with TLS and without."""
 
 import asyncio
+import gc
 import logging
 import socket
 import ssl
 import subprocess
+from asyncio import sslproto
 from collections.abc import AsyncIterator
 from contextlib import ExitStack, asynccontextmanager, closing, suppress
 from pathlib import Path
@@ -108,6 +110,28 @@ def test_half_open_connections_do_not_keep_a_page_out(certificate: Path, sent: b
             assert sent or door.connections.dropped >= 9 * MOST
 
     asyncio.run(flood())
+
+
+def test_a_dropped_tls_handshake_frees_its_memory_at_once(certificate: Path) -> None:
+    """Each has a buffer of 256 KiB, and a flood drops hundreds before Python collects garbage."""
+
+    def handshakes() -> int:
+        return sum(isinstance(found, sslproto.SSLProtocol) for found in gc.get_objects())
+
+    async def flood() -> int:
+        async with served(certificate) as (door, port, opened):
+            lines = [half_open(opened, port, b"") for _ in range(10 * MOST)]
+            await until_closed(lines[8 * MOST])
+            assert door.connections.dropped >= 8 * MOST
+            return handshakes()
+
+    gc.collect()
+    before = handshakes()
+    gc.disable()
+    try:
+        assert asyncio.run(flood()) - before <= 2 * MOST
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize("tls", [False, True])
