@@ -73,12 +73,13 @@ class Accepted:
         )
 
     def _begun(self, serving: asyncio.Task[None]) -> None:
-        self._serving = None  # a failed handshake holds this connection, and 256 KiB, until nothing refers to it
+        self._serving = None  # otherwise this task's error, which holds 256 KiB of the TLS handshake, holds itself
         error = None if serving.cancelled() else serving.exception()
         if serving.cancelled() or error is not None:  # dropped, or the TLS handshake failed
             self._socket.close()
         if error is not None:
             serving.get_loop().call_exception_handler({"message": "connection", "exception": error})
+            error.__traceback__ = None  # asyncio's frame holds the error: the same
 
 
 class Door:
