@@ -20,7 +20,7 @@ import zmq.auth
 import zmq.utils.z85
 
 from common.files.printable import printable
-from common.files.private_file import create_private, refuse_link
+from common.files.private_file import create_private, discard, refuse_link
 from common.link.key_folder import KeyProblem, check_folder, read_own, shown
 
 __all__ = ["KeyPair", "KeyProblem", "Role", "Trusted", "TrustedKeys"]
@@ -55,7 +55,7 @@ def create_keys(folder: Path) -> str:
     """Create a key pair in `folder`; return the public key.
 
     Raises:
-        KeyProblem: there is a secret key, which is never overwritten.
+        KeyProblem: there is a secret key, which is never overwritten; or the files cannot be written.
     """
     secret_file = folder / f"{_NAME}.key_secret"
     if secret_file.exists():
@@ -64,6 +64,9 @@ def create_keys(folder: Path) -> str:
     before = os.umask(0o077)
     try:
         zmq.auth.create_certificates(folder, _NAME)
+    except OSError as error:
+        discard(secret_file)  # otherwise the next try finds part of a key
+        raise KeyProblem(f"{shown(secret_file)}: {error.strerror}") from None
     finally:
         os.umask(before)
     secret_file.chmod(0o600)

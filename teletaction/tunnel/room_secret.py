@@ -3,7 +3,7 @@
 import secrets
 from pathlib import Path
 
-from common.files.private_file import create_private
+from common.files.private_file import create_private, discard
 from common.link.key_folder import KeyProblem, read_own, shown
 
 _LEAST = 32
@@ -17,8 +17,13 @@ def create_secret(path: Path) -> None:
         KeyProblem: the file exists, or cannot be created.
     """
     try:
-        with create_private(path) as file:
-            file.write(secrets.token_hex(_LEAST).encode() + b"\n")
+        file = create_private(path)
+        try:
+            with file:
+                file.write(secrets.token_hex(_LEAST).encode() + b"\n")
+        except OSError:
+            discard(path)  # otherwise the next try finds part of a secret
+            raise
     except OSError as error:
         raise KeyProblem(f"{shown(path)}: {error.strerror}") from None
 

@@ -1,8 +1,10 @@
+import errno
 import os
 import stat
 from pathlib import Path
 
 import pytest
+import zmq.auth
 
 from common.link.keys import (
     KEY_LENGTH,
@@ -51,6 +53,18 @@ def test_a_secret_key_is_never_overwritten_and_a_missing_one_is_explained(tmp_pa
     with pytest.raises(KeyProblem, match="exists"):
         create_keys(tmp_path)
     assert load_keys(tmp_path).public == public
+
+
+def test_keys_that_do_not_fit_on_the_disk_leave_no_secret_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(folder: Path, name: str) -> None:
+        (folder / f"{name}.key_secret").touch()
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(zmq.auth, "create_certificates", full)
+        with pytest.raises(KeyProblem, match=r"site\.key_secret: No space left on device$"):
+            create_keys(tmp_path)
+    create_keys(tmp_path)
 
 
 @pytest.mark.parametrize(

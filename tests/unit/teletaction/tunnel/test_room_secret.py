@@ -1,3 +1,4 @@
+import resource
 from pathlib import Path
 
 import pytest
@@ -21,3 +22,15 @@ def test_a_secret_is_made_once_and_for_its_owner_only(tmp_path: Path) -> None:
     file.chmod(0o600)
     with pytest.raises(KeyProblem, match=r"has 5 characters, at least 32 are needed"):
         read_secret(file)
+
+
+def test_a_secret_that_does_not_fit_leaves_no_file(tmp_path: Path) -> None:
+    file = tmp_path / "ward-3.secret"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, before[1]))
+    try:
+        with pytest.raises(KeyProblem, match=r"ward-3\.secret: File too large$"):
+            create_secret(file)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    create_secret(file)
