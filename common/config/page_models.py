@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from common.config.recording_models import ConsentConfig, RecordingConfig
+from common.config.recording_models import ConsentConfig, RecordingConfig, require_own_file
 from common.files.strict_model import StrictModel
 from common.link.keys import KEY_LENGTH
 from common.logs import LogForm
@@ -90,6 +90,7 @@ class ConsoleConfig(WebConfig):
 
     @model_validator(mode="after")
     def _consents(self) -> "ConsoleConfig":
+        require_own_file(self.record, self.status)
         for name, stream, what, agreed in (
             ("camera", self.camera, "pictures", self.consent and self.consent.picture),
             ("voice", self.voice, "sound", self.consent and self.consent.voice),

@@ -1,5 +1,7 @@
 """The patient's consent, and how a process records."""
 
+from pathlib import Path
+
 from common.files.strict_model import StrictModel
 
 
@@ -17,3 +19,13 @@ class RecordingConfig(StrictModel):
 
     encrypt: bool = False
     """Whether the recording is encrypted for the owner of the site's secret key."""
+
+
+def require_own_file(record: Path | None, status: Path | None) -> None:
+    """Check that the status file does not replace the recording.
+
+    Raises:
+        ValueError: both are one file.
+    """
+    if record is not None and record == status:
+        raise ValueError("record and status name the same file")

@@ -10,7 +10,7 @@ from common import limits
 from common.buses.can_address import CanAddress
 from common.config.fingers import Addresses, Fingers
 from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
-from common.config.recording_models import ConsentConfig, RecordingConfig
+from common.config.recording_models import ConsentConfig, RecordingConfig, require_own_file
 from common.files.strict_model import StrictModel
 from common.fingers import FINGERS
 from common.logs import LogForm
@@ -47,6 +47,7 @@ class SiteConfig(StrictModel):
         check_ladder(self.rate_hz, gap_s, age_s)
         if self.record is not None and self.consent is not None and not self.consent.touch:
             raise ValueError("record names a file, but consent.touch is false: remove record")
+        require_own_file(self.record, self.status)
 
 
 class CalibrationConfig(StrictModel):

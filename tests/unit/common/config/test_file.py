@@ -211,6 +211,15 @@ def test_a_recording_is_plain_unless_it_is_to_be_encrypted(tmp_path: Path) -> No
         assert load_config(write(tmp_path, f"{text}[recording]\nencrypt = true\n"), model).recording.encrypt
 
 
+@pytest.mark.parametrize(
+    ("text", "model"), [(REMOTE, RemoteConfig), (OPERATOR, OperatorConfig), ('keys = "keys"\n', ConsoleConfig)]
+)
+def test_a_status_file_does_not_replace_the_recording(tmp_path: Path, text: str, model: type[BaseModel]) -> None:
+    load_config(write(tmp_path, f'record = "a.mcap"\nstatus = "a.json"\n{text}'), model)
+    with pytest.raises(ConfigProblem, match="record and status name the same file"):
+        load_config(write(tmp_path, f'record = "a.mcap"\nstatus = "a.mcap"\n{text}'), model)
+
+
 @pytest.mark.parametrize("agreed", [False, True])
 def test_sound_is_recorded_only_with_consent(tmp_path: Path, agreed: bool) -> None:
     text = (
