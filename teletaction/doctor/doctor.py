@@ -4,15 +4,15 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver
 from common.buses.can_port import CanPort
 from common.buses.serial_device import open_line, plain_name
-from common.buses.serial_messages import DeviceKind
+from common.buses.serial_messages import DeviceKind, FrameReader
 from common.config.file import load_site
 from common.config.site_models import OperatorConfig, RemoteConfig
+from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.runtime.reference_step import reference_step_s
@@ -129,6 +129,8 @@ def _elsewhere(lost: list[_Serial], ports: Path) -> Iterator[Finding]:
     for found in find_modules(ports):
         for device in lost:
             identity = found.identity
+            if Path(found.address).resolve() == Path(device.address).resolve():
+                continue
             if identity and (identity.kind, FINGERS[identity.finger]) == (device.kind, device.finger):
                 field = "port" if device.kind is DeviceKind.PATIENT_SWITCH else device.finger
                 yield Finding(device.name, False, f'found elsewhere: write {field} = "{found.address}"')
@@ -158,16 +160,16 @@ def _device(device: _Serial) -> Finding:
             found = line.identity
             if (found.kind, FINGERS[found.finger]) != (kind, device.finger):
                 raise ValueError(f"{address}: is the {in_words(found)}; expected the {device.name}")
-            received, until_s = 0, time.monotonic() + RATE_S
+            reader, received, until_s = FrameReader(), 0, time.monotonic() + RATE_S
             while time.monotonic() < until_s:
                 if line.port.wait(0.05):
-                    # Each frame ends with a zero byte; no other byte of a frame is zero.
-                    received += line.port.read().count(0)
-            rate_hz = received / RATE_S
+                    received += len(reader.feed(line.port.read()))
+            rate_hz, damaged_hz = received / RATE_S, reader.damaged / RATE_S
             # A texture message carries ten readings.
-            readings_hz = rate_hz * (10.0 if found.kind is DeviceKind.TEXTURE_SENSOR else 1.0)
-            if not 0.7 * found.rate_hz <= readings_hz <= 1.3 * found.rate_hz:
-                raise ValueError(f"{address}: {rate_hz:.0f} messages a second, the device promises {found.rate_hz} Hz")
+            promised_hz = found.rate_hz / (10.0 if found.kind is DeviceKind.TEXTURE_SENSOR else 1.0)
+            if not (_near(rate_hz, promised_hz) and _near(rate_hz + damaged_hz, promised_hz)):
+                came = f"{rate_hz:.0f} messages and {damaged_hz:.0f} damaged a second"
+                raise ValueError(f"{address}: {came}, the device promises {promised_hz:.0f}")
             return f"{address}: serial number {found.serial}, firmware {found.firmware}, {rate_hz:.0f} messages/s"
         finally:
             line.port.close()
@@ -175,26 +177,42 @@ def _device(device: _Serial) -> Finding:
     return _check(device.name, look)
 
 
+def _near(rate_hz: float, promised_hz: float) -> bool:
+    return 0.7 * promised_hz <= rate_hz <= 1.3 * promised_hz
+
+
 def _can(node: NodeKind, address: CanAddress) -> Finding:
-    frames = tuple(node.sends_hz)
+    receivers = tuple(FrameReceiver(name) for name in node.sends_hz)
 
     def look() -> str:
         require_interface(address)
-        line = CanPort(address, tuple(FrameReceiver(name) for name in frames))
-        seen: dict[str, Any] = {}
+        line = CanPort(address, receivers)
         try:
-            until_s = time.monotonic() + 2.0 * RATE_S
-            while time.monotonic() < until_s and len(seen) < len(frames):
-                seen |= line.poll()
-                time.sleep(0.01)
-            missing = [name for name in frames if name not in seen]
+            _listen(line, 2.0 * RATE_S, lambda: all(receiver.taken for receiver in receivers))
+            before = [receiver.taken for receiver in receivers]
+            if line.connected:
+                _listen(line, RATE_S)
+            if not line.connected:
+                raise ValueError(str(line.problem or f"CAN {address}: it does not answer"))
+            if line.fault:
+                raise ValueError(f"CAN {address}: {fault_text(line.fault)}")
+            missing = [receiver.name for receiver in receivers if not receiver.taken]
             if missing:
-                raise ValueError(f"CAN {address}: {line.problem or 'open, but no ' + ', '.join(missing)}")
-            return f"CAN {address}: {', '.join(frames)} arrive"
+                raise ValueError(f"CAN {address}: open, but no {', '.join(missing)}")
+            rates_hz = [(receiver.taken - begun) / RATE_S for receiver, begun in zip(receivers, before, strict=True)]
+            came = zip(node.sends_hz, rates_hz, strict=True)
+            return f"CAN {address}: " + ", ".join(f"{name} {rate_hz:.0f}/s" for name, rate_hz in came)
         finally:
             line.close()
 
     return _check(node.name, look)
+
+
+def _listen(line: CanPort, seconds: float, heard: Callable[[], bool] = lambda: False) -> None:
+    until_s = time.monotonic() + seconds
+    while time.monotonic() < until_s and not heard():
+        line.poll()
+        time.sleep(0.01)
 
 
 def _clock() -> Finding:

@@ -5,12 +5,15 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from common.buses.can_address import CanAddress
 from common.buses.serial_port import DeviceAbsent
+from sim_sensors.devices.breakable_parts import Babble
+from sim_sensors.devices.exoskeleton import Exoskeleton
 from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.serial_server import SerialServer, serve_serial
@@ -19,7 +22,7 @@ from teletaction.conformance.find_devices import can_interfaces, find_modules, r
 from teletaction.doctor import doctor
 from teletaction.doctor.doctor import EXERCISES, examine
 from tests.commands import command, one_line
-from tests.unit.teletaction.conformance.living import alive
+from tests.unit.teletaction.conformance.living import alive, exoskeleton
 
 pytestmark = pytest.mark.long
 
@@ -29,12 +32,20 @@ INDEX = 1
 @pytest.fixture
 def ports(tmp_path: Path) -> Iterator[Path]:
     """A folder of serial ports: the index finger's TactTip, and one that says nothing."""
+    with served(tmp_path) as folder:
+        yield folder
+
+
+@contextmanager
+def served(tmp_path: Path, babble: Babble | None = None) -> Iterator[Path]:
+    """Serve both ports; `babble` is noise on the line of the TactTip."""
     folder = tmp_path / "by-id"
     folder.mkdir()
     loop = SelectLoop()
     servers: list[SerialServer] = [
         serve_serial(TactTip(INDEX, loop.now()), loop, "pty", name) for name in ("good", "mute")
     ]
+    servers[0].babble = babble
     servers[1].silent = True
     for server, name in zip(servers, ("usb-good", "usb-mute"), strict=True):
         (folder / name).symlink_to(server.address)
@@ -118,6 +129,39 @@ def test_a_device_of_another_finger_is_named(config: Path, ports: Path) -> None:
     config.write_text(text.replace('fingers = ["index"]', 'fingers = ["ring"]'), "utf-8")
     (finding,) = [each for each in examine(config, ports=ports) if each.what == "ring tacttip" and not each.good][:1]
     assert "is the index tacttip, serial number TT0001, firmware 1; expected the ring tacttip" in finding.result
+
+
+def test_noise_on_a_line_is_reported_where_the_device_is(config: Path, tmp_path: Path) -> None:
+    with served(tmp_path, Babble(921_600)) as ports:
+        text = config.read_text("utf-8").replace("/dev/nowhere", str((ports / "usb-good").resolve()))
+        config.write_text(text, "utf-8")
+        (finding,) = [each for each in examine(config, ports=ports) if each.what == "index tacttip"]
+    assert not finding.good
+    assert re.search(r": \d+ messages and [1-9]\d* damaged a second, the device promises 100$", finding.result)
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (None, r"^CAN {bus}: HandPose \d+/s, FingerHeights \d+/s, ExoskeletonState \d+/s$"),
+        (("crc", 0.5), r"^CAN {bus}: \w+: \d+ of the last \d+ frames damaged, at most 10$"),
+    ],
+)
+def test_frames_of_a_node_are_counted(damage: tuple[str, float] | None, words: str, config: Path) -> None:
+    node = Exoskeleton()
+    with exoskeleton(node) as server:
+        node.transmitter.damage = damage
+        bus = f"socketcand://127.0.0.1:{server.port}/can0"
+        text = re.sub(r"(?m)^port = .*$", f"port = {server.port}", config.read_text("utf-8"))
+        config.write_text(text, "utf-8")
+        (finding,) = [each for each in examine(config) if each.what == "exoskeleton"]
+    assert finding.good == (damage is None)
+    assert re.search(words.format(bus=re.escape(bus)), finding.result)
+
+
+def test_an_absent_gateway_is_named_once(config: Path) -> None:
+    (finding,) = [each for each in examine(config) if each.what == "exoskeleton"]
+    assert re.fullmatch(r"CAN socketcand://[^ ]+: \[Errno 111\] Connection refused", finding.result)
 
 
 def test_can_interfaces_come_from_the_kernels_list(tmp_path: Path) -> None:
