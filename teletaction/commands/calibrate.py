@@ -1,5 +1,8 @@
 """Command `calibrate`: makes look-up tables from labelled recordings."""
 
+import errno
+import os
+import tempfile
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -29,6 +32,7 @@ def calibrate_thermal_command(
     from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
     from teletaction.report.calibration_report import calibration_figure, calibration_text
 
+    _require_place(out)
     with progress_line("calibrate") as progress:
         fit = calibrate_thermal(
             traces,
@@ -56,6 +60,7 @@ def calibrate_temperature_command(
     from remote_site.thermal.calibration.temperature_calibration import calibrate_temperature
     from teletaction.report.accuracy_text import temperature_text
 
+    _require_place(out)
     with progress_line("calibrate") as progress:
         fit = calibrate_temperature(
             table,
@@ -95,6 +100,19 @@ def calibrate_texture_command(
     fit = calibrate_spectra(read_labelled(strokes, signal, speed), sensor_serial=serial, made_on=f"{date.today()}")
     fit.table.save(out)
     _report(spectrum_text(fit), out, report)
+
+
+def _require_place(out: Path) -> None:
+    """Raise OSError for a table that cannot be written, before minutes of fitting."""
+    file = Path(os.path.realpath(out))
+    if file.is_dir():
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), str(out))
+    if file.exists() and not file.is_file():  # a device
+        return
+    try:
+        tempfile.TemporaryFile(dir=file.parent).close()
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(out)) from None
 
 
 def _report(text: str, out: Path, folder: Path | None, figure: "Figure | None" = None) -> None:

@@ -55,6 +55,11 @@ def edit(path: Path, old: str, new: str) -> None:
         (VIRTUAL, "--scene"),
         (f"{VIRTUAL} --scene materials --seed -1", "--seed"),
         ("virtual --scene materials --config remote.toml", "remote.toml"),
+        # A table that cannot be written is refused before the fit, which takes minutes.
+        ("calibrate thermal --traces none --out none/table.json", "none/table.json: No such file or directory"),
+        ("calibrate thermal --traces none --out .", ".: Is a directory"),
+        ("calibrate thermal --traces none --out /proc/table.json", "/proc/table.json: "),
+        ("calibrate temperature --table t --traces none --out none/t.json", "none/t.json: No such file or directory"),
         ("remote --config absent.toml", "absent.toml"),
         ("remote --config sim-remote.toml", "sim-remote.toml"),
         ("keys init --keys ../keys/remote", "exists"),
