@@ -278,7 +278,8 @@ def read_labels(folder: Path, label: str, optional: str | None = None) -> list[t
     """Read FOLDER/labels.csv: `file`, the column `label` and, if present, the column `optional` of numbers or blanks.
 
     Raises:
-        ValueError: the file cannot be used, or a listed file does not exist; the message names file, line and column.
+        ValueError: the file cannot be used, or a listed file does not exist or is listed twice; the message names file
+            and column.
     """
     file = TraceFile(folder / "labels.csv")
     files, labels = file.texts("file"), file.texts(label)
@@ -295,4 +296,7 @@ def read_labels(folder: Path, label: str, optional: str | None = None) -> list[t
     known = extra[~np.isnan(extra)]
     if optional in _OF_LABELS and len(known) and (why := _OF_LABELS[optional](known)):
         raise ValueError(f"{file.path}: column {optional}: {why}")
+    names = [name for _, name in files]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise ValueError(f"{file.path}: column file: {twice} is listed twice")
     return listed

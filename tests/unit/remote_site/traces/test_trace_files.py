@@ -74,6 +74,13 @@ def test_labels_must_name_files_that_exist(tmp_path):
         read_labels(tmp_path, "material")
 
 
+def test_labels_name_a_file_once(tmp_path):
+    (tmp_path / "a.csv").write_text("")
+    (tmp_path / "labels.csv").write_text("file,material\na.csv,pvc\na.csv,pine\n")
+    with pytest.raises(ValueError, match=r"labels.csv: column file: a.csv is listed twice"):
+        read_labels(tmp_path, "material")
+
+
 @pytest.mark.parametrize("begin_s", [0.0, 0.5, 1.234])
 def test_a_stroke_of_1000_samples_a_second_has_that_rate(begin_s):
     """Rounded times must not make it a slow stroke."""

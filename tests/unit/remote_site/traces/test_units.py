@@ -82,9 +82,10 @@ def test_a_stroke_in_a_wrong_unit_is_refused(tmp_path: Path) -> None:
 
 
 def test_labels_in_a_wrong_unit_are_refused(tmp_path: Path) -> None:
-    csv(tmp_path / "a.csv", **touch())
+    for name in ("a.csv", "b.csv"):
+        csv(tmp_path / name, **touch())
     labels = tmp_path / "labels.csv"
-    labels.write_text("file,material,object_c\na.csv,pine,23\na.csv,pine,\n", "utf-8")
+    labels.write_text("file,material,object_c\na.csv,pine,23\nb.csv,pine,\n", "utf-8")
     assert read_labels(tmp_path, "material", "object_c")[0][2] == 23.0
     labels.write_text("file,material,object_c\na.csv,pine,296.15\n", "utf-8")
     with pytest.raises(ValueError, match=r"labels\.csv: column object_c: .* kelvin"):
