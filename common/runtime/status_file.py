@@ -1,5 +1,6 @@
 """Writes the status file of a process: figures of its loop and its own, as JSON."""
 
+import errno
 import json
 import logging
 import os
@@ -22,7 +23,7 @@ def rss_mib() -> float:
 class StatusFile:
     """Replaces a small JSON file once a second, so that a reader never sees a partial file.
 
-    Only the user of the process can read it.
+    Only the user of the process can read it. On a full disk, the file is overwritten instead.
     """
 
     def __init__(self, path: Path | None, process: str, loop: PeriodicLoop | None = None):
@@ -62,14 +63,33 @@ class StatusFile:
         try:
             refuse_link(self._path)
             part.unlink(missing_ok=True)  # left by a killed process, or created by another user
-            with create_private(part) as file:
-                file.write(json.dumps(status).encode())
-            part.replace(self._path)
+            content = json.dumps(status).encode()
+            try:
+                with create_private(part) as file:
+                    file.write(content)
+            except OSError as error:
+                part.unlink(missing_ok=True)
+                if error.errno != errno.ENOSPC or not _overwrite(self._path, content):
+                    raise
+            else:
+                part.replace(self._path)
             self._refused = ""
         except OSError as error:
             if str(error) != self._refused:
                 log.warning("status file: %s", error)
             self._refused = str(error)
+
+
+def _overwrite(path: Path, content: bytes) -> bool:
+    """Write into a file's own blocks, as a full disk has no others; return False where there is no room in them."""
+    if not path.exists():
+        return False
+    with open(os.open(path, os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC), "wb") as file:
+        fits = os.fstat(file.fileno()).st_blocks * 512 >= len(content)
+        if fits:
+            file.write(content)
+            file.truncate()
+    return fits
 
 
 def _figures(loop: PeriodicLoop | None) -> dict[str, object]:

@@ -1,11 +1,13 @@
 """Status files and recordings concern a patient: only their owner reads them, and no link redirects them."""
 
+import errno
 import json
 import logging
 import os
 import stat
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -74,6 +76,28 @@ def test_a_status_file_is_not_written_through_a_link_and_a_later_link_is_reporte
     path.unlink()
     status.write(4.0, {})
     assert json.loads(path.read_text("utf-8"))["process"] == "s"
+
+
+def test_a_status_file_on_a_full_disk_is_overwritten(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Recording and status share a disk: the status says why the recording stopped."""
+
+    def full(path: Path) -> IO[bytes]:
+        path.touch()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    path = tmp_path / "s.json"
+    status = StatusFile(path, "s")
+    status.write(0.0, {"long": 300 * "x"})
+    monkeypatch.setattr("common.runtime.status_file.create_private", full)
+    status.write(1.0, {"disk_full": True})
+    written = path.read_text("utf-8")
+    assert json.loads(written)["disk_full"]
+    assert (mode(path), list(tmp_path.iterdir()), caplog.messages) == (0o600, [path], [])
+    status.write(2.0, {"long": 50_000 * "x"})
+    assert path.read_text("utf-8") == written, "no room for it"
+    assert "No space left on device" in caplog.text
 
 
 def test_a_link_in_place_of_the_temporary_file_is_not_followed(tmp_path: Path, victim: Path) -> None:
