@@ -5,6 +5,7 @@ Every error names file, line and column, so that a user can correct the file.
 
 import csv
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -27,6 +28,7 @@ Array = NDArray[np.float64]
 
 HELD_S = 0.050
 """Minimum duration of a force of CONTACT_ON_N or more from its first sample that counts as contact, s."""
+_SEPARATORS = re.compile("[;\t|]")
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
 _OF_LABELS = {"object_c": wrong_temperature, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
 """Check of the unit of each optional column of labels."""
@@ -160,6 +162,11 @@ class TraceFile:
         if len(set(self.names)) != len(self.names):
             raise ValueError(f"{path}: line 1: a column is named twice")
         self.rows = [(number, row) for number, row in rows[1:] if row]
+        if len(self.names) == 1 and (found := _SEPARATORS.search(self.names[0])):
+            raise ValueError(
+                f"{path}: line 1: columns are separated by {found[0]!r}; save the file with commas between columns "
+                "and decimal points"
+            )
         for number, row in self.rows:
             if len(row) != len(self.names):
                 raise ValueError(f"{path}: line {number}: {len(row)} values under {len(self.names)} columns")

@@ -40,6 +40,15 @@ def test_errors_name_file_line_and_column(tmp_path, old, new, message):
     assert str(error.value).startswith(str(path))
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_another_separator_is_named(tmp_path, separator):
+    text = GOOD.replace(",", separator).replace(".", ",")
+    with pytest.raises(ValueError, match="line 1: columns are separated by") as error:
+        read_thermal(trace(tmp_path, text))
+    assert repr(separator) in str(error.value)
+    assert "commas between columns and decimal points" in str(error.value)
+
+
 def test_a_line_written_twice_is_one_sample(tmp_path):
     read = read_thermal(trace(tmp_path, GOOD + "0.06,29.9,0.5,c\n"))
     assert read.time_s.tolist() == [0.0, 0.01, 0.06]
