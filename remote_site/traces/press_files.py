@@ -49,6 +49,9 @@ class Press:
         time_s: times, (n,), s, ascending; None if unknown.
         place_mm: places of the probe's centre, (n, 3), mm; None if unknown.
         contact: what the recording states about the contact; None if nothing.
+
+    Raises:
+        ValueError: the arrays differ in length, or hold a number that is not finite.
     """
 
     press: int
@@ -57,6 +60,20 @@ class Press:
     time_s: Array | None = None
     place_mm: Array | None = None
     contact: Contact | None = None
+
+    def __post_init__(self) -> None:
+        for column, wide in (("depth_mm", ()), ("force_n", ()), ("time_s", ()), ("place_mm", (3,))):
+            if (values := getattr(self, column)) is None:
+                continue
+            array = np.asarray(values, dtype=np.float64)
+            object.__setattr__(self, column, array)
+            where = f"press {self.press}: column {column}"
+            if array.shape != (len(self.depth_mm), *wide):
+                raise ValueError(f"{where}: shape {array.shape} beside {len(self.depth_mm)} depths")
+            if not np.isfinite(array).all():
+                raise ValueError(
+                    f"{where}: sample {int(np.argwhere(~np.isfinite(array))[0][0])} is not a finite number"
+                )
 
     @property
     def at_mm(self) -> Array | None:

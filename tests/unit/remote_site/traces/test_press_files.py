@@ -5,7 +5,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from remote_site.traces.press_files import read_presses
+from remote_site.traces.press_files import Press, read_presses
 
 GOOD = (
     "press,depth_mm,force_n,time_s,x_mm,y_mm,z_mm,note\n"
@@ -31,6 +31,16 @@ def test_presses_in_the_order_of_the_file(tmp_path):
     assert stepped.force_n.tolist() == [0.05, 0.30]
     assert timed.time_s.tolist() == [0.0, 1.0]
     assert timed.at_mm.tolist() == [4.0, 5.0, 3.0]
+
+
+def test_arrays_of_a_press_are_checked():
+    assert Press(0, [0, 1], [0, 0.5]).depth_mm.dtype == np.float64
+    with pytest.raises(ValueError, match="press 4: column force_n: sample 1 is not a finite number"):
+        Press(4, np.array([0.0, 1.0]), np.array([0.0, np.nan]))
+    with pytest.raises(ValueError, match=r"press 4: column force_n: shape \(1,\) beside 2 depths"):
+        Press(4, np.array([0.0, 1.0]), np.array([0.0]))
+    with pytest.raises(ValueError, match=r"press 4: column place_mm: shape \(2, 2\) beside 2 depths"):
+        Press(4, np.zeros(2), np.zeros(2), place_mm=np.zeros((2, 2)))
 
 
 def test_lines_of_several_presses_may_alternate(tmp_path):
