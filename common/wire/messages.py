@@ -172,8 +172,8 @@ class TouchRow(NamedTuple):
             0, 10, "1", "standard deviation of ln(effusivity) of these three constants; 10 where they are not known"
         ),
     ]
-    object_c: Annotated[float, Column(-50, 150, "C", "temperature of the object")]
-    object_c_sd: Annotated[float, Column(0, 100, "K", "its standard deviation")]
+    object_c: Annotated[float, Column(-50, 150, "C", "temperature of the object; 0 where not known")]
+    object_c_sd: Annotated[float, Column(0, 100, "K", "its standard deviation; **50: not known**")]
     probability: Annotated[float, Column(0, 1, "1", "of the likeliest material")]
     thermal_status: Annotated[float, Column(0, len(ThermalStatus) - 1, "", _codes(ThermalStatus))]
     thermal_reason: Annotated[
