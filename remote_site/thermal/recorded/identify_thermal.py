@@ -135,7 +135,7 @@ def identify_traces(
 
 def _check_times(at: Sequence[float]) -> None:
     if any(not 0.0 < t < math.inf for t in at):
-        raise ValueError(f"--at: times must be positive and finite, not {', '.join(map(str, at))}")
+        raise ValueError(f"at_s: times must be positive and finite, not {', '.join(map(str, at))}")
 
 
 def _read_touches(path: Path) -> dict[str, list[Path]]:

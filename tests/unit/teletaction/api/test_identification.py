@@ -41,7 +41,7 @@ def test_two_fingers_are_judged_together() -> None:
 def test_nothing_to_identify_is_an_error() -> None:
     with pytest.raises(ValueError, match="nothing to identify"):
         tt.identify_thermal([])
-    with pytest.raises(ValueError, match="times must be positive"):
+    with pytest.raises(ValueError, match="at_s: times must be positive"):
         tt.identify_thermal(tt.simulate_thermal("pvc"), at_s=[0.0])
 
 
