@@ -222,8 +222,11 @@ def _waiting_for(out: Path) -> str:
             status, age_s = {"state": "has not started"}, 0.0
         if not young(age_s):
             status = {"state": f"{SILENT}, {seconds_old(age_s)}"}
-        words = [name, status.get("state"), status.get("missing"), _refusals(status.get("refused"))]
-        said.append(" ".join(str(word) for word in words if word))
+        fault, behind = status.get("fault"), status.get("behind")
+        state = f"{status.get('state')}: {fault.get('text', fault)}" if isinstance(fault, dict) else status.get("state")
+        words = [name, state, status.get("missing"), _refusals(status.get("refused"))]
+        line = " ".join(str(word) for word in words if word)
+        said.append(f"{line}, loop behind: {behind}" if behind else line)
     return "; ".join(said)
 
 
