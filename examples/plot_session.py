@@ -12,6 +12,5 @@ import teletaction as tt
 session = tt.Recording(sys.argv[1]) if sys.argv[1:] else tt.simulate("materials", seconds=20.0)
 index = session.touch["index"].to_pandas()
 print(index[index["material"] != ""].groupby("material")[["probability", "object_c", "object_c_sd"]].median())
-index["object_c"] = index["object_c"].where(index["object_c_sd"] < 1.0)  # 50 K stands for an unknown temperature
 index[["object_c", "contact_force_n"]].plot(subplots=True, xlabel="time", ylabel="C, N")
 plt.savefig("session.png")

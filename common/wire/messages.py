@@ -105,6 +105,8 @@ class EventKind(IntEnum):
 
 STIFFNESS_KNOWN_LN_SD = 0.06
 """Standard deviation of ln(stiffness) from which on a stiffness is not yet known, 1."""
+OBJECT_UNKNOWN_SD_K = 50.0
+"""Standard deviation that stands for an unknown temperature of the object, K."""
 
 
 def _codes(kind: type[IntEnum]) -> str:
@@ -173,7 +175,9 @@ class TouchRow(NamedTuple):
         ),
     ]
     object_c: Annotated[float, Column(-50, 150, "C", "temperature of the object; 0 where not known")]
-    object_c_sd: Annotated[float, Column(0, 100, "K", "its standard deviation; **50: not known**")]
+    object_c_sd: Annotated[
+        float, Column(0, 100, "K", f"its standard deviation; **{OBJECT_UNKNOWN_SD_K:g}: not known**")
+    ]
     probability: Annotated[float, Column(0, 1, "1", "of the likeliest material")]
     thermal_status: Annotated[float, Column(0, len(ThermalStatus) - 1, "", _codes(ThermalStatus))]
     thermal_reason: Annotated[

@@ -6,7 +6,16 @@ This module joins the estimators. Its input is a tick's readings, its output the
 from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
 from common.limits import GAP_S
-from common.wire.messages import NO_TOUCH, TOUCH_RANGES, EventKind, ExplorationMode, ThermalReason, TouchRow, explains
+from common.wire.messages import (
+    NO_TOUCH,
+    OBJECT_UNKNOWN_SD_K,
+    TOUCH_RANGES,
+    EventKind,
+    ExplorationMode,
+    ThermalReason,
+    TouchRow,
+    explains,
+)
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.texture_sensor import texture_v
 from remote_site.identification.touch_events import TouchEvents
@@ -29,8 +38,6 @@ from remote_site.thermal.thermal_identification import ThermalKnowledge
 
 _EFFUSIVITY_UNKNOWN_LN_SD = TOUCH_RANGES["effusivity_ln_sd"][1]
 """Standard deviation of ln effusivity that stands for an unknown effusivity."""
-_OBJECT_UNKNOWN_SD_K = 50.0
-"""Standard deviation that stands for an unknown temperature of the object, K."""
 
 
 class FingerIdentification:
@@ -162,7 +169,7 @@ class FingerIdentification:
             specific_heat_j_kgk=specific_heat,
             effusivity_ln_sd=_EFFUSIVITY_UNKNOWN_LN_SD if ln_sd is None else ln_sd,
             object_c=0.0 if answer.object_c is None else answer.object_c,
-            object_c_sd=_OBJECT_UNKNOWN_SD_K if answer.object_c is None else answer.object_c_sd or 0.0,
+            object_c_sd=OBJECT_UNKNOWN_SD_K if answer.object_c is None else answer.object_c_sd or 0.0,
             probability=answer.probability,
             thermal_status=answer.status,
             thermal_reason=answer.reason if explains(answer.reason, answer.status) else ThermalReason.NONE,

@@ -56,8 +56,6 @@ class Stream:
     def array(self, column: str) -> Array:
         """Return the values of a column, (n,): float64 with NaN for unknown numbers, or text with None.
 
-        A touch has numbers in place of unknown ones, as its packet: `object_c` is 0 with an `object_c_sd` of 50.
-
         Raises:
             KeyError: there is no such column; the message lists those there are.
         """

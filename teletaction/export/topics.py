@@ -13,6 +13,7 @@ from common.recording.recorded_fields import unpack
 from common.recording.recorded_row import Row
 from common.tenderness.patient_row import Patient
 from common.wire.messages import (
+    OBJECT_UNKNOWN_SD_K,
     Event,
     EventKind,
     ExplorationMode,
@@ -129,12 +130,25 @@ def _read_motion(payload: bytes) -> Named:
     return _header(motion) | dict(zip(FINGERS, rows, strict=True))
 
 
+def _unknown(row: TouchRow) -> list[str]:
+    """Return the columns of a row whose numbers stand for unknown values, as `docs/protocols.md` states."""
+    names = []
+    if row.stiffness_n_m == 0.0:
+        names += ["stiffness_n_m", "stiffness_ln_sd", "damping_n_s_m", "slope_x", "slope_y"]
+    if row.conductivity_w_mk == 0.0:
+        names += ["conductivity_w_mk", "density_kg_m3", "specific_heat_j_kgk", "effusivity_ln_sd"]
+    if row.object_c_sd >= OBJECT_UNKNOWN_SD_K or row.thermal_status == ThermalStatus.NONE:
+        names += ["object_c", "object_c_sd"]
+    return names
+
+
 def _read_touch(payload: bytes) -> Named:
     touch = Touch.decode(payload)
     named = _header(touch)
     for finger, row, material, summary in zip(FINGERS, touch.rows, touch.materials, touch.summaries, strict=True):
         numbers = row._asdict()
         named[finger] = numbers | {name: code(numbers[name]) for name, code in _CODES.items()} | {"material": material}
+        named[finger] |= dict.fromkeys(_unknown(row))
         candidates = [{"material": name, "probability": share} for name, share in summary.candidates]
         named[finger] |= summary._asdict() | {"candidates": candidates}
     named["events"] = [_event(event) for event in touch.events]

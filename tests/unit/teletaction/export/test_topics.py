@@ -9,7 +9,8 @@ import msgpack
 import pytest
 
 from common.fingers import FINGERS
-from common.wire.messages import TouchRow, columns
+from common.wire.messages import NO_TOUCH, OBJECT_UNKNOWN_SD_K, ThermalStatus, Touch, TouchRow, columns, pack_rows
+from common.wire.packets import LinkState
 from operator_site import site_recording as operator_recording
 from operator_site.console.examination.journal import SCHEMAS as CONSOLE
 from remote_site import site_recording as remote_recording
@@ -97,6 +98,40 @@ def test_an_unknown_number_is_none_and_a_finger_has_its_name() -> None:
     assert rendered["thumb"]["plate_c"] is None
     assert set(FINGERS) < set(rendered)
     assert isinstance(rendered["index"]["plate_c"], float)
+
+
+def exported(row: TouchRow) -> dict[str, Any]:
+    touch = Touch(1, 1, 1, LinkState.ENGAGED, pack_rows([row, *[NO_TOUCH] * 4]), ("",) * 5, ())
+    named: dict[str, Any] = TOPICS["remote/touch"].read(touch.encode())["thumb"]
+    return named
+
+
+def test_a_number_that_stands_for_an_unknown_value_is_none() -> None:
+    row = NO_TOUCH._replace(
+        stiffness_n_m=850.0,
+        conductivity_w_mk=0.2,
+        object_c=23.5,
+        object_c_sd=0.25,
+        thermal_status=ThermalStatus.DECIDING,
+    )
+    known = exported(row)
+    assert (known["stiffness_n_m"], known["object_c"], known["object_c_sd"]) == (850.0, 23.5, 0.25)
+    assert known["conductivity_w_mk"] == pytest.approx(0.2)
+    nothing = exported(
+        row._replace(stiffness_n_m=0.0, conductivity_w_mk=0.0, object_c=0.0, object_c_sd=OBJECT_UNKNOWN_SD_K)
+    )
+    unused = exported(NO_TOUCH)
+    for unknown in (nothing, unused):
+        for name in (
+            "stiffness_n_m",
+            "stiffness_ln_sd",
+            "conductivity_w_mk",
+            "effusivity_ln_sd",
+            "object_c",
+            "object_c_sd",
+        ):
+            assert unknown[name] is None, name
+        assert unknown["contact_force_n"] == 0.0
 
 
 @pytest.mark.parametrize("topic", sorted(TOPICS))
