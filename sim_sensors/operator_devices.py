@@ -6,6 +6,7 @@ from contextlib import ExitStack, closing
 import numpy as np
 
 from common.buses.serial_messages import DRIVE_FULL
+from common.config.file import to_toml
 from common.config.simulation_models import SimOperatorConfig
 from common.fingers import FINGERS
 from common.scenes.scene import load_scene
@@ -77,7 +78,8 @@ class OperatorDevices:
             self.faults = self._faults()
             if config.fault_port is not None:
                 opened.enter_context(closing(FaultPort(sockets, config.fault_port, self.faults.apply)))
-            self._log = opened.enter_context(closing(TruthLog(config, OPERATOR_STREAMS)))
+            log = TruthLog(config.record, OPERATOR_STREAMS, {"configuration": to_toml(config)})
+            self._log = opened.enter_context(closing(log))
             self._opened = opened.pop_all()
 
     def step(self, now_s: float) -> None:

@@ -6,6 +6,7 @@ from dataclasses import asdict
 
 import numpy as np
 
+from common.config.file import to_toml
 from common.config.simulation_models import SimRemoteConfig
 from common.fingers import FINGER_Y_M, FINGERS
 from common.scenes.scene import load_scene
@@ -102,7 +103,9 @@ class RemoteDevices:
             self.faults = self._faults()
             if config.fault_port is not None:
                 opened.enter_context(closing(FaultPort(sockets, config.fault_port, self.faults.apply)))
-            self._log = opened.enter_context(closing(TruthLog(config, REMOTE_STREAMS)))
+            self._log = opened.enter_context(
+                closing(TruthLog(config.record, REMOTE_STREAMS, {"configuration": to_toml(config)}))
+            )
             self._opened = opened.pop_all()
         self._servers = [*self.texture_servers.values(), *self.thermal_servers.values()]
         if self.patient_switch_server is not None:

@@ -1,11 +1,10 @@
 """Record the true state of fingers and objects beside a session, as the reference for all measurements."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import msgpack
 
-from common.config.file import to_toml
-from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
 from common.recording.recorder import Recorder
 
 _NUMBER = {"type": "number"}
@@ -68,22 +67,20 @@ LOG_EVERY = 5
 
 
 class TruthLog:
-    """Writer of the truth to an MCAP file, with the configuration; without a file, it writes nothing."""
+    """Writer of the truth to an MCAP file; without a file, it writes nothing."""
 
     def __init__(
-        self, config: SimRemoteConfig | SimOperatorConfig, streams: Mapping[str, Mapping[str, object]]
+        self, path: Path | None, streams: Mapping[str, Mapping[str, object]], metadata: Mapping[str, str]
     ) -> None:
-        """Open the file that the configuration names.
+        """Open the file.
 
         Raises:
             ValueError: the file cannot be created.
         """
-        self._recorder: Recorder | None = None
-        if config.record is not None:
-            try:
-                self._recorder = Recorder(config.record, streams, {"configuration": to_toml(config)})
-            except OSError as error:
-                raise ValueError(f"record: cannot write {config.record}: {error.strerror}") from None
+        try:
+            self._recorder = Recorder(path, streams, metadata) if path is not None else None
+        except OSError as error:
+            raise ValueError(f"record: cannot write {path}: {error.strerror}") from None
 
     @property
     def open(self) -> bool:
