@@ -3,11 +3,12 @@
 import { byId, make, write } from "./dom.js";
 import { BODY_SIDES, capital, WORDS } from "./words.js";
 
+const FARTHEST_MM = 1000;
 let picture = null, mark = null, done = null, opener = null, view = "front";
 
 export async function startBody() {
   for (const side of BODY_SIDES) byId("body-sides").append(choice(side || WORDS.noSide, () => choose({ side }), side));
-  byId("body-use").addEventListener("click", () => finish({ ...mark, landmark: byId("body-landmark").value.trim(), landmark_mm: byId("body-mm").value === "" ? null : byId("body-mm").valueAsNumber }));
+  byId("body-use").addEventListener("click", use);
   byId("body-none").addEventListener("click", () => finish(null));
   byId("body-close").addEventListener("click", closeBody);
   const text = await (await fetch("/page/body.svg")).text();
@@ -43,6 +44,13 @@ export function closeBody() {
   byId("sheet-body").hidden = true;
   opener?.focus();
   return true;
+}
+
+// A number field would drop the comma of "12,5".
+function use() {
+  const said = byId("body-mm").value.trim().replace(",", "."), far = said === "" ? null : Number(said);
+  if (!/^\d*\.?\d*$/.test(said) || !(far <= FARTHEST_MM)) { write(byId("body-said"), WORDS.landmarkFar(FARTHEST_MM)); byId("body-mm").focus(); return; }
+  finish({ ...mark, landmark: byId("body-landmark").value.trim(), landmark_mm: far });
 }
 
 function finish(chosen) {
