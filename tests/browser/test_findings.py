@@ -37,7 +37,7 @@ def kinds_pressed(page: Any) -> list[str]:
 def test_the_list_is_in_view_and_shows_kind_value_contrast_and_place(open_page: Open) -> None:
     page = open_page("engaged")
     shown = page.inner_text("#found-list")
-    for part in ("1 warm, 36.4 ± 0.2 °C", "+3.4 ± 0.3 K", "x 40 y -20 mm", "10 ± 1 times"):
+    for part in ("1: warm, 36.4 ± 0.2 °C", "+3.4 ± 0.3 K", "x 40 y -20 mm", "10 ± 1 times"):
         assert part in shown
     assert page.inner_text("#found-title") == "2 findings"
     numbers = page.eval_on_selector_all("[data-jump]", "found => found.map(each => each.dataset.jump)")
@@ -140,6 +140,49 @@ def test_a_place_on_the_body_goes_with_a_finding(stage: Stage, open_page: Open, 
     (saved,) = wait_for(stage, "finding")
     mark = {"region": "forearm", "side": "left", "landmark": "wrist crease", "landmark_mm": 20}
     assert saved["details"]["body"] == mark
+
+
+@pytest.mark.parametrize(("typed", "mm"), [("12,5", 12.5), ("12.5", 12.5), (" 20 ", 20), ("", None)])
+def test_a_distance_from_a_landmark_may_have_a_comma(
+    stage: Stage, open_page: Open, typed: str, mm: float | None
+) -> None:
+    page = open_page("engaged")
+    page.click("#finding-button")
+    page.click("#finding-body")
+    page.click("#body-regions [data-value=abdomen]")
+    page.fill("#body-landmark", "navel")
+    page.focus("#body-mm")
+    page.keyboard.type(typed)
+    page.click("#body-use")
+    page.click("#finding-save")
+    (saved,) = wait_for(stage, "finding")
+    assert saved["details"]["body"]["landmark_mm"] == mm
+
+
+@pytest.mark.parametrize("typed", ["1.2.5", "two", "1e3", "-4", "1001"])
+def test_a_distance_that_is_no_number_keeps_the_diagram_open(open_page: Open, typed: str) -> None:
+    page = open_page("engaged")
+    page.click("#finding-button")
+    page.click("#finding-body")
+    page.click("#body-regions [data-value=abdomen]")
+    page.focus("#body-mm")
+    page.keyboard.type(typed)
+    page.click("#body-use")
+    assert page.inner_text("#body-said") == "The distance is a number from 0 to 1000 mm."
+    assert page.evaluate("document.activeElement.id") == "body-mm"
+
+
+@pytest.mark.parametrize("key", ["ArrowRight", "2", "Backspace", "Enter"])
+def test_keys_in_the_diagram_change_no_finding_below_it(stage: Stage, open_page: Open, key: str) -> None:
+    page = open_page("engaged")
+    page.click("#finding-button")
+    page.click("#finding-body")
+    before = page.inner_text("#marking-title"), kinds_pressed(page)
+    page.focus("#body-close")
+    page.keyboard.press(key)
+    assert (page.inner_text("#marking-title"), kinds_pressed(page)) == before
+    assert page.is_visible("#marking")
+    assert not [ask for ask in stage.asks if ask["verb"] == "finding"]
 
 
 def test_an_examination_begins_at_a_place_on_the_body(stage: Stage, open_page: Open) -> None:

@@ -117,7 +117,7 @@ export async function save() {
 
 // Handles the keys that have another meaning while a finding is marked; returns whether it used one.
 export function markingKey(event) {
-  if (!finding) return false;
+  if (!finding || document.activeElement?.closest(".sheet")) return false;
   const step = moved(event), onButton = document.activeElement?.matches("button, select, a");
   if (step) {
     const from = finding.x_mm === null ? fingerPlace() ?? { x: 0, y: 0 } : { x: finding.x_mm, y: finding.y_mm };
