@@ -465,8 +465,8 @@ def playback() -> Scenario:
                   "marks": [{"at_s": 2.0, "kind": "mode", "text": "connected"},
                             {"at_s": 60.0, "kind": "mode", "text": "engaged"},
                             {"at_s": 120.0, "kind": "alarm", "text": "Link slow"},
-                            {"at_s": 311.0, "kind": "finding", "text": "1 warm, 36.4 ± 0.2 °C"},
-                            {"at_s": 402.0, "kind": "finding", "text": "2 stiff, 4000 ± 400 N/m"},
+                            {"at_s": 311.0, "kind": "finding", "text": "1: warm, 36.4 ± 0.2 °C"},
+                            {"at_s": 402.0, "kind": "finding", "text": "2: stiff, 4000 ± 400 N/m"},
                             {"at_s": 500.0, "kind": "fault", "text": "index plate 45.2 °C, over 45.0"},
                             {"at_s": 500.0, "kind": "mode", "text": "fault"}]},
     )  # fmt: skip

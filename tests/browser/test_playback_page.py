@@ -88,7 +88,7 @@ def test_a_finding_of_the_list_is_jumped_to_in_place_and_time(stage: Stage, open
     page.locator("[data-jump='1']").click() if by == "click" else page.locator("[data-jump='1']").press("Enter")
     (sought,) = wait_for(stage, "seek")
     assert sought["details"] == {"at_s": 311.0}
-    assert page.inner_text("#mark-said") == "00:05:11 finding: 1 warm, 36.4 ± 0.2 °C"
+    assert page.inner_text("#mark-said") == "00:05:11 finding: 1: warm, 36.4 ± 0.2 °C"
     page.wait_for_selector("#read-out:has-text('x 40 y -20 mm')")
     del stage.scenario.state["findings"][0]  # when it was marked, it was not saved
     page.wait_for_selector("[data-jump='1']", state="detached")
@@ -105,7 +105,7 @@ def test_a_finding_without_a_place_is_jumped_to_in_time(stage: Stage, open_page:
 def test_the_focused_time_line_says_the_newest_mark(open_page: Open) -> None:
     page = open_page("playback")
     page.focus("#ticks")
-    assert page.inner_text("#mark-said") == "00:05:11 finding: 1 warm, 36.4 ± 0.2 °C"
+    assert page.inner_text("#mark-said") == "00:05:11 finding: 1: warm, 36.4 ± 0.2 °C"
 
 
 def test_states_and_marks_have_words_and_shapes(open_page: Open) -> None:
@@ -113,7 +113,7 @@ def test_states_and_marks_have_words_and_shapes(open_page: Open) -> None:
     assert page.inner_text("#modes").split("\n") == ["ENGAGED", "FAULT"]
     uses = page.eval_on_selector_all("#ticks use", "uses => uses.map(use => use.getAttribute('href'))")
     assert uses == ["#shape-alarm", "#shape-finding", "#shape-finding", "#shape-fault"]
-    assert "1 warm" in page.inner_text("#ticks")
+    assert "1: warm" in page.inner_text("#ticks")
 
 
 def test_a_preview_says_what_follows(stage: Stage, open_page: Open) -> None:

@@ -52,7 +52,7 @@ export function showFindings() {
 function row(found, mayEdit, mayUndo) {
   const placed = typeof found.x_mm === "number";
   const more = [found.contrast, placed ? WORDS.placeOf(found.x_mm, found.y_mm) : WORDS.noPlace, found.body?.text, found.note?.slice(0, 40), found.saved ? "" : WORDS.notSaved].filter(Boolean).join(" · ");
-  const text = make(found.withdrawn ? "s" : "span", { text: `${found.id} ${found.text}` });
+  const text = make(found.withdrawn ? "s" : "span", { text: `${found.id}: ${found.text}` });
   const jump = make("button", { "data-jump": found.id, class: "jump" }, text, make("span", { class: "small", text: found.withdrawn ? WORDS.withdrawn(found.withdrawn) : more }));
   jump.addEventListener("click", () => {
     if (placed) lookAt(found.x_mm, found.y_mm);

@@ -40,7 +40,7 @@ function jump(mark) {
 
 // Jumps to the moment at which a finding was marked.
 export function jumpToFinding(id) {
-  const mark = now.state.session.playback.marks.find(found => found.kind === "finding" && found.text.startsWith(`${id} `));
+  const mark = now.state.session.playback.marks.find(found => found.kind === "finding" && found.text.startsWith(`${id}: `));
   if (mark) jump(mark);
 }
 

@@ -132,7 +132,7 @@ class Recording:
                 match stream:
                     case "console/finding":
                         marked_s = entry["at_s"] - self.start_ns * 1e-9
-                        text = f"{entry['id']} {entry['text']}{', withdrawn' if entry.get('withdrawn') else ''}"
+                        text = f"{entry['id']}: {entry['text']}{', withdrawn' if entry.get('withdrawn') else ''}"
                         marks["finding", entry["id"]] = Mark(marked_s, "finding", text)
                     case "console/alarm":
                         marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", entry["text"]))

@@ -159,7 +159,7 @@ def test_marks_are_where_things_were(recording: Recording) -> None:
         ("mode", "fault"),
         ("clutch", "scale 1:2"),
         ("alarm", "Index: plate 42.3 °C"),
-        ("finding", "1 warm, 36.4 ± 0.2 °C"),
+        ("finding", "1: warm, 36.4 ± 0.2 °C"),
     ]
     assert [mark.at_s for mark in marks] == pytest.approx([10.0, 10.0, 13.0, 15.0, 23.0])
     assert recording.title() == "session.mcap"
