@@ -220,6 +220,21 @@ def test_two_quantities_have_room_for_their_scales(open_page: Open, size: str) -
         assert page.evaluate(LOOK) == []
 
 
+@pytest.mark.parametrize("both", [False, True], ids=["one", "two"])
+@pytest.mark.parametrize("name", ["talking", "playback"])
+@pytest.mark.parametrize("size", SIZES)
+def test_scales_have_room_below_the_voice(stage: Stage, open_page: Open, size: str, name: str, both: bool) -> None:
+    scenario = SCENARIOS[name]()
+    scenario.state["voice"] = SCENARIOS["talking"]().state["voice"]
+    stage.show(scenario)
+    page = open_page(None, SIZES[size])
+    page.wait_for_selector("#voice:not([hidden])")
+    if both:
+        page.keyboard.press("v")
+    page.wait_for_timeout(500)  # the map is painted ten times a second, numbers four times
+    assert page.evaluate(LOOK) == []
+
+
 def test_it_is_compared_with_surroundings_mirror_image_and_the_map_before(stage: Stage, open_page: Open) -> None:
     page = open_page("engaged")
     page.keyboard.press("t")
