@@ -44,6 +44,17 @@ def test_the_list_is_in_view_and_shows_kind_value_contrast_and_place(open_page: 
     assert numbers == ["2", "1"], "the newest first"
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("engaged", "No findings yet. F marks one."), ("observer", "No findings yet."), ("playback", "No findings yet.")],
+)
+def test_only_who_may_mark_a_finding_reads_the_key_for_it(stage: Stage, open_page: Open, name: str, text: str) -> None:
+    page = open_page(name)
+    stage.scenario.state["findings"].clear()
+    page.wait_for_selector("#found-none:visible")
+    assert page.inner_text("#found-none") == text
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_a_jump_puts_the_middle_of_the_map_on_the_finding(stage: Stage, open_page: Open, way: str) -> None:
     page = open_page("engaged", has_touch=way == "touch")
