@@ -209,11 +209,15 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
             "teletaction calibrate thermal --traces DIR --out TABLE" if connected else doctor,
         ),
         _check("link", measured or connected, texts.NO_REMOTE_DATA, doctor),
-        _check("disk", around.disk_used < DISK_NEARLY_FULL, used, "df -h"),
-        _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND),
     ]
     if site.refusal:
         found.insert(1, _check("remote site", False, texts.capital(site.refusal), doctor))
+    if not console.live:  # disk, sound and consent of this console are not those of the recording
+        return found
+    found += [
+        _check("disk", around.disk_used < DISK_NEARLY_FULL, used, "df -h"),
+        _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND),
+    ]
     if consent.agreed is not None:
         text = texts.consents_differ(consent.here, consent.there)
         found.append(_check("consent", not consent.differs, text, texts.SAME_CONSENT))

@@ -38,6 +38,16 @@ def engaged(gap_s: float | None = 0.004) -> Console:
     return console
 
 
+@pytest.mark.parametrize("live", [True, False])
+def test_the_check_list_of_a_recording_judges_nothing_of_the_console_that_plays_it(live: bool) -> None:
+    console = Console(live=live)
+    happen(console, 100.0, "connected")
+    console.take("operator/figures", round(AT_S * S), figures(remote_consent={"consented": ["touch"]}))
+    names = {check["name"] for check in page_state(console, AT_S, lambda _: True, "operator.toml")["checks"]}
+    assert names >= {"operator site", "calibration", "link"}
+    assert ({"disk", "sound", "consent"} & names) == ({"disk", "sound", "consent"} if live else set())
+
+
 def words(console: Console, now_s: float) -> tuple[str, LinkState]:
     """The state's word, and the state that a picture is drawn with."""
     console.step(now_s)
