@@ -61,9 +61,6 @@ class Fingertips:
 
         Args:
             wall: bound of the walls that the exoskeleton can display passively.
-            profile: temperature range of the plates.
-            body: temperatures of the body and of the air.
-            vibration: scale of the motor speed.
         """
         n = len(FINGERS)
         self._wall = wall

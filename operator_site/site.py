@@ -61,8 +61,6 @@ class Admission:
         """Begin before the first handshake.
 
         Args:
-            client: has the session and publishes the refusal.
-            link: detects refusals.
             remote: readable address of the remote site.
         """
         self._client, self._link = client, link

@@ -177,7 +177,7 @@ class ThermalReading:
         time_us, plate, ambient, flags, heater = _unpack(cls.LAYOUT, payload, "thermal reading")
         if plate > 4095 or ambient > 4095:
             raise BadPayload(f"thermal reading: counts {plate}, {ambient} are beyond 12 bits")
-        _check_drive(heater, BadPayload)
+        _check_drive(heater)
         return cls(time_us, plate, ambient, flags, heater)
 
 
@@ -205,7 +205,7 @@ class HeaterCommand:
     def decode(cls, payload: bytes) -> "HeaterCommand":
         """Check and unpack; raises BadPayload on a wrong length or a drive beyond full drive."""
         (drive,) = _unpack(cls.LAYOUT, payload, "heater command")
-        _check_drive(drive, BadPayload)
+        _check_drive(drive)
         return cls(drive)
 
 
@@ -235,7 +235,7 @@ class TactTipCommand:
         Raises:
             ValueError: a drive is out of its range.
         """
-        self._check(ValueError)
+        self._check()
         return self.LAYOUT.pack(
             self.motor_mv, self.peltier_permille, self.pulse_mv, self.pulse_us, self.pulse_number & 0xFF
         )
@@ -244,15 +244,15 @@ class TactTipCommand:
     def decode(cls, payload: bytes) -> "TactTipCommand":
         """Check and unpack; raises BadPayload on a wrong length or a drive out of range."""
         command = cls(*_unpack(cls.LAYOUT, payload, "TactTip command"))
-        command._check(BadPayload)
+        command._check()
         return command
 
-    def _check(self, error: type[ValueError]) -> None:
-        _check_motor(self.motor_mv, error)
-        _check_drive(self.peltier_permille, error)
-        _check_motor(self.pulse_mv, error)
+    def _check(self) -> None:
+        _check_motor(self.motor_mv)
+        _check_drive(self.peltier_permille)
+        _check_motor(self.pulse_mv)
         if not 0 <= self.pulse_us <= MOTOR_PULSE_MAX_US:
-            raise error(f"motor pulse of {self.pulse_us} us is outside 0..{MOTOR_PULSE_MAX_US}")
+            raise BadPayload(f"motor pulse of {self.pulse_us} us is outside 0..{MOTOR_PULSE_MAX_US}")
 
 
 @dataclass(slots=True)
@@ -286,8 +286,8 @@ class TactTipState:
         time_us, plate, hot, flags, motor, peltier = _unpack(cls.LAYOUT, payload, "TactTip state")
         if plate > 4095 or hot > 4095:
             raise BadPayload(f"TactTip state: counts {plate}, {hot} are beyond 12 bits")
-        _check_motor(motor, BadPayload)
-        _check_drive(peltier, BadPayload)
+        _check_motor(motor)
+        _check_drive(peltier)
         return cls(time_us, plate, hot, flags, motor, peltier)
 
 
@@ -330,7 +330,7 @@ class PatientSwitchState:
         """
         if len(payload) == cls.WITH_SLIDER.size:
             time_us, contact, pain = cls.WITH_SLIDER.unpack(payload)
-            _check_slider(pain, BadPayload)
+            _check_slider(pain)
         else:
             (time_us, contact), pain = _unpack(cls.LAYOUT, payload, "patient switch state"), None
         if contact > 1:
@@ -338,19 +338,19 @@ class PatientSwitchState:
         return cls(time_us, bool(contact), pain)
 
 
-def _check_drive(permille: int, error: type[ValueError] = ValueError) -> None:
+def _check_drive(permille: int) -> None:
     if not -DRIVE_FULL <= permille <= DRIVE_FULL:
-        raise error(f"Peltier drive {permille} is outside -{DRIVE_FULL}..{DRIVE_FULL} thousandths")
+        raise BadPayload(f"Peltier drive {permille} is outside -{DRIVE_FULL}..{DRIVE_FULL} thousandths")
 
 
-def _check_slider(permille: int, error: type[ValueError] = ValueError) -> None:
+def _check_slider(permille: int) -> None:
     if not 0 <= permille <= SLIDER_FULL:
-        raise error(f"pain slider {permille} is outside 0..{SLIDER_FULL} thousandths")
+        raise BadPayload(f"pain slider {permille} is outside 0..{SLIDER_FULL} thousandths")
 
 
-def _check_motor(motor_mv: int, error: type[ValueError] = ValueError) -> None:
+def _check_motor(motor_mv: int) -> None:
     if not 0 <= motor_mv <= MOTOR_MAX_MV:
-        raise error(f"motor voltage {motor_mv} mV is outside 0..{MOTOR_MAX_MV}")
+        raise BadPayload(f"motor voltage {motor_mv} mV is outside 0..{MOTOR_MAX_MV}")
 
 
 Report = TypeVar("Report", TextureSamples, ThermalReading, TactTipState, PatientSwitchState)

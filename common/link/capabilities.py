@@ -29,11 +29,7 @@ def capabilities(fingers: tuple[str, ...], rate_hz: float, **more: Any) -> dict[
 
 
 def misreading(theirs: dict[str, Any]) -> str:
-    """Return why this site would misread packets of the far side; empty when it would not.
-
-    Args:
-        theirs: capabilities of the far side.
-    """
+    """Return why this site would misread packets of the far side; empty when it would not."""
     if theirs.get("layout") != LAYOUT:
         return "touch is laid out differently on the two sites: install the same version on both"
     return ""

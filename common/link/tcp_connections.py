@@ -50,10 +50,6 @@ def end_connection(connection: int, local_port: int) -> None:
     """End one TCP connection of this process; libzmq finds it closed, and the peer connects again.
 
     The descriptor may have been closed and reused. Nothing happens unless it is a TCP socket of `local_port`.
-
-    Args:
-        connection: file descriptor of the connection.
-        local_port: port at which the connection was accepted.
     """
     with _tcp_connection(connection, local_port) as end, contextlib.suppress(OSError):
         if end is not None:

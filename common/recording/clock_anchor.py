@@ -32,12 +32,7 @@ class ClockAnchor(NamedTuple):
     def now(
         cls, monotonic_ns: Callable[[], int] = time.monotonic_ns, wall_ns: Callable[[], int] = time.time_ns
     ) -> Self:
-        """Read both clocks.
-
-        Args:
-            monotonic_ns: reads the monotonic clock, ns.
-            wall_ns: reads the wall clock, ns.
-        """
+        """Read both clocks."""
         pairs = []
         for _ in range(_READINGS):
             before, wall, after = monotonic_ns(), wall_ns(), monotonic_ns()

@@ -78,15 +78,7 @@ class Work:
 
 
 def serve_page(app: Starlette, config: WebConfig, socket: sockets.socket, contain: Containment, work: Work) -> None:
-    """Serve `app` at `socket` until `work.stop()`, or until Ctrl-C.
-
-    Args:
-        app: the page.
-        config: certificate and key.
-        socket: from `bound`.
-        contain: reports errors of steps, requests and connections.
-        work: what the process does beside.
-    """
+    """Serve `app` at `socket`, which is from `bound`, until `work.stop()`, or until Ctrl-C."""
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(_run(app, config, socket, contain, work))
 

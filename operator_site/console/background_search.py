@@ -28,14 +28,7 @@ class BackgroundSearch(Generic[Given, Found]):
     def __init__(
         self, name: str, search: Callable[[Given], Found], nothing: Found, executor: Executor | None = None
     ) -> None:
-        """Search in a thread of `executor`, or in one of its own.
-
-        Args:
-            name: name of the thread.
-            search: searches a copy of the data.
-            nothing: result before the first search.
-            executor: runs the searches.
-        """
+        """Search in a thread of `executor`, or in one of its own."""
         self.found = nothing
         self._search, self._nothing = search, nothing
         self._executor = executor or ThreadPoolExecutor(1, name)

@@ -1,7 +1,6 @@
 """Connects with a process of the remote site that serves a stream beside the session; never blocks."""
 
 import contextlib
-from typing import Protocol
 
 import zmq
 import zmq.utils.monitor
@@ -20,38 +19,6 @@ _FINAL = 400
 """Status of a handshake whose key is not trusted; the library does not try again."""
 
 
-class StreamLine(Protocol):
-    """Connection with a process of the remote site."""
-
-    refused: bool
-
-    def receive(self) -> list[bytes]:
-        """Return the parts of the next message; empty if none waits."""
-
-    def send(self, packet: bytes) -> None:
-        """Send a packet."""
-
-    def reconnect(self) -> None:
-        """Connect again."""
-
-    def close(self) -> None:
-        """Disconnect."""
-
-
-class Reconnection:
-    """Connects a silent line again. Pure: times are arguments, ns."""
-
-    def __init__(self, line: StreamLine, now_ns: int):
-        """Watch a line that was connected at `now_ns`."""
-        self._line, self._connected_ns = line, now_ns
-
-    def step(self, now_ns: int, silent_s: float) -> None:
-        """Connect again if nothing came for RECONNECT_S, s, and the last attempt is as old."""
-        if silent_s > RECONNECT_S and now_ns - self._connected_ns > RECONNECT_S * 1e9:
-            self._connected_ns = now_ns
-            self._line.reconnect()
-
-
 class StreamSocket:
     """A reader's end of a stream, connected in the background; an absent process is no error."""
 
@@ -67,11 +34,7 @@ class StreamSocket:
         """Connect to the remote site's host.
 
         Args:
-            stream: name of the stream.
-            host: name or address of the remote site.
             base_port: first port of the remote site's link.
-            keys: keys of the operator site.
-            remote_public_key: public key of the remote site.
             most_bytes: size of the largest part of a received message, bytes.
         """
         self.refused = False
@@ -125,3 +88,17 @@ class StreamSocket:
         self._socket.disable_monitor()
         self._monitor.close()
         self._context.destroy(linger=0)
+
+
+class Reconnection:
+    """Connects a silent line again. Pure: times are arguments, ns."""
+
+    def __init__(self, line: StreamSocket, now_ns: int):
+        """Watch a line that was connected at `now_ns`."""
+        self._line, self._connected_ns = line, now_ns
+
+    def step(self, now_ns: int, silent_s: float) -> None:
+        """Connect again if nothing came for RECONNECT_S, s, and the last attempt is as old."""
+        if silent_s > RECONNECT_S and now_ns - self._connected_ns > RECONNECT_S * 1e9:
+            self._connected_ns = now_ns
+            self._line.reconnect()

@@ -127,11 +127,7 @@ class NoduleSearch:
     """
 
     def __init__(self, presses: PressNumbers) -> None:
-        """Search; this takes 0.1 to 0.4 s of processor time with 200 places.
-
-        Args:
-            presses: at least one press.
-        """
+        """Search at least one press; this takes 0.1 to 0.4 s of processor time with 200 places."""
         self._presses = presses
         self._profiles = _profiles(presses)
         self._sites_m, self._step_m = _sites(presses.places_m)

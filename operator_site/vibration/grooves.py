@@ -100,12 +100,7 @@ class GrooveTiming:
         return bool(self._waiting)
 
     def step(self, t_s: float, fresh: Iterable[Event]) -> list[Event]:
-        """Return the due events in the order in which they happened.
-
-        Args:
-            t_s: present time on the operator's clock, s.
-            fresh: new events in their order.
-        """
+        """Return the events due at `t_s`, s of the operator's clock, in the order in which they happened."""
         due = []
         for event in fresh:
             age_s = t_s - event.hand_ns * 1e-9

@@ -110,7 +110,6 @@ class MotorDrive:
         """Find voltage and pulse for the next command to the module.
 
         Args:
-            t_s: time, s.
             rpm: wanted motor speed, rpm; zero and non-finite speeds give 0 V.
         """
         if rpm == 0.0 == self.speed_rad_s and not self.hold_mv:  # at rest, and stays there

@@ -99,14 +99,7 @@ class PictureReaders:
         return True
 
     def sent(self, sequence: int, now_s: float, is_key: bool, ready: list[Reader]) -> list[Reader]:
-        """Return the readers that get this picture; the others need a key picture next.
-
-        Args:
-            sequence: number of the picture.
-            now_s: time of the camera's clock, s.
-            is_key: whether the picture can be decoded by itself.
-            ready: the readers with credit.
-        """
+        """Return the readers that get this picture; the others need a key picture next."""
         get = [reader for reader in ready if is_key or not reader.needs_key]
         for reader in self._readers.values():
             if reader in get:

@@ -55,11 +55,7 @@ class ThermalSensor:
         self._witness = DeviceClock(self.line, clock)
 
     def read(self, t_s: float) -> PlateReading | None:
-        """Return the newest reading since the last call, checked for plausibility; None without one.
-
-        Args:
-            t_s: time now, s; the check adds the standstill of the host's clock.
-        """
+        """Return the newest reading since the last call, checked for plausibility at `t_s`, s; None without one."""
         if self.line.silent:
             self.stood_still_s = 0.0
             return None

@@ -64,9 +64,6 @@ class FingerIdentification:
         """Identify with the calibrated tables of sensors, materials and surfaces.
 
         Args:
-            finger: number of the finger, 0..4.
-            knowledge: calibrated materials.
-            surfaces: calibrated textures.
             hand: motion of the hand that has this finger; step it before the finger.
             events: takes the finger's events; step it before the finger.
         """

@@ -49,10 +49,7 @@ class PatientTablets:
         """Serve pages.
 
         Args:
-            switch: takes the answers.
             site_reads: whether the remote site has the switch open.
-            contain: reports errors of requests.
-            now_s: monotonic clock, s.
         """
         self.switch, self.contain = switch, contain
         self.counts: Counter[str] = Counter()

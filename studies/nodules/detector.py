@@ -4,9 +4,9 @@ import numpy as np
 
 from operator_site.palpation.lump_probability import lumps_of_presses
 from operator_site.palpation.nodule_search import PressNumbers
-from operator_site.palpation.press_numbers import press_numbers
 from studies.nodules.judge import Answer, FoundNodule, places_mm
 from studies.nodules.phantoms import Presses
+from studies.nodules.press_numbers import press_numbers
 from studies.nodules.ranges import CONTACT_N, STEP_S
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from operator_site.console.camera.camera_now import CameraNow
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.picture_reader import PictureReader
-from operator_site.console.stream_socket import Reconnection, StreamLine
+from operator_site.console.stream_socket import Reconnection, StreamSocket
 
 _AT_ONCE = 16
 """Maximum number of messages of one step."""
@@ -16,14 +16,12 @@ class Camera:
     """The remote site's camera as the console sees it."""
 
     def __init__(
-        self, line: StreamLine, *, required: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
+        self, line: StreamSocket, *, required: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
     ) -> None:
         """Read `line`.
 
         Args:
-            line: connection with the camera's process.
             required: whether the session pauses without a live picture.
-            clock_ns: this machine's monotonic clock, ns.
         """
         self._line, self._clock_ns = line, clock_ns
         self._reader = PictureReader(clock_ns(), required=required)

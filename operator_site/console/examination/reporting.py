@@ -37,10 +37,6 @@ class Reporting:
     async def write(self, pseudonym: str, files: Sequence[Path]) -> str:
         """Write the report of an examination; return its address at the console's server.
 
-        Args:
-            pseudonym: pseudonym of the examined person.
-            files: recordings of the examination.
-
         Raises:
             OSError: no report was written; the message says why.
         """

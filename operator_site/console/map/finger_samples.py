@@ -116,13 +116,7 @@ class FingerSamples:
         self._touch = max(self._touch, touch)
 
     def step(self, t_s: float, row: TouchRow, summary: TouchSummary) -> list[Sample]:
-        """Take one packet; return the new samples.
-
-        Args:
-            t_s: time, s.
-            row: the finger's touch row.
-            summary: the finger's touch summary.
-        """
+        """Take one packet; return the new samples."""
         if row.contact == 0.0:
             ended = self._paint(t_s, self._path[-1][0] - LATE_M) if self._path else []
             self._path.clear()

@@ -60,11 +60,7 @@ def search_lumps(rows: Floats) -> Searched:
 
 
 def field_of(rows: Floats) -> StiffnessField | None:
-    """Return the field of samples of stiffness; None with too few places for lump probabilities.
-
-    Args:
-        rows: the samples, `StiffnessLayer.rows`.
-    """
+    """Return the field of samples, `StiffnessLayer.rows`; None with too few places for lump probabilities."""
     if not len(rows):
         return None
     field = field_of_presses(rows)

@@ -122,13 +122,7 @@ class TactileMap:
         return column * TILE * CELL_M, row * TILE * CELL_M
 
     def add(self, t_s: float, rows: Sequence[TouchRow], summaries: Sequence[TouchSummary]) -> None:
-        """Take one accepted touch packet.
-
-        Args:
-            t_s: time, s.
-            rows: touch row of each finger.
-            summaries: touch summary of each finger.
-        """
+        """Take one accepted touch packet."""
         for finger, samples in enumerate(self._fingers):
             row = rows[finger]
             if row.contact and math.hypot(row.slope_x, row.slope_y) >= STEEP_SLOPE:

@@ -162,13 +162,7 @@ class Player:
     """
 
     def __init__(self, recording: Recording, ahead: Checkpoints, clock_s: Callable[[], float] = time.monotonic):
-        """Begin at the start, paused.
-
-        Args:
-            recording: recording to play.
-            ahead: checkpoints of the same recording.
-            clock_s: this machine's monotonic clock, s.
-        """
+        """Begin at the start, paused; `ahead` has checkpoints of the same recording."""
         self.playback = Playback(recording, lambda: Console(live=False))
         self._ahead, self._clock_s = ahead, clock_s
         self._target_s: float | None = None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from common.link.voice_end import VoiceEnd
 from common.wire.voice_messages import VoiceState
-from operator_site.console.stream_socket import Reconnection, StreamLine
+from operator_site.console.stream_socket import Reconnection, StreamSocket
 from operator_site.console.voice.voice_now import Heard, VoiceNow
 from operator_site.console.voice.voice_sound import VoiceSound
 
@@ -40,14 +40,12 @@ class Voice:
     """The voice of the remote site as the console has it."""
 
     def __init__(
-        self, line: StreamLine, *, record: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
+        self, line: StreamSocket, *, record: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
     ) -> None:
         """Read and write `line`.
 
         Args:
-            line: connection with the voice's process.
             record: whether this side records the sound where the remote site has the patient's consent.
-            clock_ns: this machine's monotonic clock, ns.
         """
         self._line, self._clock_ns, self._record = line, clock_ns, record
         self._end = VoiceEnd(clock_ns())

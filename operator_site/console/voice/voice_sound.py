@@ -35,11 +35,7 @@ class VoiceSound:
     content: bytes
 
     def encode(self, sent_s: float) -> bytes:
-        """Return the message for a page: a header of 28 bytes, little-endian, and the content.
-
-        Args:
-            sent_s: when it is sent, s of the console's clock.
-        """
+        """Return the message for a page: a header of 28 bytes, little-endian, with `sent_s`, the console's time, s."""
         sequence = self.sequence & 0xFFFFFFFF
         return HEADER.pack(MAGIC, VERSION, sequence, self.captured_s, sent_s, self.uncertainty_s) + self.content
 

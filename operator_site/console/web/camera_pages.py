@@ -82,12 +82,7 @@ class CameraPages(StreamPages[Viewer]):
     """Relays pictures."""
 
     def __init__(self, contain: Containment, clock_s: Callable[[], float] = time.monotonic):
-        """Begin without pages.
-
-        Args:
-            contain: contains errors of one page, so that the others are served.
-            clock_s: this machine's monotonic clock, s.
-        """
+        """Begin without pages."""
         super().__init__(contain, clock_s)
         self._process = StillProcess()
         self._stills = Stills(self._process.make)

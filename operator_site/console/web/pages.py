@@ -71,9 +71,7 @@ class Pages:
         """Show a console.
 
         Args:
-            commands: carries out the requests of pages on the console to show.
             shown_s: returns the shown moment, s of the operator site's clock.
-            clock_s: this machine's monotonic clock, s.
         """
         self._commands, self._shown_s, self._now_s = commands, shown_s, clock_s
         self._sequence = 0

@@ -41,12 +41,7 @@ class StreamPages(ABC, Generic[Page]):
     """Pages of one stream; for use in the server's own thread only."""
 
     def __init__(self, contain: Containment, clock_s: Callable[[], float] = time.monotonic):
-        """Begin without pages.
-
-        Args:
-            contain: contains errors of one page, so that the others are served.
-            clock_s: this machine's monotonic clock, s.
-        """
+        """Begin without pages; `contain` contains errors of one page, so that the others are served."""
         self._contain, self._clock_s = contain, clock_s
         self._pages: dict[Page, asyncio.Event] = {}
 

@@ -8,8 +8,8 @@ import pytest
 from operator_site.palpation.inclusion_model import contact_radius_m, energy_share, ln_lift
 from operator_site.palpation.lump_probability import LumpMap, lumps_of_field, lumps_of_presses
 from operator_site.palpation.nodule_search import MOST_SEARCHED, RIGHT_WHEN_SURE, NoduleSearch, one_stiffness
-from operator_site.palpation.press_numbers import FEWEST_STEPS, press_numbers
 from operator_site.palpation.stiffness_field import StiffnessField
+from studies.nodules.press_numbers import FEWEST_STEPS, press_numbers
 from tests.unit.operator_site.palpation.made_ground import grid_m, ln_stiffness
 
 MIDDLE_M = (0.03, 0.03)
