@@ -45,7 +45,6 @@ class FloodFilter(logging.Filter):
     """
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic):
-        """Start with full buckets."""
         super().__init__()
         self._now_s = now_s
         self._others: RateLimiters[_Place] = RateLimiters(PER_S, AT_ONCE)

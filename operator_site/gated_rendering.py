@@ -87,7 +87,6 @@ class LoopStiffness:
     """
 
     def __init__(self, wall: SampledWall) -> None:
-        """Begin with the nominal period of `wall`."""
         self._kept = self.wall = wall
         self._held_s = wall.period_s
         self._t_s = self._height_s = math.nan

@@ -16,7 +16,6 @@ class Heating:
     """
 
     def __init__(self, fingers: Iterable[str]):
-        """Heat the plates of these fingers."""
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         self._time_s = -math.inf
         self._restart()

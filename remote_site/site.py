@@ -177,7 +177,6 @@ class RemoteSite:
                 now_ns,
                 not_ready,
                 verb,
-                details,
                 held=self._devices.patient_presses,
                 restore_force=self.gate.end_pain_limit if may_restore else None,
             )

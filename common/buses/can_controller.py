@@ -33,7 +33,6 @@ class CanController:
     """
 
     def __init__(self) -> None:
-        """Start with a controller that has reported no error."""
         self.state = "error-active"
         self.off = False
         self.counts: Counter[str] = Counter()

@@ -20,7 +20,6 @@ class ReadyLines:
     """Polls all lines of a site. A line without a descriptor counts as readable."""
 
     def __init__(self, lines: Sequence[Line]) -> None:
-        """Poll these lines, open or closed."""
         self._lines = lines
         self._descriptors: list[int | None] = []
         self._behind: dict[int, list[Line]] = {}

@@ -65,7 +65,6 @@ class SystemPort:
     __slots__ = ("_port", "descriptor")
 
     def __init__(self, port: serial.SerialBase) -> None:
-        """Take an open pyserial port."""
         self._port = port
         self.descriptor: int | None = port.fileno()
 

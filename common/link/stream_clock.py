@@ -13,7 +13,6 @@ class StreamClock:
     """
 
     def __init__(self) -> None:
-        """Begin without an offset."""
         self.own = ClockOffset()
         self.site: tuple[int, int] | None = None
 

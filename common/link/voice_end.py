@@ -41,7 +41,6 @@ class VoiceEnd:
     """
 
     def __init__(self, now_ns: int) -> None:
-        """Begin without a packet."""
         self.far: VoicePacket | None = None
         self.heard_ns = now_ns
         self.clock = StreamClock()

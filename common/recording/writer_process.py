@@ -39,7 +39,6 @@ class RecordingWriter:
     """
 
     def __init__(self, file: IO[bytes]) -> None:
-        """Write to an empty file."""
         self.written: list[int] = []
         self.ended = False
         self._file, self._end = file, file.flush

@@ -39,7 +39,6 @@ class Containment:
     """
 
     def __init__(self, latch: Callable[[Fault], None] = lambda fault: None):
-        """Latch faults with `latch`."""
         self.count = 0
         self.places: Counter[str] = Counter()
         self.latest: dict[str, str] = {}

@@ -68,7 +68,6 @@ class PressFinder:
     """
 
     def __init__(self, presses: int) -> None:
-        """Keep a number of presses."""
         self.presses: deque[Press] = deque(maxlen=presses)
         self.open = self._painful = False
         self._reported: Press | None = None

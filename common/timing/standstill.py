@@ -93,7 +93,6 @@ class Witness:
     """
 
     def __init__(self) -> None:
-        """Start without a report."""
         self._lead_s: float | None = None
         self._newest_s = 0.0
         self._host_s = 0.0

@@ -94,7 +94,6 @@ class Reconnection:
     """Connects a silent line again. Pure: times are arguments, ns."""
 
     def __init__(self, line: StreamSocket, now_ns: int):
-        """Watch a line that was connected at `now_ns`."""
         self._line, self._connected_ns = line, now_ns
 
     def step(self, now_ns: int, silent_s: float) -> None:

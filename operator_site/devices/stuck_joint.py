@@ -31,7 +31,6 @@ class StuckJoints:
     """
 
     def __init__(self, taking_part: Sequence[bool] = (True,) * len(FINGERS)) -> None:
-        """Watch the fingers that are in the exoskeleton."""
         n = len(FINGERS)
         self.stuck_s = [0.0] * n
         self._taking_part = tuple(taking_part)

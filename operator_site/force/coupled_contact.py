@@ -27,7 +27,6 @@ class ForceCeiling:
     __slots__ = ("_open", "force_n")
 
     def __init__(self) -> None:
-        """Begin above every force."""
         self.begin_session()
 
     def begin_session(self) -> None:
@@ -52,7 +51,6 @@ class WorkspaceEdge:
     """Soft walls at each finger before the lowest height that the remote finger can reach."""
 
     def __init__(self, wall: SampledWall) -> None:
-        """Begin within the bounds of `wall`."""
         self._walls = [PassiveContact(wall) for _ in FINGERS]
 
     def show(self, wall: SampledWall) -> None:

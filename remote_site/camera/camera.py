@@ -34,7 +34,6 @@ class Camera:
     """
 
     def __init__(self, config: CameraConfig, link: StreamServer, source: VideoSource) -> None:
-        """Serve the pictures of `source` on `link`."""
         self._config, self._link, self._source = config, link, source
         self._ladder, self._readers = PictureLadder(), PictureReaders()
         self._encoder: VideoEncoder | None = None

@@ -78,7 +78,6 @@ class PictureLadder:
     """
 
     def __init__(self) -> None:
-        """Begin with the best picture."""
         self.number = 0
         self._touch, self._picture = _Age(), _Age()
         self._stepped_s = self._calm_since_s = self._climbed_s = -math.inf

@@ -63,7 +63,6 @@ class PictureReaders:
     """All readers of one camera. Pure: times are arguments."""
 
     def __init__(self) -> None:
-        """Begin without readers."""
         self._readers: dict[bytes, Reader] = {}
         self._key_s = -math.inf
 

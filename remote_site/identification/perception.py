@@ -49,7 +49,6 @@ class TouchSummaries:
     __slots__ = ("_made_s", "summaries")
 
     def __init__(self) -> None:
-        """Begin with empty summaries."""
         self._made_s = -math.inf
         self.summaries = NO_SUMMARIES
 

@@ -36,7 +36,6 @@ class TouchEvents:
     """
 
     def __init__(self) -> None:
-        """Begin with the number 1."""
         self._count = 0
         self.forget()
 

@@ -29,7 +29,6 @@ class PainLimit:
     """
 
     def __init__(self, presses: int = 8) -> None:
-        """Keep a number of presses."""
         self.limit_n = math.inf
         self._lowered_s = -math.inf
         self.reaction = ReactionTime()

@@ -13,7 +13,6 @@ def answer_desk(
     now_ns: int,
     not_ready: str,
     verb: str,
-    details: dict[str, Any],
     *,
     held: bool = False,
     restore_force: Callable[[], None] | None = None,
@@ -25,7 +24,6 @@ def answer_desk(
         now_ns: this site's clock, ns.
         not_ready: the gate's fault, or the missing device; empty when the site may engage.
         verb: verb of the request.
-        details: its arguments; no request here uses any.
         held: whether the patient presses the stop switch now.
         restore_force: ends the force limit that follows the patient; None while the patient reports pain.
 

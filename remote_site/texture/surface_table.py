@@ -92,7 +92,6 @@ class StrokeLaw:
     __slots__ = ("_centres",)
 
     def __init__(self, table: SurfaceTable) -> None:
-        """Take the surfaces of a table."""
         groups: list[list[Surface]] = []
         for surface in sorted(table.surfaces, key=lambda surface: surface.ln_roughness):
             if groups and surface.ln_roughness - groups[-1][0].ln_roughness < ONE_ROUGHNESS:

@@ -28,7 +28,6 @@ class ContactChange:
     """Monitors the force of one touch; step it with each reading."""
 
     def __init__(self, sensor: SensorConstants) -> None:
-        """Begin at contact."""
         self._sensor = sensor
         self._begin(0.0)
 

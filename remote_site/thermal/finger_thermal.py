@@ -172,7 +172,6 @@ class SensorClock:
     """Converts the sensor's times of readings to the receiver's time."""
 
     def __init__(self) -> None:
-        """Begin without a reading."""
         self._device_us = 0
         self._first_s: float | None = None
         self._delay_s = self._held_s = 0.0

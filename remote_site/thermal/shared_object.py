@@ -27,7 +27,6 @@ class SharedObject:
     """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
-        """Judge with `knowledge`."""
         self._knowledge = knowledge
         self._release()
 

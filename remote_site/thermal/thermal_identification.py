@@ -117,7 +117,6 @@ class ThermalIdentification:
     """
 
     def __init__(self, knowledge: ThermalKnowledge) -> None:
-        """Identify with `knowledge`."""
         self._knowledge = knowledge
         table = knowledge.table
         self._names = table.names()

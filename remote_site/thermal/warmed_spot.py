@@ -26,7 +26,6 @@ class WarmedSpot:
     """Last spot under one finger's plate; step it with each tick of contact."""
 
     def __init__(self) -> None:
-        """Begin without a spot."""
         self._x_m = self._y_m = 0.0
         self._pressed_s = 0.0
         self._before_s = -math.inf

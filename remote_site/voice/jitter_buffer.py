@@ -23,7 +23,6 @@ class JitterBuffer:
     """
 
     def __init__(self) -> None:
-        """Begin empty."""
         self.dropped = 0
         self._waiting: deque[Sound] = deque()
         self._playing = False

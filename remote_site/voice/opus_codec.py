@@ -20,7 +20,6 @@ class OpusEncoder:
     """Encoder of one talker, with a constant bit rate."""
 
     def __init__(self) -> None:
-        """Open the codec."""
         self._codec = av.AudioCodecContext.create("libopus", "w")
         self._codec.sample_rate, self._codec.format, self._codec.layout = RATE_HZ, FORMAT, LAYOUT
         self._codec.bit_rate = BIT_S
@@ -36,7 +35,6 @@ class OpusDecoder:
     """Decoder of one talker."""
 
     def __init__(self) -> None:
-        """Open the codec."""
         self._codec = av.AudioCodecContext.create("libopus", "r")
         self._codec.sample_rate, self._codec.format, self._codec.layout = RATE_HZ, FORMAT, LAYOUT
 

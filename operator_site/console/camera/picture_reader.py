@@ -25,7 +25,6 @@ class PictureReader:
     """
 
     def __init__(self, now_ns: int, *, required: bool = False):
-        """Begin without a picture."""
         self.damaged = 0
         self.clock = StreamClock()
         self._required = required

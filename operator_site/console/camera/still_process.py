@@ -25,7 +25,6 @@ class StillProcess:
     """The process. It starts with the first picture, and again with the next one after a failure."""
 
     def __init__(self) -> None:
-        """Start nothing yet."""
         # The thread waits for the process: a full pipe would hold up the console's loop.
         self._thread = ThreadPoolExecutor(1, "stills")
         self._process: SpawnProcess | None = None

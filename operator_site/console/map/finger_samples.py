@@ -94,7 +94,6 @@ class FingerSamples:
     """Makes the samples of one finger. Pure; step it with every packet."""
 
     def __init__(self, finger: int) -> None:
-        """Begin with a finger that has touched nothing yet."""
         self._finger = finger
         self._touch = 0
         self._contact = False

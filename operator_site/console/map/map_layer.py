@@ -83,7 +83,6 @@ class Layer:
     """
 
     def __init__(self, middle: float = 0.0) -> None:
-        """Begin without samples."""
         self.tiles: dict[tuple[int, int], Tile] = {}
         self.middle = middle
         self._newest: dict[int, Sample] = {}

@@ -86,7 +86,6 @@ class PatientShift:
     """
 
     def __init__(self) -> None:
-        """Begin without contacts."""
         self.movement: Movement | None = None
         self.compared = 0
         self._known: deque[Contact] = deque(maxlen=MOST_CONTACTS)

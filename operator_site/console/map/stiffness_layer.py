@@ -25,7 +25,6 @@ class StiffnessLayer(Layer):
     """Layer of ln stiffness."""
 
     def __init__(self) -> None:
-        """Begin without samples."""
         super().__init__()
         self._field: StiffnessField | None = None
         self._lumps: LumpMap | None = None

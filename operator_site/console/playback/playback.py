@@ -200,7 +200,6 @@ class Playback(Generic[C]):
     """
 
     def __init__(self, recording: Recording, make: Callable[[], C]) -> None:
-        """Begin at the start, paused."""
         self._recording = recording
         self._make = make
         every_s = max(CHECKPOINT_S, recording.length_s / MOST_CHECKPOINTS)

@@ -43,7 +43,6 @@ class PlayedSounds:
     """Sounds of a recording. Times are ns of the recording's clock; its sounds appear when they were relayed."""
 
     def __init__(self, recording: Recording) -> None:
-        """Begin at the start."""
         self._recording = recording
         self._messages: Iterator[tuple[int, VoiceSound]] = iter(())
         self._next: tuple[int, VoiceSound] | None = None
@@ -79,7 +78,6 @@ class PlayedPictures:
     """Pictures of a recording. Times are ns of the recording's clock; its pictures appear when they had arrived."""
 
     def __init__(self, recording: Recording) -> None:
-        """Begin at the start."""
         self._recording = recording
         self._sequence: int | None = None
         self._messages: Iterator[tuple[int, Picture]] = iter(())

@@ -63,7 +63,6 @@ class CalmAnswers:
     """
 
     def __init__(self) -> None:
-        """Begin without an answer."""
         self._sure: dict[int, tuple[float, dict[str, Any]]] = {}
 
     def step(self, now_s: float, finger: int, answer: dict[str, Any]) -> dict[str, Any]:

@@ -56,7 +56,6 @@ class BusNow:
     """Newest state and errors of the CAN controllers, by each second's figures. Pure: time is an argument, s."""
 
     def __init__(self) -> None:
-        """Begin without a report."""
         self._state: dict[str, str] = {}
         self._counts: dict[str, Mapping[str, Any]] = {}
         self._latest: dict[str, tuple[float, str]] = {}

@@ -13,7 +13,6 @@ class WallClock:
     """Holds the offset between both clocks, so that a past time does not change from state to state. Pure."""
 
     def __init__(self) -> None:
-        """Begin without an offset."""
         self._zero: datetime | None = None
         """Time of day at time 0 of the site's clock."""
 
@@ -38,7 +37,6 @@ class SiteTime:
     """
 
     def __init__(self) -> None:
-        """Begin with no lead."""
         self.ahead_s = 0.0
 
     def heard(self, here_s: float, site_s: float) -> None:

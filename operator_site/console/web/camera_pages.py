@@ -82,7 +82,6 @@ class CameraPages(StreamPages[Viewer]):
     """Relays pictures."""
 
     def __init__(self, contain: Containment, clock_s: Callable[[], float] = time.monotonic):
-        """Begin without pages."""
         super().__init__(contain, clock_s)
         self._process = StillProcess()
         self._stills = Stills(self._process.make)

@@ -34,7 +34,6 @@ from operator_site.console.web.answer import Act, Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.examination_requests import ExaminationRequests
 from operator_site.console.web.page_state import refusal
-from operator_site.console.web.playback_requests import Playing, pause, play, seek
 from operator_site.console.web.request_record import LONGEST_KEPT, recorded, shown, whole
 
 log = logging.getLogger(__name__)
@@ -51,6 +50,44 @@ _REFUSALS_PER_S, _REFUSALS_AT_ONCE = 0.2, 10
 """Rate and burst of the refused requests of one visitor that are recorded and logged; others are only counted."""
 _FARTHEST_MM = 1e6
 """Largest coordinate of a place, mm."""
+_LARGEST = 1e9
+"""Largest speed and largest time of a request, s."""
+
+
+class Playing(Protocol):
+    """Playback of a recording."""
+
+    def play(self, speed: float) -> None:
+        """Play at a multiple of the recorded speed."""
+
+    def pause(self) -> None:
+        """Pause the playback."""
+
+    def seek(self, at_s: float) -> bool:
+        """Jump to a time, s from the beginning; return False if that part must be read first."""
+
+
+async def play(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+    """Play at a speed."""
+    speed = details.get("speed", 1.0)
+    if not within(speed, -_LARGEST, _LARGEST):
+        raise Refused(texts.SPEED_NEEDED)
+    player.play(float(speed))
+    return Answer(True, "")
+
+
+async def pause(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+    """Pause."""
+    player.pause()
+    return Answer(True, texts.PLAYBACK_PAUSED)
+
+
+async def seek(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
+    """Jump to a time."""
+    at_s = details.get("at_s")
+    if not within(at_s, -_LARGEST, _LARGEST):
+        raise Refused(texts.TIME_NEEDED)
+    return Answer(True, "" if player.seek(max(0.0, float(at_s))) else texts.READING_AHEAD)
 
 
 def values_at(surface: TactileMap, quantity: str, details: dict[str, Any], now_s: float) -> Answer:

@@ -260,7 +260,7 @@ class RemoteAgainstOperators(RuleBasedStateMachine):
     def person(self, verb: str) -> None:
         """The person at the patient's side asks for something."""
         with suppress(Refused):
-            answer_desk(self.site.server, self.now_ns, "", verb, {})
+            answer_desk(self.site.server, self.now_ns, "", verb)
         self.tick(2)
 
     @rule()

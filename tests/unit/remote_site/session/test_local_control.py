@@ -12,4 +12,4 @@ from remote_site.session.session_server import SessionServer
 @pytest.mark.parametrize("verb", ["mute_voice", "unmute_voice"])
 def test_the_microphone_is_muted_at_the_voices_process(verb: str) -> None:
     with pytest.raises(Refused, match=f"teletaction session {verb.replace('_', '-')}$"):
-        answer_desk(cast(SessionServer, None), 0, "", verb, {})
+        answer_desk(cast(SessionServer, None), 0, "", verb)
