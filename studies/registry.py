@@ -5,9 +5,10 @@ are its parts. `soak` is in `robustness`. `run.py` contains:
 
 - a docstring whose first line describes the study;
 - `run(quick=..., seed=..., progress=..., work=...)`, which returns the data for JSON;
-- `plot(data, path)`, imported from `figure.py`;
 - `COMPARED`, the numbers by which two runs are compared;
 - optionally `tables(data)`, the rows that are written as CSV, by name.
+
+`figure.py` contains `plot(data, path)`, which draws the data as PNG.
 
 `work` runs pieces on all processors (studies/pieces.py). A study measures times of this machine in its own process
 while no piece runs. A study of such times alone has no `work`, and names them in `MEASURES_THIS_MACHINE`. The study
@@ -92,6 +93,15 @@ def study(name: str) -> ModuleType:
     return import_module(STUDIES[name])
 
 
+def plot_of(name: str) -> Callable[[Mapping[str, Any], Path], None]:
+    """Load the function that draws a study."""
+    module = study(name)
+    plot: Callable[[Mapping[str, Any], Path], None] = (
+        module.plot if hasattr(module, "plot") else import_module(f"{module.__package__}.figure").plot
+    )
+    return plot
+
+
 def described() -> dict[str, str]:
     """One line for each study on what it shows."""
     return {name: (study(name).__doc__ or "").partition("\n")[0] for name in STUDIES}
@@ -133,7 +143,7 @@ def run_study(
         written.append(out / f"{name}-{table}.csv")
         write_table(written[-1], rows)
     written.append(out / f"{name}.png")
-    module.plot(data, written[-1])
+    plot_of(name)(data, written[-1])
     kept.forget()
     return Result(written, data.get("problems", []))
 

@@ -25,7 +25,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.consoles.figure import plot
 from common.config.file import load_config, to_toml
 from common.config.site_models import OperatorConfig
 from common.runtime.scheduling import policy, take_ordinary
@@ -38,7 +37,6 @@ from teletaction.recordings.recorded_session import RecordedSession
 from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses, die_with_parent
 
-__all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how late loops are on this machine"
 NONE, AGAIN, UNSEEN, SEEN = "no console", "no console, again", "a console, no page", "five pages"
 WAYS = (NONE, AGAIN, UNSEEN, SEEN)

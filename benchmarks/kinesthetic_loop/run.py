@@ -15,14 +15,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.kinesthetic_loop.ends import DeviceEnd, GatewayEnd, VirtualEnd
-from benchmarks.kinesthetic_loop.figure import plot
 from benchmarks.kinesthetic_loop.step import PARTS, STIFFNESS_N_M, BareStep, KinestheticStep, part_costs_us
 from common.faults.texts import fault_text
 from common.runtime.periodic_loop import PeriodicLoop
 from common.runtime.scheduling import become_timely
 from studies.compared import Compared
-
-__all__ = ["measure", "plot", "run", "tables"]
 
 MEASURES_THIS_MACHINE = "how late loops are on this machine"
 RATE_HZ, SITE_HZ = 1000.0, 500.0

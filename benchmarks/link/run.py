@@ -11,7 +11,6 @@ import zmq
 
 from benchmarks.link.age import sweep
 from benchmarks.link.faults import DEFAULT_FAULTS, safe_state_times
-from benchmarks.link.figure import plot
 from benchmarks.link.latency import LINK
 from benchmarks.link.latency import measure as measure_latency
 from benchmarks.link.load import compare, ratios, scale
@@ -19,8 +18,6 @@ from benchmarks.link.packets import size_table
 from studies.compared import Compared
 from studies.pieces import HERE, Work, part_of
 from studies.running import Progress
-
-__all__ = ["plot", "run", "tables"]
 
 _RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
 COMPARED = (

@@ -14,14 +14,12 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from benchmarks.rates.figure import plot
 from common.runtime.parallel_map import processors
 from common.runtime.reference_step import reference_step_s
 from studies.compared import Compared
 from studies.running import Progress
 from teletaction.session.session_rates import Rates
 
-__all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how fast a live session is on it, by its tick rates"
 RATES = tuple(Rates(*pair) for pair in ((250, 500), (500, 500), (500, 1000), (1000, 1000)))
 SEEDS, SECONDS = 3, 60.0

@@ -15,14 +15,11 @@ import numpy as np
 
 from benchmarks.runtime_cost.accuracy import accuracy
 from benchmarks.runtime_cost.budget import exceeded, load_budget
-from benchmarks.runtime_cost.figure import plot
 from benchmarks.runtime_cost.finger_cost import finger_costs
 from benchmarks.runtime_cost.measure import measure
 from studies.compared import Compared
 from studies.pieces import part_of
 from studies.running import Progress, tables_of
-
-__all__ = ["COMPARED", "MEASURES_THIS_MACHINE", "plot", "run", "tables"]
 
 MEASURES_THIS_MACHINE = "what a tick costs on this machine"
 tables = tables_of("cost", "finger", "accuracy")

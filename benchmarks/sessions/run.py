@@ -14,7 +14,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from benchmarks.sessions.figure import plot
 from benchmarks.sessions.look import Look, look
 from benchmarks.sessions.recorded import TICKS, Recorded
 from common.runtime.machine import ProcessorTime
@@ -25,7 +24,6 @@ from studies.running import Progress, tables_of
 from teletaction.session.demo_files import PROCESSES, DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 
-__all__ = ["plot", "run", "tables"]
 MEASURES_THIS_MACHINE = "how many sessions it carries"
 COUNTS, SECONDS = (1, 2, 4, 8), 20.0
 QUICK_COUNTS, QUICK_SECONDS = (1, 2), 6.0

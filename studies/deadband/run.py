@@ -18,13 +18,10 @@ from common.timing.timeouts import REFRESH_S
 from studies.compared import Compared
 from studies.deadband.channel import RECKONINGS, error_m, sent
 from studies.deadband.courses import RECORDED_HZ, Course, recorded, recorded_forces_n, scripted
-from studies.deadband.figure import plot
 from studies.deadband.loss import LIMIT_M, LOSSES, REPEATS_TRIED, after_loss_rows, lossy_rows
 from studies.deadband.touch import force_rows, touch_rows
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress
-
-__all__ = ["plot", "run", "tables"]
 
 Row = dict[str, Any]
 RATES_HZ = (RECORDED_HZ, 500.0)

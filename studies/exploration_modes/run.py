@@ -17,7 +17,6 @@ from common.wire.messages import ExplorationMode
 from sim_sensors.traces.commanded_hand import TICK_S
 from sim_sensors.traces.simulated_exploration import Explored, sense
 from studies.compared import Compared
-from studies.exploration_modes.figure import plot
 from studies.exploration_modes.judge import (
     JUDGED,
     MACHINE,
@@ -34,8 +33,6 @@ from studies.exploration_modes.plain_thresholds import PlainThresholds
 from studies.exploration_modes.scenes import BARELY, SCENES, scene
 from studies.pieces import HERE, Work
 from studies.running import Progress, tables_of
-
-__all__ = ["plot", "run", "tables"]
 
 
 class _OneFinger:

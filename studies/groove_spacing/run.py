@@ -18,11 +18,8 @@ from operator_site.vibration.vibration import PlayedEvents
 from remote_site.devices.sensor_frame import HandPlace
 from remote_site.identification.touch_events import HandPath
 from studies.compared import Compared
-from studies.groove_spacing.figure import plot
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress, tables_of
-
-__all__ = ["plot", "run", "tables"]
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,6 @@ from typing import Any
 
 from studies.compared import Compared
 from studies.nodules.detector import detect
-from studies.nodules.figure import plot
 from studies.nodules.judge import (
     GOOD_AUC,
     Answer,
@@ -28,8 +27,6 @@ from studies.nodules.reference import Reference, correction
 from studies.nodules.sequential import curves, judged_sequence, saved
 from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, rows_of
 from studies.running import Progress, tables_of
-
-__all__ = ["judge_detector", "plot", "run", "tables"]
 
 LEARNED = 200
 """Phantoms on which the reference learns the correction of its probabilities."""

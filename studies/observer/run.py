@@ -13,7 +13,6 @@ from common.config.site_models import RenderingConfig
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from sim_sensors.physics.finger_plate import DEEP_C, ROOM_C
 from studies.compared import Compared
-from studies.observer.figure import plot
 from studies.observer.texture_comparison import (
     OWN_STIFFNESS,
     Strokes,
@@ -36,8 +35,6 @@ from studies.observer.thermal_comparison import (
 from studies.pieces import HERE, Piece, Work, results_of
 from studies.running import Progress, tables_of
 from studies.touches.teleoperation import DELAY_S, SCENE
-
-__all__ = ["plot", "run", "tables"]
 
 TOUCHES, TOUCHES_QUICK = 6, 2
 STROKES, STROKES_QUICK = 4, 1

@@ -23,15 +23,12 @@ import numpy as np
 
 from studies.compared import Compared
 from studies.counting import grouped
-from studies.palpation.figure import plot
 from studies.palpation.map_bars import SETS, chosen_one_by_one, judged_maps, map_means, read_palpated
 from studies.palpation.presses import LAW, answered, predicted, repeated
 from studies.palpation.recordings import MATERIALS, STREAMS, read_set, read_stream
 from studies.palpation.shown import REGRESSION, STEPPED, shown, streamed
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress, data_folder, tables_of
-
-__all__ = ["plot", "run", "tables"]
 
 Row = dict[str, Any]
 

@@ -13,15 +13,12 @@ from common.wire.messages import ExplorationMode
 from sim_sensors.physics.motor import RPM_PER_RAD_S
 from sim_sensors.physics.surface import make_profile, relief_of
 from studies.compared import Compared
-from studies.paper_figures.figure import plot
 from studies.paper_figures.remote_identification import MATERIAL, OBJECT_C, PAPER_S, identification_rows
 from studies.paper_figures.skin_layers import layer_rows, start_rows
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress, tables_of
 from studies.touches.rendered_stroke import VirtualSurface, rendered_stroke
 from studies.touches.stroke_path import LENGTH_M
-
-__all__ = ["plot", "run", "tables"]
 
 SURFACE = "widely_grooved_pvc"
 SHOWN_S = 2.0

@@ -28,13 +28,10 @@ from remote_site.traces.trace_files import StrokeTrace, read_stroke
 from studies.compared import Compared
 from studies.counting import share
 from studies.pieces import HERE, Piece, Work, results_of
-from studies.recorded_strokes.figure import plot
 from studies.recorded_strokes.made_strokes import SPEEDS_MM_S
 from studies.recorded_strokes.periods import WITHIN, WRONG, Board, changed_boards, made_periods, pooled
 from studies.running import Progress, Unavailable, data_folder
 from studies.texture.baselines import band_powers, classifiers, moments
-
-__all__ = ["plot", "run", "tables"]
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]

@@ -36,13 +36,10 @@ from remote_site.traces.trace_files import ThermalTrace, read_thermal
 from studies.compared import Compared
 from studies.counting import grouped
 from studies.pieces import HERE, Piece, Work, part_of, results_of
-from studies.recorded_touches.figure import plot
 from studies.running import Progress, Unavailable, data_folder, tables_of
 from studies.thermal_identification.answers import Answered, by_fingers, knowledge_of
 from studies.thermal_identification.operating_curve import RULES, operating_curve
 from studies.thermal_identification.situations import Hand
-
-__all__ = ["plot", "run", "tables"]
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]

@@ -7,7 +7,7 @@ from typing import Any
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, results_of
 from studies.running import Progress, tables_of
-from studies.second_world.figure import plot, reference_of
+from studies.second_world.figure import reference_of
 from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
 from studies.thermal_identification.answers import SHIPPED_RULE, Answered, by_fingers, knowledge_of
 from studies.thermal_identification.operating_curve import RULES, operating_curve
@@ -15,8 +15,6 @@ from studies.thermal_identification.pieces import Examples, by_reference
 from studies.thermal_identification.reference import train
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, TWELVE, calibrated
-
-__all__ = ["measure", "plot", "run", "tables"]
 
 FINGERS = {"1 finger": 1, "2 staggered": 2, "5 staggered": 5}
 """Number of fingers of each method."""

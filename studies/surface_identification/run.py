@@ -15,7 +15,6 @@ from remote_site.stiffness.surface_estimate import SurfaceEstimate
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, one_thread, part_of, rows_of
 from studies.running import Progress, tables_of
-from studies.surface_identification.figure import plot
 from studies.surface_identification.pressed_surface import STEPS, TICK_S, Floats, Touches, sense
 from studies.surface_identification.scenes import (
     HAND_STEP_M,
@@ -27,8 +26,6 @@ from studies.surface_identification.scenes import (
     rested,
     stroked,
 )
-
-__all__ = ["plot", "run", "tables"]
 
 STIFFNESSES_N_M = (100.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0)
 PRESSES, QUICK_PRESSES = 100, 8

@@ -23,13 +23,10 @@ from sim_sensors.operator_hand.hand_plan import Segment
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, results_of
 from studies.running import Progress, tables_of
-from studies.tactile_map.figure import plot
 from teletaction.report.found_lumps import found_lumps
 from teletaction.report.found_targets import Found, find_highest, judged
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S
-
-__all__ = ["plot", "run", "tables"]
 
 SCENE = "phantom_sweep"
 TARGETS = {thing.name: thing for thing in load_scene(SCENE).objects if thing.target is not None}

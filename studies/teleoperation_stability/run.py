@@ -12,7 +12,6 @@ from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress, tables_of
 from studies.teleoperation_stability.cases import DEVICE_NS_M, HANDS
-from studies.teleoperation_stability.figure import plot
 from studies.teleoperation_stability.limits import (
     FREE,
     Loop,
@@ -24,8 +23,6 @@ from studies.teleoperation_stability.limits import (
 from studies.teleoperation_stability.matrix import FULL, LOCAL, QUICK, matrix_pieces, summary
 from studies.teleoperation_stability.measures import FORCE_MOST_N, PRODUCED_J
 from studies.teleoperation_stability.recorded import recorded_pieces
-
-__all__ = ["plot", "run", "tables"]
 
 AGREE = 0.15
 PERIOD_S = 0.001

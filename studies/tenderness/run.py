@@ -13,10 +13,7 @@ from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, chunks, rows_of
 from studies.running import Progress, tables_of
 from studies.tenderness.examiner import examine
-from studies.tenderness.figure import plot
 from studies.tenderness.patients import Kind, Patient
-
-__all__ = ["plot", "run", "tables"]
 
 USUAL = "usual"
 KINDS = (

@@ -20,13 +20,10 @@ from studies.compared import Compared
 from studies.counting import share
 from studies.pieces import HERE, Piece, Work, chunks, one_thread, part_of, rows_of
 from studies.running import Progress
-from studies.texture.figure import plot
 from studies.texture.methods import METHODS, PAPER, SHIPPED, Learned, answers, learn
 from studies.texture.paper_method import PaperRoughness, paper_states
 from studies.texture.strokes import Asked, Drawn, changes, grooves_counted, stroke_blocks, strokes, stroking
 from teletaction.make_tables import STROKED
-
-__all__ = ["plot", "run", "tables"]
 
 TIMES_S = (0.1, 0.25, 0.5, 1.0, 1.5)
 SEEN_M, SEEN_S = 0.050, 0.3

@@ -18,13 +18,10 @@ from studies.compared import Compared
 from studies.counting import grouped
 from studies.pieces import HERE, Piece, Work, chunks, part_of, rows_of
 from studies.running import Progress, Unavailable, data_folder
-from studies.texture_world.figure import plot
 from studies.texture_world.models import TextureModel, read_models
 from studies.texture_world.recognition import FOLDS, METHODS, SECONDS, SHIPPED, TOP, named, strangers
 from studies.texture_world.rendering_quality import MISSING, installed, qualities, quality_rows
 from studies.texture_world.roughness import EACH, ranking, roughnesses, sensor_law
-
-__all__ = ["plot", "run", "tables"]
 
 Row = dict[str, Any]
 JUDGED, REPEATS = 6, 2

@@ -19,7 +19,6 @@ from studies.thermal_identification import maps
 from studies.thermal_identification.answers import Answered, knowledge_of
 from studies.thermal_identification.bound import bounds
 from studies.thermal_identification.cost import BASELINE, cost_by_materials, costs
-from studies.thermal_identification.figure import plot
 from studies.thermal_identification.goals import goals
 from studies.thermal_identification.maps import Axes
 from studies.thermal_identification.pieces import (
@@ -42,8 +41,6 @@ from studies.thermal_identification.situations import (
     Situation,
     touched,
 )
-
-__all__ = ["measure", "plot", "run", "tables"]
 
 FINGERS = (2, 3, 5)
 REFERENCE, REFERENCE_TWO = "reference", "reference, 2 staggered"

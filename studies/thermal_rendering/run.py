@@ -22,14 +22,11 @@ from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, part_of, rows_of
 from studies.running import Progress, tables_of
 from studies.thermal_rendering.felt_error import tolerance_k
-from studies.thermal_rendering.figure import plot
 from studies.thermal_rendering.naive_inverse import inverse_rows
 from studies.thermal_rendering.plate_in_loop import loop_pieces
 from studies.thermal_rendering.plate_strategies import OBJECTS, colder_rows, rate_rows, strategy_rows
 from studies.thermal_rendering.reference_finger import felt_course
 from teletaction.session.step_cost import quickest_s
-
-__all__ = ["plot", "run", "tables"]
 
 OBJECT_C = 25.0
 SECONDS = 10.0

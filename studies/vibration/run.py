@@ -24,9 +24,6 @@ from sim_sensors.physics.motor import VibrationMotors
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, rows_of
 from studies.running import Progress, tables_of
-from studies.vibration.figure import plot
-
-__all__ = ["plot", "run", "tables"]
 
 Floats = NDArray[np.float64]
 

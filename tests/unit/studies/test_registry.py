@@ -138,7 +138,7 @@ def test_each_study_has_what_the_registry_asks_for(name: str) -> None:
     module = registry.study(name)
     shares_its_work = "work" in signature(module.run).parameters
     assert shares_its_work != hasattr(module, "MEASURES_THIS_MACHINE")
-    assert callable(module.plot)
+    assert callable(registry.plot_of(name))
     line = registry.described()[name]
     assert line.endswith(".")
     assert len(line) < 120

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.kinesthetic_loop.run import measure, plot, tables
+from benchmarks.kinesthetic_loop.figure import plot
+from benchmarks.kinesthetic_loop.run import measure, tables
 from benchmarks.kinesthetic_loop.step import STIFFNESS_N_M, bare_springs
 from common.buses.can_frames import FrameSender, database
 from common.fingers import FINGERS

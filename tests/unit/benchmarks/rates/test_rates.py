@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from benchmarks.rates import run as rates
-from benchmarks.rates.run import measure, plot, tables
+from benchmarks.rates.figure import plot
+from benchmarks.rates.run import measure, tables
 from teletaction.session.demo_files import PROCESSES
 from teletaction.session.session_rates import Rates
 from tests.unit.studies.written import draw_figure

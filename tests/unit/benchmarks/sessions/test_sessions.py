@@ -9,9 +9,10 @@ import msgpack
 import pytest
 
 from benchmarks.link.packets import next_motion
+from benchmarks.sessions.figure import plot
 from benchmarks.sessions.look import Look, look
 from benchmarks.sessions.recorded import Recorded
-from benchmarks.sessions.run import Stage, does_not_fit, measure, plot, silent, tables
+from benchmarks.sessions.run import Stage, does_not_fit, measure, silent, tables
 from common.limits import GAP_S
 from common.recording.recorder import PACKET_SCHEMA, Recorder
 from teletaction.session.demo_files import PROCESSES

@@ -13,8 +13,9 @@ from common.timing.timeouts import REFRESH_S
 from studies.deadband import run as deadband
 from studies.deadband.channel import error_m, kept, sent
 from studies.deadband.courses import Course, recorded, scripted
+from studies.deadband.figure import plot
 from studies.deadband.loss import LIMIT_M, after_loss_rows, lossy_rows
-from studies.deadband.run import plot, run, tables
+from studies.deadband.run import run, tables
 from studies.deadband.touch import force_rows
 from tests.places import DATA
 from tests.unit.studies.written import draw_figure, write_tables

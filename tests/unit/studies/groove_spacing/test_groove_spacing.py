@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from studies.groove_spacing.run import AS_THEY_COME, AT_THEIR_TIME, plot, run
+from studies.groove_spacing.figure import plot
+from studies.groove_spacing.run import AS_THEY_COME, AT_THEIR_TIME, run
 from tests.unit.studies.written import draw_figure
 
 

@@ -12,6 +12,7 @@ import pytest
 from operator_site.palpation.nodule_search import RIGHT_WHEN_SURE
 from sim_sensors.tissue.contrast import Sphere
 from studies.nodules.detector import detect
+from studies.nodules.figure import plot
 from studies.nodules.judge import (
     Answer,
     FoundNodule,
@@ -35,7 +36,7 @@ from studies.nodules.ranges import (
     Ranges,
 )
 from studies.nodules.reference import Reference, correction
-from studies.nodules.run import judge_detector, judged_seeds, plot, run, tables
+from studies.nodules.run import judge_detector, judged_seeds, run, tables
 from tests.unit.studies.written import draw_figure, write_tables
 
 CALM = Ranges(

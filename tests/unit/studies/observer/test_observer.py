@@ -13,9 +13,10 @@ from common.scenes.surfaces import surface_kind
 from operator_site.thermal.skin_model import contact_resistance_m2k_w
 from sim_sensors.physics.finger_plate import ROOM_C, FingerPlates
 from sim_sensors.physics.surface import make_profile, relief_of
+from studies.observer.figure import plot
 from studies.observer.paper_tables import MATCHED, MATCHING_OF, beside
 from studies.observer.remote_stroke import remote_stroke
-from studies.observer.run import findings, plot, tables
+from studies.observer.run import findings, tables
 from studies.observer.stroke_features import FLOOR_RAD_S, motor_features, surface_features
 from studies.observer.texture_comparison import (
     BY_INTENSITY,

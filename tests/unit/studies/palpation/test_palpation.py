@@ -11,6 +11,7 @@ import pytest
 
 from remote_site.traces.press_files import Contact, Press
 from studies.palpation import run as study
+from studies.palpation.figure import plot
 from studies.palpation.presses import LAW, LINE, SLOPE, answered, intraclass_correlation, predicted, repeated
 from studies.palpation.recordings import Stream, read_stream
 from studies.palpation.shown import DRAWN, LIVE, RECORDED, REGRESSION, STEPPED, neighbour_cv, pair_cv, shown, streamed
@@ -156,4 +157,4 @@ def test_the_bars_of_the_recordings(tmp_path: Path):
     missed = {row["bar"] for row in data["bars"] if row["reached"] is None and LIVE not in row["bar"]}
     assert missed <= {f"windows, CV: {RECORDED}"}
     write_tables(study.tables(data), tmp_path)
-    draw_figure(study.plot, data, tmp_path)
+    draw_figure(plot, data, tmp_path)

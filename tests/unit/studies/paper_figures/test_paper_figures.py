@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from common.limits import MOTOR_FLOOR_RPM
-from studies.paper_figures.run import plot, run, tables
+from studies.paper_figures.figure import plot
+from studies.paper_figures.run import run, tables
 from tests.unit.studies.written import draw_figure, write_tables
 
 

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from remote_site.traces.trace_files import ThermalTrace
+from studies.recorded_touches.figure import plot
 from studies.recorded_touches.run import (
     BOTH,
     HEATED,
@@ -21,7 +22,6 @@ from studies.recorded_touches.run import (
     accuracy,
     linear_features,
     linear_score,
-    plot,
     run,
 )
 from studies.thermal_identification.operating_curve import RULES

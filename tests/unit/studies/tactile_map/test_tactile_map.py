@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from studies.tactile_map.run import GOAL_K, GOAL_M, GOAL_SHARE, SURE, TARGETS, plot, run, tables
+from studies.tactile_map.figure import plot
+from studies.tactile_map.run import GOAL_K, GOAL_M, GOAL_SHARE, SURE, TARGETS, run, tables
 from tests.unit.studies.written import draw_figure
 
 

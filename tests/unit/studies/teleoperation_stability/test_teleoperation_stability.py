@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from studies.teleoperation_stability.cases import HANDS, cases
+from studies.teleoperation_stability.figure import plot
 from studies.teleoperation_stability.limits import (
     FREE,
     Loop,
@@ -31,7 +32,7 @@ from studies.teleoperation_stability.matrix import (
 from studies.teleoperation_stability.measures import QUIET, START_M, PressTwice, produced_j, swing
 from studies.teleoperation_stability.network import newest, way
 from studies.teleoperation_stability.plant import Course, simulate
-from studies.teleoperation_stability.run import plot, tables
+from studies.teleoperation_stability.run import tables
 from studies.teleoperation_stability.waves import WaveVariables
 from tests.unit.studies.written import draw_figure, write_tables
 

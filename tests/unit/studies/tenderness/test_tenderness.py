@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from studies.tenderness.examiner import examine
+from studies.tenderness.figure import plot
 from studies.tenderness.patients import Kind, Patient
-from studies.tenderness.run import KINDS, plot, run
+from studies.tenderness.run import KINDS, run
 from tests.unit.studies.written import draw_figure
 
 

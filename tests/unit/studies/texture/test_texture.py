@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from studies.texture.figure import plot
 from studies.texture.paper_method import PaperRoughness
-from studies.texture.run import Sizes, measure, plot, tables
+from studies.texture.run import Sizes, measure, tables
 from tests.unit.studies.written import draw_figure, write_tables
 
 

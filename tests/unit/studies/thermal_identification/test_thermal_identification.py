@@ -12,11 +12,12 @@ from sim_sensors.physics.ssr_converter import NOISE_C
 from studies.thermal_identification.answers import Answered, by_fingers, by_product, knowledge_of
 from studies.thermal_identification.bound import bounds, reading_noise_k
 from studies.thermal_identification.exponential import WAYS, LaggedResponse, fits
+from studies.thermal_identification.figure import plot
 from studies.thermal_identification.goals import goals
 from studies.thermal_identification.maps import Axes, foreign_materials
 from studies.thermal_identification.pieces import Calibration, calibrate
 from studies.thermal_identification.reference import BLOCKS, features, train
-from studies.thermal_identification.run import QUICK, measure, plot, tables
+from studies.thermal_identification.run import QUICK, measure, tables
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, STAGGERED_K, Hand, Situation, noisier, touched
 from tests.unit.studies.written import draw_figure

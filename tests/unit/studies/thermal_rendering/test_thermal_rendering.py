@@ -9,8 +9,9 @@ import pytest
 
 from operator_site.thermal.contact_prediction import LEAD_S
 from operator_site.thermal.model_selection import RUNGS, TOLERANCE_K
+from studies.thermal_rendering.figure import plot
 from studies.thermal_rendering.plate_strategies import OBJECTS
-from studies.thermal_rendering.run import EXACT, EXPLICIT_EULER, SOLVERS, plot, run, tables
+from studies.thermal_rendering.run import EXACT, EXPLICIT_EULER, SOLVERS, run, tables
 from tests.unit.studies.written import draw_figure, write_tables
 
 

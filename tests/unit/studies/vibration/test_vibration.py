@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from studies.vibration.run import ALONE, COMPENSATED, EARLY, LIMIT, plot, run, tables
+from studies.vibration.figure import plot
+from studies.vibration.run import ALONE, COMPENSATED, EARLY, LIMIT, run, tables
 from tests.unit.studies.written import draw_figure, write_tables
 
 
