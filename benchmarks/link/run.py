@@ -35,7 +35,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: a minute and a quarter with coarse grids, instead of some ten minutes.
         seed: seed of the order of the ways, and of the networks.
-        progress: called with the share done, 0..1.
         work: runs the pieces that are on virtual time: the age.
 
     Raises:

@@ -43,7 +43,6 @@ def run(*, quick: bool, seed: int, progress: Progress) -> dict[str, Any]:
     Args:
         quick: one and five fingers and few touches, little more than a minute; otherwise one to five fingers.
         seed: seed of the simulated devices, the hand and the touches.
-        progress: receives the share done, 0..1.
 
     Raises:
         NotEngaged: the sites did not find their devices or each other.

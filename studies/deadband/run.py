@@ -46,8 +46,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: two recordings, one draw, and 2 to 3 s of simulated work.
         seed: seed of hands and losses.
-        progress: called with the share done, 0..1.
-        work: runs the pieces.
     """
     hands, forces_n = recorded(), recorded_forces_n()
     skipped = [] if hands else ["recorded motions: no bilateral_1dof in the folder that TELETACTION_DATA names"]

@@ -59,7 +59,7 @@ NOISES = (1.0, 3.0, 5.0, 10.0)
 SEEDS, QUICK_SEEDS = 100, 8
 SPEEDS_M_S = (0.015, 0.03, 0.06, 0.12, 0.4)
 SOON_S = 0.005
-tables = tables_of("levels", "scenes", "latencies", "taps", "confusion", "barely")
+tables = tables_of("levels", "scenes", "latencies", "taps", "barely")
 COMPARED = (
     Compared("levels", "right", "more", ("noise",), {"method": MACHINE}, absolute=0.005),
     Compared("levels", "wrong_switches", "less", ("noise",), {"method": MACHINE}, absolute=5.0, relative=0.2),
@@ -72,14 +72,13 @@ class _Count:
 
     def __init__(self) -> None:
         self.number, self.ticks, self.right, self.never = (Counter[str]() for _ in range(4))
-        self.confusion = Counter[tuple[int, int]]()
         self.longest_run = 0
         self.late_s: dict[str, list[float]] = defaultdict(list)
         self.taps: list[tuple[float, float]] = []
 
     def add(self, more: "_Count") -> None:
         """Add another count to this one."""
-        for counted in ("number", "ticks", "right", "never", "confusion"):
+        for counted in ("number", "ticks", "right", "never"):
             getattr(self, counted).update(getattr(more, counted))
         for name, late_s in more.late_s.items():
             self.late_s[name] += late_s
@@ -90,7 +89,6 @@ class _Count:
         true = explored.mode
         self.ticks[kind] += len(true)
         self.right[kind] += int(np.count_nonzero(reported.mode == true))
-        self.confusion.update(zip(true.tolist(), reported.mode.tolist(), strict=True))
         wrong = wrong_switches(true, reported.mode)
         self.number["true switches"] += int(np.count_nonzero(np.diff(true)))
         self.number["switches"] += len(wrong)
@@ -119,7 +117,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         for key in counts:
             counts[key].add(each[key])
             barely[key].add(each_barely[key])
-    ways = {"levels": _level, "scenes": _scenes, "latencies": _latencies, "taps": _taps, "confusion": _confusion}
+    ways = {"levels": _level, "scenes": _scenes, "latencies": _latencies, "taps": _taps}
     found = {name: _rows(counts, way) for name, way in ways.items()} | {"barely": _rows(barely, _level)}
     return {"seconds": TICK_S * sum(counts[MACHINE, JUDGED].ticks.values())} | found
 
@@ -186,10 +184,3 @@ def _taps(count: _Count) -> Iterator[dict[str, Any]]:
                 "rms": float(np.sqrt((error**2).mean())),
                 "p95": float(np.quantile(np.abs(error), 0.95)),
             }
-
-
-def _confusion(count: _Count) -> Iterator[dict[str, Any]]:
-    total = sum(count.ticks.values())
-    for true in ExplorationMode:
-        shares = {reported.name.lower(): count.confusion[true, reported] / total for reported in ExplorationMode}
-        yield {"true": true.name.lower()} | shares

@@ -64,8 +64,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: few phantoms.
         seed: source of all phantoms; 0 gives the judged ones.
-        progress: receives the share done, 0..1.
-        work: runs the pieces.
     """
     phantoms, learned = (QUICK_PHANTOMS, QUICK_LEARNED) if quick else (PHANTOMS, LEARNED)
     reference = learn(learned, work, part_of(progress, 0.0, 0.3))

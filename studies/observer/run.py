@@ -17,7 +17,6 @@ from studies.observer.texture_comparison import (
     OWN_STIFFNESS,
     Strokes,
     confusion_rows,
-    feature_rows,
     matching_rows,
     strokes,
 )
@@ -27,7 +26,6 @@ from studies.observer.thermal_comparison import (
     Courses,
     ablation_rows,
     answer_rows,
-    change_rows,
     course_pieces,
     course_rows,
     courses,
@@ -54,7 +52,7 @@ ASSUMED = (
     "All surfaces are displayed equally stiff, as in the paper, but for the prediction about foam.",
 )
 """Assumptions where the paper leaves something open, or a simulation has to choose."""
-tables = tables_of("answers", "changes", "courses", "ablations", "matching", "confusion", "features", "predictions")
+tables = tables_of("answers", "courses", "ablations", "matching", "confusion", "predictions")
 COMPARED = (
     Compared("answers", "predicted_percent", "same", ("side", "pair", "dwell_s", "first_is_felt"), absolute=5.0),
     Compared("matching", "predicted_percent", "same", ("side", "features", "surface"), absolute=8.0),
@@ -81,12 +79,10 @@ def findings(
     data: dict[str, Any] = {
         "assumed": list(ASSUMED),
         "answers": answer_rows(sides),
-        "changes": change_rows(sides),
         "courses": course_rows(sides),
         "ablations": ablations,
         "matching": matching_rows(stroked, seed, draws),
         "confusion": confusion_rows(stroked[0], seed, draws),
-        "features": feature_rows(stroked[0]),
     }
     return data | {"predictions": predictions(data)}
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,6 @@ from studies.touches.simulated_finger import Array
 from studies.touches.stroke_path import FORCE_N, LENGTH_M, SLOW_M_S, measured
 
 SURFACES = tuple(MATCHED)
-MORE_LAPSE = 0.10
 FOAM_SHARE = surface_kind("foam").stiffness_n_m / surface_kind("plain_pvc").stiffness_n_m
 """Stiffness of foam as a share of plain PVC's, which has the largest displayed stiffness."""
 BY_HAND = (
@@ -170,9 +169,8 @@ def matching_rows(all_strokes: Sequence[Strokes], seed: int, draws: int) -> list
         means: Array = np.mean(found, axis=0)
         for surface, share in zip(SURFACES, means.tolist(), strict=True):
             row = {"side": side, "features": features, "surface": surface}
-            more = 100.0 * _with_lapse(share, MORE_LAPSE)
-            beside_paper = beside(_with_lapse(share, LAPSE), MATCHED[surface], MATCHING_OF)
-            rows.append(row | beside_paper | {"with_10_percent_lapse": more})
+            shown = (1.0 - LAPSE) * share + LAPSE / len(SURFACES)
+            rows.append(row | beside(shown, MATCHED[surface], MATCHING_OF))
     return rows
 
 
@@ -184,23 +182,4 @@ def confusion_rows(each: Strokes, seed: int, draws: int) -> list[dict[str, Any]]
         for surface, row in zip(SURFACES, 100.0 * shares, strict=True):
             percents = {f"{name}_percent": float(share) for name, share in zip(SURFACES, row, strict=True)}
             rows.append({"side": side, "real_surface": surface, **percents})
-    return rows
-
-
-def _with_lapse(share: float, lapse: float) -> float:
-    return (1.0 - lapse) * share + lapse / len(SURFACES)
-
-
-def feature_rows(each: Strokes) -> list[dict[str, Any]]:
-    """Return the measured features of one realisation; ln intensity is relative to the mean of its six surfaces."""
-    rows = []
-    for side, features in (
-        ("real", real_features(each)),
-        *((side, felt_features(c)) for side, c in each.sides.items()),
-    ):
-        middle = float(np.mean([one.ln_intensity for one in features]))
-        for surface, one in zip(SURFACES, features, strict=True):
-            values = asdict(one) | {"ln_intensity": one.ln_intensity - middle}
-            del values["ln_stiffness"]
-            rows.append({"side": side, "surface": surface, **values})
     return rows

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from studies.observer.paper_tables import COMPARED, COMPARING_OF, beside
-from studies.observer.thermal_observer import Answers, answers_about, cue
+from studies.observer.thermal_observer import Answers, answers_about
 from studies.pieces import Piece
 from studies.touches.ideal_plate import ideal_plate_touch
 from studies.touches.real_touch import real_touch
@@ -87,29 +87,6 @@ def answer_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
     return rows
 
 
-def change_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
-    """Return the change of the felt temperature on each object, and its scatter from touch to touch."""
-    rows = []
-    for side, objects in sides.items():
-        for letter, touches in objects.items():
-            for dwell_s in DWELLS_S:
-                moved_k = changes_k(touches, dwell_s)
-                cues = [cue(change_k) for change_k in moved_k]
-                rows.append(
-                    {
-                        "side": side,
-                        "object": OBJECTS[letter],
-                        "dwell_s": dwell_s,
-                        "touches": len(touches),
-                        "change_k": float(np.mean(moved_k)),
-                        "change_sd_k": _sd(moved_k),
-                        "cue": float(np.mean(cues)),
-                        "cue_sd": _sd(cues),
-                    }
-                )
-    return rows
-
-
 def course_rows(sides: Mapping[str, Courses]) -> list[dict[str, Any]]:
     """Return the mean change of the felt temperature over time."""
     every = round(SHOWN_EVERY_S / STEP_S)
@@ -138,7 +115,6 @@ def ablation_rows() -> list[dict[str, Any]]:
                 letter: [touch(name, OBJECT_C, USUAL_S, **changed)] for letter, name in (OBJECTS | other).items()
             }
             for pair in PAIRS:
-                first, second = (cue(changes_k(objects[letter], USUAL_S)[0]) for letter in pair.split("-"))
                 shares = {
                     f"{name}_percent": 100.0 * share
                     for name, share in pair_answers(objects, pair, USUAL_S)._asdict().items()
@@ -149,12 +125,7 @@ def ablation_rows() -> list[dict[str, Any]]:
                         "value": value,
                         "side": side,
                         "pair": pair,
-                        "cue_difference": first - second,
                         **shares,
                     }
                 )
     return rows
-
-
-def _sd(values: list[float]) -> float | None:
-    return float(np.std(values, ddof=1)) if len(values) > 1 else None

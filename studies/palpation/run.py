@@ -57,8 +57,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: one set of each material, and one stream.
         seed: unused.
-        progress: called with the share done, 0..1.
-        work: runs the pieces.
 
     Raises:
         Unavailable: there are no such recordings.

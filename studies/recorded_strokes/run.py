@@ -66,8 +66,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: fewer baselines, no ablations.
         seed: seed of the random forests and random splits.
-        progress: called with the share done, 0..1.
-        work: runs the pieces.
 
     Raises:
         Unavailable: there are no such recordings.

@@ -80,8 +80,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: judge the first set only; all others are still learned from.
         seed: seed of the noise.
-        progress: called with the share done, 0..1.
-        work: runs the pieces.
 
     Raises:
         Unavailable: there are no such recordings.

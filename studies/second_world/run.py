@@ -26,7 +26,7 @@ STRANGERS = ("copper", "glass", "rubber", "skin_dermis")
 """Materials that are touched too where they were not calibrated."""
 STRANGE_TOUCHES = 5
 """Number of touches of each of them by each kind of sensor."""
-tables = tables_of("accuracy", "by_material", "by_kind", "errors", "reliability", "names")
+tables = tables_of("accuracy", "errors", "reliability", "names")
 _ROW = ("world", "materials", "method", "t_s")
 COMPARED = (
     Compared("accuracy", "right", "more", _ROW, counted="touches"),
@@ -82,8 +82,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: few kinds of sensors and touches.
         seed: seed of every touch.
-        progress: receives the share done, 0..1.
-        work: runs the pieces.
     """
     return measure(QUICK if quick else FULL, seed, progress, work)
 
@@ -91,15 +89,13 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
 def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, work: Work = HERE) -> dict[str, Any]:
     """Measure a study of these sizes."""
     cases = [_Case(each, 1000 * seed + kind) for each in sizes.sets for kind in range(each.kinds)]
-    found = []
     answers: dict[tuple[str, int], list[Answered]] = {}
     last: dict[tuple[str, int], tuple[list[Answered], list[Answered]]] = {}
     for case, mine in zip(cases, _judge(cases, sizes.times_s, progress, work), strict=True):
-        known = [one for one in mine if one.truth in case.set.names]
-        found.append([one for one in known if one.rule in (None, SHIPPED_RULE)])
         key = case.set.world, len(case.set.names)
-        answers.setdefault(key, []).extend(found[-1])
         for one in mine:
+            if one.truth in case.set.names and one.rule in (None, SHIPPED_RULE):
+                answers.setdefault(key, []).append(one)
             if one.t_s == sizes.times_s[-1]:
                 last.setdefault(key, ([], []))[one.truth not in case.set.names].append(one)
     sets: list[tuple[dict[str, Any], list[Answered]]] = [
@@ -108,17 +104,6 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
     return {
         "sets": [asdict(each) for each in sizes.sets],
         "accuracy": [row for where, each in sets for row in shares(each, **where)],
-        "by_kind": [
-            row
-            for case, mine in zip(cases, found, strict=True)
-            for row in shares(mine, world=case.set.world, materials=len(case.set.names), kind=case.kind)
-        ],
-        "by_material": [
-            row
-            for where, each in sets
-            for name in dict.fromkeys(one.truth for one in each)
-            for row in shares([one for one in each if one.truth == name], **where, material=name)
-        ],
         "errors": [row for where, each in sets for row in errors(each, **where)],
         "reliability": [row for where, each in sets for row in reliability(each, **where)],
         "names": [

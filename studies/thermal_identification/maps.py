@@ -17,9 +17,6 @@ from studies.thermal_identification.pieces import in_session, one_finger, with_n
 from studies.thermal_identification.shares import shares
 from studies.thermal_identification.situations import FOUR, PREHEAT_K, SECONDS, Situation
 
-FAR_LN = 0.5
-"""Distance in ln effusivity from every calibrated material at which a foreign material must be distinguished."""
-
 
 @dataclass(frozen=True, slots=True)
 class Axes:

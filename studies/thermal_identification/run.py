@@ -19,7 +19,6 @@ from studies.thermal_identification import maps
 from studies.thermal_identification.answers import Answered, knowledge_of
 from studies.thermal_identification.bound import bounds
 from studies.thermal_identification.cost import BASELINE, cost_by_materials, costs
-from studies.thermal_identification.goals import goals
 from studies.thermal_identification.maps import Axes
 from studies.thermal_identification.pieces import (
     ONE,
@@ -52,7 +51,7 @@ _COST_CALIBRATION_S = 2.05
 _SEEDS = {"calibration": 1, "learning": 100, "test": 2, "hands": 3, "maps": 4, "cost": 5}
 tables = tables_of(
     *("accuracy", "errors", "reliability", "bounds", "difference", "contact", "spread", "untrained"),
-    *("cost", "cost_by_materials", "goals"),
+    *("cost", "cost_by_materials"),
 )
 COMPARED = (
     Compared("accuracy", "right", "more", ("materials", "method", "t_s"), counted="touches"),
@@ -149,7 +148,6 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     Args:
         quick: less than two minutes on two processors instead of less than twenty.
         seed: seed of every touch.
-        progress: receives the share done, 0..1.
         work: runs the pieces; the costs are measured in this process after all other work.
     """
     return measure(QUICK if quick else FULL, seed, progress, work)
@@ -163,7 +161,7 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         cost = _cost(sizes, seed, prepared, found.references)
     progress(1.0)
     answers = found.answers.items()
-    data: dict[str, Any] = {
+    return {
         "machine": {
             "processors": os.cpu_count(),
             "python": platform.python_version(),
@@ -183,7 +181,6 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         "cost_baseline": BASELINE,
         **cost,
     }
-    return data | {"goals": goals(data)}
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,6 +46,5 @@ def test_a_tiny_run_has_both_worlds_beside_their_references(tmp_path: Path) -> N
     assert progress == sorted(progress)
     assert {row["method"] for row in data["accuracy"]} == {*FINGERS, *map(reference_of, FINGERS)}
     assert {(row["world"], row["touches"]) for row in data["accuracy"]} == {("A", 4), ("B", 4)}
-    assert {row["kind"] for row in data["by_kind"]} == {0}
     assert all(row["object_within_sd"] is not None for row in data["accuracy"])
     draw_figure(plot, data, tmp_path, 50_000)

@@ -13,7 +13,6 @@ from studies.thermal_identification.answers import Answered, by_fingers, by_prod
 from studies.thermal_identification.bound import bounds, reading_noise_k
 from studies.thermal_identification.exponential import WAYS, LaggedResponse, fits
 from studies.thermal_identification.figure import plot
-from studies.thermal_identification.goals import goals
 from studies.thermal_identification.maps import Axes, foreign_materials
 from studies.thermal_identification.pieces import Calibration, calibrate
 from studies.thermal_identification.reference import BLOCKS, features, train
@@ -197,20 +196,6 @@ def test_foreign_materials_span_from_the_nearest_to_the_farthest() -> None:
     assert away == sorted(away)
     assert away[0] < 0.2
     assert away[-1] > 1.0
-
-
-def test_a_goal_that_is_missed_is_said_to_be() -> None:
-    row = {"materials": 4, "t_s": 1.0, "touches": 100, "identified": 0.5, "wrong": 0.0}
-    data = {
-        "accuracy": [
-            row | {"method": "1 finger", "right": 0.80},
-            row | {"method": "reference", "right": 0.85, "wrong": None},
-        ],
-        "untrained": [],
-    }
-    short, wrong = goals(data)
-    assert (short["found"], short["met"]) == (0.05, False)
-    assert (wrong["found"], wrong["met"]) == (0.0, True)
 
 
 @pytest.mark.long
