@@ -11,15 +11,7 @@ from teletaction.export.named_recording import NamedRecording
 
 
 def write_csv(recording: NamedRecording, out: Path) -> dict[str, int]:
-    """Write `STREAM.csv` into `out` for each stream, such as `remote-touch.csv`. An unknown value is an empty cell.
-
-    Returns:
-        Number of rows of each file.
-
-    Raises:
-        OSError: a file cannot be written.
-        ValueError: the recording is damaged.
-    """
+    """Write `STREAM.csv` into `out` for each stream, such as `remote-touch.csv`. An unknown value is an empty cell."""
     rows = dict.fromkeys(map(table_name, recording.topics), 0)
     with ExitStack() as files:
         tables = {}

@@ -56,17 +56,8 @@ _CONTAINS = RelationshipTypeValues.CONTAINS
 def write_dicom_sr(recording: NamedRecording, out: Path, body_site: BodySite | None = None) -> dict[str, int]:
     """Write `findings.dcm` into `out`: preliminary and unverified, because nobody has signed it.
 
-    Args:
-        recording: recording of an examination.
-        out: folder of the file.
-        body_site: examined part of the body, if known.
-
-    Returns:
-        Number of findings.
-
     Raises:
-        OSError: the file cannot be written.
-        ValueError: the recording is damaged, or DICOM does not allow the subject's pseudonym.
+        ValueError: DICOM does not allow the subject's pseudonym.
     """
     examination = ClinicalExamination(recording)
     pseudonym = examination.pseudonym

@@ -15,8 +15,9 @@ from teletaction.export.optional_package import load_optional
 class Format:
     """A format: its content for the help, the function that writes it, the extra that it needs.
 
-    The function writes a NamedRecording into a folder, and returns numbers of rows. A clinical format has the findings
-    of an examination; its function also takes the BodySite or None.
+    The function writes a NamedRecording into a folder, and returns the number of messages or rows of each part. It
+    raises OSError for a file that cannot be written, and ValueError for a damaged recording. A clinical format has the
+    findings of an examination; its function also takes the BodySite or None.
     """
 
     content: str

@@ -29,20 +29,7 @@ REPORT = "Tactile examination by telemanipulation"
 
 
 def write_fhir(recording: NamedRecording, out: Path, body_site: BodySite | None = None) -> dict[str, int]:
-    """Write `findings.fhir.json` into `out`. All resources are preliminary: nobody has signed them.
-
-    Args:
-        recording: recording of an examination.
-        out: folder of the file.
-        body_site: examined part of the body, if known.
-
-    Returns:
-        Number of resources of each type.
-
-    Raises:
-        OSError: the file cannot be written.
-        ValueError: the recording is damaged.
-    """
+    """Write `findings.fhir.json` into `out`. All resources are preliminary: nobody has signed them."""
     writer = _Resources(ClinicalExamination(recording), body_site)
     observations = [writer.observation(finding) for finding in writer.examination.findings]
     resources = [writer.report(observations), *observations]

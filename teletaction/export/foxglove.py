@@ -36,13 +36,6 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
     `layout.json` beside it has panels for Foxglove.
 
     Log times are wall-clock times, publish times are monotonic times. A field of unknown value is left out.
-
-    Returns:
-        Number of messages of each topic.
-
-    Raises:
-        OSError: the file cannot be written.
-        ValueError: the recording is damaged.
     """
     counts: dict[str, int] = {}
     shutil.copyfile(LAYOUT, out / "layout.json")

@@ -18,15 +18,7 @@ _GROUP = 20_000
 
 
 def write_parquet(recording: NamedRecording, out: Path) -> dict[str, int]:
-    """Write `STREAM.parquet` into `out` for each stream, such as `remote-touch.parquet`. An unknown value is null.
-
-    Returns:
-        Number of rows of each file.
-
-    Raises:
-        OSError: a file cannot be written.
-        ValueError: the recording is damaged.
-    """
+    """Write `STREAM.parquet` into `out` for each stream, such as `remote-touch.parquet`. An unknown value is null."""
     with ExitStack() as files:
         tables = {}
         for topic in recording.topics:

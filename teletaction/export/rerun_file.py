@@ -18,15 +18,7 @@ _GROUP = 20_000
 
 
 def write_rerun(recording: NamedRecording, out: Path) -> dict[str, int]:
-    """Write `session.rrd` into `out`: scalars such as `/remote/touch/index/object_c`, and a text log.
-
-    Returns:
-        Number of messages of each stream.
-
-    Raises:
-        OSError: the file cannot be written.
-        ValueError: the recording is damaged.
-    """
+    """Write `session.rrd` into `out`: scalars such as `/remote/touch/index/object_c`, and a text log."""
     counts = dict.fromkeys(recording.topics, 0)
     with rr.RecordingStream("teletaction", recording_id=recording.path.stem) as stream:
         stream.save(out / "session.rrd")
