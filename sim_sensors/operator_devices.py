@@ -19,11 +19,10 @@ from sim_sensors.faults.kinds import device_faults, operator_faults
 from sim_sensors.operator_hand.hand import ScriptedHand
 from sim_sensors.physics.finger_plate import FingerPlates
 from sim_sensors.physics.motor import VibrationMotors
-from sim_sensors.ports.announce import announce
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S, run_world
-from sim_sensors.serving import Serving, SocketServing, serve_fingers
+from sim_sensors.serving import Serving, SocketServing, announce, serve_fingers
 from sim_sensors.truth_log import LOG_EVERY, OPERATOR_STREAMS, TruthLog
 
 _MEASURE_S = 0.010

@@ -21,12 +21,11 @@ from sim_sensors.faults.faults import Faults
 from sim_sensors.faults.kinds import device_faults, remote_faults
 from sim_sensors.physics.camera_view import CameraView
 from sim_sensors.physics.remote_world import RemoteWorld
-from sim_sensors.ports.announce import announce
 from sim_sensors.ports.camera_server import CameraServer
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S, run_world
-from sim_sensors.serving import Serving, SocketServing, serve_fingers
+from sim_sensors.serving import Serving, SocketServing, announce, serve_fingers
 from sim_sensors.truth_log import LOG_EVERY, REMOTE_STREAMS, TruthLog
 
 _MEASURE_S = 0.010

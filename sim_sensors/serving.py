@@ -1,5 +1,6 @@
 """Serve the simulated devices at terminals, TCP ports and a CAN gateway, or on the lines of a test bed."""
 
+import json
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from typing import Protocol, TypeVar
@@ -43,6 +44,12 @@ class SocketServing:
     def bus(self, host: str, port: int, nodes: Sequence[Node]) -> NodeBus:
         """As `Serving.bus`."""
         return SocketcandBus(self._loop, host, port, nodes)
+
+
+def announce(addresses: Mapping[str, str]) -> None:
+    """Print the address of each device, as a line of JSON: a pseudo terminal gets its name only when it is opened."""
+    for device, address in addresses.items():
+        print(json.dumps({"device": device, "address": address}), flush=True)
 
 
 def serve_fingers(

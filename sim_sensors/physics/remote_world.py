@@ -6,6 +6,7 @@ For constants and simplifications see docs/decisions/0002-simulated-world.md.
 
 import math
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,7 +18,6 @@ from common.scenes.scene import BENCH_M, Scene
 from sim_sensors.physics.bench import Bench, BenchObject
 from sim_sensors.physics.fingertip import HIGH_Z_M, Fingertip
 from sim_sensors.physics.hand_servo import follow
-from sim_sensors.physics.normal_rows import normal_rows
 from sim_sensors.physics.plate_travel import PlateTravel
 from sim_sensors.physics.surface import GROOVE_DEPTH_M
 from sim_sensors.physics.texture_touch import NOISE_V, TextureTouch
@@ -27,6 +27,8 @@ from sim_sensors.physics.true_mode import CONTACT_N, TrueMode
 HOVER_M = 0.006
 """Height of the fingers above the bench at the start, m."""
 FORCE_NOISE_N = 0.01
+_ROWS = 256
+"""Number of rows of noise drawn at once."""
 _FREE = -1
 
 
@@ -303,3 +305,12 @@ class RemoteWorld:
             self._thermal_due_s -= STEP_S
             speed_m_s = self._ground.take_speed_m_s(STEP_S)
             self._thermal.step(np.where(self._present, heater_drive, 0.0), self.force_n, speed_m_s)
+
+
+def normal_rows(rng: np.random.Generator, count: int) -> Iterator[list[float]]:
+    """Yield rows of `count` standard normal numbers without end, as one draw for each row gives them.
+
+    Nothing else may draw from `rng`.
+    """
+    while True:
+        yield from rng.standard_normal((_ROWS, count)).tolist()

@@ -34,14 +34,6 @@ class Backlog:
         Raises:
             OSError: as `write`.
         """
-        if not self._waiting:
-            try:
-                taken = send(message)
-            except (BlockingIOError, InterruptedError):
-                taken = 0
-            if taken == len(message):
-                return
-            message, self._begun = message[taken:], taken > 0
         self.push(message)
         self.write(send)
 

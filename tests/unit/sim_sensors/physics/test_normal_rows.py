@@ -2,7 +2,7 @@ from itertools import islice
 
 import numpy as np
 
-from sim_sensors.physics.normal_rows import normal_rows
+from sim_sensors.physics.remote_world import normal_rows
 
 
 def test_rows_are_those_that_single_draws_give() -> None:
