@@ -7,7 +7,6 @@ hand. The time of reference steps and pictures is measured in turns, in one thre
 import math
 import time
 from functools import partial
-from typing import NamedTuple
 
 import av
 import numpy as np
@@ -27,38 +26,11 @@ FORMS = ((640, 360, 15, 400_000), (640, 360, 15, 40_000), (1280, 720, 25, 1_500_
 SECONDS = 10.0
 
 
-class Cost(NamedTuple):
-    """Cost of a form of pictures.
+def cost(width: int, height: int, rate_hz: int, bit_s: int) -> tuple[str, list[Picture]]:
+    """Encode the simulated camera's pictures for SECONDS; return the cells of their cost, and the encoded pictures.
 
-    Attributes:
-        kbit_s: bit rate, kbit/s.
-        steps: reference steps a picture, median.
-        core: share of a processor.
+    The cells are bit rate, kbit/s, reference steps a picture (median), and share of a processor.
     """
-
-    kbit_s: float
-    steps: float
-    core: float
-
-
-class StillCost(NamedTuple):
-    """Cost of still pictures for browsers that cannot decode.
-
-    Attributes:
-        decode_ms: processor time of decoding one picture of the stream, mean, ms.
-        still_ms: processor time of writing one still picture, median, ms.
-        kbyte: size of a still picture, median, kB.
-        core: share of a processor at the highest rate of still pictures.
-    """
-
-    decode_ms: float
-    still_ms: float
-    kbyte: float
-    core: float
-
-
-def cost(width: int, height: int, rate_hz: int, bit_s: int) -> tuple[Cost, list[Picture]]:
-    """Encode the simulated camera's pictures for SECONDS; return the cost and the encoded pictures."""
     view = CameraView(load_scene("materials"), FINGERS, width, height)
     encoder = VideoEncoder(width, height, rate_hz, bit_s)
     pictures_ns, steps_ns = [], []
@@ -79,11 +51,16 @@ def cost(width: int, height: int, rate_hz: int, bit_s: int) -> tuple[Cost, list[
         steps_ns.append(timed(reference_step))
     steps = float(np.median(pictures_ns) / np.median(steps_ns))
     size = sum(len(picture.content) for picture in coded)
-    return Cost(8e-3 * size / SECONDS, steps, 1e-9 * float(np.mean(pictures_ns)) * rate_hz), coded
+    core = 1e-9 * float(np.mean(pictures_ns)) * rate_hz
+    return f"{8e-3 * size / SECONDS:.0f} | {steps:.1f} | {core:.3f}", coded
 
 
-def still_cost(coded: list[Picture]) -> StillCost:
-    """Decode SECONDS of pictures, and write a still picture of one in STILL_S, as the console's process does."""
+def still_cost(coded: list[Picture]) -> str:
+    """Decode SECONDS of pictures, and write a still picture of one in STILL_S, as the console's process does.
+
+    Return the cells of the cost: mean of decoding a picture and median of writing a still one, ms, median size of a
+    still picture, kB, and share of a processor.
+    """
     decoder, batch = PictureDecoder(), max(1, round(len(coded) * STILL_S / SECONDS))
     decode_ns, still_ns, sizes = [], [], []
     for first in range(0, len(coded), batch):
@@ -95,7 +72,8 @@ def still_cost(coded: list[Picture]) -> StillCost:
         still_ns.append(time.process_time_ns() - began_ns)
     core = 1e-9 * (sum(decode_ns) + sum(still_ns)) / SECONDS
     decode_ms = 1e-6 * sum(decode_ns) / len(coded)
-    return StillCost(decode_ms, 1e-6 * float(np.median(still_ns)), 1e-3 * float(np.median(sizes)), core)
+    still_ms, kbyte = 1e-6 * np.median(still_ns), 1e-3 * np.median(sizes)
+    return f"{decode_ms:.2f} | {still_ms:.1f} | {kbyte:.1f} | {core:.3f}"
 
 
 if __name__ == "__main__":
@@ -104,9 +82,9 @@ if __name__ == "__main__":
     for form in FORMS:
         found, coded = cost(*form)
         what = f"| {form[0]} x {form[1]} | {form[2]} | {form[3] * 1e-3:.0f} |"
-        print(f"{what} {found.kbit_s:.0f} | {found.steps:.1f} | {found.core:.3f} |")
+        print(f"{what} {found} |")
         stills.append((what, still_cost(coded)))
     print("\n| size | pictures/s | at most, kbit/s | decode one, ms | write a still one, ms | kB | processors |")
     print("|" + "---|" * 7)
     for what, still in stills:
-        print(f"{what} {still.decode_ms:.2f} | {still.still_ms:.1f} | {still.kbyte:.1f} | {still.core:.3f} |")
+        print(f"{what} {still} |")
