@@ -16,14 +16,15 @@ from common.recording.recorder import Recorder
 from common.timing.standstill import HostClock
 from common.timing.timeouts import NOTICE_S
 from common.wire.packets import LinkState
+from operator_site.devices.devices import OperatorDevices
 from operator_site.session.console_feed import ConsoleFeed
 from operator_site.site import OperatorSite, session_with
+from remote_site.devices.devices import RemoteDevices
 from remote_site.site import RemoteSite
 from sim_sensors import operator_devices as sim_operator
 from sim_sensors import remote_devices as sim_remote
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import MOST_STEPS, STEP_S
-from teletaction.testbed.interrupted_devices import InterruptedOperatorDevices, InterruptedRemoteDevices
 from teletaction.testbed.memory_desk import MemoryDesk
 from teletaction.testbed.memory_lines import MemoryBus, MemoryLine
 from teletaction.testbed.memory_wiring import MemoryWiring
@@ -158,8 +159,8 @@ class Testbed:
         }
         self.beside: list[Callable[[], None]] = []
         self.desks = {site: MemoryDesk() for site in SITES}
-        self._remote_devices = InterruptedRemoteDevices(configs.remote, self.remote_host, self.wiring)
-        self._operator_devices = InterruptedOperatorDevices(configs.operator, self.operator_host, self.wiring)
+        self._remote_devices = RemoteDevices(configs.remote, self.remote_host, self.wiring)
+        self._operator_devices = OperatorDevices(configs.operator, self.operator_host, self.wiring)
         self.remote = RemoteSite(
             configs.remote,
             RemoteEnd(self.network),
@@ -266,17 +267,18 @@ class Testbed:
     def stop_in_tick(self, site: str, seconds: float, *, with_clock: bool = False, before_read: bool = False) -> None:
         """Stop a site in its next tick, before or after it reads its devices, optionally with its clock."""
 
-        def sleep() -> None:
+        devices: Any = self._remote_devices if site == "remote" else self._operator_devices
+
+        def read_once(*given: Any) -> Any:
+            del devices.read  # later readings are the devices' own again
+            reading = None if before_read else devices.read(*given)
             if with_clock:
                 self.suspend(site, seconds)
             else:
                 self.stop(site, seconds)
+            return devices.read(*given) if before_read else reading
 
-        devices = self._remote_devices if site == "remote" else self._operator_devices
-        if before_read:
-            devices.interruption.before = sleep
-        else:
-            devices.interruption.after = sleep
+        devices.read = read_once
         self._turns[site].due_s = self.time_s
         self.tick()
 
