@@ -34,8 +34,7 @@ class Examination:
         limit: the force limit of the remote site.
         t_s: time, s.
         presses: number of presses.
-        after, exceeded, exceeded_mean: number of presses after the first report, and of those above the threshold of
-            the press and above the place's mean threshold.
+        after, exceeded: number of presses after the first report, and of those above the threshold of the press.
         ended_limits: number of times that the examiner has ended the limit.
         reported: whether the patient has reported pain.
     """
@@ -47,7 +46,6 @@ class Examination:
     presses: int = 0
     after: int = 0
     exceeded: int = 0
-    exceeded_mean: int = 0
     ended_limits: int = 0
     reported: bool = False
 
@@ -60,7 +58,6 @@ class Examination:
         if self.reported:
             self.after += 1
             self.exceeded += pressed.exceeded
-            self.exceeded_mean += pressed.exceeded_mean
         x, y = [float(stated_x)], [float(stated_y)]
         samples = (pressed.time_s.tolist(), pressed.force_n.tolist(), pressed.answer.tolist())
         for t_s, force_n, answer in zip(*samples, strict=True):

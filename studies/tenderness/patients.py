@@ -58,14 +58,12 @@ class Pressed:
     Attributes:
         time_s, force_n, answer: samples, the last one without contact.
         exceeded: whether the force has exceeded the threshold of this press.
-        exceeded_mean: whether it has exceeded the mean threshold of the place.
     """
 
     time_s: Floats
     force_n: Floats
     answer: Floats
     exceeded: bool
-    exceeded_mean: bool
 
 
 class Patient:
@@ -103,8 +101,8 @@ class Patient:
 
     def press(self, start_s: float, x_m: float, y_m: float, level_n: float) -> Pressed:
         """Press with a rising force up to a level, hold, and lift; the patient's report ends the press early."""
-        rng, mean_n = self._rng, self.mean_threshold_n(x_m, y_m)
-        threshold_n = mean_n * math.exp(self._kind.noise * rng.standard_normal())
+        rng = self._rng
+        threshold_n = self.mean_threshold_n(x_m, y_m) * math.exp(self._kind.noise * rng.standard_normal())
         slow = 1.0 + self._kind.drift * min(1.0, self._pressed / 300.0)
         self._pressed += 1
         rate_n_s, hold_s = float(rng.uniform(0.7, 2.0)), float(rng.uniform(0.2, 0.8))
@@ -130,5 +128,4 @@ class Patient:
         force_n = np.maximum(force_n, 0.0) + 0.01 * rng.standard_normal(time_s.size)
         worst = 2.0 + self._gain * max(0.0, reached_n / threshold_n - 1.0)
         answer = np.where((time_s >= begin_s) & (time_s < end_s), min(10.0, round(worst)), 0.0)
-        exceeded = bool(reached_n > threshold_n), bool(reached_n > mean_n)
-        return Pressed(start_s + time_s, force_n, answer, *exceeded)
+        return Pressed(start_s + time_s, force_n, answer, bool(reached_n > threshold_n))

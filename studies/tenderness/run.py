@@ -78,7 +78,6 @@ def _rows(number: int, seeds: Sequence[int]) -> Iterator[dict[str, Any]]:
             "presses": done.presses,
             "presses_after": done.after,
             "exceeded": done.exceeded,
-            "exceeded_mean": done.exceeded_mean,
             "ended_limits": done.ended_limits,
             "seconds": done.t_s,
         }
@@ -96,7 +95,6 @@ def _condition(name: str, every: list[dict[str, Any]]) -> dict[str, Any]:
         "within_goal": sum(error <= GOAL_MM for error in errors) / len(rows),
         "place_error_mm": median(errors) if math.isfinite(median(errors)) else None,
         "exceeded": sum(row["exceeded"] for row in rows) / after if after else 0.0,
-        "exceeded_mean": sum(row["exceeded_mean"] for row in rows) / after if after else 0.0,
         "worst_exceeded": max(row["exceeded"] / max(1, row["presses_after"]) for row in rows),
         "reaction_error_s": median(apart),
         "limit_share": median(limits) if limits else None,

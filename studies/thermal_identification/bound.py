@@ -1,9 +1,8 @@
 """Theoretical information limit: the Cramer-Rao bound with priors (van Trees) for a known material.
 
 The bound compares the sensitivity of a noise-free simulated touch to each drawn parameter with the noise of a reading.
-It limits how well the object's temperature, or the effusivity of an unknown material, can be estimated. It holds for
-estimates near the truth and does not bound the share of right names. Uniform draws count as normal ones with the same
-standard deviation.
+It limits how well the object's temperature can be estimated. It holds for estimates near the truth and does not bound
+the share of right names. Uniform draws count as normal ones with the same standard deviation.
 """
 
 from collections.abc import Sequence
@@ -34,8 +33,6 @@ ROUGHNESS_M = 1e-6
 """Roughness of the touched surface, m; that of a plain surface."""
 PRESSED_S = 0.1
 FORCE_N = 1.2
-ANY_EFFUSIVITY_SD = 2.0
-"""Standard deviation of the prior of ln effusivity for an unknown material."""
 SHARED = 2
 """Number of shared parameters: the object's temperature and ln effusivity come first; the others are each finger's."""
 _STEPS = np.array((0.05, 0.01, 0.01, 0.02, 0.02, 0.2))
@@ -82,12 +79,9 @@ def slopes(name: str, preheat_k: float, seconds: float) -> Array:
 
 
 def bounds(name: str, preheats_k: Sequence[float], times_s: Sequence[float]) -> list[dict[str, Any]]:
-    """Return least standard deviations, a row for each time and each number of fingers, taken in order of `preheats_k`.
-
-    `object_sd_k` holds for a known material, and `ln_effusivity_sd` for an unknown one.
-    """
+    """Return least standard deviations, a row for each time and number of fingers, in the order of `preheats_k`."""
     by_preheat = {preheat_k: slopes(name, preheat_k, times_s[-1]) for preheat_k in set(preheats_k)}
-    known, unknown = prior_sd(material(name).spread), prior_sd(ANY_EFFUSIVITY_SD)
+    prior = prior_sd(material(name).spread)
     rows = []
     for t_s in times_s:
         seen = {preheat_k: each[: round(t_s / STEP_S)] for preheat_k, each in by_preheat.items()}
@@ -98,8 +92,7 @@ def bounds(name: str, preheats_k: Sequence[float], times_s: Sequence[float]) -> 
                     "material": name,
                     "fingers": fingers,
                     "t_s": t_s,
-                    "object_sd_k": round(float(_covariance(used, known)[0, 0]) ** 0.5, 4),
-                    "ln_effusivity_sd": round(float(_covariance(used, unknown)[1, 1]) ** 0.5, 4),
+                    "object_sd_k": round(float(_covariance(used, prior)[0, 0]) ** 0.5, 4),
                 }
             )
     return rows
