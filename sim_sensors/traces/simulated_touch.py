@@ -87,7 +87,6 @@ class ThermalTrace:
 class _Touched:
     """Everything drawn for one touch except the sensor."""
 
-    specimen: Specimen
     column: ObjectColumn
     object_c: float
     full_w_m2k: float
@@ -113,13 +112,7 @@ class _Touched:
         column = object_column(specimen.conductivity_w_mk, specimen.heat_j_m3k, thickness_m, STAGE_S)
         one_c = rng.uniform(*object_c)
         return [
-            cls(
-                specimen,
-                column,
-                one_c,
-                full * draw_touch_factor(rng, contact_spread),
-                force_n * rng.uniform(*FORCE_SPREAD),
-            )
+            cls(column, one_c, full * draw_touch_factor(rng, contact_spread), force_n * rng.uniform(*FORCE_SPREAD))
             for _ in range(fingers)
         ]
 
