@@ -4,111 +4,28 @@ The input and the touch packet that it names are recorded, and replay renders th
 """
 
 import math
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import replace
 
 from common.config.site_models import RenderingConfig
 from common.faults.fault import Fault, contained
 from common.fingers import FINGERS
-from common.limits import GAP_S, PLATE_PROFILES
+from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, Touch
 from operator_site.coupling.coupling import DIRECT, Coupling
 from operator_site.fingertips import Fingertips
+from operator_site.force.loop_stiffness import LoopStiffness
 from operator_site.recorded_rows import RenderingInput
 from operator_site.safety.gated_output import GatedOutput, Outputs, neutral
 from operator_site.safety.operator_gate import OperatorGate
 from operator_site.safety.sampled_wall import SampledWall
 from operator_site.thermal.tissue import Body
+from operator_site.vibration.stroke_speed import StrokeSpeed
 
 _NO_TOUCHES = (NO_TOUCH,) * len(FINGERS)
 """Touch rows without contact, rendered while there is no fresh touch."""
 _NO_INPUT_S = 1e9
 """Age of an input that never came, s."""
-SETTLES_S = 0.25
-"""Time constant of the mean period, s."""
-SLACK = 1.5
-"""Largest ratio of mean to nominal period that leaves the wall unchanged."""
-LONGEST_S = 0.1
-"""Longest pause that enters the mean, s; a longer one releases all forces."""
-WINDOW_S = 0.020
-"""Window of the mean speed, s; one pose step of 0.02 mm over it is 1 mm/s."""
-LEAST_S = 0.009
-"""Shortest part of the window that gives a speed, s."""
-SILENCE_S = 0.025
-"""Gap after which poses count as delayed, s; they come in a burst with new times, which would look like a leap."""
-SETTLE_S = 0.010
-"""Time after such a gap for which poses are ignored, s; the former speed holds until new poses give another."""
-
-
-class StrokeSpeed:
-    """Mean speed of the operator's hand in the bench plane over the last WINDOW_S, from its quantised pose."""
-
-    def __init__(self) -> None:
-        self._track: deque[tuple[float, float, float]] = deque()
-        self._t_s = -math.inf
-        self._trusted_s = -math.inf
-        self._speed_m_s = 0.0
-
-    def step(self, t_s: float, x_m: float, y_m: float) -> float:
-        """Take the pose at `t_s`; return the speed, m/s, >= 0, which restarts at 0 after GAP_S or a clock set back."""
-        since_s = t_s - self._t_s
-        if since_s == 0.0:
-            return self._speed_m_s
-        self._t_s = t_s
-        if not 0.0 < since_s <= GAP_S:
-            self._track.clear()
-            self._trusted_s, self._speed_m_s = -math.inf, 0.0
-        elif since_s > SILENCE_S:
-            self._track.clear()
-            self._trusted_s = t_s + SETTLE_S
-        if t_s < self._trusted_s:
-            return self._speed_m_s
-        track = self._track
-        track.append((t_s, x_m, y_m))
-        while t_s - track[0][0] > WINDOW_S + 1e-4:
-            track.popleft()
-        old_s, old_x, old_y = track[0]
-        if t_s - old_s >= LEAST_S:
-            self._speed_m_s = math.hypot(x_m - old_x, y_m - old_y) / (t_s - old_s)
-        return self._speed_m_s
-
-
-class LoopStiffness:
-    """Limits the displayed stiffness by the loop's measured period, because a slow loop holds each force longer.
-
-    The bound of the sampled wall contains half of the period, the mean age of a held force. The relevant period is
-    therefore the mean over time instead of the mean over ticks. One pause in a second is imperceptible. A loop or
-    device that works for only 10 ms in every 40 ms displays a softer wall until it recovers.
-
-    Attributes:
-        wall: bound of the walls that the loop can display passively at present.
-    """
-
-    def __init__(self, wall: SampledWall) -> None:
-        self._kept = self.wall = wall
-        self._held_s = wall.period_s
-        self._t_s = self._height_s = math.nan
-
-    def step(self, t_s: float, height_s: float) -> None:
-        """Take one tick.
-
-        Args:
-            t_s: time, s.
-            height_s: time of the measured heights that it answers, s; a repeated time is ignored.
-        """
-        if height_s == self._height_s:
-            return
-        passed_s = t_s - self._t_s
-        self._t_s, self._height_s = t_s, height_s
-        if not 0.0 < passed_s <= LONGEST_S:
-            return
-        self._held_s += min(1.0, passed_s / SETTLES_S) * (passed_s - self._held_s)
-        if self._held_s > SLACK * self._kept.period_s:
-            self.wall = replace(self._kept, period_s=self._held_s)
-        else:
-            self.wall = self._kept
 
 
 class GatedRendering:

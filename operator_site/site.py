@@ -18,7 +18,6 @@ from common.fingers import FINGERS
 from common.limits import FINGER_FORCE_N, MOTOR_FLOOR_RPM, MOTOR_MAX_RPM, PLATE_PROFILES
 from common.link.capabilities import capabilities
 from common.link.clock_offset import ReadClock
-from common.link.curve import LinkProblem
 from common.link.deadband import Deadband
 from common.link.keys import KeyPair, fingerprint, load_keys
 from common.link.link import OperatorLink
@@ -38,6 +37,7 @@ from operator_site.gated_rendering import GatedRendering
 from operator_site.recorded_rows import RenderingInput
 from operator_site.safety.gated_output import GatedOutput, released
 from operator_site.safety.limit_flags import limit_names
+from operator_site.session.admission import Admission
 from operator_site.session.console_feed import ConsoleFeed, ConsoleFeedSocket
 from operator_site.session.console_presence import ConsolePresence
 from operator_site.session.local_control import answer_desk
@@ -52,44 +52,6 @@ _HAND_AGE_S = 0.020
 """Maximum age of a pose that is sent, s; after a longer gap the remote site stops."""
 _GATE_RESTS_S = 2.0 * TICK_AGE_S
 """Time for which a gate that raised is not stepped, s; after more than TICK_AGE_S it starts from neutral."""
-
-
-class Admission:
-    """Checks the results of the handshakes; a refusal ends a site only if it was never admitted, else it reconnects."""
-
-    def __init__(self, client: SessionClient, link: OperatorLink, remote: str):
-        """Begin before the first handshake.
-
-        Args:
-            remote: readable address of the remote site.
-        """
-        self._client, self._link = client, link
-        self._problem = (
-            f"{remote}: the remote site does not trust this site's key as an operator's; "
-            "there: `teletaction keys trust --keys FOLDER -- NAME KEY`"
-        )
-        self._admitted = self._reported = False
-
-    def each_second(self) -> None:
-        """Check the results of the handshakes.
-
-        Raises:
-            LinkProblem: the remote site does not trust this site's key.
-        """
-        client = self._client
-        connected = client.session.ident != 0
-        self._admitted = self._admitted or connected
-        if not self._link.key_refused():
-            if connected and self._reported:
-                self._reported, client.refusal = False, ""
-            return
-        if not self._admitted:
-            raise LinkProblem(self._problem)
-        # The key was revoked during operation. The library does not retry after a refusal, so reconnect here.
-        if not self._reported:
-            self._reported, client.refusal = True, self._problem
-            log.warning("%s", self._problem)
-        self._link.reconnect()
 
 
 class OperatorSite:

@@ -10,7 +10,8 @@ import numpy as np
 from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.map_layer import CELL_M, TILE, Floats, Layer, Tile, tile_of
 from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap
-from operator_site.palpation.stiffness_field import StiffnessField, at_one_depth
+from operator_site.palpation.press_depth import at_one_depth
+from operator_site.palpation.stiffness_field import StiffnessField
 
 SHOWN_M = 10e-3
 """Largest distance from a sample at which a cell shows its stiffness, m."""

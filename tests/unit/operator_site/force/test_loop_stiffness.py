@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from operator_site.gated_rendering import LONGEST_S, LoopStiffness
+from operator_site.force.loop_stiffness import LONGEST_S, LoopStiffness
 from operator_site.safety.sampled_wall import SampledWall
 
 WALL = SampledWall(2.0, 0.002, 0.004)

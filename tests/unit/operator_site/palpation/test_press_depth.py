@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from operator_site.palpation.stiffness_field import Floats, at_one_depth
+from operator_site.palpation.press_depth import at_one_depth
+from operator_site.palpation.stiffness_field import Floats
 from tests.unit.operator_site.palpation.made_ground import grid_m, ln_stiffness
 
 DEPTH_M = 3e-3

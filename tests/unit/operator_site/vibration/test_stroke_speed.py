@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from operator_site.gated_rendering import StrokeSpeed
+from operator_site.vibration.stroke_speed import StrokeSpeed
 
 SPEED_M_S = 0.05
 

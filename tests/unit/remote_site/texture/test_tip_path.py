@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.texture.texture_identification import CurvatureNoise
+from remote_site.texture.curvature_noise import CurvatureNoise
 from remote_site.texture.tip_path import CELL_M, RATE_HZ, TipPath
 
 
