@@ -1,29 +1,25 @@
 """Plays a recording for a page: play, pause, jump and the playback state."""
 
-import math
-import multiprocessing
-import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from datetime import datetime, timedelta
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from common.timing.interval import Interval
-from common.wire.voice_messages import FRAME_S
 from operator_site.console.background_search import MapSearches
 from operator_site.console.camera.camera_now import CameraNow, Seen
-from operator_site.console.camera.camera_picture import Picture, follows
 from operator_site.console.camera.picture_reader import KEY_S
 from operator_site.console.examination.journal import Journal
 from operator_site.console.live import STATE_S
 from operator_site.console.model import Console
+from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import CAMERA, VOICE, Playback, Recording
+from operator_site.console.playback.played_pictures import PlayedPictures
+from operator_site.console.playback.played_sounds import PlayedSounds
 from operator_site.console.voice.voice_now import Heard, VoiceNow
-from operator_site.console.voice.voice_sound import VoiceSound
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands
 from operator_site.console.web.page_state import camera_state, page_state
@@ -33,123 +29,6 @@ from operator_site.session.console_feed import BATCH_S
 
 AT_ONCE = 300
 """Messages that one step takes to complete a preview; about 0.05 s."""
-_BACK_S = (2.0, 10.0, 60.0, 600.0)
-"""Parts of the recording before a moment in which a key picture is searched, s; the first with one is taken."""
-_TURN_S = 2.5 * FRAME_S
-"""Time after a sound of a page in which the remote site's sounds are left out, s: a page plays one talker at a time."""
-
-
-class PlayedSounds:
-    """Sounds of a recording. Times are ns of the recording's clock; its sounds appear when they were relayed."""
-
-    def __init__(self, recording: Recording) -> None:
-        self._recording = recording
-        self._messages: Iterator[tuple[int, VoiceSound]] = iter(())
-        self._next: tuple[int, VoiceSound] | None = None
-        self.jump(recording.start_ns)
-
-    def jump(self, now_ns: int) -> None:
-        """Read from a moment on."""
-        self._said_s = -math.inf
-        self._messages = _sounds(self._recording, now_ns)
-        self._next = next(self._messages, None)
-
-    def play(self, now_ns: int) -> list[VoiceSound]:
-        """Return the sounds since the last call, oldest first."""
-        found = []
-        while self._next is not None and self._next[0] <= now_ns:
-            sound = self._next[1]
-            self._next = next(self._messages, None)
-            if sound.direction == "to_remote":
-                self._said_s = sound.captured_s
-            if sound.direction == "to_remote" or sound.captured_s - self._said_s > _TURN_S:
-                found.append(sound)
-        return found
-
-
-def _sounds(recording: Recording, from_ns: int) -> Iterator[tuple[int, VoiceSound]]:
-    """Yield time and sound of each readable record."""
-    for _, time_ns, payload in recording.messages(from_ns, (VOICE,)):
-        with suppress(ValueError):
-            yield time_ns, VoiceSound.of_record(payload)
-
-
-class PlayedPictures:
-    """Pictures of a recording. Times are ns of the recording's clock; its pictures appear when they had arrived."""
-
-    def __init__(self, recording: Recording) -> None:
-        self._recording = recording
-        self._sequence: int | None = None
-        self._messages: Iterator[tuple[int, Picture]] = iter(())
-        self._next: tuple[int, Picture] | None = None
-        self._enter(recording.start_ns)
-
-    def play(self, now_ns: int) -> list[Picture]:
-        """Return the pictures since the last call that can be decoded, oldest first."""
-        found = []
-        while self._next is not None and self._next[0] <= now_ns:
-            picture = self._next[1]
-            self._next = next(self._messages, None)
-            can = follows(picture, self._sequence)
-            self._sequence = picture.sequence if can else None
-            if can:
-                found.append(picture)
-        return found
-
-    def jump(self, now_ns: int) -> list[Picture]:
-        """Return the last key picture up to a moment and all that follow it until then; none without one."""
-        found: list[Picture] = []
-        for back_s in _BACK_S:
-            self._enter(max(self._recording.start_ns, now_ns - round(back_s * 1e9)))
-            found = self.play(now_ns)
-            if found:
-                break
-        last = max((at for at, picture in enumerate(found) if picture.is_key), default=0)
-        return found[last:]
-
-    def _enter(self, from_ns: int) -> None:
-        self._sequence = None
-        self._messages = _pictures(self._recording, from_ns)
-        self._next = next(self._messages, None)
-
-
-def _pictures(recording: Recording, from_ns: int) -> Iterator[tuple[int, Picture]]:
-    """Yield time and picture of each readable record."""
-    for _, time_ns, payload in recording.messages(from_ns, (CAMERA,)):
-        with suppress(ValueError):
-            yield time_ns, Picture.of_record(payload)
-
-
-class Checkpoints:
-    """Reads a recording ahead in a process of its own, to make the checkpoints that jumps start from.
-
-    It begins at the start and has about ten times the recording's speed.
-    """
-
-    def __init__(self, path: Path, opened: ExitStack):
-        """Start the process; closing `opened` ends it."""
-        context = multiprocessing.get_context("spawn")
-        self._made, given = context.Pipe(duplex=False)
-        process = context.Process(target=_read, args=(path, given), name="reading ahead", daemon=True)
-        process.start()
-        given.close()
-        opened.callback(process.join)
-        opened.callback(process.terminate)
-        opened.callback(self._made.close)
-
-    def made(self) -> Iterator[bytes]:
-        """Yield the checkpoints made since the last call."""
-        with suppress(EOFError):  # the process has made all checkpoints
-            while not self._made.closed and self._made.poll():
-                yield self._made.recv_bytes()
-
-
-def _read(path: Path, given: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page's process takes it and ends this one
-    playback = Playback(Recording(path), lambda: Console(live=False))
-    with suppress(OSError):  # the page's process has closed the pipe
-        while playback.prepare():
-            given.send_bytes(playback.checkpoints[-1])
 
 
 class Player:
@@ -160,7 +39,13 @@ class Player:
     """
 
     def __init__(self, recording: Recording, ahead: Checkpoints, clock_s: Callable[[], float] = time.monotonic):
-        """Begin at the start, paused; `ahead` has checkpoints of the same recording."""
+        """Begin at the start, paused.
+
+        Args:
+            recording: recording to play.
+            ahead: checkpoints of the same recording.
+            clock_s: this machine's monotonic clock, s.
+        """
         self.playback = Playback(recording, lambda: Console(live=False))
         self._ahead, self._clock_s = ahead, clock_s
         self._target_s: float | None = None

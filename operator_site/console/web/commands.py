@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
@@ -21,19 +21,17 @@ from common.wire.packets import LinkState
 from operator_site.console import texts
 from operator_site.console.alarms.alarm_rules import FAULT, REMOTE_FAULT
 from operator_site.console.alarms.alarms import LONGEST_QUIET_S
-from operator_site.console.examination.contrast import propose
-from operator_site.console.examination.findings import MEASURED, compare, value_text
 from operator_site.console.examination.journal import Journal
 from operator_site.console.examination.reporting import Reporting
-from operator_site.console.examination.tender_finding import propose_tender
 from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
-from operator_site.console.map.tactile_map import TactileMap
 from operator_site.console.model import Console
-from operator_site.console.tenderness.tender_search import Tenderness
 from operator_site.console.web.answer import Act, Answer
 from operator_site.console.web.clients import Client
+from operator_site.console.web.control import Control
 from operator_site.console.web.examination_requests import ExaminationRequests
+from operator_site.console.web.map_requests import propose_kind, values_at
 from operator_site.console.web.page_state import refusal
+from operator_site.console.web.playback_requests import Playing, pause, play, seek
 from operator_site.console.web.request_record import LONGEST_KEPT, recorded, shown, whole
 
 log = logging.getLogger(__name__)
@@ -48,115 +46,6 @@ _WITHOUT_CONTROL = _ONLY_LOOKS | {"estop", "take_control"}
 """Requests that need no control; a page that may act may always stop."""
 _REFUSALS_PER_S, _REFUSALS_AT_ONCE = 0.2, 10
 """Rate and burst of the refused requests of one visitor that are recorded and logged; others are only counted."""
-_FARTHEST_MM = 1e6
-"""Largest coordinate of a place, mm."""
-_LARGEST = 1e9
-"""Largest speed and largest time of a request, s."""
-
-
-class Playing(Protocol):
-    """Playback of a recording."""
-
-    def play(self, speed: float) -> None:
-        """Play at a multiple of the recorded speed."""
-
-    def pause(self) -> None:
-        """Pause the playback."""
-
-    def seek(self, at_s: float) -> bool:
-        """Jump to a time, s from the beginning; return False if that part must be read first."""
-
-
-async def play(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-    """Play at a speed."""
-    speed = details.get("speed", 1.0)
-    if not within(speed, -_LARGEST, _LARGEST):
-        raise Refused(texts.SPEED_NEEDED)
-    player.play(float(speed))
-    return Answer(True, "")
-
-
-async def pause(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-    """Pause."""
-    player.pause()
-    return Answer(True, texts.PLAYBACK_PAUSED)
-
-
-async def seek(player: Playing, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-    """Jump to a time."""
-    at_s = details.get("at_s")
-    if not within(at_s, -_LARGEST, _LARGEST):
-        raise Refused(texts.TIME_NEEDED)
-    return Answer(True, "" if player.seek(max(0.0, float(at_s))) else texts.READING_AHEAD)
-
-
-def values_at(surface: TactileMap, quantity: str, details: dict[str, Any], now_s: float) -> Answer:
-    """Answer with the identified properties at a place; the text has one quantity, this one where it is known.
-
-    Raises:
-        Refused: the details have no place.
-    """
-    x_m, y_m = _place_m(details)
-    scale = surface.roughness_um
-    here = surface.at(x_m, y_m)
-    measured = {name: value for name in MEASURED if (value := getattr(here, name)) is not None}
-    shown: dict[str, Any] = {name: value_text(name, value, scale) for name, value in measured.items()}
-    if here.lump is not None and "stiffness" in shown:
-        shown["stiffness"] = texts.with_lump(shown["stiffness"], here.lump)
-    if here.material is not None:
-        shown["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
-    name = quantity if quantity in measured else next(iter(measured), None)
-    text = texts.NOTHING_HERE
-    if name is not None:
-        value = measured[name]
-        differs = compare(name, here, surface.around(x_m, y_m), scale)
-        text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s), differs)
-    return Answer(True, text, {"text": text, **shown})
-
-
-def propose_kind(surface: TactileMap, details: dict[str, Any], tenderness: Tenderness | None = None) -> Answer:
-    """Answer with the kind that the contrast at a place proposes, see `propose`; with tenderness, also that kind.
-
-    Raises:
-        Refused: the details have no place.
-    """
-    x_m, y_m = _place_m(details)
-    proposed = propose(surface.at(x_m, y_m), surface.around(x_m, y_m))
-    return Answer(True, "", proposed if tenderness is None else propose_tender(proposed, tenderness, x_m, y_m))
-
-
-def _place_m(details: dict[str, Any]) -> tuple[float, float]:
-    """Return the place of a request, m.
-
-    Raises:
-        Refused: it has none.
-    """
-    x_mm, y_mm = details.get("x_mm"), details.get("y_mm")
-    if not (within(x_mm, -_FARTHEST_MM, _FARTHEST_MM) and within(y_mm, -_FARTHEST_MM, _FARTHEST_MM)):
-        raise Refused(texts.PLACE_NEEDED)
-    return x_mm / 1000.0, y_mm / 1000.0
-
-
-@dataclass(slots=True)
-class Control:
-    """Holds the one page in control: the first one that may act, until it leaves or another takes over."""
-
-    holder: Client | None = None
-
-    @property
-    def name(self) -> str:
-        """Name of the page in control."""
-        return "nobody" if self.holder is None else self.holder.name
-
-    def offer(self, client: Client) -> None:
-        """Give control to a page that may act, if no page has it."""
-        if self.holder is None and client.acts:
-            self.holder = client
-
-    def left(self, client: Client, others: list[Client]) -> None:
-        """Note that a page has left; the longest present of the others that may act takes over."""
-        if self.holder is client:
-            self.holder = next((other for other in others if other.acts), None)
 
 
 class SiteControl(Protocol):

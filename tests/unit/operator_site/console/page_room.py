@@ -12,8 +12,9 @@ from starlette.websockets import WebSocketDisconnect
 from common.web.access import Visitor
 from operator_site.console.examination.journal import Journal
 from operator_site.console.model import Console
-from operator_site.console.web.commands import Commands, Playing
+from operator_site.console.web.commands import Commands
 from operator_site.console.web.pages import Pages
+from operator_site.console.web.playback_requests import Playing
 
 BRIEF = {"state": "connected", "session": 7}
 

@@ -12,8 +12,9 @@ import pytest
 
 from common.recording.recorder import Recorder
 from operator_site.console.playback import player as player_module
+from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import CHECKPOINT_S, Recording
-from operator_site.console.playback.player import Checkpoints, PlayedConsole, Player
+from operator_site.console.playback.player import PlayedConsole, Player
 from operator_site.site_recording import SCHEMAS
 from tests.unit.operator_site.console.fed import S, rendered, touch
 
