@@ -26,6 +26,7 @@ from teletaction.conformance.find_devices import PORTS, find_modules, in_words, 
 from teletaction.conformance.node_talk import EXOSKELETON, TELEMANIPULATOR, NodeKind, NodeName
 from teletaction.session.session_rates import LARGEST, taken
 
+CONGESTION_CONTROL = Path("/proc/sys/net/ipv4/tcp_congestion_control")
 RATE_S = 1.0
 """Time over which a device's message rate is measured, s."""
 EXERCISES = frozenset({"X1", "X2", "D4", "D5", "D6", "T2", "N7", "N8", "E1", "M2", "P1", "P2"})
@@ -83,6 +84,7 @@ def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterat
     yield _clock()
     yield _rate(process, site.rate_hz)
     yield _priority()
+    yield _congestion_control()
     lost = []
     for device in devices:
         found = _device(device)
@@ -244,3 +246,16 @@ def _priority() -> Finding:
         return Finding("loop's priority", True, "real-time is allowed: the loop runs before all ordinary work")
     words = "ordinary: beside other work the loop is late more often. LimitRTPRIO=10 in its unit, or `ulimit -r 10`"
     return Finding("loop's priority", True, words)
+
+
+def _congestion_control() -> Finding:
+    """Find how this host's TCP reacts to lost packets; none of the ways is a failure."""
+    name = "TCP congestion control"
+    try:
+        control = CONGESTION_CONTROL.read_text().strip()
+    except OSError as error:
+        return Finding(name, True, f"unknown: {error.strerror}")
+    if control.startswith("bbr"):
+        return Finding(name, True, control)
+    words = f"{control}: where packets are lost, the link gets too slow; use bbr (deploy/network/README.md)"
+    return Finding(name, True, words)

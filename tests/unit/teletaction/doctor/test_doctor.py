@@ -164,6 +164,20 @@ def test_an_absent_gateway_is_named_once(config: Path) -> None:
     assert re.fullmatch(r"CAN socketcand://[^ ]+: \[Errno 111\] Connection refused", finding.result)
 
 
+def test_the_congestion_control_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, config: Path) -> None:
+    kernel = tmp_path / "tcp_congestion_control"
+    monkeypatch.setattr(doctor, "CONGESTION_CONTROL", kernel)
+    results = []
+    for control in ("bbr\n", "cubic\n", None):
+        kernel.write_text(control) if control else kernel.unlink()
+        (finding,) = [each for each in examine(config) if each.what == "TCP congestion control"]
+        assert finding.good
+        results.append(finding.result)
+    assert results[0] == "bbr"
+    assert results[1].startswith("cubic: where packets are lost, the link gets too slow")
+    assert results[2] == "unknown: No such file or directory"
+
+
 def test_can_interfaces_come_from_the_kernels_list(tmp_path: Path) -> None:
     for name, kind, state in (("can0", "280", "up"), ("can1", "280", "down"), ("eth0", "1", "up")):
         (tmp_path / name).mkdir()
