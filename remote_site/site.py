@@ -33,6 +33,7 @@ from common.timing.timeouts import TICK_AGE_S
 from common.wire.messages import Motion, Touch
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
+from remote_site.calibrated_tables import load_tables
 from remote_site.devices.devices import RemoteDevices
 from remote_site.devices.sensor_frame import HandPlace, SensorFrame
 from remote_site.heating import Heating
@@ -42,7 +43,7 @@ from remote_site.safety.patient_gate import PatientGate
 from remote_site.safety.setpoints import GatedCommand
 from remote_site.session.local_control import answer_desk
 from remote_site.session.session_server import SessionServer
-from remote_site.site_recording import SiteRecording, load_tables, open_recorder
+from remote_site.site_recording import SiteRecording, open_recorder
 
 log = logging.getLogger(__name__)
 

@@ -11,12 +11,11 @@ from common.recording.recorder import PACKET_SCHEMA, Recorder
 from common.tenderness.patient_row import Patient
 from common.wire.messages import Event, Motion
 from common.wire.streams import STREAMS
+from remote_site.calibrated_tables import load_tables
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.finger_identification import FingerIdentification
 from remote_site.recorded_rows import Gate, SentEvent, Thermal
 from remote_site.safety.setpoints import GatedCommand
-from remote_site.texture.surface_table import SurfaceTable
-from remote_site.thermal.material_table import MaterialTable
 
 SCHEMAS: dict[str, dict[str, object]] = {
     "remote/session": Happening.schema(),
@@ -32,15 +31,6 @@ PATIENT_SCHEMAS: dict[str, dict[str, object]] = {"remote/patient": Patient.schem
 """Schemas that a recording has in addition where the patient consents to recorded pain."""
 _THERMAL_EVERY = 25
 """Ticks between two records of each finger's identification: 10 a second at the usual rate."""
-
-
-def load_tables(config: RemoteConfig) -> tuple[MaterialTable, SurfaceTable]:
-    """Read the site's calibrated tables.
-
-    Raises:
-        ValueError: a table cannot be used.
-    """
-    return MaterialTable.load(config.calibration.materials), SurfaceTable.load(config.calibration.surfaces)
 
 
 def open_recorder(config: RemoteConfig, metadata: Mapping[str, str], encrypt_for: str | None = None) -> Recorder | None:

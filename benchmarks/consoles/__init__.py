@@ -1,1 +1,4 @@
-"""Cost of consoles and their pages."""
+"""Cost of consoles and their pages.
+
+`run` measures and `figure` draws.
+"""

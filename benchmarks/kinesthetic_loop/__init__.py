@@ -1,1 +1,4 @@
-"""The kinesthetic loop at 1 kHz through python-can."""
+"""The kinesthetic loop at 1 kHz through python-can.
+
+`run` measures and `figure` draws.
+"""

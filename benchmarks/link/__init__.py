@@ -1,1 +1,4 @@
-"""Latency and cost of the link beside bare sockets."""
+"""Latency and cost of the link beside bare sockets.
+
+`run` measures and `figure` draws.
+"""

@@ -1,1 +1,4 @@
-"""Speed, correctness and cost of a session at different tick rates."""
+"""Speed, correctness and cost of a session at different tick rates.
+
+`run` measures and `figure` draws.
+"""

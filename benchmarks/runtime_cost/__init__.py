@@ -1,1 +1,4 @@
-"""Cost of a tick of each process, in lock step."""
+"""Cost of a tick of each process, in lock step.
+
+`run` measures and `figure` draws.
+"""

@@ -1,1 +1,4 @@
-"""Number of sessions that one machine carries."""
+"""Number of sessions that one machine carries.
+
+`run` measures and `figure` draws.
+"""

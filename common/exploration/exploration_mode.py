@@ -17,10 +17,10 @@ Reasons and limits: docs/decisions/0017-modes.md.
 
 import math
 
+from common.exploration.approach_speed import ApproachSpeed
 from common.exploration.contact_detector import FREE_N, TAP_S, ContactDetector
 from common.exploration.hand_motion import HandMotion
 from common.exploration.position_spread import SPREAD_WINDOW_S
-from common.exploration.sample_window import SampleWindow
 from common.exploration.stroke_speed import WINDOW_S
 from common.wire.messages import ExplorationMode
 
@@ -33,32 +33,6 @@ DWELL_S = 0.050
 PLACE_M = 0.5 * STROKE_OFF_M_S * SPREAD_WINDOW_S
 """Maximum distance of a resting finger from the middle of the positions in the last SPREAD_WINDOW_S, m. The slowest
 stroke gets this far from it."""
-APPROACH_WINDOW_S = 0.012
-"""Length of the window, s: it covers readings up to 2 ms early or late, and still follows a finger that slows down."""
-
-
-class ApproachSpeed:
-    """Approach speed of one fingertip, from noisy, quantised heights at uneven times.
-
-    It is the difference of the mean heights in the first and the last third of the window.
-    """
-
-    __slots__ = ("_recent",)
-
-    def __init__(self) -> None:
-        self._recent = SampleWindow(APPROACH_WINDOW_S)
-
-    def step(self, t_s: float, z_m: float) -> None:
-        """Take the height at `t_s`, s and m; a time that does not advance clears the window."""
-        self._recent.take(t_s, z_m)
-
-    @property
-    def speed_m_s(self) -> float:
-        """Mean approach speed over the window, m/s; negative upwards."""
-        if not self._recent.enough:
-            return 0.0
-        passed_s, risen_m = self._recent.rise()
-        return -risen_m / passed_s
 
 
 class ModeDetector:

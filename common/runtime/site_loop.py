@@ -12,7 +12,8 @@ from common.link.session_display import ENDED, shown_state
 from common.runtime.containment import Containment
 from common.runtime.periodic_loop import PeriodicLoop
 from common.runtime.rate_monitor import RateMonitor, spent
-from common.runtime.scheduling import RealtimePriority, become_timely
+from common.runtime.realtime_priority import RealtimePriority
+from common.runtime.scheduling import become_timely
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.runtime.watchdog import LoopWatchdog

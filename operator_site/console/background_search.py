@@ -28,7 +28,14 @@ class BackgroundSearch(Generic[Given, Found]):
     def __init__(
         self, name: str, search: Callable[[Given], Found], nothing: Found, executor: Executor | None = None
     ) -> None:
-        """Search in a thread of `executor`, or in one of its own."""
+        """Search in a thread of `executor`, or in one of its own.
+
+        Args:
+            name: name of the thread.
+            search: searches a copy of the data.
+            nothing: result before the first search.
+            executor: runs the searches.
+        """
         self.found = nothing
         self._search, self._nothing = search, nothing
         self._executor = executor or ThreadPoolExecutor(1, name)

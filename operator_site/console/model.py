@@ -4,7 +4,7 @@ import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgpack
 import numpy as np
@@ -14,15 +14,16 @@ from common.link.session_display import CONNECTED, ENGAGED, ENGAGING, FAULT, PAU
 from common.link.session_state import Happening
 from common.tenderness.patient_row import read_patient
 from common.wire.messages import Touch
-from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
 from operator_site.console.alarms.alarm_rules import Surroundings, causes, causes_unknown
 from operator_site.console.alarms.alarms import Alarms
+from operator_site.console.consent import Consent
 from operator_site.console.examination.examination import Examination
 from operator_site.console.map.lump_areas import NOTHING, Searched
 from operator_site.console.map.patient_shift import PatientShift
 from operator_site.console.map.tactile_map import TactileMap
-from operator_site.console.state.fingers_now import CalmAnswers, FingersNow
+from operator_site.console.state.calm_answers import CalmAnswers
+from operator_site.console.state.fingers_now import FingersNow
 from operator_site.console.state.frame import Flags, Frame, Kind
 from operator_site.console.state.signals import BINS, SPAN_S, Signals
 from operator_site.console.state.site_now import SiteNow
@@ -46,43 +47,6 @@ _DRAWN = {
     STOPPED: LinkState.FAULT,
 }
 """Link state in a picture for each session state; a lost or silent link is drawn as disconnected."""
-
-
-class Consent(NamedTuple):
-    """The patient's answers.
-
-    Attributes:
-        here: what the patient agrees to have recorded by the console's configuration; None where nobody has asked.
-        remote: what the remote site has noted; None while it is unknown.
-    """
-
-    here: tuple[str, ...] | None
-    remote: NotedConsent | None
-
-    @property
-    def there(self) -> tuple[str, ...] | None:
-        """What the patient agrees to by the remote site; None where nobody has asked, or while it is unknown."""
-        return None if self.remote is None else self.remote.agreed
-
-    @property
-    def agreed(self) -> tuple[str, ...] | None:
-        """What both answers agree to. A site that has noted none does not restrict; None where neither has."""
-        if self.here is None or self.there is None:
-            return self.there if self.here is None else self.here
-        return tuple(kind for kind in self.here if kind in self.there)
-
-    @property
-    def differs(self) -> bool:
-        """Whether the known answers differ, or only one site has noted one."""
-        return self.remote is not None and self.here != self.there
-
-    def forbids(self, kind: str) -> bool:
-        """Return whether an answer is known that does not agree to this kind."""
-        return self.agreed is not None and kind not in self.agreed
-
-    def allows(self, kind: str) -> bool:
-        """Return whether the patient agrees to this kind, and the answer of the remote site is known."""
-        return self.remote is not None and self.agreed is not None and kind in self.agreed
 
 
 @dataclass(slots=True)

@@ -3,13 +3,7 @@
 import logging
 from collections.abc import Callable
 from contextlib import ExitStack, closing
-from importlib import resources
 from pathlib import Path
-
-from starlette.applications import Starlette
-from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
-from starlette.routing import Route
 
 from common.config.file import to_toml
 from common.config.link_models import OperatorLinkConfig
@@ -19,7 +13,6 @@ from common.privacy.key_variable import given_key
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.web.access import Access
-from common.web.guarded_page import GuardedPage, file_in, file_response
 from common.web.page_server import Work, address_of, bound, serve_page
 from common.wire.camera_messages import MAX_PICTURE
 from common.wire.packets import MAX_PACKET
@@ -30,9 +23,7 @@ from operator_site.console.local_control import LocalControlClient
 from operator_site.console.playback.player import PlayedConsole
 from operator_site.console.stream_socket import StreamSocket
 from operator_site.console.voice.voice import Voice
-from operator_site.console.web.camera_pages import CameraPages
-from operator_site.console.web.pages import Pages
-from operator_site.console.web.voice_pages import VoicePages
+from operator_site.console.web.server import application
 from operator_site.session.console_feed import FeedReader
 from operator_site.session.remote_key import remote_public_key
 
@@ -40,41 +31,6 @@ log = logging.getLogger(__name__)
 
 _LOOK_S = 0.008
 """Interval between two reads of the site's feed, s; a batch waits at most this long."""
-PAGE = Path(str(resources.files("operator_site"))) / "console" / "page"
-_REPORT_HEADERS = {"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:"}
-"""Headers of a report, which is one file with its style and pictures and without scripts."""
-
-
-def application(
-    access: Access,
-    pages: Pages,
-    camera: CameraPages,
-    voice: VoicePages,
-    reports: Path | None,
-) -> Starlette:
-    """Return the web application.
-
-    Args:
-        reports: folder of finished reports; None for no reports.
-    """
-
-    async def report(request: Request) -> Response:
-        found = None if reports is None else file_in(reports, f"{request.path_params['name']}.html")
-        response = file_response(found)
-        response.headers.update(_REPORT_HEADERS)
-        return response
-
-    async def healthy(request: Request) -> Response:
-        return JSONResponse({"ok": True})
-
-    page = GuardedPage(access, PAGE, microphone=True)
-    return page.application(
-        Route("/report/{name}.html", page.guarded(report)),
-        Route("/health", healthy),
-        page.websocket("/session", pages.serve),
-        page.websocket("/camera", camera.serve),
-        page.websocket("/voice", voice.serve),
-    )
 
 
 def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:

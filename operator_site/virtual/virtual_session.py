@@ -1,49 +1,23 @@
 """Runs the session with a virtual environment, without a remote site."""
 
-import logging
 from collections import Counter
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from common.config.site_models import OperatorConfig
 from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 from common.link.clock_offset import ClockOffset
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
-from common.link.keys import load_keys
 from common.link.packet_filter import PacketFilter
 from common.link.session_state import Session
-from common.scenes.scene import Scene
 from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
 from operator_site.session.remote_status import RemotePatient
-from operator_site.site import run_operator_site
-from operator_site.thermal.scene_skin import prepare
 from operator_site.virtual.virtual_environment import VirtualEnvironment
 
 _IDENT = 1
 """Number of the only session."""
-
-log = logging.getLogger(__name__)
-
-
-def run_virtual(config: OperatorConfig, stop: Callable[[], bool], *, scene: Scene, seed: int) -> None:
-    """Run the operator site on a scene until `stop()`.
-
-    Raises:
-        ValueError, OSError: keys or devices cannot be used.
-    """
-    prepare(scene.materials.values())
-
-    def begin(_: ExitStack) -> tuple[VirtualSession, Callable[[], None]]:
-        environment = VirtualEnvironment(scene, config.fingers, seed)
-        name = f"scene {scene.name}, seed {seed}"
-        log.info("touching %s", name)
-        return VirtualSession(environment, name, config.engage, config.link.gap_s), lambda: None
-
-    run_operator_site(config, load_keys(config.link.keys), begin, stop, scene=scene.name, seed=str(seed))
 
 
 @dataclass(slots=True)

@@ -1,7 +1,7 @@
 """Identifies with all fingers in one step, and packs the result as a touch packet."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -10,18 +10,10 @@ from common.fingers import FINGERS
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, TOUCH_BLOCK, TOUCH_HIGH, TOUCH_LOW, Event, Touch, TouchRow, pack_rows
 from common.wire.packets import BadPacket, Floats, LinkState
-from common.wire.touch_summary import (
-    GROOVE_MAX_M,
-    MAX_CANDIDATES,
-    NO_SUMMARIES,
-    NOTHING,
-    ROUGHNESS_MAX_V,
-    SUMMARY_INTERVAL_S,
-    TouchSummary,
-)
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.identification.finger_identification import FingerIdentification
 from remote_site.identification.touch_events import TouchEvents
+from remote_site.identification.touch_summary import TouchSummaries
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.shared_object import SharedObject
@@ -35,46 +27,6 @@ FOREIGN_SHARE = 0.005
 _NOTHING = (NO_TOUCH,) * len(FINGERS)
 AGAIN_S = 1.0
 """Time without identification after an exception, s; creating the estimators takes a tick's time."""
-UNLIKELY = 0.01
-"""Smallest probability of a material that is listed as a candidate, 0..1."""
-
-
-class TouchSummaries:
-    """Makes the summaries of the touched objects that a person reads. Pure: the time is an argument.
-
-    Attributes:
-        summaries: present summary of each finger; the same object until a summary changes.
-    """
-
-    __slots__ = ("_made_s", "summaries")
-
-    def __init__(self) -> None:
-        self._made_s = -math.inf
-        self.summaries = NO_SUMMARIES
-
-    def step(self, t_s: float, fingers: Mapping[int, FingerIdentification]) -> None:
-        """Summarise the fingers in use at `t_s`, s, if the interval since the last summary has passed."""
-        if 0.0 <= t_s - self._made_s < SUMMARY_INTERVAL_S:
-            return
-        self._made_s = t_s
-        made = tuple([NOTHING if (finger := fingers.get(k)) is None else _summary(finger) for k in range(len(FINGERS))])
-        if made != self.summaries:
-            self.summaries = made
-
-
-def _summary(finger: FingerIdentification) -> TouchSummary:
-    """Summarise one finger; values saturate at the limits of the packet."""
-    if not finger.contact:
-        return NOTHING
-    ranked = sorted(finger.thermal.answer.candidates.items(), key=lambda named: -named[1])
-    summary = TouchSummary(tuple([(name, min(1.0, p)) for name, p in ranked[:MAX_CANDIDATES] if p >= UNLIKELY]))
-    if (roughness := finger.roughness) is not None:
-        value_v, sd_v = roughness
-        summary = summary._replace(roughness_v=min(value_v, ROUGHNESS_MAX_V), roughness_sd_v=min(sd_v, ROUGHNESS_MAX_V))
-    if (period := finger.period.estimate()) is not None:
-        groove_m, sd_m = period.period_m, period.period_sd_m
-        summary = summary._replace(groove_m=min(groove_m, GROOVE_MAX_M), groove_sd_m=min(sd_m, GROOVE_MAX_M))
-    return summary
 
 
 class Perception:

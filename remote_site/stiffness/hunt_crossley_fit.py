@@ -18,9 +18,9 @@ press are therefore kept. A surface up to `highest_m` exceeds none of them.
 """
 
 import math
-from typing import NamedTuple
 
 from remote_site.stiffness.moving_surface import MovingSurface, motion_sd_m
+from remote_site.stiffness.pressed_samples import PressedSample, PressedSamples
 
 FORCE_SD_N, PLACE_SD_M, SPEED_SD_M_S = 0.011, 10e-6, 1.8e-3
 """Standard deviations with quantisation: force, N, and height, m, of one sample, and speed over a window, m/s."""
@@ -55,56 +55,6 @@ HARDER_SD = 2.0
 """Excess of the line over a sample of the press from which it is too hard, in standard deviations."""
 ROUGHLY_LN_SD = 0.3
 """Standard deviation of ln c below which samples can contradict c and can also teach a."""
-STEP, MOST = 0.25, 32
-"""Change of force between kept samples, as a fraction of the force, and maximum number of kept samples."""
-MOVES_M = 30e-6
-"""Smallest motion of a pressing or leaving finger that counts, m: three times the noise of its height."""
-
-
-class PressedSample(NamedTuple):
-    """Mean of some samples of a press: force, N, height, m, speed downwards, m/s, and number of samples."""
-
-    force_n: float
-    z_m: float
-    speed_m_s: float
-    samples: int
-
-
-class PressedSamples:
-    """Samples of one press, from the first contact to the largest force.
-
-    With them, a line through the forces can be shown no harder than the tissue at any depth.
-
-    Attributes:
-        kept: the samples, at the height that the surface had at contact.
-        followed_m: motion of the surface since contact, m.
-    """
-
-    __slots__ = ("_z_m", "followed_m", "kept")
-
-    def __init__(self, z_m: float) -> None:
-        """Begin a press at a height, m."""
-        self.kept: list[PressedSample] = []
-        self._z_m, self.followed_m = z_m, 0.0
-
-    def take(self, sample: PressedSample) -> bool:
-        """Take a sample; return whether the finger has moved since the last one for which this was True."""
-        moves_m, kept = sample.z_m - self._z_m, self.kept
-        if abs(moves_m) <= MOVES_M:
-            return False
-        self._z_m = sample.z_m
-        differs = not kept or abs(sample.force_n - kept[-1].force_n) > STEP * kept[-1].force_n
-        if moves_m < 0.0 and differs and len(kept) < MOST:
-            kept.append(sample._replace(z_m=sample.z_m - self.followed_m))
-        return True
-
-    def follow(self, moved_m: float) -> None:
-        """Move all samples with the surface, m."""
-        self.followed_m += moved_m
-
-    def forget(self) -> None:
-        """Forget all samples: they belong to another surface."""
-        self.kept.clear()
 
 
 class HuntCrossleyFit:

@@ -87,7 +87,9 @@ class TcpStream:
     in_flight: int = 0
     ended: bool = False
     _arrived_s: float = -math.inf
+    """Time of the last arrival, s."""
     _resent_s: float = -math.inf
+    """Time of the last arrival after a time-out, s."""
     _segments: deque[_Segment] = field(default_factory=deque)
     _jitter: tuple[int, float, float] = (-1, 0.0, 0.0)
     """Number of the present span of JITTER_EVERY_S, and the deviations (-1 to 1) at its start and end."""
@@ -115,9 +117,7 @@ class TcpStream:
         arrived: list[bytes] = []
         while self._segments:
             first = self._segments[0]
-            if first.missing and not self._retransmitted(first, now_s):
-                break
-            if first.due_s > now_s:
+            if first.due_s > now_s or (first.missing and not self._retransmitted(first, now_s)):
                 break
             stalled_until_s = self.path.stalls.end_s(first.due_s)
             if stalled_until_s is not None:
@@ -152,7 +152,7 @@ class TcpStream:
     def _lost(self, segment: _Segment) -> bool:
         """Return whether the last try does not arrive.
 
-        When a segment has arrived after a time-out, everything behind it was retransmitted.
+        When a segment arrives after a time-out, everything behind it has been retransmitted.
         """
         if segment.due_s <= self._resent_s:
             return False

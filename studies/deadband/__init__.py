@@ -1,1 +1,4 @@
-"""Perceptual deadband of packets: packets against error."""
+"""Perceptual deadband of packets: packets against error.
+
+`run` measures and `figure` draws.
+"""

@@ -1,1 +1,4 @@
-"""Exploration modes from noisy motion and force."""
+"""Exploration modes from noisy motion and force.
+
+`run` measures and `figure` draws.
+"""

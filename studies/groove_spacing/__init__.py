@@ -1,1 +1,4 @@
-"""Spacing of grooves at the operator's finger over networks with jitter and loss."""
+"""Spacing of grooves at the operator's finger over networks with jitter and loss.
+
+`run` measures and `figure` draws.
+"""

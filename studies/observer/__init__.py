@@ -1,1 +1,4 @@
-"""Both experiments of Kron & Schmidt 2003, repeated with an observer model."""
+"""Both experiments of Kron & Schmidt 2003, repeated with an observer model.
+
+`run` measures and `figure` draws.
+"""

@@ -1,1 +1,4 @@
-"""Three figures of Kron & Schmidt 2003, computed on the simulated devices."""
+"""Three figures of Kron & Schmidt 2003, computed on the simulated devices.
+
+`run` measures and `figure` draws.
+"""

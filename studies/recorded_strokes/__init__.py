@@ -1,1 +1,4 @@
-"""Groove periods and fabrics from recorded strokes."""
+"""Groove periods and fabrics from recorded strokes.
+
+`run` measures and `figure` draws.
+"""

@@ -1,1 +1,4 @@
-"""Material from recorded touches of a fabric sensor, beside a linear classifier."""
+"""Material from recorded touches of a fabric sensor, beside a linear classifier.
+
+`run` measures and `figure` draws.
+"""

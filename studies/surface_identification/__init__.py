@@ -1,1 +1,4 @@
-"""Stiffness and height of a pressed surface."""
+"""Stiffness and height of a pressed surface.
+
+`run` measures and `figure` draws.
+"""

@@ -1,1 +1,4 @@
-"""Targets found on a tactile map."""
+"""Targets found on a tactile map.
+
+`run` measures and `figure` draws.
+"""

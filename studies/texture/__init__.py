@@ -1,1 +1,4 @@
-"""Surfaces, roughness and grooves from simulated strokes."""
+"""Surfaces, roughness and grooves from simulated strokes.
+
+`run` measures and `figure` draws.
+"""

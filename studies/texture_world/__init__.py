@@ -1,1 +1,4 @@
-"""A hundred textures of the world, rendered from public haptic models."""
+"""A hundred textures of the world, rendered from public haptic models.
+
+`run` measures and `figure` draws.
+"""

@@ -1,1 +1,4 @@
-"""Material and temperature from a touch: speed, accuracy, cost and limits."""
+"""Material and temperature from a touch: speed, accuracy, cost and limits.
+
+`run` measures and `figure` draws.
+"""

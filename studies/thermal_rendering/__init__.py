@@ -1,1 +1,4 @@
-"""Temperature at the operator's finger: skin models, integrators, plates and the whole loop."""
+"""Temperature at the operator's finger: skin models, integrators, plates and the whole loop.
+
+`run` measures and `figure` draws.
+"""

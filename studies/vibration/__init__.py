@@ -1,1 +1,4 @@
-"""Vibration at the operator's finger."""
+"""Vibration at the operator's finger.
+
+`run` measures and `figure` draws.
+"""

@@ -76,7 +76,7 @@ def virtual(
     from common.config.site_models import OperatorConfig
     from common.process import run_process
     from common.scenes.scene import load_scene
-    from operator_site.virtual.virtual_session import run_virtual
+    from operator_site.virtual.virtual_site import run_virtual
 
     run = partial(run_virtual, scene=load_scene(scene), seed=seed)
     run_process("virtual", own_config(config, "operator"), OperatorConfig, run)

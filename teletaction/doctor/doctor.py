@@ -19,7 +19,7 @@ from common.runtime.reference_step import reference_step_s
 from common.runtime.scheduling import has_real_time, take_ordinary, take_realtime
 from common.timing.timeouts import FASTEST_RATE_HZ
 from operator_site.session.remote_key import remote_public_key
-from remote_site.site_recording import load_tables
+from remote_site.calibrated_tables import load_tables
 from teletaction.conformance.checklist import How, Verdict
 from teletaction.conformance.examination import opened
 from teletaction.conformance.find_devices import PORTS, find_modules, in_words, require_interface

@@ -16,9 +16,9 @@ from common.config.file import load_config
 from common.config.page_models import ConsoleConfig
 from common.runtime.containment import Containment
 from common.web.access import Access, Visitor
-from operator_site.console.run import application
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import Pages
+from operator_site.console.web.server import application
 from operator_site.console.web.voice_pages import VoicePages
 from teletaction.session.demo_files import CONSOLE, DemoOptions, prepare
 from teletaction.testbed.memory_feed import MemoryFeed

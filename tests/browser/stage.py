@@ -19,7 +19,6 @@ from common.web.access import Access, Visitor
 from common.web.guarded_page import REFUSED
 from common.wire.voice_messages import FRAME_S
 from operator_site.console.camera.camera_picture import Picture
-from operator_site.console.run import application
 from operator_site.console.state.frame import Kind
 from operator_site.console.state.signals import BINS, SPAN_S
 from operator_site.console.texts import looks_like_a_name
@@ -28,6 +27,7 @@ from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.clients import CREDIT
 from operator_site.console.web.clients import Client as ConsoleClient
 from operator_site.console.web.pages import Pages
+from operator_site.console.web.server import application
 from operator_site.console.web.voice_pages import VoicePages
 from tests.browser import synthetic
 from tests.browser.synthetic import SCENARIOS, Scenario

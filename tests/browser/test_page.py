@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from common.limits import MOTION_SCALES
-from operator_site.console.run import PAGE
+from operator_site.console.web.server import PAGE
 from tests.browser.conftest import Open
 from tests.browser.stage import Stage
 from tests.waiting import wait_until

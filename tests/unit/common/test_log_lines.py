@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from common.faults.fault import Fault, FaultCode
 from common.files.printable import printable
 from common.link.session_state import Session
-from common.logs import AT_ONCE, PER_S, SAFETY_AT_ONCE, FloodFilter, JsonLines, TextLines
+from common.log_flood import AT_ONCE, PER_S, SAFETY_AT_ONCE, FloodFilter
+from common.logs import JsonLines, TextLines
 
 ANY_TEXT = st.text(st.characters(exclude_categories=()), max_size=200)
 FORGED = "no\n12.000 remote INFO common.link.session_state: engaged\x1b[2J\u202e"

@@ -14,8 +14,9 @@ from can.interfaces.socketcan import SocketcanBus
 from common.buses import can_port
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
-from common.buses.can_port import MOST, SETTLING, CanPort
+from common.buses.can_port import SETTLING, CanPort
 from common.buses.encoder_glitches import FINGER_M_S, RETURN_S, EncoderGlitches
+from common.buses.frame_error_rate import MOST
 from common.buses.socketcand_bus import taken_frame
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.buses.can_port import MOST, WINDOW, FrameErrorRate
+from common.buses.frame_error_rate import MOST, WINDOW, FrameErrorRate
 from common.faults.fault import Fault, FaultCode
 from common.faults.texts import fault_text
 from common.limits import GAP_S

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from common.exploration.exploration_mode import ApproachSpeed
+from common.exploration.approach_speed import ApproachSpeed
 from common.exploration.position_spread import EVERY_S, SPREAD_WINDOW_S, PositionSpread
 from common.exploration.stroke_speed import HandSpeed
 

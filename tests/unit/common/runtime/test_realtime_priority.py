@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.runtime.scheduling import MOST_WORK, RealtimePriority, policy
+from common.runtime.realtime_priority import MOST_WORK, RealtimePriority
+from common.runtime.scheduling import policy
 
 BUSY, EASY = MOST_WORK + 0.01, MOST_WORK
 
@@ -67,7 +68,7 @@ def test_a_policy_set_from_outside_is_kept() -> None:
 def test_real_time_priority_set_from_outside_is_reported_and_kept() -> None:
     code = f"""
 import os, sys
-from common.runtime.scheduling import RealtimePriority
+from common.runtime.realtime_priority import RealtimePriority
 try:
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
 except PermissionError:

@@ -14,7 +14,7 @@ from common.faults.fault import Fault, FaultCode
 from common.faults.texts import fault_text
 from common.link.curve import LinkProblem
 from common.runtime.containment import Containment
-from common.runtime.scheduling import RealtimePriority
+from common.runtime.realtime_priority import RealtimePriority
 from common.runtime.site_loop import in_words, run_site_loop
 from common.runtime.systemd_notify import Supervisor
 from common.runtime.watchdog import LoopWatchdog

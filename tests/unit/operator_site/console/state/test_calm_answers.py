@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operator_site.console.state.fingers_now import HOLD_S, CalmAnswers
+from operator_site.console.state.calm_answers import HOLD_S, CalmAnswers
 
 INDEX = 1
 

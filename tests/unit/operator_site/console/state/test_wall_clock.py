@@ -3,7 +3,7 @@
 import math
 from datetime import datetime, timedelta
 
-from operator_site.console.state.site_time import WallClock
+from operator_site.console.state.wall_clock import WallClock
 
 NOON = datetime(2026, 11, 3, 12, 0, 0)
 

@@ -12,9 +12,10 @@ import pytest
 from common.runtime.containment import Containment
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.stills import STILL_S, Stills
-from operator_site.console.web.camera_pages import CREDIT, CameraPages
+from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.pages import FULL, MESSAGES_AT_ONCE, NOT_UNDERSTOOD, TOO_MUCH
 from operator_site.console.web.places import OBSERVING_PLACES
+from operator_site.console.web.viewer import CREDIT
 from tests.unit.operator_site.console.page_room import OR_1, STUDENT, Socket, settled
 from tests.unit.operator_site.console.web.test_viewer import picture
 

@@ -8,8 +8,8 @@ import pytest
 
 from common.config.page_models import ConsoleConfig
 from common.web.access import Access
-from operator_site.console.run import application
 from operator_site.console.web.camera_pages import CameraPages
+from operator_site.console.web.server import application
 from operator_site.console.web.voice_pages import VoicePages
 from tests.unit.operator_site.console.page_room import Room
 

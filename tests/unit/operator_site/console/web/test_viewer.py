@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from common.web.access import Visitor
 from operator_site.console.camera.camera_picture import Picture, follows
-from operator_site.console.web.camera_pages import CREDIT, Viewer
+from operator_site.console.web.viewer import CREDIT, Viewer
 
 
 def picture(sequence: int, *, is_key: bool = False) -> Picture:
