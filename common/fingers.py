@@ -9,7 +9,7 @@ FINGER_Y_M = (-0.04, -0.02, 0.0, 0.02, 0.04)
 """Position of each finger across the stroke, relative to the hand's y, m."""
 
 
-def chosen_fingers(count: int) -> tuple[str, ...]:
+def chosen_fingers(count: int) -> tuple[FingerName, ...]:
     """Return the fingers that a session with `count` fingers uses (1..5).
 
     A single finger is the index finger, with which people explore.
@@ -19,5 +19,5 @@ def chosen_fingers(count: int) -> tuple[str, ...]:
     """
     if not 1 <= count <= len(FINGERS):
         raise ValueError(f"fingers must be 1..{len(FINGERS)}, not {count}")
-    by_use = ("index", "middle", "thumb", "ring", "little")
+    by_use: tuple[FingerName, ...] = ("index", "middle", "thumb", "ring", "little")
     return tuple(sorted(by_use[:count], key=FINGERS.index))

@@ -21,7 +21,8 @@ from common.link.keys import load_keys
 from common.link.local_control import ask_desk
 from robustness.faulted_session import FaultedSession, NotWorking
 from robustness.stroking_scene import write_stroking_scene
-from teletaction.session.demo_files import HOST, NETWORK, DemoOptions, prepare
+from teletaction.session.demo_files import NETWORK, DemoOptions, prepare
+from teletaction.session.demo_ports import HOST
 from teletaction.session.processes import SessionProcesses, family
 
 _STROKES = 20

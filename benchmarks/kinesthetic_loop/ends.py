@@ -23,7 +23,7 @@ from common.buses.can_frames import database
 from common.config.file import to_toml
 from common.config.simulation_models import SimOperatorConfig
 from sim_sensors.devices.exoskeleton import Exoskeleton
-from teletaction.session.demo_files import HOST, free_port_block
+from teletaction.session.demo_ports import HOST, free_port_block
 
 FORCES = int(database().get_message_by_name("FingerForces").frame_id)
 FRAME_S = 0.002

@@ -13,7 +13,7 @@ from typing import Any
 from common.link.keys import Role, TrustedKeys, create_keys
 from common.runtime.scheduling import become_timely
 from common.wire.streams import STREAMS
-from teletaction.session.demo_files import HOST, free_port_block
+from teletaction.session.demo_ports import HOST, free_port_block
 from teletaction.session.processes import die_with_parent
 
 ANSWER_S = 60.0

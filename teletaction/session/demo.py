@@ -20,7 +20,8 @@ from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal
 from common.scenes.scene import load_scene
-from teletaction.session.demo_files import CAMERA, CONSOLE, HOST, NETWORK, PROCESSES, VOICE, DemoOptions, prepare
+from teletaction.session.demo_files import CAMERA, CONSOLE, NETWORK, PROCESSES, VOICE, DemoOptions, prepare
+from teletaction.session.demo_ports import HOST
 from teletaction.session.launcher_figures import LAUNCHER, LauncherFigures
 from teletaction.session.ping import BarePing
 from teletaction.session.processes import KILLED_S, SessionProcesses

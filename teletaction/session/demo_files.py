@@ -1,10 +1,8 @@
-"""Prepares the files of one session on this machine: keys, resolved configurations, free ports."""
+"""Prepares the files of one session on this machine: keys, and a configuration of each process."""
 
 import math
-import os
-import socket
 import sys
-from contextlib import ExitStack
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from importlib.util import find_spec
@@ -15,21 +13,27 @@ from pydantic import BaseModel
 
 from common.buses.can_address import CanAddress
 from common.config.file import to_toml
+from common.config.fingers import Addresses
 from common.config.link_models import OperatorLinkConfig, RemoteLinkConfig
 from common.config.page_models import ConsoleCameraConfig, ConsoleConfig, ConsoleVoiceConfig
 from common.config.recording_models import ConsentConfig
-from common.config.simulation_models import SimCameraConfig, SimNetworkConfig, SimOperatorConfig, SimRemoteConfig
+from common.config.simulation_models import (
+    SimCameraConfig,
+    SimNetworkConfig,
+    SimOperatorConfig,
+    SimPatientSwitchConfig,
+    SimRemoteConfig,
+)
 from common.config.site_models import CalibrationConfig, OperatorConfig, RemoteConfig
 from common.config.stream_models import CameraConfig, VoiceConfig
-from common.fingers import chosen_fingers
+from common.fingers import FingerName, chosen_fingers
 from common.link.keys import TrustedKeys, create_keys
 from common.scenes.scene import load_scene
 from common.wire.noted_consent import KINDS
-from common.wire.streams import STREAMS
 from sim_sensors.network.file import is_file, load_network
+from teletaction.session.demo_ports import HOST, DemoPorts
 from teletaction.session.session_rates import DEFAULT, Rates
 
-HOST = "127.0.0.1"
 PROCESSES = ("sim-remote", "sim-operator", "remote", "operator")
 """Names of the processes of every session."""
 CONSOLE = "console"
@@ -92,51 +96,51 @@ def calibrated_tables(scene: str) -> tuple[Path, Path]:
     return materials, SURFACES
 
 
-def free_port_block(count: int) -> int:
-    """Return the first of `count` consecutive free ports, below the range of outgoing connections.
+def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
+    """Write keys and configurations of a session into `out`; return each process's configuration file.
 
     Raises:
-        OSError: no such block was found.
+        ValueError: invalid number of fingers or time, no calibration for the scene, unknown network or invalid network
+            file, or a camera or voice that nothing shows, plays or reads.
     """
-    firsts = range(20_000, 32_000, count)
-    # The start depends on the process, so that sessions prepared at the same time take different blocks.
-    turn = os.getpid() % len(firsts)
-    for number in range(len(firsts)):
-        first = firsts[(turn + number) % len(firsts)]
-        with ExitStack() as held:
-            try:
-                for n in range(count):
-                    held.enter_context(socket.create_server((HOST, first + n)))
-            except OSError:
-                continue
-            return first
-    raise OSError(f"no {count} consecutive free ports on {HOST}")
+    _check(options)
+    out = out.resolve()  # Relative paths would count from the configuration's folder.
+    models = _Configurations(options, out).all()
+    folder = out / "config"
+    folder.mkdir(parents=True, exist_ok=True)
+    _exchange_keys(out)
+    configurations = {}
+    for process, model in models.items():
+        configurations[process] = folder / f"{process}.toml"
+        configurations[process].write_text(to_toml(model), "utf-8")
+    return configurations
 
 
-def _network(name_or_path: str, base_port: int, **settings: object) -> SimNetworkConfig:
-    """Return the configuration of the network.
+def _check(options: DemoOptions) -> None:
+    """Refuse times that are no times, and a camera or voice that nothing shows, plays or reads."""
+    if options.seconds is not None and not 0.0 < options.seconds < math.inf:
+        raise ValueError(f"--seconds {options.seconds:g}: must be a time above 0 s")
+    if options.patient_stop_s is not None and not 0.0 <= options.patient_stop_s < math.inf:
+        raise ValueError(f"--patient-stop {options.patient_stop_s:g}: must be a time of 0 s or more")
+    for option, wanted in (("camera", options.camera), ("voice", options.voice)):
+        if wanted and not options.console:
+            raise ValueError(f"--{option}: only the console has it; leave out --headless or --{option}")
+        if wanted and find_spec("av") is None:
+            raise ValueError(f"--{option}: needs `pip install teletaction[{option}]`")
 
-    The network is loaded here so that a mistake is found before its process starts.
 
-    Raises:
-        ValueError: the network is unknown or its file is invalid.
-    """
-    load_network(name_or_path)
-    network = str(Path(name_or_path).resolve()) if is_file(name_or_path) else name_or_path
-    fields = {"network": network, "bind": HOST, "base_port": base_port, "to_host": HOST, "wait_for_start": True}
-    return SimNetworkConfig.model_validate(fields | settings)
+def _keys(out: Path, side: str) -> Path:
+    return out / "keys" / side
 
 
-def _patient_switch(options: DemoOptions, port: int) -> tuple[dict[str, object], dict[str, object]]:
-    """Return the fields of the patient's stop switch, with a slider where the scene is tender, of both processes."""
-    if not options.patient_switch:
-        return {}, {}
-    remote: dict[str, object] = {"patient_switch": {"port": f"socket://{HOST}:{port}"}}
-    presses_s = () if options.patient_stop_s is None else (options.patient_stop_s,)
-    patient: dict[str, object] = {"port": f"tcp:{HOST}:{port}", "pressed_at_s": presses_s}
-    if load_scene(options.scene).tender:
-        patient["reaction_s"] = REACTION_S
-    return remote, {"patient_switch": patient}
+def _exchange_keys(out: Path) -> None:
+    """Create new keys of both sites, and let each trust the other's."""
+    remote, operator = _keys(out, "remote"), _keys(out, "operator")
+    for keys in (remote, operator):
+        for old in ("site.key", "site.key_secret", "trusted"):
+            (keys / old).unlink(missing_ok=True)
+    TrustedKeys(remote).trust("operator", create_keys(operator))
+    TrustedKeys(operator).trust("remote", create_keys(remote))
 
 
 def _consent(options: DemoOptions) -> ConsentConfig | None:
@@ -157,165 +161,198 @@ def _consent(options: DemoOptions) -> ConsentConfig | None:
     return ConsentConfig(**{kind: kind in agreed for kind in KINDS})
 
 
-def _beside(
-    options: DemoOptions, link: RemoteLinkConfig, source: str, *, desk_port: int, out: Path
-) -> dict[str, BaseModel]:
-    """Return the configurations of the processes beside the remote site: camera and voice."""
-    models: dict[str, BaseModel] = {}
-    remote = out / "config" / "remote.toml"
-    if options.camera:
-        models[CAMERA] = CameraConfig(link=link, source=source, status=out / f"{CAMERA}.json")
-    if options.voice:
-        models[VOICE] = VoiceConfig(
-            link=link,
+def _listening(ports: Mapping[FingerName, int]) -> Addresses:
+    """Return the address of each simulated device, by finger."""
+    return {finger: f"tcp:{HOST}:{port}" for finger, port in ports.items()}
+
+
+def _reaching(ports: Mapping[FingerName, int]) -> Addresses:
+    """Return the address at which a site reaches each device, by finger."""
+    return {finger: f"socket://{HOST}:{port}" for finger, port in ports.items()}
+
+
+def _can(port: int) -> CanAddress:
+    return CanAddress(interface="socketcand", host=HOST, port=port)
+
+
+class _Configurations:
+    """Configuration of each process of a session, one method each."""
+
+    def __init__(self, options: DemoOptions, out: Path) -> None:
+        """Find the tables and the ports.
+
+        Args:
+            options: options, which `_check` has accepted.
+            out: folder of the session, absolute.
+
+        Raises:
+            ValueError: invalid number of fingers or consent, or no calibration for the scene.
+        """
+        self._options, self._out = options, out
+        self._fingers = chosen_fingers(options.fingers)
+        self._materials, self._surfaces = calibrated_tables(options.scene)
+        self._consent = _consent(options)
+        self._ports = DemoPorts.free(self._fingers)
+
+    def all(self) -> dict[str, BaseModel]:
+        """Return the configurations, by process, in the order in which the processes start.
+
+        Raises:
+            ValueError: the network is unknown or its file is invalid.
+        """
+        options = self._options
+        found: dict[str, BaseModel] = {"sim-remote": self._sim_remote(), "sim-operator": self._sim_operator()}
+        if options.network is not None:
+            found[NETWORK] = self._network(options.network)
+        found |= {"remote": self._remote(), "operator": self._operator()}
+        if options.camera:
+            found[CAMERA] = self._camera()
+        if options.voice:
+            found[VOICE] = self._voice()
+        if options.console:
+            found[CONSOLE] = self._console()
+        return found
+
+    def _simulation(self, process: str) -> dict[str, Any]:
+        """Return what both simulators have alike."""
+        options = self._options
+        alike = {"fingers": self._fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
+        return alike | {"record": self._recording(process), "status": self._status(process)}
+
+    def _site(self, process: str) -> dict[str, Any]:
+        """Return what both sites have alike."""
+        alike = {"fingers": self._fingers, "wait_for_devices_s": 20.0, "consent": self._consent}
+        return alike | {"record": self._recording(process), "status": self._status(process)}
+
+    def _recording(self, process: str) -> Path:
+        return self._out / f"{process}.mcap"
+
+    def _status(self, process: str) -> Path:
+        return self._out / f"{process}.json"
+
+    def _config(self, process: str) -> Path:
+        return self._out / "config" / f"{process}.toml"
+
+    def _sim_remote(self) -> SimRemoteConfig:
+        ports, options = self._ports, self._options
+        fields = self._simulation("sim-remote")
+        if options.patient_switch:
+            fields["patient_switch"] = self._sim_patient_switch()
+        if options.camera:
+            fields["camera"] = SimCameraConfig(port=f"tcp:{HOST}:{ports.camera}")
+        return SimRemoteConfig(
+            **fields,
+            can_port=ports.robot,
+            fault_port=ports.remote_faults,
+            texture=_listening(ports.texture),
+            thermal_sensors=_listening(ports.thermal),
+        )
+
+    def _sim_patient_switch(self) -> SimPatientSwitchConfig:
+        """Return the patient's stop switch, with a slider where the scene is tender."""
+        options = self._options
+        presses_s = () if options.patient_stop_s is None else (options.patient_stop_s,)
+        slider = {"reaction_s": REACTION_S} if load_scene(options.scene).tender else {}
+        return SimPatientSwitchConfig(port=f"tcp:{HOST}:{self._ports.patient_switch}", pressed_at_s=presses_s, **slider)
+
+    def _sim_operator(self) -> SimOperatorConfig:
+        ports = self._ports
+        return SimOperatorConfig(
+            **self._simulation("sim-operator"),
+            can_port=ports.exoskeleton,
+            fault_port=ports.operator_faults,
+            tacttip=_listening(ports.tacttip),
+            seconds=self._options.seconds,
+        )
+
+    def _network(self, name_or_path: str) -> SimNetworkConfig:
+        ports = self._ports
+        load_network(name_or_path)  # so that a mistake is found before the process starts
+        return SimNetworkConfig(
+            network=str(Path(name_or_path).resolve()) if is_file(name_or_path) else name_or_path,
+            bind=HOST,
+            base_port=ports.through,
+            to_host=HOST,
+            to_base_port=ports.link,
+            wait_for_start=True,
+            seed=self._options.seed,
+            fault_port=ports.network_faults,
+            status=self._status(NETWORK),
+        )
+
+    def _remote(self) -> RemoteConfig:
+        ports = self._ports
+        fields = self._site("remote")
+        if self._options.patient_switch:
+            fields["patient_switch"] = {"port": f"socket://{HOST}:{ports.patient_switch}"}
+        return RemoteConfig(
+            **fields,
+            rate_hz=self._options.rates.remote_hz,
+            link=self._remote_link,
+            texture=_reaching(ports.texture),
+            thermal_sensors=_reaching(ports.thermal),
+            telemanipulator=_can(ports.robot),
+            desk_port=ports.remote_desk,
+            calibration=CalibrationConfig(materials=self._materials, surfaces=self._surfaces),
+        )
+
+    @property
+    def _remote_link(self) -> RemoteLinkConfig:
+        return RemoteLinkConfig(bind=HOST, base_port=self._ports.link, keys=_keys(self._out, "remote"))
+
+    def _operator(self) -> OperatorConfig:
+        ports, console = self._ports, self._options.console
+        return OperatorConfig(
+            **self._site("operator"),
+            rate_hz=self._options.rates.operator_hz,
+            link=OperatorLinkConfig(host=HOST, base_port=self._far_port, keys=_keys(self._out, "operator")),
+            tacttip=_reaching(ports.tacttip),
+            exoskeleton=_can(ports.exoskeleton),
+            engage=not console,
+            console_required_s=WATCHED_S if console else 0.0,
+            desk_port=ports.operator_desk,
+            feed_port=ports.feed,
+        )
+
+    @property
+    def _far_port(self) -> int:
+        """First port at which the operator site reaches the streams of the remote site."""
+        return self._ports.link if self._options.network is None else self._ports.through
+
+    def _camera(self) -> CameraConfig:
+        source = f"tcp://{HOST}:{self._ports.camera}"
+        return CameraConfig(link=self._remote_link, source=source, status=self._status(CAMERA))
+
+    def _voice(self) -> VoiceConfig:
+        return VoiceConfig(
+            link=self._remote_link,
             source="tone:440",
             sink="none",
-            desk_port=desk_port,
-            remote=remote,
-            status=out / f"{VOICE}.json",
+            desk_port=self._ports.voice_desk,
+            remote=self._config("remote"),
+            status=self._status(VOICE),
         )
-    return models
 
-
-def prepare(options: DemoOptions, out: Path) -> dict[str, Path]:
-    """Write keys and configurations of a session into `out`; return each process's configuration file.
-
-    Raises:
-        ValueError: invalid number of fingers or time, no calibration for the scene, unknown network or invalid network
-            file, or a camera or voice that nothing shows, plays or reads.
-    """
-    if options.seconds is not None and not 0.0 < options.seconds < math.inf:
-        raise ValueError(f"--seconds {options.seconds:g}: must be a time above 0 s")
-    if options.patient_stop_s is not None and not 0.0 <= options.patient_stop_s < math.inf:
-        raise ValueError(f"--patient-stop {options.patient_stop_s:g}: must be a time of 0 s or more")
-    for option, wanted in (("camera", options.camera), ("voice", options.voice)):
-        if wanted and not options.console:
-            raise ValueError(f"--{option}: only the console has it; leave out --headless or --{option}")
-        if wanted and find_spec("av") is None:
-            raise ValueError(f"--{option}: needs `pip install teletaction[{option}]`")
-    out = out.resolve()  # Relative paths would count from the configuration's folder.
-    fingers = chosen_fingers(options.fingers)
-    materials, surfaces = calibrated_tables(options.scene)
-    folder = out / "config"
-    folder.mkdir(parents=True, exist_ok=True)
-    remote_keys, operator_keys = out / "keys" / "remote", out / "keys" / "operator"
-    for keys in (remote_keys, operator_keys):
-        for old in ("site.key", "site.key_secret", "trusted"):
-            (keys / old).unlink(missing_ok=True)
-    TrustedKeys(remote_keys).trust("operator", create_keys(operator_keys))
-    TrustedKeys(operator_keys).trust("remote", create_keys(remote_keys))
-    streams, others = 2 * len(STREAMS), 3 * len(fingers) + 12
-    base_port = free_port_block(streams + others)
-    ports = iter(range(base_port + streams, base_port + streams + others))
-    texture, thermal, tacttip = ({finger: next(ports) for finger in fingers} for _ in range(3))
-    robot_port, exoskeleton_port = next(ports), next(ports)
-
-    def listening(serial: dict[str, int]) -> dict[str, str]:
-        return {finger: f"tcp:{HOST}:{port}" for finger, port in serial.items()}
-
-    def reaching(serial: dict[str, int]) -> dict[str, str]:
-        return {finger: f"socket://{HOST}:{port}" for finger, port in serial.items()}
-
-    def files(process: str) -> dict[str, Path]:
-        return {"record": out / f"{process}.mcap", "status": out / f"{process}.json"}
-
-    simulation = {"fingers": fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
-    consent = _consent(options)
-    site = {"fingers": fingers, "wait_for_devices_s": 20.0, "consent": consent}
-    remote_switch, sim_switch = _patient_switch(options, next(ports))
-    operator_port, network = base_port, {}
-    if options.network is not None:
-        operator_port += len(STREAMS)
-        network[NETWORK] = _network(
-            options.network,
-            operator_port,
-            to_base_port=base_port,
-            seed=options.seed,
-            fault_port=next(ports),
-            status=out / f"{NETWORK}.json",
-        )
-    camera_port = next(ports)
-    sim_camera = {"camera": SimCameraConfig(port=f"tcp:{HOST}:{camera_port}")} if options.camera else {}
-    remote_link = RemoteLinkConfig(bind=HOST, base_port=base_port, keys=remote_keys)
-    models: dict[str, BaseModel] = {
-        "sim-remote": SimRemoteConfig.model_validate(
-            simulation
-            | files("sim-remote")
-            | {
-                "can_port": robot_port,
-                "fault_port": next(ports),
-                "texture": listening(texture),
-                "thermal_sensors": listening(thermal),
-                **sim_switch,
-                **sim_camera,
-            }
-        ),
-        "sim-operator": SimOperatorConfig.model_validate(
-            simulation
-            | files("sim-operator")
-            | {
-                "can_port": exoskeleton_port,
-                "fault_port": next(ports),
-                "tacttip": listening(tacttip),
-                "seconds": options.seconds,
-            }
-        ),
-        **network,
-        "remote": RemoteConfig.model_validate(
-            site
-            | files("remote")
-            | {
-                "rate_hz": options.rates.remote_hz,
-                "link": remote_link,
-                "texture": reaching(texture),
-                "thermal_sensors": reaching(thermal),
-                "telemanipulator": CanAddress(interface="socketcand", host=HOST, port=robot_port),
-                "desk_port": next(ports),
-                "calibration": CalibrationConfig(materials=materials, surfaces=surfaces),
-                **remote_switch,
-            }
-        ),
-        "operator": OperatorConfig.model_validate(
-            site
-            | files("operator")
-            | {
-                "rate_hz": options.rates.operator_hz,
-                "link": OperatorLinkConfig(host=HOST, base_port=operator_port, keys=operator_keys),
-                "tacttip": reaching(tacttip),
-                "exoskeleton": CanAddress(interface="socketcand", host=HOST, port=exoskeleton_port),
-                "engage": not options.console,
-                "console_required_s": WATCHED_S if options.console else 0.0,
-                "desk_port": (desk_port := next(ports)),
-                "feed_port": (feed_port := next(ports)),
-            }
-        ),
-    }
-    source = f"tcp://{HOST}:{camera_port}"
-    models |= _beside(options, remote_link, source, desk_port=next(ports), out=out)
-    if options.console:
-        far: dict[str, Any] = {"host": HOST, "base_port": operator_port}
-        models[CONSOLE] = ConsoleConfig(
-            camera=ConsoleCameraConfig(**far, record=consent is not None and consent.picture)
-            if options.camera
-            else None,
-            voice=ConsoleVoiceConfig(**far, record=consent is not None and consent.voice) if options.voice else None,
+    def _console(self) -> ConsoleConfig:
+        ports, options, consent = self._ports, self._options, self._consent
+        far: dict[str, Any] = {"host": HOST, "base_port": self._far_port}
+        camera = ConsoleCameraConfig(**far, record=consent is not None and consent.picture) if options.camera else None
+        voice = ConsoleVoiceConfig(**far, record=consent is not None and consent.voice) if options.voice else None
+        return ConsoleConfig(
+            camera=camera,
+            voice=voice,
             consent=consent,
-            keys=operator_keys,
-            desk_port=desk_port,
-            feed_port=feed_port,
-            port=next(ports),
-            operator=folder / "operator.toml",
-            record=out / f"{CONSOLE}.mcap",
-            reports=out / "reports",
+            keys=_keys(self._out, "operator"),
+            desk_port=ports.operator_desk,
+            feed_port=ports.feed,
+            port=ports.page,
+            operator=self._config("operator"),
+            record=self._recording(CONSOLE),
+            reports=self._out / "reports",
             report_command=(
                 *(sys.executable, "-m", "teletaction", "report"),
-                *(str(out / f"{process}.mcap") for process in ("operator", "remote")),
+                *(str(self._recording(process)) for process in ("operator", "remote")),
                 *("{record}", "--out", "{report}"),
             ),
-            status=out / f"{CONSOLE}.json",
+            status=self._status(CONSOLE),
         )
-    configurations = {}
-    for process, model in models.items():
-        configurations[process] = folder / f"{process}.toml"
-        configurations[process].write_text(to_toml(model), "utf-8")
-    return configurations

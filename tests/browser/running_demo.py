@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from teletaction.session.demo_files import HOST
+from teletaction.session.demo_ports import HOST
 from tests.waiting import wait_until
 
 

@@ -11,7 +11,7 @@ from benchmarks.link.packets import framed_bytes
 from common.link.keys import TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.wire.streams import STREAMS
-from teletaction.session.demo_files import free_port_block
+from teletaction.session.demo_ports import free_port_block
 
 COUNT = 20
 
