@@ -13,7 +13,7 @@ from msgspec import structs
 from common.buses.device_startup import wait_for_devices
 from common.config.file import to_toml
 from common.config.site_models import RemoteConfig
-from common.faults.fault import contained
+from common.faults.fault import FaultCode, contained
 from common.faults.texts import fault_text
 from common.fingers import FINGERS
 from common.link.capabilities import capabilities
@@ -43,6 +43,7 @@ from remote_site.safety.patient_gate import PatientGate
 from remote_site.safety.setpoints import GatedCommand
 from remote_site.session.local_control import answer_desk
 from remote_site.session.session_server import SessionServer
+from remote_site.session.stop_file import StopFile
 from remote_site.site_recording import SiteRecording, open_recorder
 
 log = logging.getLogger(__name__)
@@ -73,12 +74,14 @@ class RemoteSite:
         desk: LocalControl | None = None,
         stamp_ns: ReadClock | None = None,
         containment: MakeContainment = Containment,
+        stop_file: StopFile | None = None,
     ):
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None else SiteRecording(recorder)
         answers = config.consent
         self._consent = NotedConsent(None if answers is None else tuple(kind for kind, agreed in answers if agreed))
+        self._stop_file = stop_file
         self._pain_recorded = answers is not None and answers.pain
         self._desk = desk
         materials, surfaces = load_tables(config)
@@ -97,6 +100,9 @@ class RemoteSite:
         )
         self.server = SessionServer(link, able, config.link.max_age_s, config.link.gap_s, stamp_ns)
         self.contain = self.server.contain = containment(self.server.session.latch)
+        if stop_file is not None and (before := stop_file.latched()) is not None:
+            here = before.code is not FaultCode.OPERATOR_STOP
+            self.server.session.latch(before, cleared_here_only=here)
         self.server.recording_stopped = partial(recording_stopped, recorder, self.contain)
         self.server.patient = self._patient
         self.perception = Perception(config.fingers, materials, surfaces, self.contain, 1.0 / config.rate_hz)
@@ -135,6 +141,8 @@ class RemoteSite:
             server.session.latch(command.fault)
         with contain.step("write"):
             self._devices.write(command, sensed_now)
+        if self._stop_file is not None:
+            self._stop_file.keep(server.session.stop)
         packet = self._touch(now_ns)
         happenings, notes = server.session.take_happenings(), server.take_notes()
         if self._recording is not None:
@@ -236,6 +244,7 @@ class RemoteSite:
             "expelled": dict(server.expelled),
             "handshakes": dict(self._link.handshakes),
             "keys": self._link.keys_problem,
+            "stop_file": "" if self._stop_file is None else self._stop_file.problem,
         }
 
     def recheck_keys(self) -> None:
@@ -344,7 +353,8 @@ def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
         recorder = open_recorder(config, metadata, keys.public if config.recording.encrypt else None)
         if recorder is not None:
             opened.enter_context(recorder)
-        site = RemoteSite(config, link, devices, recorder, desk, clock.now_ns)
+        stop_file = opened.enter_context(StopFile(config.status))
+        site = RemoteSite(config, link, devices, recorder, desk, clock.now_ns, stop_file=stop_file)
         run_site_loop(
             site,
             "remote",

@@ -74,6 +74,9 @@ class FaultCode(StrEnum):
 
 STOPS = frozenset((FaultCode.OPERATOR_STOP, FaultCode.REMOTE_STOP))
 """Codes of emergency stops, which a person requested."""
+PERSONS_STOPS = (FaultCode.OPERATOR_STOP, FaultCode.REMOTE_STOP, FaultCode.UNKNOWN, FaultCode.PATIENT_STOP)
+"""Codes of the stops that survive a restart of the remote site, because a person requested them; a later one takes the
+place of an earlier one. UNKNOWN is a stop whose file is damaged."""
 OF_THE_PATIENT = frozenset((FaultCode.PATIENT_STOP, FaultCode.PATIENT_SWITCH_FAILED))
 """Codes of the patient's stop. Such a fault takes the place of another latched fault, and only a person at the remote
 site may clear it."""

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from common.faults.fault import OF_THE_PATIENT, Fault
+from common.faults.fault import OF_THE_PATIENT, PERSONS_STOPS, Fault, FaultCode
 from common.faults.texts import fault_text
 from common.files.printable import printable, printable_lines
 from common.recording.recorded_row import Row, Whole
@@ -62,6 +62,9 @@ class Session:
     """Reason why the session was disengaged, empty if a person at this site asked for it; None while it was not."""
     cleared_here_only: bool = False
     """Whether a person at this site or the patient latched the fault; then only a person at this site may clear it."""
+    stop: FaultCode | None = None
+    """The stop that a person has requested since the last clearing, also where another fault was latched before it; of
+    several the last one in PERSONS_STOPS."""
     silent: bool = False
     """Whether the far side's stream fell silent while engaged, and is still silent."""
     _happened: list[Happening] = field(default_factory=list)
@@ -136,6 +139,8 @@ class Session:
             cleared_here_only: whether a person at this site latched it; then the far side must not clear it.
         """
         patient = fault.code in OF_THE_PATIENT
+        if fault.code in PERSONS_STOPS and (self.stop is None or _later(fault.code, self.stop)):
+            self.stop = fault.code
         self.cleared_here_only = self.cleared_here_only or cleared_here_only or patient
         if self.fault is None or (patient and self.fault.code not in OF_THE_PATIENT):
             self.fault = fault.bounded()
@@ -156,7 +161,7 @@ class Session:
         if self.cleared_here_only and not here:
             raise Refused(f"{fault_text(self.fault)}: to be cleared where it was latched")
         self.note("cleared", fault=self.fault)
-        self.fault = None
+        self.fault = self.stop = None
         self.cleared_here_only = False
         self.state = LinkState.CONNECTED if self.ident else LinkState.DISCONNECTED
 
@@ -194,3 +199,8 @@ class Session:
         """Return the happenings since the last call."""
         happened, self._happened = self._happened, []
         return happened
+
+
+def _later(code: FaultCode, other: FaultCode) -> bool:
+    """Return whether a stop takes the place of another."""
+    return PERSONS_STOPS.index(code) > PERSONS_STOPS.index(other)

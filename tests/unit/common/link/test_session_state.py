@@ -180,3 +180,14 @@ def test_the_patients_stop_takes_the_place_of_another_fault_and_is_cleared_here_
     session.clear()
     assert session.state is LinkState.DISCONNECTED
     assert [happening.fault for happening in session.take_happenings()] == [HOT, stop, stop]
+
+
+def test_a_persons_stop_is_known_until_it_is_cleared_whatever_was_latched_before_it() -> None:
+    session = Session()
+    session.latch(HOT)
+    assert session.stop is None
+    for code in (FaultCode.OPERATOR_STOP, FaultCode.PATIENT_STOP, FaultCode.REMOTE_STOP):
+        session.latch(Fault(code))
+    assert session.stop is FaultCode.PATIENT_STOP
+    session.clear()
+    assert session.stop is None
