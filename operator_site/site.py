@@ -279,7 +279,7 @@ def run_operator(config: OperatorConfig, stop: Callable[[], bool]) -> None:
     """Run the operator site until `stop()`.
 
     Raises:
-        ValueError, OSError: keys or devices cannot be used, or the remote site refuses this site's key.
+        ValueError, OSError: keys or devices cannot be used.
     """
     keys = load_keys(config.link.keys)
     remote_key = remote_public_key(config.link)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Protocol
 
 from common.faults.texts import said_fault
-from common.link.curve import LinkProblem
 from common.link.session_display import ENDED, shown_state
 from common.runtime.containment import Containment
 from common.runtime.periodic_loop import PeriodicLoop
@@ -57,7 +56,7 @@ def run_site_loop(
         rate_hz: ticks a second.
         stop: called before each tick.
         status: file that is rewritten once a second and at the end; None writes no file.
-        each_second: called once a second before the figures are taken; a LinkProblem that it raises ends the loop.
+        each_second: called once a second before the figures are taken.
         report: called with the time of a tick and the figures once a second.
         clock_ns: monotonic clock, ns.
         sleep: waits for a time, s, on the same clock.
@@ -81,7 +80,7 @@ def run_site_loop(
                 notified.ready()
             if due_ns is None or now_ns >= due_ns:
                 due_ns = now_ns + round(NOTICE_S * 1e9)
-                with contain.step("each second", latches=False, passes=(LinkProblem,)):
+                with contain.step("each second", latches=False):
                     each_second()
                 figures: dict[str, object] = {"contained": dict(contain.places)}
                 with contain.step("figures", latches=False):

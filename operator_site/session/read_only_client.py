@@ -11,12 +11,12 @@ from typing import Any
 from common.config.link_models import ObserverConfig
 from common.fingers import FINGERS
 from common.link.capabilities import OBSERVER, capabilities
-from common.link.curve import LinkProblem
 from common.link.keys import Role, load_keys
 from common.link.link import OperatorLink
 from common.link.session_display import DISCONNECTED, SILENT, Source, shown_state
 from common.runtime.periodic_loop import PeriodicLoop
 from common.wire.messages import ExplorationMode, ThermalStatus, Touch
+from operator_site.session.admission import Admission
 from operator_site.session.remote_key import remote_public_key
 from operator_site.session.session_client import SessionClient
 
@@ -76,7 +76,7 @@ def run_observer(config: ObserverConfig, stop: Callable[[], bool], write: Callab
     """Write a JSON line whenever the opinion changes or is lost, until `stop()`.
 
     Raises:
-        ValueError, OSError: keys cannot be used, or the remote site refuses this one.
+        ValueError, OSError: keys cannot be used.
     """
     keys = load_keys(config.link.keys)
     remote_key = remote_public_key(config.link)
@@ -86,13 +86,12 @@ def run_observer(config: ObserverConfig, stop: Callable[[], bool], write: Callab
         client = SessionClient(
             link, capabilities((), RATE_HZ), config.link.max_age_s, want_engaged=False, role=OBSERVER
         )
+        admission = Admission(client, link, f"{config.link.host}:{config.link.base_port}", Role.OBSERVER)
         while not stop():
             loop.wait()
             client.step(time.monotonic_ns(), "")
-            if link.key_refused():
-                raise LinkProblem(
-                    f"{config.link.host}:{config.link.base_port}: the remote site does not trust this key"
-                )
+            if loop.ticks % round(RATE_HZ) == 0:
+                admission.each_second()
             touch, now = known(client, time.monotonic_ns())
             if now == last or (last is None and touch is None):
                 continue

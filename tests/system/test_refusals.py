@@ -2,12 +2,15 @@
 
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from common.link.keys import TrustedKeys
+from common.health import find_problem
+from common.link.keys import TrustedKeys, load_keys
+from robustness.fault_session import read_figures
 from teletaction.session.demo_files import DemoOptions, prepare
 from teletaction.session.processes import SessionProcesses
 from tests.waiting import wait_until
@@ -53,14 +56,26 @@ def test_swapped_devices_are_refused_by_name(simulated: dict[str, Path]) -> None
     assert "Traceback" not in refused.stderr
 
 
-def test_an_untrusted_key_gets_the_reason(simulated: dict[str, Path], tmp_path: Path) -> None:
-    TrustedKeys(tmp_path / "keys" / "remote").revoke("operator")
+def test_a_site_with_an_untrusted_key_reports_the_reason_and_works_once_it_is_trusted(
+    simulated: dict[str, Path], tmp_path: Path
+) -> None:
+    trusted = TrustedKeys(tmp_path / "keys" / "remote")
+    trusted.revoke("operator")
     processes = SessionProcesses(tmp_path)
+
+    def reported(name: str) -> str:
+        return str(read_figures(tmp_path, "operator").get(name))
+
     try:
-        processes.start("remote", simulated["remote"])
-        refused = run("operator", "--config", str(simulated["operator"]))
+        for name in ("remote", "operator"):
+            processes.start(name, simulated[name])
+        wait_until(lambda: "does not trust this site's key" in reported("refusal"), "no reason", 20.0)
+        assert "does not trust this site's key" in find_problem(tmp_path / "operator.json", time.monotonic_ns())
+        trusted.trust("operator", load_keys(tmp_path / "keys" / "operator").public)
+        wait_until(lambda: reported("state") == "engaged", lambda: reported("refusal"), 20.0)
+        assert processes.ended() == {}
     finally:
         processes.end()
-    assert refused.returncode == 2
-    assert "does not trust this site's key" in last_line(refused.stderr)
-    assert "Traceback" not in refused.stderr
+    log = (tmp_path / "operator.log").read_text("utf-8")
+    assert log.count("does not trust this site's key") == 1
+    assert "Traceback" not in log

@@ -12,7 +12,6 @@ import pytest
 
 from common.faults.fault import Fault, FaultCode
 from common.faults.texts import fault_text
-from common.link.curve import LinkProblem
 from common.runtime.containment import Containment
 from common.runtime.realtime_priority import RealtimePriority
 from common.runtime.site_loop import in_words, run_site_loop
@@ -182,18 +181,6 @@ def test_the_supervisor_is_notified_of_an_end_by_error() -> None:
     with pytest.raises(RuntimeError, match="as the test says"):
         run(clock, Site(clock, fails_at=3), 1000, supervisor=heard)
     assert heard.lines[-1] == ("STOPPING=1",)
-
-
-def test_a_link_problem_of_the_hook_ends_the_loop() -> None:
-    clock = Clock()
-    site = Site(clock)
-
-    def refuse() -> None:
-        raise LinkProblem("the key is not trusted")
-
-    with pytest.raises(LinkProblem, match="the key is not trusted"):
-        run(clock, site, 1000, each_second=refuse)
-    assert len(site.ticked_ns) == 1
 
 
 def test_other_exceptions_of_hook_or_figures_are_named_and_the_loop_continues(

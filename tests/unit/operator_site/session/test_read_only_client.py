@@ -11,7 +11,6 @@ import pytest
 from common.config.link_models import ObserverConfig, OperatorLinkConfig
 from common.fingers import FINGERS
 from common.link.capabilities import OBSERVER, capabilities
-from common.link.curve import LinkProblem
 from common.link.keys import KeyProblem, Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.wire.messages import ExplorationMode, ThermalStatus, Touch
@@ -189,10 +188,25 @@ def test_nothing_is_reported_without_an_operator(session: Session) -> None:
     assert session.observe(lambda _: time.monotonic() - beginning_s > 0.5) == []
 
 
-def test_an_untrusted_client_gets_the_reason(session: Session, keys: Keys) -> None:
-    TrustedKeys(keys.remote).revoke("student")
-    with pytest.raises(LinkProblem, match=r"127\.0\.0\.1:\d+: the remote site does not trust this key"):
-        session.observe(lambda _: False)
+def test_an_untrusted_client_reports_the_reason_once_and_observes_as_soon_as_it_is_trusted(
+    session: Session, keys: Keys, caplog: pytest.LogCaptureFixture
+) -> None:
+    session.until(session.engaged)
+    trusted = TrustedKeys(keys.remote)
+    trusted.revoke("student")
+    begin_s = time.monotonic()
+
+    def asked_thrice(lines: list[dict[str, Any]]) -> bool:
+        assert not lines
+        return time.monotonic() - begin_s > 3.0
+
+    def trust(lines: list[dict[str, Any]]) -> bool:
+        trusted.trust("student", load_keys(keys.stranger).public, Role.OBSERVER)
+        return True
+
+    assert session.observe(asked_thrice, trust, bool)[0]["state"] == "engaged"
+    refusals = [text for text in caplog.messages if "does not trust this site's key as an observer's" in text]
+    assert len(refusals) == 1
 
 
 def test_nothing_is_observed_without_the_remote_sites_key(keys: Keys) -> None:
