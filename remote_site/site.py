@@ -240,6 +240,7 @@ class RemoteSite:
             "postponed": self.perception.postponed,
             **self._patient(),
             "left_mj": dict(zip(FINGERS, self.gate.left_mj, strict=True)),
+            "operator": fingerprint(server.operator) if server.operator else "",
             "observers": len(server.observers),
             "expelled": dict(server.expelled),
             "handshakes": dict(self._link.handshakes),

@@ -24,6 +24,7 @@ from common.wire.voice_messages import FRAME_S, VoiceState
 from remote_site.stream_server import LEFT_S, NICE, SECOND_S, StreamServer, make_place
 from remote_site.voice.jitter_buffer import JitterBuffer
 from remote_site.voice.opus_codec import OpusDecoder, OpusEncoder
+from remote_site.voice.session_holder import SessionHolder
 from remote_site.voice.sound_sink import SoundSink, open_sink
 from remote_site.voice.sound_source import Captured, SoundSource, open_source
 
@@ -39,6 +40,7 @@ class _Reader:
     """One reader; `operates` says whether the key of its newest packet may operate the session."""
 
     who: bytes
+    key: str
     end: VoiceEnd
     operates: bool = False
 
@@ -51,9 +53,26 @@ class Voice:
         counts: numbers of sounds sent, played, refused (from who may not talk, or not now) and undecodable.
     """
 
-    def __init__(self, server: StreamServer, source: SoundSource, sink: SoundSink, *, consents: bool) -> None:
-        """Serve `source` and `sink` on `server`; the patient `consents` to a recording of sound, or not."""
+    def __init__(
+        self,
+        server: StreamServer,
+        source: SoundSource,
+        sink: SoundSink,
+        *,
+        consents: bool,
+        holder: SessionHolder | None = None,
+    ) -> None:
+        """Serve `source` and `sink` on `server`.
+
+        Args:
+            server: serves the readers.
+            source: the microphone.
+            sink: the loudspeaker.
+            consents: whether the patient consents to a recording of sound.
+            holder: knows whose session it is; by default nobody's.
+        """
         self.muted = False
+        self.holder = holder or SessionHolder(None)
         self.counts: Counter[str] = Counter()
         self._server, self._source, self._sink, self._consents = server, source, sink, consents
         self._encoder, self._decoder, self._buffer = OpusEncoder(), OpusDecoder(), JitterBuffer()
@@ -82,7 +101,7 @@ class Voice:
             if not make_place(self._readers, operates=operates):
                 self.counts["readers refused"] += 1
                 return
-            reader = _Reader(sender.who, VoiceEnd(now_ns))
+            reader = _Reader(sender.who, sender.key, VoiceEnd(now_ns))
         reader.operates = operates
         damaged = reader.end.counts["damaged"]
         sound = reader.end.take(packed, now_ns)
@@ -92,14 +111,24 @@ class Voice:
         self._readers[sender.who] = reader
         if sound is None:
             return
-        free = self._talker in (None, reader) or (now_ns - self._said_ns) * 1e-9 > YIELD_S
-        if not (reader.operates and free):
+        if not (self._may_talk(reader) and self._free_for(reader, now_ns)):
             self.counts["refused"] += 1
             return
         if self._talker is not reader:
             self._talker, self._buffer, self._decoder = reader, JitterBuffer(), OpusDecoder()
         self._said_ns = now_ns
         self._buffer.put(sound, now_ns)
+
+    def _may_talk(self, reader: _Reader) -> bool:
+        """Return whether a reader's key may operate the session, and no other operator has it."""
+        return reader.operates and self.holder.admits(reader.key)
+
+    def _free_for(self, reader: _Reader, now_ns: int) -> bool:
+        """Return whether nobody else who may talk does."""
+        talker = self._talker
+        if talker in (None, reader) or (now_ns - self._said_ns) * 1e-9 > YIELD_S:
+            return True
+        return talker is not None and not self._may_talk(talker)
 
     def _say(self, captured: Captured, now_ns: int) -> None:
         """Encode a sound of the microphone and send it to all readers."""
@@ -140,9 +169,11 @@ class Voice:
         return VoiceState.MUTED if self.muted else VoiceState.TALKS
 
     def physician(self) -> VoiceState:
-        """Return what the operator does: talks if one of the readers that may operate does."""
+        """Return what the operator does: talks if one of the readers that may talk does."""
         states = [
-            reader.end.far.state for reader in self._readers.values() if reader.operates and reader.end.far is not None
+            reader.end.far.state
+            for reader in self._readers.values()
+            if self._may_talk(reader) and reader.end.far is not None
         ]
         return min(states, default=VoiceState.ABSENT)
 
@@ -195,7 +226,8 @@ def run_voice(config: VoiceConfig, stop: Callable[[], bool]) -> None:
         LocalControlSocket(config.desk_port, load_keys(config.link.keys)) as desk,
         Supervisor() as supervisor,
     ):
-        voice = Voice(server, source, sink, consents=consents)
+        holder = SessionHolder(None if site is None else site.status)
+        voice = Voice(server, source, sink, consents=consents, holder=holder)
         status = StatusFile(config.status, "voice")
         supervisor.ready()
         second = Interval(SECOND_S)
@@ -206,5 +238,6 @@ def run_voice(config: VoiceConfig, stop: Callable[[], bool]) -> None:
             desk.serve(now_ns, voice.answer)
             if second(now_s := now_ns * 1e-9):
                 server.recheck_keys()
+                holder.look(now_ns)
                 status.write(now_s, voice.figures())
                 supervisor.alive(source.problem or ("muted" if voice.muted else "voice"))

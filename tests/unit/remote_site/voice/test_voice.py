@@ -1,5 +1,6 @@
 """The voice's process against readers with real keys: both ways, who may talk, mute, loss and damage."""
 
+import json
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,7 +13,7 @@ import zmq
 from common.config.link_models import RemoteLinkConfig
 from common.config.stream_models import VoiceConfig
 from common.link.curve import prepare_socket, use_curve
-from common.link.keys import Role, TrustedKeys, load_keys
+from common.link.keys import Role, TrustedKeys, fingerprint, load_keys
 from common.link.local_control import ask_desk
 from common.link.session_state import Refused
 from common.link.voice_end import Sound, VoiceEnd
@@ -22,6 +23,7 @@ from remote_site import stream_server
 from remote_site.stream_server import LEFT_S, MOST_READERS, StreamServer
 from remote_site.voice import voice as voice_module
 from remote_site.voice.opus_codec import Samples
+from remote_site.voice.session_holder import SessionHolder
 from remote_site.voice.sound_source import open_source
 from remote_site.voice.voice import YIELD_S, Voice, run_voice
 from tests.conftest import Keys
@@ -173,6 +175,33 @@ def test_one_talks_at_a_time_and_the_next_one_after_a_pause(stage: Stage) -> Non
     stage.until(lambda: time.monotonic() - since_s > YIELD_S + 0.2 and stage.voice.counts["refused"] > refused)
     played = len(stage.heard.played)
     stage.until(lambda: len(stage.heard.played) > played + 5)
+
+
+def test_while_an_operator_has_the_session_no_other_one_is_played(stage: Stage, keys: Keys, tmp_path: Path) -> None:
+    TrustedKeys(keys.remote).trust("second", load_keys(keys.stranger).public)
+    holder = stage.voice.holder = SessionHolder(status := tmp_path / "remote.json")
+    second = stage.reader("stranger", VoiceState.TALKS)
+    holder.look(time.monotonic_ns())
+    stage.until(lambda: len(stage.heard.played) >= 5)
+
+    def of(own: str) -> None:
+        """Let the key of `own` have the session."""
+        key = fingerprint(load_keys(getattr(keys, own)).public)
+        status.write_text(json.dumps({"time_ns": time.monotonic_ns(), "state": "engaged", "operator": key}), "utf-8")
+        holder.look(time.monotonic_ns())
+
+    of("operator")
+    refused = stage.voice.counts["refused"]
+    stage.until(lambda: stage.voice.counts["refused"] > refused + 20)
+    assert stage.voice.physician() is VoiceState.ABSENT
+    played = len(stage.heard.played)
+    operator = stage.reader(state=VoiceState.TALKS)
+    stage.until(lambda: len(stage.heard.played) > played + 5)
+    assert second.state is VoiceState.TALKS, "both talk, and one is heard"
+    of("stranger")
+    operator.state = VoiceState.MUTED
+    played = len(stage.heard.played)
+    stage.until(lambda: len(stage.heard.played) > played + 20)
 
 
 @pytest.mark.long
