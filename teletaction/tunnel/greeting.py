@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 LONGEST_LINE = 200
 """Maximum length of a line, bytes."""
+READY = 8
+"""Number of connections that a room's remote end keeps waiting: the link of an operator and an observer has 8."""
 REACHED = "joined"
 """Line of the rendezvous to the operator's end: bytes follow."""
 _HELLO = "teletaction-rendezvous 1 "

@@ -17,6 +17,7 @@ from common.timing.interval import Interval
 from teletaction.tunnel.connection import Connection, close_all
 from teletaction.tunnel.greeting import (
     REACHED,
+    READY,
     Request,
     is_proved,
     new_hello,
@@ -35,8 +36,10 @@ PATIENCE_S = 2.0
 """Time for which the operator's end waits for the remote site's, s."""
 MOST_STRANGERS = 64
 """Maximum number of connections without a request; a further one takes the place of the oldest."""
-MOST_WAITING = 16
-"""Maximum number of a room's connections that wait, of each site."""
+MOST_REACHING = 16
+"""Maximum number of a room's waiting connections of the operator's side."""
+SECOND_END = "another remote end serves this room; one that has lost its network is forgotten within 10 s"
+"""Reason to refuse a waiting connection of the remote side beyond READY: streams would reach either end's site."""
 MOST_JOINED = 64
 """Maximum number of a room's pairs."""
 QUIET_S = 10.0
@@ -80,6 +83,11 @@ class _Visitor(Connection):
             self.refuse("no request of this version")
         else:
             self._rendezvous.take(self, self.request)
+
+    @property
+    def host(self) -> str:
+        """Address from which it comes."""
+        return str((self.transport.get_extra_info("peername") or ("an unknown address",))[0])
 
     def refuse(self, reason: str) -> None:
         """Send the reason and close."""
@@ -135,8 +143,7 @@ class Rendezvous:
         room = self._rooms.get(request.room)
         if room is None or not is_proved(request, room.secret, visitor.number):
             self.refused += 1
-            if self._may_log(asyncio.get_running_loop().time()):
-                log.warning("refused a request for room %s", printable(request.room))
+            self._log("refused a request for room %s", request.room)
             visitor.refuse("room and secret do not match")
             return
         serves = request.port is None
@@ -144,7 +151,10 @@ class Rendezvous:
         if others:
             other = others.popleft()
             self._join(room, *((visitor, other) if serves else (other, visitor)))
-        elif len(mine) >= MOST_WAITING:
+        elif serves and len(mine) >= READY:
+            self._log("room %s: refused a second remote end, at %s", request.room, visitor.host)
+            visitor.refuse(SECOND_END)
+        elif len(mine) >= MOST_REACHING:
             visitor.refuse("too many connections of this room are waiting")
         else:
             mine.append(visitor)
@@ -152,6 +162,11 @@ class Rendezvous:
             if not serves:
                 visitor.transport.pause_reading()
                 visitor.after(PATIENCE_S, lambda: visitor.refuse("the remote site is not there"))
+
+    def _log(self, text: str, *values: str) -> None:
+        """Log a refusal within the rate limit."""
+        if self._may_log(asyncio.get_running_loop().time()):
+            log.warning(text, *map(printable, values))
 
     def _join(self, room: _Room, serving: _Visitor, reaching: _Visitor) -> None:
         assert reaching.request is not None

@@ -19,6 +19,7 @@ from common.wire.streams import STREAMS
 from teletaction.tunnel.connection import Connection, close_all
 from teletaction.tunnel.greeting import (
     REACHED,
+    READY,
     read_hello,
     read_stream,
     refusal,
@@ -29,8 +30,6 @@ from teletaction.tunnel.until_stopped import until_stopped
 
 log = logging.getLogger(__name__)
 
-READY = 8
-"""Number of connections that the remote site's end keeps ready: the link of an operator and an observer has 8."""
 AGAIN_S = 0.5
 """Mean time between two attempts to reach the rendezvous, s."""
 CONNECT_S = 2.0

@@ -10,9 +10,9 @@ import pytest
 from common.config.link_models import TunnelConfig
 from teletaction.tunnel import tunnel_end
 from teletaction.tunnel.connection import Connection, close_all
-from teletaction.tunnel.greeting import new_hello, read_hello, request
-from teletaction.tunnel.rendezvous import MOST_STRANGERS, Rendezvous
-from teletaction.tunnel.tunnel_end import READY, TunnelEnd
+from teletaction.tunnel.greeting import READY, new_hello, read_hello, request
+from teletaction.tunnel.rendezvous import MOST_STRANGERS, SECOND_END, Rendezvous
+from teletaction.tunnel.tunnel_end import TunnelEnd
 from tests.conftest import free_ports
 from tests.ports import free_port
 
@@ -55,6 +55,37 @@ def test_a_problem_ends_when_the_rendezvous_is_there_again(host: str) -> None:
             await close_all(room.connections)
 
     asyncio.run(with_remote_end(port, host, test))
+
+
+def test_a_second_remote_end_is_refused_with_the_reason_until_the_first_is_gone(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    room = Rendezvous({ROOM: SECRET})
+
+    async def main() -> None:
+        server = await asyncio.get_running_loop().create_server(room.visitor, "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+
+        async def second_is_refused(first: TunnelEnd) -> None:
+            async def takes_over(second: TunnelEnd) -> None:
+                await until(lambda: second.problem == f"127.0.0.1:{port}: {SECOND_END}")
+                assert (first.figures()["ready"], first.problem) == (READY, "")
+                await first.close()
+                await until(lambda: second.figures()["ready"] == READY and second.problem == "")
+
+            await until(lambda: first.figures()["ready"] == READY)
+            await with_remote_end(port, "127.0.0.1", takes_over)
+
+        try:
+            await with_remote_end(port, "127.0.0.1", second_is_refused)
+        finally:
+            server.close()
+            await close_all(room.connections)
+
+    asyncio.run(main())
+    said = [record.getMessage() for record in caplog.records]
+    assert said.count(f"room {ROOM}: refused a second remote end, at 127.0.0.1") == 1
+    assert len([line for line in said if line.endswith(SECOND_END)]) == 1
 
 
 async def reach(port: int, stream: int, secret: bytes = SECRET) -> None:

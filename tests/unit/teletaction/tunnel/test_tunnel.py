@@ -7,7 +7,7 @@ import pytest
 
 from common.link.keys import Role, TrustedKeys, load_keys
 from teletaction.tunnel import rendezvous
-from teletaction.tunnel.greeting import read_hello, request
+from teletaction.tunnel.greeting import READY, read_hello, request
 from teletaction.tunnel.room_secret import create_secret, read_secret
 from tests.conftest import Keys
 from tests.ports import free_ports
@@ -155,11 +155,11 @@ def test_a_room_holds_a_bounded_number_of_connections(way: Way, ends: ExitStack)
         return end
 
     wait_until(lambda: _answers(way.port))
-    waiting = [ready() for _ in range(rendezvous.MOST_WAITING)]
+    waiting = [ready() for _ in range(READY)]
     answers.append(ready().recv(200))
-    assert answers == [b"refused too many connections of this room are waiting\n"]
+    assert answers == [f"refused {rendezvous.SECOND_END}\n".encode()]
     waiting[0].close()
-    wait_until(lambda: way.status("rendezvous")["rooms"][ROOM]["waiting"] == 15)
+    wait_until(lambda: way.status("rendezvous")["rooms"][ROOM]["waiting"] == READY - 1)
     waiting[1].sendall(b"early\n")
     wait_until(lambda: _ended(waiting[1]))
 
