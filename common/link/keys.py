@@ -230,11 +230,17 @@ class TrustedKeys:
         elif before and not problem:
             log.warning("%s is sound again", self.file)
 
-    def trust(self, name: str, public_key: str, role: Role = Role.PARTNER) -> None:
-        """Add a key under a name; raises KeyProblem on a bad key or a name with white space."""
+    def trust(self, name: str, public_key: str, role: Role = Role.PARTNER) -> Trusted | None:
+        """Add a key under a name; return its owner before, None for a new key.
+
+        Raises:
+            KeyProblem: the key is none, the name has white space, or the list cannot be read or written.
+        """
         if not _is_name(name):
             raise KeyProblem(f"{printable(name, _LONGEST_NAME)!r} is no name for a key: use one word")
-        self._write({**self.owners(), check_public_key(public_key): Trusted(name, role)})
+        owners = self.owners()
+        self._write({**owners, check_public_key(public_key): Trusted(name, role)})
+        return owners.get(public_key)
 
     def revoke(self, name: str) -> int:
         """Remove all keys of a name; return how many. Raises KeyProblem when the name has none."""

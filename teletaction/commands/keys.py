@@ -46,10 +46,17 @@ def keys_trust(
     keys: KeyFolder = None,
     observer: Annotated[bool, typer.Option("--observer", help="The owner may watch the session only.")] = False,
 ) -> None:
-    """Trust a public key under a name."""
-    from common.link.keys import Role, TrustedKeys
+    """Trust a public key under a name. The site must have a key of its own."""
+    from common.link.keys import Role, Trusted, TrustedKeys, check_public_key, fingerprint, load_keys
 
-    TrustedKeys(_folder(keys, make=True)).trust(name, public_key, Role.OBSERVER if observer else Role.PARTNER)
+    now = Trusted(name, Role.OBSERVER if observer else Role.PARTNER)
+    folder = _folder(keys)
+    check_public_key(public_key)
+    load_keys(folder)
+    before = TrustedKeys(folder).trust(name, public_key, now.role)
+    if before not in (None, now):
+        was, has = (f"{owner.name} ({owner.role.value})" for owner in (before, now))
+        typer.echo(f"changed {fingerprint(public_key)}: was {was}, is {has}", err=True)
 
 
 @app.command("revoke")

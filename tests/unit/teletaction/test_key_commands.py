@@ -93,16 +93,33 @@ def test_keys_are_made_shown_trusted_and_revoked(tmp_path: Path) -> None:
     assert TrustedKeys(site).role(other) is None
 
 
+def test_a_changed_role_or_name_of_a_trusted_key_is_reported(tmp_path: Path) -> None:
+    site, other = tmp_path / "site", create_keys(tmp_path / "other")
+    create_keys(site)
+
+    def trust(*words: str) -> tuple[int, str, str]:
+        return command("keys", "trust", "--keys", site, *words, other).said
+
+    assert trust("--observer", "--", "student") == trust("--observer", "--", "student") == (0, "", "")
+    changed = f"changed {fingerprint(other)}: was student (observer), is student (partner)\n"
+    assert trust("--", "student") == (0, "", changed)
+    assert trust("--", "student") == (0, "", "")
+    assert trust("--", "tutor") == (0, "", changed.replace("(observer)", "(partner)").replace("is student", "is tutor"))
+    assert TrustedKeys(site).owners()[other].name == "tutor"
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("show",), "no key; make one with"),
         (("revoke", "student"), "trusts no 'student'; known: nobody"),
         (("trust", "student", "short"), "is no public key"),
+        (("trust", "--", "student", "y.+gd8$@Hc[Uz@+FH1lzOuP#7@N*2>/jvK/M0V@#"), "no key; make one with"),
     ],
 )
 def test_a_wrong_key_command_is_one_line(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
-    assert words in one_line(command("keys", *arguments, "--keys", tmp_path / "absent"), 2)
+    verb, *others = arguments
+    assert words in one_line(command("keys", verb, "--keys", tmp_path / "absent", *others), 2)
     assert not (tmp_path / "absent").exists()
 
 
