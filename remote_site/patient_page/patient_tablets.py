@@ -69,6 +69,8 @@ class PatientTablets:
             await socket.close(FULL)
             return
         tablet = _Tablet(self._now_s())
+        if not self._tablets:
+            self.switch.begin(tablet.heard_s)
         self._tablets.append(tablet)
         asking = asyncio.create_task(self._ask(socket, tablet))
         try:

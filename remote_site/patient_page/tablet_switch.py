@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from common.buses.serial_messages import SLIDER_FULL, PatientSwitchState
-from common.limits import SWITCH_HOLD_S, SWITCH_SILENCE_S
+from common.limits import SWITCH_HOLD_S, SWITCH_LOST_S, SWITCH_SILENCE_S
 from common.tenderness.presses import WORST_PAIN
 
 MAX_TEXT = 200
@@ -74,6 +74,11 @@ class TabletSwitch:
             self._pressed_s = now_s
         if self._answered_s <= answer.at_s <= now_s:
             self._answered_s, self.pain = answer.at_s, answer.pain
+
+    def begin(self, now_s: float) -> None:
+        """Take the first page: the slider is at 0 again after a silence that is a fault (`SWITCH_LOST_S`)."""
+        if now_s - self._answered_s > SWITCH_LOST_S:
+            self.pain = 0
 
     def press(self, now_s: float) -> None:
         """Take a press on a page that is not in use."""

@@ -117,6 +117,18 @@ def test_the_slider_is_the_pain_answer(bedside: Bedside, page: Any) -> None:
     assert not bedside.driver.pressed
 
 
+def test_a_reload_leaves_the_slider_where_the_patient_has_set_it(bedside: Bedside, page: Any) -> None:
+    page.get_by_role("slider").fill("7")
+    wait_until(lambda: bedside.driver.pain == 7.0)
+    pains = []
+    page.reload()
+    for _ in range(100):
+        pains.append(bedside.driver.pain)
+        time.sleep(0.01)
+    assert set(pains) == {7.0}
+    assert page.get_by_role("slider").input_value() == "7"
+
+
 def test_a_page_that_hangs_or_is_closed_is_silent(bedside: Bedside, page: Any) -> None:
     hang = "() => void setTimeout(() => { const until = performance.now() + 2000; while (performance.now() < until); })"
     page.evaluate(hang)
@@ -134,10 +146,12 @@ def test_a_page_without_its_process_says_so(bedside: Bedside, page: Any) -> None
 
 
 def test_another_tablet_stops_too(bedside: Bedside, page: Any, browser: Any) -> None:
+    page.get_by_role("slider").fill("4")
     context = browser.new_context()
     other = context.new_page()
     other.goto(bedside.address)
     other.get_by_role("status").get_by_text("Another tablet is in use. STOP works here too.").wait_for()
+    assert other.get_by_role("slider").input_value() == "4"
     other.get_by_role("button", name="STOP").click()
     wait_until(lambda: bedside.driver.pressed)
     context.close()

@@ -27,6 +27,7 @@ let asked = null;
 let heardMs = -Infinity;
 let stoppedMs = -Infinity;
 let refused = false;
+let placed = false;
 const holds = new Set();
 
 function connect() {
@@ -37,6 +38,7 @@ function connect() {
     heardMs = performance.now();
     refused = false;
     if (asked.stopped) stoppedMs = heardMs;
+    place();
     if (document.visibilityState === "visible") answer();
     show();
   });
@@ -44,6 +46,12 @@ function connect() {
     refused = code === 4401;
     setTimeout(connect, AGAIN_MS);
   });
+}
+
+// A page that was loaded again has the slider where the patient has set it, and so has a page that is not in use.
+function place() {
+  if (asked.pain !== null && !(placed && asked.in_use)) slider.value = asked.pain;
+  placed = true;
 }
 
 function answer() {

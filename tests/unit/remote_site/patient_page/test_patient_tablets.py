@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from common.limits import SWITCH_LOST_S
 from common.runtime.containment import Containment
 from common.web.access import Visitor
 from remote_site.patient_page.patient_tablets import AWAY_S, FULL, MOST_PAGES, NOT_UNDERSTOOD, PatientTablets
@@ -151,6 +152,27 @@ def test_observers_and_too_many_pages_are_sent_away() -> None:
         assert (await ward.enter(Visitor("relative", "observe"))).closed == FULL
         pages = [await ward.enter() for _ in range(MOST_PAGES + 1)]
         assert [page.closed for page in pages] == [None] * MOST_PAGES + [FULL]
+        await ward.leave()
+
+    carry_out(story())
+
+
+def test_a_page_that_is_loaded_again_begins_with_the_pain_of_before() -> None:
+    async def story() -> None:
+        ward = Ward()
+        first = await ward.enter()
+        first.answer(pain=7)
+        await settle()
+        first.leave()
+        await settle()
+        ward.now_s += SWITCH_LOST_S
+        again = await ward.enter()
+        assert again.asked[-1]["pain"] == ward.switch.pain == 7
+        again.leave()
+        await settle()
+        ward.now_s += 0.01
+        later = await ward.enter()
+        assert later.asked[-1]["pain"] == ward.switch.pain == 0, "after a fault, it is another patient's perhaps"
         await ward.leave()
 
     carry_out(story())
