@@ -93,6 +93,9 @@ Faults that take too long in real time, or that no process can be given, are tes
 | a bad TactTip's faults, cleared for 10 min | latched twice; then that plate alone is off until mended |
 | a thermal sensor frozen or reversed for 10 min | its heater alone is off until mended |
 | anything of this page at random, several at once | within the hold times; nothing while latched; works at the end |
+
+A remote site that is killed while a person's stop is latched is latched again when it is started
+(`tests/system/test_stop_survives.py`).
 """
 
 
