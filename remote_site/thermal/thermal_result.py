@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from common.scenes.materials import ALIASES, materials
-from common.wire.messages import ThermalReason, ThermalStatus
+from common.wire.messages import OBJECT_UNKNOWN_SD_K, ThermalReason, ThermalStatus
 from remote_site.thermal.contact_change import NEARLY_S
 from remote_site.thermal.material_posterior import Posterior
 
@@ -54,7 +54,7 @@ class ThermalResult:
         probability: probability of `best`, 0..1.
         candidates: smallest set of materials with 95 % of the calibrated materials' probability, likeliest first.
         object_c: temperature of the object, C; None if unknown.
-        object_c_sd: standard deviation of the temperature, K.
+        object_c_sd: standard deviation of the temperature, K; OBJECT_UNKNOWN_SD_K where no hypothesis fits.
         effusivity: effusivity of the object, J/(m2 K s^0.5); None if unknown.
         effusivity_ln_sd: standard deviation of ln effusivity.
         constants: constants to render.
@@ -190,7 +190,7 @@ class ThermalConclusion:
             probability=probability,
             candidates=candidates,
             object_c=posterior.object_c,
-            object_c_sd=posterior.object_c_sd,
+            object_c_sd=OBJECT_UNKNOWN_SD_K if reason is ThermalReason.NO_FIT else posterior.object_c_sd,
             effusivity=float(np.exp(posterior.ln_effusivity)) * self._plate_j_m2k,
             effusivity_ln_sd=posterior.ln_effusivity_sd,
             reason=reason,

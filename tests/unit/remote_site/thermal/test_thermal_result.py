@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.wire.messages import ThermalReason, ThermalStatus, explains
+from common.wire.messages import OBJECT_UNKNOWN_SD_K, ThermalReason, ThermalStatus, explains
 from remote_site.thermal.material_posterior import Posterior
 from remote_site.thermal.thermal_result import (
     CAUTION,
@@ -133,6 +133,14 @@ def test_a_touch_is_not_given_up_at_once(found: dict[str, float], status: Therma
     assert all(answer.reason is ThermalReason.NONE for answer in play(concluded, said, 0.01, GIVEN_UP_S - 0.01))
     given_up = play(concluded, said, GIVEN_UP_S, GIVEN_UP_S + HELD_S)[-1]
     assert (given_up.status, given_up.reason, given_up.material) == (status, reason, None)
+
+
+def test_a_misfit_states_no_temperature() -> None:
+    """Rendering still uses the temperature, as before; the map, the page and the files do not."""
+    missed = play(conclusion(), posterior(0.0, CERTAIN, 1.0 - CERTAIN, misfit=MISFIT + 0.1), 0.01, 2.0)
+    assert {answer.object_c_sd for answer in missed if answer.reason is ThermalReason.NO_FIT} == {OBJECT_UNKNOWN_SD_K}
+    foreign = play(conclusion(), posterior(0.0, 0.1, 0.1), 0.01, 2.0)[-1]
+    assert (foreign.reason, foreign.object_c_sd) == (ThermalReason.NOT_CALIBRATED, 0.3)
 
 
 def test_the_prior_is_reported_before_the_first_reading() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from common.wire.messages import ThermalReason, ThermalStatus
+from common.wire.messages import OBJECT_UNKNOWN_SD_K, ThermalReason, ThermalStatus
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.thermal_result import ThermalResult
 from tests.unit.remote_site.made_touches import (
@@ -127,6 +127,14 @@ def test_a_sensor_that_is_not_the_tables_is_a_misfit(knowledge: ThermalKnowledge
         answers = play(knowledge, made_touches(name, 1, seed=12, seconds=3.0, sensor=MadeSensor(noise_k=0.3))[0])
         assert names(answers) == set()
         assert (answers[-1].status, answers[-1].reason) == (ThermalStatus.UNKNOWN, ThermalReason.NO_FIT)
+
+
+def test_readings_that_jump_state_no_temperature(knowledge: ThermalKnowledge) -> None:
+    """Without this, -54.6 C with a standard deviation of 0.3 K was stated for an object of 21.4 C."""
+    (touch,) = made_touches("metal", 1, seed=3)
+    answers = play(knowledge, touch, lambda t, c, f: (t, c - 3.0 if t > 1.0 else c, f))
+    assert answers[-1].reason is ThermalReason.NO_FIT
+    assert answers[-1].object_c_sd == OBJECT_UNKNOWN_SD_K
 
 
 # --- materials that were not calibrated ---
