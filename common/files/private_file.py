@@ -37,6 +37,16 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
     return os.fdopen(number, "wb")
 
 
+def write_private(path: Path, content: bytes) -> None:
+    """Write a small file with mode 0600; it replaces an earlier one.
+
+    Raises:
+        OSError: `path` is a symbolic link, or cannot be written.
+    """
+    with create_private(path, replace=True) as file:
+        file.write(content)
+
+
 def discard(path: Path) -> None:
     """Remove an unfinished file that `create_private` has created; a device at `path` stays."""
     if not path.is_char_device():

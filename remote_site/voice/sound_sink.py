@@ -14,6 +14,7 @@ import av
 import numpy as np
 from av.error import FFmpegError
 
+from common.files.private_file import create_private
 from common.wire.voice_messages import RATE_HZ, SAMPLES
 from remote_site.voice.alsa import use_system_alsa
 from remote_site.voice.opus_codec import LAYOUT, Samples, frame_of
@@ -69,7 +70,8 @@ class WavSink:
         """
         self.problem = ""
         self._path = path
-        self._file = wave.open(str(path), "wb")  # noqa: SIM115 - closed by close
+        self._made = create_private(path, replace=True)
+        self._file = wave.open(self._made, "wb")  # noqa: SIM115 - closed by close
         self._file.setnchannels(1)
         self._file.setsampwidth(2)
         self._file.setframerate(RATE_HZ)
@@ -88,6 +90,7 @@ class WavSink:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+        self._made.close()
 
 
 class DeviceSink:

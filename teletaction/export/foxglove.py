@@ -1,13 +1,12 @@
 """Writes a recording as MCAP with JSON messages, which Foxglove and other MCAP tools read."""
 
 import json
-import shutil
 from pathlib import Path
 from typing import Any
 
 from mcap.writer import CompressionType, Writer
 
-from common.files.private_file import create_private
+from common.files.private_file import create_private, write_private
 from teletaction.export.log_entries import LOG_SCHEMA, log_entry
 from teletaction.export.map_images import IMAGE_SCHEMA, map_images
 from teletaction.export.named_fields import Named, Schema, finite
@@ -38,7 +37,7 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
     Log times are wall-clock times, publish times are monotonic times. A field of unknown value is left out.
     """
     counts: dict[str, int] = {}
-    shutil.copyfile(LAYOUT, out / "layout.json")
+    write_private(out / "layout.json", LAYOUT.read_bytes())
     with create_private(out / "session.mcap", replace=True) as file:
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="", library="teletaction")

@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Iterator
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from common.files.private_file import create_private, write_private
 from operator_site.console.map.lump_areas import LUMP, Cells, cells, lumps_in, searched
 from operator_site.console.map.map_tiles import MapPicture, confidence_of, picture
 from operator_site.console.map.tactile_map import TactileMap
@@ -40,13 +42,13 @@ def write_map(mapped: MappedPresses, out: Path, probe_radius_m: float) -> dict[s
     out.mkdir(parents=True, exist_ok=True)
     stiffness = mapped.surface.stiffness
     shown = None if stiffness.field is None else cells(stiffness.field, searched(stiffness.field))
-    with (out / "map.csv").open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
+    with create_private(out / "map.csv", replace=True) as file, TextIOWrapper(file, "utf-8", newline="") as text:
+        writer = csv.writer(text)
         writer.writerow(COLUMNS)
         if shown is not None:
             writer.writerows(_rows(shown))
     summary = _summary(mapped, shown, probe_radius_m)
-    (out / "map.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_private(out / "map.json", json.dumps(summary, indent=1, allow_nan=False).encode() + b"\n")
     _draw(mapped, shown, summary, out / "map.png")
     return summary
 
@@ -95,7 +97,8 @@ def _draw(mapped: MappedPresses, shown: Cells | None, summary: dict[str, Any], p
             _draw_lumps(axes.pop(0), shown, summary)
         for name, one in zip(others, axes, strict=True):
             _draw_layer(one, mapped.surface, name)
-        figure.savefig(path, dpi=130, bbox_inches="tight")
+        with create_private(path, replace=True) as file:
+            figure.savefig(file, format="png", dpi=130, bbox_inches="tight")
 
 
 def _draw_stiffness(axes: Axes, mapped: MappedPresses, shown: Cells) -> None:

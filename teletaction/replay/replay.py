@@ -8,6 +8,7 @@ import csv
 import json
 import math
 from contextlib import ExitStack
+from io import TextIOWrapper
 from pathlib import Path
 from typing import IO, Annotated, Any
 
@@ -15,6 +16,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from common.config.site_models import OperatorConfig, RenderingConfig
 from common.faults.texts import fault_text
+from common.files.private_file import create_private, write_private
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.privacy.recording_file import open_recording
@@ -57,8 +59,8 @@ def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]
         out.mkdir(parents=True, exist_ok=True)
         replayed = _Replayed(
             session,
-            files.enter_context((out / "identification.jsonl").open("w", encoding="utf-8")),
-            files.enter_context((out / "rendering.csv").open("w", encoding="utf-8", newline="")),
+            files.enter_context(_private_text(out / "identification.jsonl")),
+            files.enter_context(_private_text(out / "rendering.csv")),
         )
         done = _Done(sum(session.counts.get(stream, 0) for stream in (*_STREAMS, _SENSED)), progress)
         for stream, origin, time_ns, payload in session.messages(_STREAMS):
@@ -76,8 +78,12 @@ def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]
         replayed.identify_without_waiting(done)
         progress(1.0)
     result = {"recording": path.name, **replayed.result()}
-    (out / "replay.json").write_text(json.dumps(result, indent=1) + "\n", "utf-8")
+    write_private(out / "replay.json", json.dumps(result, indent=1).encode() + b"\n")
     return result
+
+
+def _private_text(path: Path) -> TextIOWrapper:
+    return TextIOWrapper(create_private(path, replace=True), "utf-8", newline="")
 
 
 class _Done:

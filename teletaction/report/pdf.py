@@ -6,6 +6,8 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from common.files.private_file import write_private
+
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 _LONGEST_S = 120.0
 MARK = b"% teletaction\n"
@@ -44,4 +46,4 @@ def print_pdf(html: Path, out: Path) -> None:
             raise ValueError(f"{out}: {browser} did not print within {_LONGEST_S:g} s") from None
         if not made.is_file():
             raise ValueError(f"{out}: {browser} printed nothing and ended with exit code {run.returncode}")
-        out.write_bytes(made.read_bytes() + MARK)
+        write_private(out, made.read_bytes() + MARK)

@@ -10,6 +10,7 @@ from htpy import Element, Node
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from common.files.private_file import write_private
 from common.fingers import FINGERS
 from teletaction.plotting.figure_style import STYLE
 from teletaction.recordings.machine_verdict import machine_verdict
@@ -140,13 +141,13 @@ def write_report(
     """
     session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
     with mpl.rc_context(STYLE):
-        out.write_text(str(_page(session, summary, examination)), "utf-8")
+        write_private(out, str(_page(session, summary, examination)).encode())
 
 
 def write_figure(data: SessionData, out_png: Path) -> None:
     """Write the figure of the index finger over the session, 1600 x 1000 pixels; raises OSError."""
     with mpl.rc_context(STYLE):
-        out_png.write_bytes(png(session_figure(SessionCurves.of(data), FINGERS.index("index")), 100))
+        write_private(out_png, png(session_figure(SessionCurves.of(data), FINGERS.index("index")), 100))
 
 
 def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Examination | None) -> Element:

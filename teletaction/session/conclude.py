@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from common.files.private_file import write_private
 from common.health import read_status
 from common.scenes.scene import load_scene
 from teletaction.recordings.merge import merge_recordings
@@ -69,7 +70,7 @@ def conclude(
     )
     summary["targets"] = found_targets(scene, examination.felt)
     summary["lumps"] = found_lumps(examination.felt, scene.nodules)
-    (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", "utf-8")
+    write_private(out / "summary.json", json.dumps(summary, indent=1).encode() + b"\n")
     stage("drawing the report")
     write_report(data, summary, out / "report.html", examination)
     if launcher is not None and folder == out:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from common.config.file import load_config
 from common.config.simulation_models import SimNetworkConfig
+from common.files.private_file import create_private
 from common.files.user_folders import make_private, state_folder
 from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old
@@ -115,7 +116,7 @@ def _conclude_in_background(options: DemoOptions, out: Path) -> None:
     words = ["summarise", "--recordings", str(out), "--out", str(out)]
     words += ["--scene", options.scene, "--seed", str(options.seed), "--fingers", str(options.fingers)]
     log = out / "summarise.log"
-    with log.open("wb") as file:
+    with create_private(log, replace=True) as file:
         subprocess.Popen(
             [sys.executable, "-m", "teletaction", *words],
             stdin=subprocess.DEVNULL,

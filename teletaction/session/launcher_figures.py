@@ -4,6 +4,8 @@ from pathlib import Path
 
 import msgspec
 
+from common.files.private_file import write_private
+
 LAUNCHER = "launcher.json"
 
 
@@ -19,7 +21,7 @@ class LauncherFigures(msgspec.Struct, frozen=True):
 
     def write(self, folder: Path) -> None:
         """Write the file into the demo's folder."""
-        (folder / LAUNCHER).write_bytes(msgspec.json.encode(self))
+        write_private(folder / LAUNCHER, msgspec.json.encode(self))
 
     @classmethod
     def read(cls, folder: Path) -> "LauncherFigures | None":

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from common.files.printable import printable
+from common.files.private_file import create_private
 from common.logs import spoken
 
 KILLED_S = 10.0
@@ -36,7 +37,8 @@ class SessionProcesses:
         """Start one process with its configuration file and further command-line options."""
         again = name in self._given
         self._given[name] = config, options
-        with (self.out / f"{name}.log").open("ab" if again else "wb") as log:
+        path = self.out / f"{name}.log"
+        with path.open("ab") if again else create_private(path, replace=True) as log:
             self.running[name] = subprocess.Popen(
                 [sys.executable, "-m", "teletaction", name, "--config", str(config), *options],
                 stdin=subprocess.DEVNULL,
