@@ -263,3 +263,66 @@ def test_tab_goes_from_the_text_of_a_note_to_its_button_and_not_to_stop(stage: S
     page.keyboard.press("Enter")
     assert wait_for(stage, "note")[0]["details"]["text"].endswith("a pea")
     assert {ask["verb"] for ask in stage.asks} <= {"note", "place"}
+
+
+@pytest.mark.parametrize(("verb", "opened"), [("finding", "#finding-button"), ("edit", "[data-edit='1']")])
+def test_a_late_answer_leaves_the_tray_of_a_newer_finding_open(
+    stage: Stage, open_page: Open, verb: str, opened: str
+) -> None:
+    page = open_page("engaged")
+    stage.answers[verb] = lambda _: {"ok": None}
+    page.click(opened)
+    page.click("#kinds button:nth-child(4)")
+    page.click("#finding-save")
+    (slow,) = wait_for(stage, verb)
+    page.click("#finding-discard")
+    page.click("[data-edit='2']")
+    page.click("#kinds button:nth-child(5)")
+    newer = page.inner_text("#marking-title"), kinds_pressed(page)
+    stage.answer_late(slow, {"id": 3})
+    del stage.answers[verb]
+    page.click("#finding-save")  # the answers come in order
+    edited = wait_for(stage, "edit", 2 if verb == "edit" else 1)[-1]
+    assert (edited["details"]["finding"], edited["details"]["kind"]) == (2, newer[1][0].split()[0])
+    page.wait_for_selector("#marking", state="hidden")
+
+
+def test_a_late_answer_keeps_a_newer_note_and_what_was_typed_since(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    stage.answers["note"] = lambda _: {"ok": None}
+    page.click("#note-button")
+    page.select_option("#note-finding", "1")
+    page.fill("#note-text", "a pea")
+    page.click("#noting [type=submit]")
+    (first,) = wait_for(stage, "note")
+    page.select_option("#note-finding", "2")
+    page.fill("#note-text", "an edge")
+    stage.answer_late(first, {})
+    page.wait_for_selector("#note-said:text-is('')", state="attached")
+    assert page.is_visible("#noting")
+    assert page.input_value("#note-text") == "an edge"
+    page.click("#noting [type=submit]")
+    _, second = wait_for(stage, "note", 2)
+    page.fill("#note-text", "an edge of the table")
+    stage.answer_late(second, {})
+    page.wait_for_selector("#note-said:text-is('')", state="attached")
+    assert page.is_visible("#noting")
+    assert page.input_value("#note-text") == "an edge of the table"
+
+
+def test_a_late_answer_keeps_the_reason_of_another_withdrawal(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    stage.answers["withdraw"] = lambda _: {"ok": None}
+    page.click("[data-edit='1']")
+    page.click("#finding-withdraw")
+    page.fill("#withdraw-reason", "a pea")
+    page.click("#withdrawing .first")
+    (slow,) = wait_for(stage, "withdraw")
+    page.click("#withdraw-cancel")
+    page.click("[data-edit='2']")
+    page.click("#finding-withdraw")
+    page.fill("#withdraw-reason", "an edge")
+    stage.answer_late(slow, {})
+    del stage.answers["withdraw"]
+    page.click("#withdrawing .first", timeout=3000)
+    assert wait_for(stage, "withdraw", 2)[-1]["details"] == {"finding": 2, "reason": "an edge"}

@@ -26,12 +26,14 @@ export function openWithdraw(id) {
 function close() {
   byId("withdrawing").hidden = true;
   entry(withdrawing)?.focus();
+  withdrawing = null;
 }
 
 async function withdraw() {
-  const reason = byId("withdraw-reason").value.trim();
+  const finding = withdrawing, reason = byId("withdraw-reason").value.trim();
   if (!reason) { write(byId("withdraw-said"), WORDS.reasonNeeded); return; }
-  const answer = await ask("withdraw", { finding: withdrawing, reason });
+  const answer = await ask("withdraw", { finding, reason });
+  if (withdrawing !== finding) return; // closed since
   write(byId("withdraw-said"), answer.ok ? "" : answer.text);
   if (answer.ok) close();
 }

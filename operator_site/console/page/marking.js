@@ -8,7 +8,7 @@ import { expect, openNote } from "./notes.js";
 import { capital, FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
 
 const PROPOSE_MS = 250;
-let connection = null, say = null, withdraw = null, finding = null, saving = false, proposed = null, asking = null;
+let connection = null, say = null, withdraw = null, finding = null, proposed = null, asking = null;
 
 export function startMarking(link, speak, openWithdraw) {
   connection = link;
@@ -100,19 +100,20 @@ export function discard() {
   if (from) { from.disabled = false; from.focus(); }
 }
 
-// A finding that the console did not take stays open.
+// A finding that the console did not take stays open, and so does one that was opened since.
 export async function save() {
-  if (!finding || saving) return;
-  saving = true;
+  if (!finding || finding.saving) return;
+  const saved = finding;
+  saved.saving = true;
   const { id, finger, at_s, kind, x_mm, y_mm, body } = finding, details = id ? { finding: id, kind } : { finger, at_s, kind };
   if (x_mm !== null) Object.assign(details, { x_mm, y_mm });
   if (finding.bodyChosen) details.body = body && { region: body.region, side: body.side, landmark: body.landmark, landmark_mm: body.landmark_mm };
   const answer = await connection.ask(id ? "edit" : "finding", details);
-  saving = false;
+  saved.saving = false;
   say(answer.text);
   if (!answer.ok) return;
   if (!id) expect(answer.details.id, kind ?? "");
-  if (finding) discard();
+  if (finding === saved) discard();
 }
 
 // Handles the keys that have another meaning while a finding is marked; returns whether it used one.

@@ -63,7 +63,8 @@ async function save() {
   const answer = await connection.ask("note", { finding: Number(byId("note-finding").value), text });
   write(byId("note-said"), answer.text);
   if (!answer.ok) return;
-  drafts.delete(key);
   say(answer.text);
-  closeNote();
+  if ((drafts.get(key) ?? text) !== text) return; // changed since
+  drafts.delete(key);
+  if (!byId("noting").hidden && draftKey() === key) closeNote();
 }
