@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from uuid import UUID, uuid5
 
 from common.files.printable import printable
-from operator_site.console.examination.body import body_mark
+from operator_site.console.examination.body import BodyMark, body_mark
 from operator_site.console.map.tactile_map import ExploredPlace
 from operator_site.console.texts import count
 from teletaction.export.named_recording import NamedRecording
@@ -46,7 +46,8 @@ class ClinicalFinding:
         note: note of the operator.
         quantities: place in mm on the remote bench, and the measured values; empty without a place.
         details: further texts by name: finger, comparison with the surroundings, likeliest material, place on
-            body; none is empty.
+            body, and as stated at the begin the examined part and the sides of the map; none is empty.
+        site: region of the body and its side, or with the landmark where the operator gave one for this finding.
     """
 
     number: int
@@ -56,6 +57,7 @@ class ClinicalFinding:
     note: str
     quantities: tuple[Quantity, ...]
     details: dict[str, str]
+    site: str
 
 
 class ClinicalExamination:
@@ -113,12 +115,16 @@ class ClinicalExamination:
         x_m, y_m = finding.get("x_m"), finding.get("y_m")
         here = None if x_m is None or y_m is None else self._examination.felt.at(x_m, y_m)
         material = None if here is None or here.material is None else here.material[0]
-        mark = body_mark(finding)
+        mark, examined = body_mark(finding), body_mark(self._examination.begun)
+        # The landmark of the examined part is not that of each finding.
+        site = mark or (None if examined is None else BodyMark(examined.region, examined.side))
         details = {
             "finger": finding.get("finger"),
             "comparison": finding.get("compare"),
             "material": material,
             "place on body": None if mark is None else mark.text(),
+            "examined part": None if examined is None else examined.text(),
+            "sides of the map": _sides(self._examination.begun.get("sides")),
         }
         return ClinicalFinding(
             number=finding["id"],
@@ -128,6 +134,7 @@ class ClinicalExamination:
             note=plain_text(finding.get("note") or ""),
             quantities=() if here is None else tuple(_quantities(here)),
             details={name: plain for name, text in details.items() if (plain := plain_text(text or ""))},
+            site="" if site is None else plain_text(site.text()),
         )
 
 
@@ -144,6 +151,12 @@ def _quantities(here: ExploredPlace) -> Iterator[Quantity]:
             yield Quantity(name, measured.value, measured.sd, unit)
     if here.material is not None:
         yield Quantity("share of material", here.material[1], None, "1")
+
+
+def _sides(sides: object) -> str:
+    """Return the parts of the body at the edges of the map, such as `top: head, right: left side`."""
+    known = sides.items() if isinstance(sides, Mapping) else ()
+    return ", ".join(f"{edge}: {name}" for edge, name in known if isinstance(name, str))
 
 
 def _wall_time(wall_ns: int) -> datetime:

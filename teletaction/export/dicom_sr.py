@@ -151,8 +151,8 @@ def _group(
         measurements=[_measurement(quantity) for quantity in finding.quantities],
     )
     group.ObservationDateTime = _date_time(finding.at)
-    if body_site is not None:
-        group.ContentSequence.append(_site(body_site))
+    if site := body_site or (BodySite(finding.site) if finding.site else None):
+        group.ContentSequence.append(_site(site))
     texts = {
         _own("kind"): "" if known_kind else finding.kind,
         _own("description"): finding.text,

@@ -51,7 +51,7 @@ class _Resources:
         self.examination = examination
         subject = {"identifier": {"system": PSEUDONYMS, "value": examination.pseudonym}}
         self._subject = {"subject": subject} if examination.pseudonym else {}
-        self._body_site = {} if body_site is None else {"bodySite": _site(body_site)}
+        self._body_site = body_site
 
     def report(self, observations: list[Resource]) -> Resource:
         """Return the report on all observations."""
@@ -71,6 +71,7 @@ class _Resources:
         """Return the observation of one finding: its values, its place, and the operator's note."""
         components = [_component(quantity) for quantity in finding.quantities]
         components += [{"code": {"text": name}, "valueString": text} for name, text in finding.details.items()]
+        site = self._body_site or (BodySite(finding.site) if finding.site else None)
         return {
             "resourceType": "Observation",
             "id": str(self.examination.identifier(f"finding {finding.number}")),
@@ -79,7 +80,7 @@ class _Resources:
             **self._subject,
             "effectiveDateTime": _time(finding.at),
             "valueString": finding.text or "-",
-            **self._body_site,
+            **({} if site is None else {"bodySite": _site(site)}),
             **({"component": components} if components else {}),
             **({"note": [{"text": finding.note}]} if finding.note else {}),
         }

@@ -85,10 +85,10 @@ def record_empty(out: Path) -> Path:
     return record(out, console=False)
 
 
-def record_findings(out: Path, findings: Iterable[dict[str, Any]], pseudonym: str = "P-0418") -> Path:
+def record_findings(out: Path, findings: Iterable[dict[str, Any]], pseudonym: str = "P-0418", **begun: Any) -> Path:
     """Findings one second apart, of the index finger on an unexplored bench; returns the recording."""
     with Recorder(out, {"console/session": {}, "console/finding": {}}, {}) as recorder:
-        recorder.write("console/session", 10**9, msgpack.packb(_begun(1.0, pseudonym)))
+        recorder.write("console/session", 10**9, msgpack.packb(_begun(1.0, pseudonym, **begun)))
         for number, finding in enumerate(findings, 1):
             found = _found(number, 1.0 + number, f"stiff {number}") | finding
             recorder.write("console/finding", 10**9 * (1 + number), msgpack.packb(found))

@@ -86,12 +86,13 @@ def recorded_findings(recording: Path) -> list[Found]:
     with recording.open("rb") as file:
         anchor = NamedRecording(recording, file).anchor
     examination = Examination.read(recording)
+    sides = ", ".join(f"{edge}: {side}" for edge, side in (examination.begun.get("sides") or {}).items())
     found = []
     for entry in examination.findings.values():
         wall_us = anchor.wall_time_ns(round(1e9 * entry["at_s"])) // 1000
         at = datetime.fromtimestamp(wall_us // 10**6, UTC).replace(microsecond=wall_us % 10**6)
         texts = {"kind": entry["kind"], "finger": entry["finger"], "description": plain_text(entry["text"])}
-        texts |= {"comparison": entry["compare"], "comment": plain_text(entry["note"] or "")}
+        texts |= {"comparison": entry["compare"], "comment": plain_text(entry["note"] or ""), "sides of the map": sides}
         expected = Found(entry["id"], at, {name: text for name, text in texts.items() if text})
         found.append(expected)
         if entry["x_m"] is None:
@@ -120,7 +121,9 @@ def test_the_examples_have_what_is_compared(tmp_path: Path) -> None:
         *("x on the remote bench", "y on the remote bench"),
         *("temperature", "stiffness", "share of material"),
     }
-    assert warm.texts.keys() == {"kind", "finger", "description", "comparison", "comment", "material"}
+    assert warm.texts.keys() == {
+        *("kind", "finger", "description", "comparison", "comment", "material", "sides of the map")
+    }
     assert moment.values == {}
 
 

@@ -78,7 +78,9 @@ def test_a_finding_has_its_values_with_unit_and_uncertainty(tmp_path: Path) -> N
         texts = {
             part["code"]["text"]: part["valueString"] for part in observation["component"] if "valueString" in part
         }
-        assert texts == {"finger": "index", "comparison": finding["compare"], "material": "<i>skin_dermis</i>"}
+        assert texts == {"finger": "index", "comparison": finding["compare"], "material": "<i>skin_dermis</i>"} | {
+            "sides of the map": "top: head, right: left"
+        }
     assert placed
 
 
@@ -121,6 +123,23 @@ def test_every_observation_names_the_body_site(tmp_path: Path) -> None:
     assert [each["bodySite"] for each in found["Observation"]] == [coded, coded]
     found = exported(recording, tmp_path / "text", body_site="left breast")
     assert [each["bodySite"] for each in found["Observation"]] == [{"text": "left breast"}] * 2
+
+
+def test_the_registration_of_the_console_is_the_body_site_unless_the_command_names_one(tmp_path: Path) -> None:
+    examined = {"region": "forearm", "side": "left", "landmark": "wrist crease", "landmark_mm": 20.0}
+    palm = {"region": "palm", "side": "left", "landmark": "", "landmark_mm": None}
+    sides = {"top": "head", "right": "left"}
+    recording = record_findings(tmp_path / "s.mcap", [{}, {"body": palm}], body=examined, sides=sides)
+    found = exported(recording, tmp_path / "out")["Observation"]
+    assert [each["bodySite"] for each in found] == [{"text": "left forearm"}, {"text": "left palm"}]
+    for observation in found:
+        texts = {part["code"]["text"]: part.get("valueString") for part in observation["component"]}
+        assert texts["examined part"] == "left forearm, 20 mm from wrist crease"
+        assert texts["sides of the map"] == "top: head, right: left"
+    named = exported(recording, tmp_path / "named", body_site="left arm")["Observation"]
+    assert [each["bodySite"] for each in named] == [{"text": "left arm"}] * 2
+    unknown = exported(record_findings(tmp_path / "unknown.mcap", [{}], sides=None), tmp_path / "none")["Observation"]
+    assert "bodySite" not in unknown[0]
 
 
 def test_an_impossible_time_is_one_clear_error(tmp_path: Path) -> None:
