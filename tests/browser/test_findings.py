@@ -145,8 +145,10 @@ def test_a_place_on_the_body_goes_with_a_finding(stage: Stage, open_page: Open, 
     assert page.inner_text("#body-said") == "Left forearm"
     page.fill("#body-landmark", "wrist crease")
     page.fill("#body-mm", "20")
+    page.focus("#body-use")
+    assert page.inner_text("#body-said") == "Left forearm, 20 mm from wrist crease"
     press(page, "#body-use", way)
-    assert page.inner_text("#marking-title").endswith("left forearm")
+    assert page.inner_text("#marking-title").endswith("left forearm, 20 mm from wrist crease")
     press(page, "#finding-save", way)
     (saved,) = wait_for(stage, "finding")
     mark = {"region": "forearm", "side": "left", "landmark": "wrist crease", "landmark_mm": 20}
@@ -202,11 +204,13 @@ def test_an_examination_begins_at_a_place_on_the_body(stage: Stage, open_page: O
     page.click("#begin-body")
     page.click("#body-views [data-value=hand]")
     page.click("#body-picture [data-r=palm][data-s=right]")
+    page.fill("#body-landmark", "base of the thumb")
     page.click("#body-use")
-    assert page.inner_text("#begin-body") == "Right palm"
+    assert page.inner_text("#begin-body") == "Right palm, at base of the thumb"
     page.click("#begin-form .first")
     (begun,) = wait_for(stage, "begin")
-    assert begun["details"]["body"] == {"region": "palm", "side": "right", "landmark": "", "landmark_mm": None}
+    mark = {"region": "palm", "side": "right", "landmark": "base of the thumb", "landmark_mm": None}
+    assert begun["details"]["body"] == mark
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])

@@ -94,7 +94,7 @@ def assert_printed(recording: Path, pdf: Path, count: str) -> None:
     begun = next(one for one in messages_of(recording, "console/session") if one["what"] == "begin")
     assert begun["pseudonym"] in signed
     if (body := begun["body"]) is not None:
-        assert f"{body['side']} {body['region']}, {body['landmark_mm']:.0f} mm from {body['landmark']}" in signed
+        assert f"{body['side']} {body['region']}, {body['landmark_mm']:g} mm from {body['landmark']}" in signed
     assert count in signed
     for finding in {one["id"]: one for one in messages_of(recording, "console/finding")}.values():
         place = f"{1e3 * finding['x_m']:.0f}, {1e3 * finding['y_m']:.0f}".replace("-", "−")

@@ -47,7 +47,7 @@ class BodyMark:
         words = f"{self.side} {self.region}".strip()
         if not self.landmark:
             return words
-        far = "at" if self.landmark_mm is None else f"{self.landmark_mm:.0f} mm from"
+        far = "at" if self.landmark_mm is None else f"{self.landmark_mm:g} mm from"
         return f"{words}, {far} {self.landmark}"
 
 

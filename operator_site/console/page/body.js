@@ -11,6 +11,7 @@ export async function startBody() {
   byId("body-use").addEventListener("click", use);
   byId("body-none").addEventListener("click", () => finish(null));
   byId("body-close").addEventListener("click", closeBody);
+  for (const id of ["body-landmark", "body-mm"]) byId(id).addEventListener("change", show);
   const text = await (await fetch("/page/body.svg")).text();
   picture = document.importNode(new DOMParser().parseFromString(text, "image/svg+xml").documentElement, true);
   picture.setAttribute("aria-hidden", "true");
@@ -47,10 +48,15 @@ export function closeBody() {
 }
 
 // A number field would drop the comma of "12,5".
+function typed() {
+  const said = byId("body-mm").value.trim().replace(",", "."), far = /^\d*\.?\d*$/.test(said) ? Number(said) : NaN;
+  return { landmark: byId("body-landmark").value.trim(), landmark_mm: said === "" ? null : far };
+}
+
 function use() {
-  const said = byId("body-mm").value.trim().replace(",", "."), far = said === "" ? null : Number(said);
-  if (!/^\d*\.?\d*$/.test(said) || !(far <= FARTHEST_MM)) { write(byId("body-said"), WORDS.landmarkFar(FARTHEST_MM)); byId("body-mm").focus(); return; }
-  finish({ ...mark, landmark: byId("body-landmark").value.trim(), landmark_mm: far });
+  const place = { ...mark, ...typed() };
+  if (!(place.landmark_mm <= FARTHEST_MM)) { write(byId("body-said"), WORDS.landmarkFar(FARTHEST_MM)); byId("body-mm").focus(); return; }
+  finish(place);
 }
 
 function finish(chosen) {
@@ -84,9 +90,11 @@ function show() {
   for (const shape of picture.querySelectorAll("[data-r]"))
     shape.classList.toggle("marked", shape.dataset.r === mark.region && (!sided || [shape.dataset.s, "both"].includes(mark.side)));
   byId("body-use").disabled = !mark.region;
-  write(byId("body-said"), mark.region ? capital(bodyText(mark)) : WORDS.bodyAsk);
+  write(byId("body-said"), mark.region ? capital(bodyText({ ...mark, ...typed() })) : WORDS.bodyAsk);
 }
 
 export function bodyText(place) {
-  return place ? `${place.side} ${place.region}`.trim() : "";
+  if (!place) return "";
+  const words = `${place.side} ${place.region}`.trim();
+  return place.landmark ? `${words}, ${WORDS.landmarkAt(place.landmark, place.landmark_mm)}` : words;
 }

@@ -76,7 +76,7 @@ export const WORDS = {
   findingAt: (finger, x, y, id) => `Finding${id ? ` ${id}` : ""} at ${finger}, ${x === null ? "no place" : `x ${x.toFixed(0)} y ${y.toFixed(0)} mm`}`,
   findingsTitle: standing => count(standing, "finding"), undo: "Undo", undoOf: id => `Undo the last change of finding ${id}`, edit: "Edit", editOf: id => `Edit finding ${id}`, noPlace: "no place",
   withdrawn: reason => `withdrawn: ${reason}`, withdrawAsk: id => `Withdraw finding ${id}? It stays in the record, struck out.`, reasonNeeded: "Give a reason.",
-  proposed: kind => `Proposed ${kind}`, confident: step => `Confidence: ${step}.`, chooseBody: "Choose", bodyAsk: "Choose a region.", landmarkFar: mm => `The distance is a number from 0 to ${mm} mm.`, noSide: "no side",
+  proposed: kind => `Proposed ${kind}`, confident: step => `Confidence: ${step}.`, chooseBody: "Choose", bodyAsk: "Choose a region.", landmarkFar: mm => `The distance is a number from 0 to ${mm} mm.`, noSide: "no side", landmarkAt: (name, mm) => `${Number.isFinite(mm) ? `${mm} mm from` : "at"} ${name}`,
   noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", softened: "∪ soft", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
   camera: {
     live: age_s => `Picture ${age_s.toFixed(2)} s`, late: age_s => `Picture late by ${age_s.toFixed(1)} s`, frozen: age_s => `Picture frozen for ${age_s.toFixed(1)} s`,

@@ -33,6 +33,7 @@ def test_a_marked_picture_is_one_view_with_the_region_filled(region: str, side: 
         (BodyMark("chest"), "chest"),
         (BodyMark("forearm", "left", "wrist crease", 20.0), "left forearm, 20 mm from wrist crease"),
         (BodyMark("palm", "both", "the scar"), "both palm, at the scar"),
+        (BodyMark("abdomen", "", "navel", 12.5), "abdomen, 12.5 mm from navel"),
     ],
 )
 def test_words(mark: BodyMark, text: str) -> None:
