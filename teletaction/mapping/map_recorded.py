@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from common.files.each_once import require_each_once
 from operator_site.console.map.finger_samples import LEAST_VARIANCE, Sample, slant
 from operator_site.console.map.tactile_map import STEEP_SLOPE, TactileMap
 from remote_site.traces.press_files import Press, read_presses
@@ -58,12 +59,13 @@ class MappedPresses:
         return np.array([(1e3 * sample.x_m, 1e3 * sample.y_m) for sample in self.used]).reshape(-1, 2)
 
 
-def map_recorded(paths: Iterable[Path]) -> MappedPresses:
+def map_recorded(paths: Sequence[Path]) -> MappedPresses:
     """Make the map of all files together.
 
     Raises:
-        ValueError: a file cannot be used, no line gives a sample, or the places are too far apart.
+        ValueError: a file cannot be used or is named twice, no line gives a sample, or the places are too far apart.
     """
+    require_each_once(paths)
     mapped, numbers = MappedPresses(), count(1)
     lines_mm: list[tuple[float, float]] = []
     for path in paths:

@@ -13,6 +13,7 @@ from typing import IO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
+from common.files.each_once import require_each_once
 from common.link.session_state import Happening
 from common.privacy.recording_file import create_recording, open_recording, recipient_of
 from common.recording.reader import RecordingReader
@@ -58,7 +59,9 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
     Raises:
         OSError: a recording cannot be read or `out` cannot be written.
         TwoClocks: the recordings are of several hosts and cannot be put on one clock.
+        ValueError: a recording is named twice.
     """
+    require_each_once(recordings)
     counts: Counter[str] = Counter()
     with ExitStack() as files:
         opened = [files.enter_context(open_recording(path)) for path in recordings]

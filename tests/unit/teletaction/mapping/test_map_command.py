@@ -110,6 +110,15 @@ def test_wrong_input_is_refused_in_one_line(tmp_path: Path, text: str, words: st
     assert not (tmp_path / "out").exists()
 
 
+def test_a_file_that_is_named_twice_is_refused(tmp_path: Path) -> None:
+    file = presses(tmp_path / "grid.csv")
+    (tmp_path / "link.csv").symlink_to(file)
+    for again in (file, tmp_path / "." / "grid.csv", tmp_path / "link.csv"):
+        words = one_line(command("map", file, again, "--out", tmp_path / "out"), 2)
+        assert f"{again}: is named twice" in words
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_missing_file_or_folder_is_named(tmp_path: Path) -> None:
     assert "no.csv: cannot be read" in one_line(command("map", tmp_path / "no.csv", "--out", tmp_path), 2)
     assert "--out" in one_line(command("map", tmp_path / "no.csv"), 2)

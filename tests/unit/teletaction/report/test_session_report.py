@@ -18,6 +18,13 @@ def test_a_recording_is_not_replaced_by_its_report(name: str, tmp_path: Path) ->
     assert recording.read_bytes() == content
 
 
+def test_a_recording_that_is_named_twice_is_refused(tmp_path: Path) -> None:
+    recording = record(tmp_path / "operator.mcap")
+    line = one_line(command("report", recording, recording, "--out", tmp_path / "report.html"), 2)
+    assert f"{recording}: is named twice" in line
+    assert not (tmp_path / "report.html").exists()
+
+
 @pytest.mark.parametrize(
     "summary",
     [
