@@ -190,16 +190,20 @@ class SessionClient:
             self._ask("status", now_ns, {})
         if self._remote_let_go():
             self.session.disengage("the remote site is no longer engaged")
-        if self.want_engaged and self.session.state is LinkState.CONNECTED and self._in_time() and not not_ready:
+        wants = self.want_engaged and self.session.state is LinkState.CONNECTED
+        if self._in_time(wants) and wants and not not_ready:
             self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
 
-    def _in_time(self) -> bool:
-        """Return whether the clock offset is known well enough to judge the age of packets."""
+    def _in_time(self, wants: bool) -> bool:
+        """Return whether the clock offset is known well enough to judge the age of packets.
+
+        A link that is too slow is a reason only where the site wants to engage, and until the link is fast again.
+        """
         uncertainty_ns = self.clock.uncertainty_ns
         if uncertainty_ns is None:
             return False
         slow = uncertainty_ns > self.acceptance.max_age_ns
-        if slow and not self.refusal.startswith("the link is too slow"):
+        if slow and wants and not self.refusal.startswith("the link is too slow"):
             self.refusal = (
                 f"the link is too slow: a round trip of {2e-6 * uncertainty_ns:.0f} ms, packets may be "
                 f"{1e-6 * self.acceptance.max_age_ns:.0f} ms old (link.max_age_s on both sites)"

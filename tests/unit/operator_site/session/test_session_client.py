@@ -210,6 +210,21 @@ def test_a_session_ended_by_the_remote_site_reports_the_reason_until_both_engage
     assert pair.client.refusal == ""
 
 
+def test_a_link_that_was_too_slow_is_no_reason_any_more_after_it_became_fast(pair: Pair) -> None:
+    usual_ns, pair.client.acceptance.max_age_ns = pair.client.acceptance.max_age_ns, 1
+    pair.run(100)
+    assert pair.client.refusal == "", "nobody asked to engage"
+    pair.client.want_engaged = True
+    assert pair.asked("engage", 100) == 0
+    assert pair.client.refusal.startswith("the link is too slow: a round trip of ")
+    pair.client.disengage(pair.remote.now_ns)
+    pair.run(100)
+    assert pair.client.refusal.startswith("the link is too slow"), "it still is"
+    pair.client.acceptance.max_age_ns = usual_ns
+    pair.run(100)
+    assert pair.client.refusal == ""
+
+
 def test_a_remote_site_that_sends_far_too_many_answers_is_read_no_faster(pair: Pair) -> None:
     for _ in range(10):
         pair.remote.answers += [b"rubbish"] * 60
