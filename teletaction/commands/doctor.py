@@ -32,7 +32,7 @@ def doctor(
     ),
     as_json: Json = False,
 ) -> None:
-    """Find and name each device of a site's configuration; check keys and clocks; say what to do."""
+    """Find and name each device of a site's configuration; check keys, files and clocks; say what to do."""
     from common.logs import quiet_libraries
     from teletaction.doctor.doctor import examine
     from teletaction.session.interrupt import ended_as_by_hand

@@ -1,9 +1,12 @@
-"""Checks a site's devices, keys, tables, clock and loop rate, and says what to do about each failure."""
+"""Checks a site's devices, keys, tables, files, clock and loop rate, and says what to do about each failure."""
 
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver
@@ -13,6 +16,7 @@ from common.buses.serial_messages import DeviceKind, FrameReader
 from common.config.file import load_site
 from common.config.site_models import OperatorConfig, RemoteConfig
 from common.faults.texts import fault_text
+from common.files.private_file import refuse_link
 from common.fingers import FINGERS
 from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.runtime.reference_step import reference_step_s
@@ -81,6 +85,9 @@ def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterat
         yield from _operator(site)
         devices = [_Serial(DeviceKind.TACTTIP, *one) for one in site.tacttip.items()]
         process, node, bus = "operator", EXOSKELETON, site.exoskeleton
+    for what, path in (("recording", site.record), ("status file", site.status)):
+        if path is not None:
+            yield _check(what, partial(_writable, path))
     yield _clock()
     yield _rate(process, site.rate_hz)
     yield _priority()
@@ -110,6 +117,19 @@ def _remote(config: RemoteConfig) -> Iterator[Finding]:
 def _operator(config: OperatorConfig) -> Iterator[Finding]:
     yield _check("own key", lambda: fingerprint(load_keys(config.link.keys).public))
     yield _check("remote site's key", lambda: fingerprint(remote_public_key(config.link)))
+
+
+def _writable(path: Path) -> str:
+    """Check by a file in the same folder that a process can write `path`; return the free space."""
+    try:
+        refuse_link(path)
+        with TemporaryFile(dir=path.parent) as file:
+            file.write(b"x")
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be written: {error.strerror}") from None
+    if path.is_dir():
+        raise ValueError(f"{path}: is a folder; name a file in it")
+    return f"{path}: {1e-9 * shutil.disk_usage(path.parent).free:.0f} GB free"
 
 
 def _exercised(name: str, address: str, expected: DeviceKind | NodeName) -> Finding:

@@ -100,6 +100,33 @@ def test_missing_devices_are_reported(configs: dict[str, Path]) -> None:
     assert priority.startswith(("ok   loop's priority: real-time", "ok   loop's priority: ordinary"))
 
 
+@pytest.mark.parametrize("name", ["record", "status"])
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        ("new.mcap", None),
+        ("no-folder/new.mcap", "cannot be written: No such file or directory"),
+        ("file/new.mcap", "cannot be written: Not a directory"),
+        ("link", "cannot be written: is a symbolic link, refused"),
+        ("folder", "is a folder; name a file in it"),
+    ],
+)
+def test_a_file_that_a_site_cannot_write_is_found(
+    name: str, made: str, words: str | None, configs: dict[str, Path], tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    kept = re.sub(r"(?m)^(record|status) = .*\n", "", configs["operator"].read_text("utf-8"))
+    configs["operator"].write_text(f'{name} = "{tmp_path / made}"\n{kept}', "utf-8")
+    checked = {"record": "recording", "status": "status file"}[name]
+    (found,) = (finding for finding in examine(configs["operator"]) if finding.what in ("recording", "status file"))
+    assert (found.what, found.good) == (checked, words is None)
+    assert found.result.startswith(f"{tmp_path / made}: ")
+    assert (words or " GB free") in found.result
+    assert not list((tmp_path / "folder").iterdir())
+
+
 @pytest.mark.parametrize(
     ("step_s", "good", "words"),
     [
