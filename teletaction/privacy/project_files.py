@@ -23,6 +23,8 @@ _PROCESS = (
     r"(remote|operator|sim-remote|sim-operator|console|camera|voice|patient-page|network|virtual|tunnel|rendezvous)"
     r"(-\d+)?"
 )
+_LOG_LINE = re.compile(rb"\d\.\d+ \S+ (DEBUG|INFO|WARNING|ERROR|CRITICAL) |^teletaction: ", re.MULTILINE)
+"""Part of a line of text that a process logs, or start of the line with which it fails."""
 _TABLES = frozenset(map(table_name, TOPICS))
 
 
@@ -65,6 +67,11 @@ def _table(name: str, start: bytes, _end: bytes) -> bool:
     return stem in _TABLES and suffix in begins and start.startswith(begins[suffix])
 
 
+def _log(name: str, start: bytes, _end: bytes) -> bool:
+    """Return whether a file with the name of a log is empty or has a line of a process."""
+    return bool(re.fullmatch(rf"({_PROCESS}|summarise)\.log", name)) and (not start or bool(_LOG_LINE.search(start)))
+
+
 _KINDS: tuple[tuple[str, _Test], ...] = (
     ("encrypted file", lambda _name, start, _end: start.startswith(ENCRYPTED)),
     ("recording", _recording),
@@ -84,8 +91,7 @@ _KINDS: tuple[tuple[str, _Test], ...] = (
     ("replay", _named(r"rendering\.csv", b"time_s,", b"_motor_rpm,")),
     ("status", _named(_PROCESS + r"\.json", b'"process"', b'"rss_mib"')),
     ("status", _named(r"launcher\.json", b'"usage"', b'"round_trips_s"')),
-    ("log", _named(_PROCESS + r"\.log", b" INFO ")),
+    ("log", _log),
     ("log", _named(_PROCESS + r"\.log", b'"monotonic_s"', b'"logger"')),
     ("log", _named(r"summarise\.log", b"summary.json, report ")),
-    ("log", _named(r"summarise\.log", b"teletaction: ")),
 )

@@ -27,6 +27,26 @@ def test_status_and_log_of_each_process_are_recognised(process: str, tmp_path: P
     assert (kind_of(status), kind_of(log)) == ("status", "log")
 
 
+@pytest.mark.parametrize("name", ["console.log", "remote-2.log", "summarise.log"])
+def test_an_empty_log_is_recognised_by_its_name(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).touch()
+    assert kind_of(tmp_path / name) == "log"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "81.250 console WARNING operator_site.console: picture late",
+        "81.250 console ERROR operator_site.console: disk full",
+        "teletaction: console.toml: no such file",
+    ],
+)
+def test_a_log_without_usual_lines_is_recognised(said: str, tmp_path: Path) -> None:
+    """TELETACTION_LOG=warning leaves out INFO, and a process that cannot start writes one line."""
+    (tmp_path / "console.log").write_text(f"{said}\n", "utf-8")
+    assert kind_of(tmp_path / "console.log") == "log"
+
+
 @pytest.mark.parametrize("said", ["summary out/summary.json, report out/report.html", "teletaction: out: no recording"])
 def test_the_log_of_a_summary_in_the_background_is_recognised(said: str, tmp_path: Path) -> None:
     log = tmp_path / "summarise.log"
