@@ -1,10 +1,12 @@
 """Runs the command line.
 
 Text for people goes to stderr, data to stdout. Exit code 0 is success, 1 a failure, 2 bad input (one clear line).
+A reader of the output that ends early, such as `head -1`, ends the command silently with code 141, as by SIGPIPE.
 """
 
 import os
 import platform
+import signal
 import sys
 from types import FunctionType
 from typing import Annotated
@@ -37,6 +39,8 @@ from teletaction.commands.failed import Failed
 
 _LAST_STANDARD_STREAM = 2
 """Number of standard error."""
+_OUTPUT_CLOSED = 128 + signal.SIGPIPE
+"""Exit code that a shell reports of a program that SIGPIPE has ended."""
 
 app = typer.Typer(
     name="teletaction",
@@ -124,6 +128,10 @@ def main(arguments: list[str] | None = None) -> int:
         return _complain(str(failure), 1)
     except (KeyboardInterrupt, typer.Abort):
         return 130
+    except SystemExit as ended:  # typer turns a broken pipe into exit code 1, which is a failed check here
+        if isinstance(ended.__context__, BrokenPipeError):
+            return _OUTPUT_CLOSED
+        raise
 
 
 def _open_closed_streams() -> None:

@@ -76,6 +76,18 @@ def test_a_command_works_with_closed_standard_streams(closed: str, shown: str, t
     assert (csv.returncode, csv.stderr) == (0, "")
 
 
+@pytest.mark.parametrize("words", [["--version"], ["scene", "check", "materials", "--dwell", "0.1"]])
+def test_a_reader_that_ends_early_is_no_failed_check(words: list[str]) -> None:
+    """Code 1 would be one, as of `doctor | head -1`; a shell reports 141 of a program that SIGPIPE ended."""
+    nobody, output = os.pipe()
+    os.close(nobody)
+    run = subprocess.run(
+        [sys.executable, "-m", "teletaction", *words], stdout=output, stderr=subprocess.PIPE, check=False
+    )
+    os.close(output)
+    assert (run.returncode, run.stderr) == (141, b"")
+
+
 def test_an_unknown_level_is_one_line() -> None:
     assert "no level 'loud'; choose one of debug, info" in one_line(command("--log-level", "loud", "scene"), 2)
 
