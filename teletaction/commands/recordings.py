@@ -19,19 +19,20 @@ app = typer.Typer()
 def summarise_command(
     recordings: Annotated[Path, typer.Option(help="Folder with the recordings and status files of all processes.")],
     out: Annotated[Path, typer.Option(help="Folder for session.mcap, summary.json and report.html.")],
-    scene: Annotated[str, typer.Option(help="Scene that was explored.")] = "materials",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated world.")] = 0,
-    fingers: Annotated[int, typer.Option(min=1, max=5, help="Number of fingers, 1 to 5.")] = 5,
+    scene: Annotated[str | None, typer.Option(help="Scene that was explored; by default the recorded one.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the simulated world; likewise.")] = None,
+    fingers: Annotated[int | None, typer.Option(min=1, max=5, help="Number of fingers, 1 to 5; likewise.")] = None,
     key: Key = None,
     as_json: Json = False,
 ) -> None:
     """Merge the recordings of a session whose processes were started one by one; write summary and report."""
     from teletaction.recordings.machine_verdict import machine_verdict
     from teletaction.session.conclude import conclude, incomplete_of
-    from teletaction.session.demo_files import DemoOptions
     from teletaction.session.terminal import say, show
 
-    summary = conclude(recordings, out, DemoOptions(scene=scene, seed=seed, fingers=fingers), show)
+    session = {"scene": scene, "seed": seed, "fingers": fingers}
+    given = {name: value for name, value in session.items() if value is not None}
+    summary = conclude(recordings, out, given, show)
     if as_json:
         print_json(summary)
     for line in filter(None, (machine_verdict(summary), *incomplete_of(summary))):

@@ -6,7 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from common.files.private_file import write_private
+from common.files.read_files import NotToml, parse_toml
+from common.fingers import FINGERS
 from common.health import read_status
 from common.scenes.scene import load_scene
 from teletaction.recordings.merge import merge_recordings
@@ -16,12 +20,22 @@ from teletaction.report.examination import Examination
 from teletaction.report.found_lumps import found_lumps
 from teletaction.report.found_targets import found_targets
 from teletaction.report.report import write_report
-from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES, DemoOptions
+from teletaction.session.demo_files import CONSOLE, NETWORK, PROCESSES
 from teletaction.session.launcher_figures import LauncherFigures
+
+_SESSION = {"scene", "seed", "fingers"}
+
+
+class _Simulated(msgspec.Struct, frozen=True):
+    """What the simulated remote site has in its configuration, or its defaults."""
+
+    scene: str = "materials"
+    seed: int = 0
+    fingers: Sequence[str] = FINGERS
 
 
 def conclude(
-    folder: Path, out: Path, options: DemoOptions, stage: Callable[[str], None] = lambda _: None
+    folder: Path, out: Path, given: Mapping[str, Any], stage: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
     """Merge the recordings in `folder`, and write `session.mcap`, `summary.json` and `report.html` into `out`.
 
@@ -31,14 +45,15 @@ def conclude(
         folder: folder with `PROCESS.mcap` and `PROCESS.json` (status) of all processes. A restarted process adds
             `PROCESS-1.mcap` and so on; a simulated network adds `network.json`, and a demo `launcher.json`.
         out: folder for the results, created if it does not exist.
-        options: scene, seed and fingers of the session, which the summary repeats.
+        given: `scene`, `seed` and number of `fingers` of the session, where they are not those that it recorded.
         stage: is called with a description of each stage of the work.
 
     Raises:
         ValueError: the scene is unknown, or a recording or a status is missing or cannot be read.
         OSError: `out` cannot be written.
     """
-    scene = load_scene(options.scene)
+    if "scene" in given:
+        load_scene(given["scene"])  # a wrong one is named before anything is written
     recordings = [path for name in PROCESSES for path in recordings_of(folder, name)]
     if any(folder.glob(f"{CONSOLE}*.mcap")):
         recordings += recordings_of(folder, CONSOLE)
@@ -57,6 +72,8 @@ def conclude(
     stage("computing the summary")
     data = SessionData.read(out / "session.mcap")
     examination = Examination.read(out / "session.mcap")
+    session = given if given.keys() >= _SESSION else {**_recorded(examination), **given}
+    scene = load_scene(session["scene"])
     summary = summarise(
         data,
         statuses,
@@ -64,9 +81,7 @@ def conclude(
         measured.usage,
         measured.wall_s,
         measured.round_trips_s,
-        scene=options.scene,
-        seed=options.seed,
-        fingers=options.fingers,
+        **session,
     )
     summary["targets"] = found_targets(scene, examination.felt)
     summary["lumps"] = found_lumps(examination.felt, scene.nodules)
@@ -76,6 +91,16 @@ def conclude(
     if launcher is not None and folder == out:
         remove_merged(recordings, summary)
     return summary
+
+
+def _recorded(examination: Examination) -> dict[str, Any]:
+    """Return scene, seed and number of fingers that the simulated remote site recorded."""
+    text = examination.facts.get("sim-remote", {}).get("configuration", "")
+    try:
+        recorded = msgspec.convert(parse_toml(text), _Simulated)
+        return {"scene": recorded.scene, "seed": recorded.seed, "fingers": len(recorded.fingers)}
+    except (NotToml, msgspec.ValidationError) as error:
+        raise ValueError(f"sim-remote.mcap: its configuration: {error}; give --scene, --seed and --fingers") from None
 
 
 def remove_merged(recordings: Sequence[Path], summary: Mapping[str, Any]) -> None:

@@ -105,7 +105,8 @@ def _conclude(options: DemoOptions, out: Path) -> str:
     from teletaction.recordings.machine_verdict import machine_verdict  # noqa: PLC0415
     from teletaction.session.conclude import conclude, incomplete_of  # noqa: PLC0415
 
-    summary = conclude(out, out, options, show)
+    given = {"scene": options.scene, "seed": options.seed, "fingers": options.fingers}
+    summary = conclude(out, out, given, show)
     say(machine_verdict(summary))
     say(f"summary {out / 'summary.json'}, report {out / 'report.html'}, recording {out / 'session.mcap'}")
     return "; ".join(incomplete_of(summary))

@@ -70,9 +70,11 @@ def test_objects_of_a_scene() -> None:
 def test_summary_of_a_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_in_a_thread(monkeypatch)
     record(tmp_path / "operator.mcap", console=False)
+    simulated = {"configuration": 'scene = "phantom"\nseed = 4\nfingers = ["thumb", "index"]\n'}
     for process in PROCESSES:
         if process != "operator":
-            Recorder(tmp_path / f"{process}.mcap", {}, {}).close()
+            facts = simulated if process == "sim-remote" else {}
+            Recorder(tmp_path / f"{process}.mcap", {}, facts).close()
         (tmp_path / f"{process}.json").write_text(json.dumps(STATUS), "utf-8")
     out = tmp_path / "out"
     result = command("summarise", "--recordings", tmp_path, "--out", out, "--json")
@@ -83,3 +85,7 @@ def test_summary_of_a_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     shown = json.loads(result.out)
     assert shown == json.loads((out / "summary.json").read_text("utf-8"))
     assert (shown["duration_s"], shown["packets"]["touch"]["sent"]) == (36.0, 3)
+    assert (shown["scene"], shown["seed"], shown["fingers"]) == ("phantom", 4, 2), "those of the recording"
+    given = "--scene", "materials", "--seed", 0, "--fingers", 1
+    shown = json.loads(command("summarise", "--recordings", tmp_path, "--out", out, *given, "--json").out)
+    assert (shown["scene"], shown["seed"], shown["fingers"]) == ("materials", 0, 1)

@@ -11,7 +11,7 @@ from common.recording.recorder import Recorder
 from common.version import software_version
 from teletaction.recordings.merge import ORIGIN, merge_recordings
 from teletaction.session.conclude import conclude, recordings_of
-from teletaction.session.demo_files import PROCESSES, DemoOptions
+from teletaction.session.demo_files import PROCESSES
 from tests.unit.teletaction.held_recordings import held
 from tests.writer_thread import write_in_a_thread
 
@@ -85,7 +85,7 @@ def test_a_restarted_process_has_several_recordings(tmp_path: Path) -> None:
 def test_a_wrong_scene_or_a_missing_recording_is_named_before_anything_is_written(tmp_path: Path) -> None:
     def refuse(words: str, **options: str) -> None:
         with pytest.raises(ValueError, match=words):
-            conclude(tmp_path, tmp_path / "out", DemoOptions(**options))
+            conclude(tmp_path, tmp_path / "out", options)
         assert not (tmp_path / "out").exists()
 
     refuse("unknown scene 'nowhere'; known: ", scene="nowhere")
