@@ -167,7 +167,7 @@ def test_a_list_of_touches_that_cannot_be_used_is_refused(
 
 @pytest.mark.parametrize("at_s", [0.0, -1.0, float("nan"), float("inf")])
 def test_times_have_to_be_positive(table: MaterialTable, at_s: float) -> None:
-    with pytest.raises(ValueError, match="--at"):
+    with pytest.raises(ValueError, match="at_s: times must be positive"):
         list(identify_thermal(table, [], (at_s,)))
 
 
