@@ -17,6 +17,7 @@ from benchmarks.link.packets import SESSION, framed_bytes, next_touch, touch_par
 from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
 from common.link.clock_offset import ClockOffset
 from common.link.packet_filter import PacketFilter
+from common.timing.timeouts import REFRESH_S
 from common.wire.streams import STREAMS
 from sim_sensors.network.conditions import Conditions
 from sim_sensors.network.path import NetworkPath
@@ -26,6 +27,9 @@ from studies.pieces import Piece
 AGES_S = (AGE_DEFAULT_S, AGE_MAX_S)
 TICK_NS = 2_000_000
 """Tick period of both sites, ns: 500 Hz. The operator's ticks lie midway between the remote's."""
+DEADBAND, EVERY_TICK = "deadband", "every tick"
+SENT = {DEADBAND: round(REFRESH_S * 1e9) // TICK_NS, EVERY_TICK: 1}
+"""Ticks from one touch packet to the next: as a resting hand sends them with a deadband, and without a deadband."""
 _SETTLE_S = 3.0
 _BEAT_TICKS = round(1e9 / TICK_NS / STREAMS["heartbeat"].rate_hz)
 _BEAT_BYTES = framed_bytes(60)
@@ -88,8 +92,14 @@ class Age:
             self.ages_ns.append(now_ns - self.newest_ns)
 
 
-def ages(conditions: Conditions, seconds: float, seed: int) -> list[dict[str, Any]]:
+def ages(conditions: Conditions, seconds: float, seed: int, every: int = 1) -> list[dict[str, Any]]:
     """Simulate `seconds` on a network of these conditions, for each age limit.
+
+    Args:
+        conditions: conditions in both directions.
+        seconds: counted time, s.
+        seed: seed of jitter and losses.
+        every: ticks from one touch packet to the next.
 
     Returns:
         For each limit: median and 99th percentile of the age of the newest accepted packet at every tick, ms, and the
@@ -108,7 +118,8 @@ def ages(conditions: Conditions, seconds: float, seed: int) -> list[dict[str, An
     for tick in range(round((_SETTLE_S + seconds) * 1e9) // TICK_NS):
         remote_ns = tick * TICK_NS
         operator_ns = remote_ns + TICK_NS // 2
-        touch.send(Packet(SESSION, tick + 1, remote_ns), remote_ns)
+        if tick % every == 0:
+            touch.send(Packet(SESSION, tick + 1, remote_ns), remote_ns)
         for sent_ns in beats.receive(remote_ns):
             answers.send((sent_ns, remote_ns), remote_ns)
         for sent_ns, answered_ns in answers.receive(operator_ns):
@@ -144,15 +155,17 @@ def grid(quick: bool) -> list[Conditions]:
 
 
 def sweep(quick: bool, seed: int) -> list[Piece]:
-    """A piece for each network of `grid`, with a row for each age limit."""
+    """A piece for each network of `grid` with and without a deadband, with a row for each age limit."""
     seconds = 5.0 if quick else 20.0
-    return [(_on, (network, seconds, seed + number)) for number, network in enumerate(grid(quick))]
+    networks = enumerate(grid(quick), start=seed)
+    return [(_on, (network, sent, seconds, number)) for number, network in networks for sent in SENT]
 
 
-def _on(network: Conditions, seconds: float, seed: int) -> list[dict[str, Any]]:
+def _on(network: Conditions, sent: str, seconds: float, seed: int) -> list[dict[str, Any]]:
     where = {
+        "sent": sent,
         "delay_ms": round(network.delay_s * 1e3),
         "jitter_ms": round(network.jitter_s * 1e3),
         "loss_percent": round(network.loss * 1e2, 3),
     }
-    return [{**where, **row} for row in ages(network, seconds, seed)]
+    return [{**where, **row} for row in ages(network, seconds, seed, SENT[sent])]

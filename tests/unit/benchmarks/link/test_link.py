@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.link import latency, load
-from benchmarks.link.age import TICK_NS, Age, MessageStream, Packet, grid
+from benchmarks.link.age import DEADBAND, EVERY_TICK, SENT, TICK_NS, Age, MessageStream, Packet, grid
 from benchmarks.link.age import ages as ages_on
 from benchmarks.link.bare import numbered, read_number
 from benchmarks.link.faults import safe_state_times
@@ -61,11 +61,24 @@ def test_jitter_makes_what_is_rendered_older_but_never_silent_within_the_limit()
     assert row["safe_state_share"] == 0.0
 
 
-@pytest.mark.long
-def test_every_lost_segment_is_a_safe_state() -> None:
-    shares = [ages(seconds=20.0, delay_s=0.02, loss=loss)[MOST_MS]["safe_state_share"] for loss in (0.0, 0.002, 0.02)]
-    assert shares[0] == 0.0
-    assert 0.0 < shares[1] < shares[2] < 1.0
+@pytest.mark.parametrize("sent", SENT)
+def test_losses_on_a_long_way_make_safe_states_and_on_a_short_one_none(sent: str) -> None:
+    def share(delay_s: float, loss: float) -> float:
+        rows = ages_on(Conditions(delay_s=delay_s, loss=loss), 10.0, 1, SENT[sent])
+        return float(rows[0]["safe_state_share"])
+
+    assert share(0.1, 0.0) == share(0.01, 0.01) == 0.0
+    assert 0.0 < share(0.1, 0.002) < share(0.1, 0.02) < 1.0
+
+
+def test_a_deadband_sends_a_sixth_of_the_packets_and_suffers_less_on_a_long_way() -> None:
+    long_way = Conditions(delay_s=0.1, loss=0.01)
+    deadband, every_tick = (
+        np.mean([ages_on(long_way, 10.0, seed, SENT[sent])[0]["safe_state_share"] for seed in range(3)])
+        for sent in (DEADBAND, EVERY_TICK)
+    )
+    assert SENT[DEADBAND] == 6
+    assert deadband < 0.5 * every_tick
 
 
 def test_the_same_seed_gives_the_same_ages() -> None:
