@@ -15,7 +15,7 @@ from remote_site.devices.sensor_frame import PlateReading, SensorFrame
 from remote_site.thermal.peltier_backside import PeltierBackside
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
-from remote_site.thermal.touch_start import READING_S, WARMING, reading_at_contact
+from remote_site.thermal.touch_start import WARMING, reading_at_contact
 from remote_site.thermal.warmed_spot import TRACES, WARM, WarmedSpot
 
 READING_AGE_S = 0.10
@@ -29,8 +29,6 @@ STEP_S = 0.001
 LOST_S = 1.0
 """Maximum change of delay, s; a larger one means that the sensor's clock has restarted."""
 _WRAPS = 1 << 32
-_BEFORE_S = [READING_S * number for number in range(WARMING)]
-"""Nominal times of the newest readings of a free sensor, s."""
 
 
 class FingerThermal:
@@ -60,7 +58,8 @@ class FingerThermal:
         self._named: str | None = None
         """Last material that was named in this touch."""
         self._contact_s = 0.0
-        self._free_c: deque[float] = deque(maxlen=WARMING)
+        self._free: deque[tuple[float, float]] = deque(maxlen=WARMING)
+        """Times, s, and temperatures, C, of the newest readings of the free sensor."""
         self._sensor_s = -1.0
         self._ambient_c: float | None = None
 
@@ -130,9 +129,9 @@ class FingerThermal:
 
     def _begin_touch(self, t_s: float, fault: ThermalReason) -> None:
         self._contact_s, self.measuring = t_s, True
-        fresh = bool(self._free_c) and t_s - self._sensor_s <= READING_AGE_S
-        before_c = list(self._free_c)
-        start_c, slope_k_s = reading_at_contact(_BEFORE_S[: len(before_c)], before_c) if fresh else (0.0, 0.0)
+        fresh = bool(self._free) and t_s - self._sensor_s <= READING_AGE_S
+        before_s, before_c = zip(*self._free, strict=True) if fresh else ((), ())
+        start_c, slope_k_s = reading_at_contact(before_s, before_c) if fresh else (0.0, 0.0)
         self.own.start(t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
         if not fresh or fault:
             self.own.stop(fault or ThermalReason.NO_READING)
@@ -143,7 +142,7 @@ class FingerThermal:
         self.no_differences += self._found.reason is ThermalReason.NO_DIFFERENCE
         self.own.release()
         self._shared = None
-        self._free_c.clear()
+        self._free.clear()
 
     def _take_reading(self, t_s: float, reading: PlateReading, force_n: float, contact: bool, plausible: bool) -> None:
         """Keep a reading for the touch, or as one before it."""
@@ -151,11 +150,11 @@ class FingerThermal:
             drive = reading.heater_permille / DRIVE_FULL
             self._back.step(t_s - self._sensor_s, drive, reading.sensor_c - reading.ambient_c)
         if not plausible or t_s - self._sensor_s > READING_AGE_S:  # a touch starts from sound readings without a gap
-            self._free_c.clear()
+            self._free.clear()
         self._sensor_s = t_s
         taken_s = self._clock.step(t_s, reading.device_us)
         if not contact and plausible:
-            self._free_c.append(reading.sensor_c)
+            self._free.append((taken_s, reading.sensor_c))
         self.measuring = contact or self.own.running
         if self.own.running and taken_s > self._contact_s:  # a reading from before contact may arrive after it
             self.own.take(taken_s, reading.sensor_c, force_n)
