@@ -72,8 +72,9 @@ class ThermalTrace:
         """Return the index of the first sample in contact, or None."""
         touching = self.force_n >= CONTACT_ON_N
         for k in np.flatnonzero(touching & ~np.concatenate(([False], touching[:-1]))):
-            held = (self.time_s >= self.time_s[k]) & (self.time_s <= self.time_s[k] + HELD_S + 1e-9)
-            if touching[held].all() and self.time_s[-1] >= self.time_s[k] + HELD_S - 1e-9:
+            # At a low rate no other sample lies within HELD_S: the first one after it must still touch.
+            held = int(np.searchsorted(self.time_s, self.time_s[k] + HELD_S - 1e-9))
+            if held < len(touching) and touching[k : held + 1].all():
                 return int(k)
         return None
 

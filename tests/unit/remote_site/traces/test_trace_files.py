@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.traces.trace_files import StrokeTrace, TraceFile, read_labels, read_stroke, read_thermal
+from remote_site.traces.trace_files import StrokeTrace, ThermalTrace, TraceFile, read_labels, read_stroke, read_thermal
 
 GOOD = "time_s,sensor_c,force_n,note\n0.00,30.0,0.0,a\n0.01,30.0,0.5,b\n0.06,29.9,0.5,c\n"
 
@@ -66,6 +66,15 @@ def test_equal_steps_without_a_time_are_two_samples(tmp_path):
 def test_a_short_touch_is_no_contact(tmp_path):
     text = "time_s,sensor_c,force_n\n" + "".join(f"{0.01 * k:.2f},30,{0.5 if 3 <= k < 6 else 0}\n" for k in range(20))
     assert read_thermal(trace(tmp_path, text)).contact() is None
+
+
+@pytest.mark.parametrize("step_s", [0.01, 0.04, 0.1, 0.5])
+def test_a_single_sample_of_force_is_no_contact_at_any_rate(step_s):
+    time_s = step_s * np.arange(20)
+    spike = np.where(np.arange(20) == 3, 2.0, 0.0)
+    assert ThermalTrace(time_s, np.full(20, 30.0), spike).contact() is None
+    pressed = np.where(np.arange(20) >= 10, 2.0, spike)
+    assert ThermalTrace(time_s, np.full(20, 30.0), pressed).contact() == 10
 
 
 def test_signals_by_name_best_and_mean(tmp_path):
