@@ -175,7 +175,6 @@ class LiveConsole:
     def _resume(self, before: Unfinished) -> None:
         """Continue the unfinished examination of an earlier run, or show that this is not possible."""
         self._resumed_s: float | None = None
-        self._kept_s = -math.inf
         if before.cut_off:
             text = texts.cut_off(before.cut_off, len(before.findings), [path.name for path in before.files])
             self._commands.examining.saved = {"text": text, "report": None}
@@ -185,7 +184,6 @@ class LiveConsole:
                 if stream == "console/felt":
                     for sample in samples_of(record):
                         self.console.tactile_map.restore(sample)
-                        self._kept_s = max(self._kept_s, sample.t_s)
                 else:
                     self.console.examination.take(stream, record)
             except (KeyError, TypeError, ValueError, IndexError) as error:
@@ -198,8 +196,7 @@ class LiveConsole:
             return
         if self.console.consent.forbids("touch"):
             return
-        if samples := self.console.tactile_map.after(self._kept_s):
-            self._kept_s = samples[-1].t_s
+        if samples := self.console.tactile_map.unkept():
             self._journal.write("console/felt", now_s, {"samples": [tuple(sample) for sample in samples]})
 
     def _site_s(self) -> float:

@@ -15,8 +15,10 @@ from common.recording.truncated_mcap import TruncatedMcap
 
 log = logging.getLogger(__name__)
 
-Entry = tuple[int, str, dict[str, Any]]
-"""Time in ns of the machine's monotonic clock, stream and record."""
+Written = tuple[int, str, bytes]
+"""Time in ns of the site's clock, stream and packed record."""
+Entry = tuple[Written, dict[str, Any]]
+"""Record as it was written, and its content."""
 _STREAMS = ("console/session", "console/finding", "console/felt")
 
 
@@ -26,7 +28,8 @@ class Unfinished:
 
     Attributes:
         files: its recordings, oldest first.
-        records: stream and record of its begin, its findings and its samples of the map, in order of time.
+        records: stream and record of its begin, its findings and its samples of the map, in the order of their writing.
+            Their times do not give it: the site's clock may have begun again.
         cut_off: its study number if the machine was restarted since; empty otherwise. It cannot be continued then,
             because the restart reset the monotonic clock.
     """
@@ -55,25 +58,28 @@ def unfinished(path: Path, now: str) -> Unfinished:
     files = [file for name in named for file in path.parent.glob(name)]
     contents = {file: _read(file) for file in sorted(files, key=lambda file: (file.stat().st_mtime_ns, file.name))}
     newest = next((made for made, _ in reversed(contents.values()) if made), "")
-    entries = sorted(
-        ((entry, file) for file, (made, found) in contents.items() if made == newest for entry in found),
-        key=lambda item: item[0][0],
-    )
-    sessions = [place for place, ((_, stream, _), _) in enumerate(entries) if stream == "console/session"]
-    if not sessions or entries[sessions[-1]][0][2].get("what") != "begin":
+    # A journal that changes its file writes the last records again: the first place of each counts.
+    entries: dict[Written, tuple[dict[str, Any], Path]] = {}
+    for file, (made, found) in contents.items():
+        for written, record in found if made == newest else ():
+            entries.setdefault(written, (record, file))
+    examined = [(stream, record, file) for (_, stream, _), (record, file) in entries.items()]
+    sessions = [place for place, (stream, _, _) in enumerate(examined) if stream == "console/session"]
+    if not sessions or examined[sessions[-1]][1].get("what") != "begin":
         return Unfinished()
-    since = entries[sessions[-1] :]
+    since = examined[sessions[-1] :]
     same = bool(now) and newest == now
     return Unfinished(
-        tuple(dict.fromkeys(file for _, file in since)),
-        tuple((stream, record) for (_, stream, record), _ in since),
-        "" if same else str(since[0][0][2].get("pseudonym")),
+        tuple(dict.fromkeys(file for _, _, file in since)),
+        tuple((stream, record) for stream, record, _ in since),
+        "" if same else str(since[0][1].get("pseudonym")),
     )
 
 
 def _read(path: Path) -> tuple[str, list[Entry]]:
     """Return the boot identifier of a file and its entries of examinations; a truncated file yields what is left."""
-    made, entries = "", []
+    made = ""
+    entries: list[Entry] = []
     try:
         for item in _items(path):
             if isinstance(item, str):
@@ -95,4 +101,5 @@ def _items(path: Path) -> Iterator[str | Entry]:
                 case Channel():
                     topics[record.id] = record.topic
                 case Message() if topics.get(record.channel_id) in _STREAMS:
-                    yield record.log_time, topics[record.channel_id], dict(msgpack.unpackb(record.data))
+                    written = record.log_time, topics[record.channel_id], record.data
+                    yield written, dict(msgpack.unpackb(record.data))

@@ -36,11 +36,13 @@ class Tile:
         felt_cells: number of cells with a sample in reach.
     """
 
-    __slots__ = ("_count", "_sums", "felt_cells", "revision", "samples")
+    __slots__ = ("_count", "_sums", "_taken", "felt_cells", "revision", "samples")
 
     def __init__(self) -> None:
         self.revision = 0
         self.samples: dict[tuple[int, int, int], Sample] = {}
+        self._taken: dict[tuple[int, int, int], int] = {}
+        """Revision of the map when it took each sample."""
         self.felt_cells = 0
         self._count = np.zeros((TILE, TILE), dtype=np.int32)
         self._sums = np.zeros((4, TILE, TILE))
@@ -53,6 +55,24 @@ class Tile:
         self._count[at] += sign * (kernel > 0.0)
         self._sums[:, self._count == 0] = 0.0  # clear the rounding residue
         self.felt_cells = int(np.count_nonzero(self._count))
+
+    def keep(self, sample: Sample, revision: int) -> None:
+        """Keep a sample, and forget the oldest one of too many."""
+        self.samples[sample.key], self._taken[sample.key] = sample, revision
+        if len(self.samples) > MOST_SAMPLES:
+            self.forget(next(iter(self.samples)))
+
+    def forget(self, key: tuple[int, int, int]) -> None:
+        """Forget a sample if it is here; the cells do not change."""
+        self.samples.pop(key, None)
+        self._taken.pop(key, None)
+
+    def after(self, revision: int) -> Iterator[tuple[int, Sample]]:
+        """Yield the samples that were taken after a revision, newest first, each with its own revision."""
+        for sample in reversed(self.samples.values()):
+            if self._taken[sample.key] <= revision:
+                break
+            yield self._taken[sample.key], sample
 
     @property
     def explored(self) -> NDArray[np.bool_]:
@@ -105,29 +125,18 @@ class Layer:
         before = self._newest.get(sample.finger)
         if before is not None and before.key == sample.key:
             self._paint(before, -1, revision)
-            self.tiles[tile_of(before.x_m, before.y_m)].samples.pop(before.key, None)
+            self.tiles[tile_of(before.x_m, before.y_m)].forget(before.key)
         self._newest[sample.finger] = sample
         self._paint(sample, 1, revision)
-        samples = self.tiles[tile_of(sample.x_m, sample.y_m)].samples
-        samples[sample.key] = sample
-        if len(samples) > MOST_SAMPLES:
-            del samples[next(iter(samples))]
+        self.tiles[tile_of(sample.x_m, sample.y_m)].keep(sample, revision)
 
     def drop(self, finger: int, key: tuple[int, int, int], revision: int) -> None:
         """Remove the newest sample of a finger if it has this key."""
         before = self._newest.get(finger)
         if before is not None and before.key == key:
             self._paint(before, -1, revision)
-            self.tiles[tile_of(before.x_m, before.y_m)].samples.pop(key, None)
+            self.tiles[tile_of(before.x_m, before.y_m)].forget(key)
             del self._newest[finger]
-
-    def after(self, t_s: float) -> Iterator[Sample]:
-        """Yield the samples taken after a time, s."""
-        for tile in self.tiles.values():
-            for sample in reversed(tile.samples.values()):  # newest first
-                if sample.t_s <= t_s:
-                    break
-                yield sample
 
     def near(self, x_m: float, y_m: float, radius_m: float) -> Iterator[Sample]:
         """Yield the samples within a radius of a place, m."""

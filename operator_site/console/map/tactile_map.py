@@ -98,8 +98,10 @@ class TactileMap:
         self.named: dict[str, Layer] = {}
         self._steep: dict[tuple[int, int], tuple[NDArray[np.bool_], int]] = {}
         """Steep cells of each tile, and the revision of their newest change."""
-        self._slants: list[Sample] = []
-        """Samples that marked a cell as steep."""
+        self._slants: list[tuple[int, Sample]] = []
+        """Samples that marked a cell as steep, and the revision of each."""
+        self._kept = 0
+        """Revision of the newest sample that `unkept` has returned."""
         self._fingers = [FingerSamples(finger) for finger in range(len(FINGERS))]
         self._corner: tuple[int, int] | None = None
         """Column and row of the tile at the frame's left and near edge."""
@@ -155,7 +157,7 @@ class TactileMap:
                     known[cell] = True
                     self._steep[place] = known, self.revision
         if self.revision != before:
-            self._slants.append(sample)
+            self._slants.append((self.revision, sample))
 
     def take(self, sample: Sample) -> None:
         """Take one sample."""
@@ -181,17 +183,27 @@ class TactileMap:
             self._centre(sample)
         self.layers[sample.quantity].put(sample, self.revision)
 
-    def after(self, t_s: float) -> list[Sample]:
-        """Return the samples taken after a time, s, in order of time; a map that takes them all shows the same."""
+    def unkept(self) -> list[Sample]:
+        """Return the samples since the last call in the order in which they came; a map that takes them shows the same.
+
+        Times do not give this order: the site's clock may have begun again.
+        """
+        samples = self._after(self._kept)
+        self._kept = self.revision
+        return samples
+
+    def _after(self, revision: int) -> list[Sample]:
+        """Return the samples that were taken after a revision, in this order."""
         layers = (*self.layers.values(), *self.named.values())
-        found = [sample for layer in layers for sample in layer.after(t_s)]
-        found += takewhile(lambda slant: slant.t_s > t_s, reversed(self._slants))
-        return sorted(found, key=lambda sample: sample.t_s)
+        found = [each for layer in layers for tile in layer.tiles.values() for each in tile.after(revision)]
+        found += takewhile(lambda slant: slant[0] > revision, reversed(self._slants))
+        return [sample for _, sample in sorted(found, key=lambda each: each[0])]
 
     def restore(self, sample: Sample) -> None:
-        """Take a sample of an earlier map; later touches get other numbers than its touch."""
+        """Take a kept sample of an earlier map; later touches get other numbers than its touch."""
         self._fingers[sample.finger].count_from(sample.touch)
         self.take(sample)
+        self._kept = self.revision
 
     def stale(self) -> list[tuple[float, float]]:
         """Return the left near corners, m, of the squares that were felt before the patient has moved, and not since.
@@ -203,7 +215,7 @@ class TactileMap:
         key = self.moved_s, self.revision // _STALE_EVERY
         if self._stale[0] != key:
             newest_s: dict[tuple[int, int], float] = {}
-            for sample in self.after(-math.inf):
+            for sample in self._after(0):
                 square = math.floor(sample.x_m / STALE_M), math.floor(sample.y_m / STALE_M)
                 newest_s[square] = sample.t_s
             old = [square for square, at_s in newest_s.items() if at_s < self.moved_s]

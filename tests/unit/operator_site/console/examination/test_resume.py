@@ -64,6 +64,35 @@ def test_samples_of_the_map_are_among_it(tmp_path: Path) -> None:
     assert before.findings == {1}
 
 
+def test_an_examination_continues_after_the_sites_clock_began_again(tmp_path: Path) -> None:
+    path = tmp_path / "console.mcap"
+    samples: dict[str, Any] = {"samples": [1]}
+    run(path, (3700.0, session("begin", 3700.0)), (3701.0, finding(1, 3701.0)), (100.0, finding(2, 100.0)))
+    run(path, (101.0, samples), (102.0, finding(3, 102.0)))
+    assert [record for _, record in run(path).records] == [
+        session("begin", 3700.0),
+        finding(1, 3701.0),
+        finding(2, 100.0),
+        samples,
+        finding(3, 102.0),
+    ]
+    run(path, (103.0, session("end", 103.0)))
+    assert run(path) == Unfinished()
+
+
+def test_a_record_that_two_files_hold_counts_once(tmp_path: Path) -> None:
+    """A journal that opens another file writes what it has not confirmed again."""
+    path = tmp_path / "console.mcap"
+    again: list[tuple[float, dict[str, Any]]] = [(2.0, {"samples": [1]}), (3.0, {"samples": [2]})]
+    run(path, (1.0, session("begin", 1.0)), *again)
+    run(path, *again, (4.0, finding(1, 4.0)))
+    assert [record for _, record in run(path).records] == [
+        session("begin", 1.0),
+        *(record for _, record in again),
+        finding(1, 4.0),
+    ]
+
+
 def test_what_was_saved_by_an_earlier_run_is_saved_and_goes_into_the_report(tmp_path: Path) -> None:
     path = tmp_path / "console.mcap"
     run(path, (1.0, session("begin", 1.0)), (2.0, finding(1, 2.0)))

@@ -14,7 +14,7 @@ from common.fingers import FINGERS
 from common.wire.messages import ThermalStatus
 from common.wire.touch_summary import NOTHING
 from operator_site.console.map import map_tiles
-from operator_site.console.map.finger_samples import Sample, samples_of
+from operator_site.console.map.finger_samples import Sample, samples_of, slant
 from operator_site.console.map.map_layer import CELL_M, REACH_M, TILE
 from operator_site.console.map.tactile_map import SHARED_SD_K, TactileMap
 from tests.unit.operator_site.console.touch_rows import INDEX, hand, row, sample
@@ -91,15 +91,14 @@ def test_a_map_made_of_what_was_kept_now_and_then_shows_the_same(
     course: list[tuple[tuple[str, bool, float, float], bool]],
 ) -> None:
     """Samples that are replaced during a touch, also by another material's, are kept in between or not."""
-    surface, again, kept_s, touch = TactileMap(), TactileMap(), -math.inf, 1
+    surface, again, touch = TactileMap(), TactileMap(), 1
     for second, ((what, lifted, x_m, y_m), keeps) in enumerate(course):
         touch += lifted
         quantity, name = ("material", what) if what in NAMES else (what, "")
         surface.take(sample(quantity, touch, x_m, y_m, 0.5 + 0.01 * second, 0.04, name)._replace(t_s=float(second)))
         if keeps or second == len(course) - 1:
-            for one in samples_of(msgpack.unpackb(msgpack.packb({"samples": surface.after(kept_s)}))):
+            for one in samples_of(msgpack.unpackb(msgpack.packb({"samples": surface.unkept()}))):
                 again.restore(one)
-                kept_s = one.t_s
     for old, new in ((surface.layers, again.layers), (surface.named, again.named)):
         for layer, tiles in old.items():
             for place, tile in tiles.tiles.items():
@@ -110,6 +109,23 @@ def test_a_map_made_of_what_was_kept_now_and_then_shows_the_same(
     for place in product(range(-2, 2), repeat=2):  # PLACES are within these tiles
         np.testing.assert_array_equal(again.steep(place), surface.steep(place))
     assert again.at(0.0, 0.0, 1.0) == surface.at(0.0, 0.0, 1.0)
+
+
+def test_every_sample_is_kept_once_although_the_sites_clock_begins_again() -> None:
+    """Both touches of a place are before and after a restart; the clock then passes the times of the first ones."""
+    surface, again = TactileMap(), TactileMap()
+    for touch, t_s in enumerate((3600.0, 3601.0, 100.0, 101.0, 3600.5, 3602.0), 1):
+        surface.take(sample("stiffness", touch, 0.0, 0.0, 6.0, 0.01)._replace(t_s=t_s))
+        surface.take(slant(t_s, INDEX, 0.01 * touch, 0.0))
+        kept = surface.unkept()
+        assert [(one.quantity, one.t_s) for one in kept] == [("stiffness", t_s), ("slant", t_s)]
+        for one in kept:
+            again.restore(one)
+    assert again.unkept() == surface.unkept() == []
+    assert again.at(0.0, 0.0) == surface.at(0.0, 0.0)
+    place = again.at(0.0, 0.0).stiffness
+    assert place is not None
+    assert place.touches == 6
 
 
 def test_a_touch_after_what_was_kept_replaces_nothing_of_it() -> None:
