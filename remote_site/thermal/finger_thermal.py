@@ -15,7 +15,7 @@ from remote_site.devices.sensor_frame import PlateReading, SensorFrame
 from remote_site.thermal.peltier_backside import PeltierBackside
 from remote_site.thermal.thermal_identification import ThermalIdentification, ThermalKnowledge
 from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
-from remote_site.thermal.touch_start import WARMING, reading_at_contact
+from remote_site.thermal.touch_start import READING_S, WARMING, reading_at_contact
 from remote_site.thermal.warmed_spot import TRACES, WARM, WarmedSpot
 
 READING_AGE_S = 0.10
@@ -130,7 +130,9 @@ class FingerThermal:
     def _begin_touch(self, t_s: float, fault: ThermalReason) -> None:
         self._contact_s, self.measuring = t_s, True
         fresh = bool(self._free) and t_s - self._sensor_s <= READING_AGE_S
-        before_s, before_c = zip(*self._free, strict=True) if fresh else ((), ())
+        # The sensor reads every READING_S, and some readings are overtaken; rounding removes the jitter of the dates.
+        before_s = [READING_S * round((taken_s - self._free[-1][0]) / READING_S) for taken_s, _ in self._free]
+        before_c = [sensor_c for _, sensor_c in self._free]
         start_c, slope_k_s = reading_at_contact(before_s, before_c) if fresh else (0.0, 0.0)
         self.own.start(t_s, start_c, slope_k_s, self._ambient_c, (self._back.above_k, self._back.sd_k))
         if not fresh or fault:

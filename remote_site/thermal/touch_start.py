@@ -42,7 +42,7 @@ def reading_at_contact(before_s: Sequence[float], before_c: Sequence[float]) -> 
     """Return the reading at contact, C, and its slope, K/s.
 
     Args:
-        before_s: times of the newest readings of a free sensor, s, ascending.
+        before_s: times of the newest readings of a free sensor, s.
         before_c: these readings, C.
 
     Raises:
@@ -64,7 +64,7 @@ def reading_at_contact(before_s: Sequence[float], before_c: Sequence[float]) -> 
 def _line(time_s: NDArray[np.float64], reading_c: NDArray[np.float64]) -> tuple[float, float, float]:
     """Fit a line to readings; return its end, C, its slope and the slope's standard deviation, K/s."""
     time_s = time_s - time_s.mean()
-    spread = float(time_s @ time_s)
+    spread = float(time_s @ time_s) or 1.0  # all times are equal where the sensor's clock stands still
     slope_k_s = float(time_s @ reading_c) / spread
     left = reading_c - reading_c.mean() - slope_k_s * time_s
     noise_k = float(np.sqrt(left @ left / (len(reading_c) - 2)))

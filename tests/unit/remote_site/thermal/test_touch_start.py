@@ -38,6 +38,10 @@ def test_few_readings_give_no_slope() -> None:
         reading_at_contact([], [])
 
 
+def test_a_sensor_whose_clock_stands_still_gives_no_slope() -> None:
+    assert reading_at_contact([5.0] * WARMING, [29.0, 31.0] * (WARMING // 2)) == (30.0, 0.0)
+
+
 @pytest.mark.parametrize("step_s", [0.005, 0.01, 0.04])
 def test_the_slope_is_in_kelvin_a_second_at_any_rate_of_a_recording(step_s: float) -> None:
     time_s = np.arange(0.0, 6.0, step_s)
