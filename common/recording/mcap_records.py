@@ -39,6 +39,8 @@ MAGIC = b"\x89MCAP0\r\n"
 LONGEST_RECORD_BYTES = 1 << 28
 """Maximum size of a record or decompressed chunk, bytes; a larger one is damage. Normal chunks have some 256 KiB."""
 HEAD_BYTES = 9
+MESSAGE_BYTES = HEAD_BYTES + 22
+"""Length of a message without its data, bytes."""
 _KINDS: dict[int, type[McapRecord]] = {
     Opcode.HEADER: Header,
     Opcode.FOOTER: Footer,

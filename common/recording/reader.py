@@ -1,12 +1,12 @@
 """Reads a whole recording; every checksum is verified before any content is used."""
 
+import heapq
 import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
 from mcap.records import (
     Attachment,
     Channel,
@@ -21,7 +21,17 @@ from mcap.records import (
 )
 
 from common.recording.encrypted_file import DamagedChunk, decrypting
-from common.recording.mcap_records import LONGEST_RECORD_BYTES, MAGIC, Entry, Unreadable, check_chunk, entries, parse
+from common.recording.mcap_records import (
+    LONGEST_RECORD_BYTES,
+    MAGIC,
+    MESSAGE_BYTES,
+    Entry,
+    Unreadable,
+    check_chunk,
+    contents,
+    entries,
+    parse,
+)
 from common.recording.truncated_mcap import has_end
 from common.version import software_version
 from common.wire.packets import BadPacket, Packet, WrongVersion
@@ -54,7 +64,7 @@ class RecordingReader:
             DamagedRecording: a checksum is wrong, or the index does not match the file.
             ValueError: the file is no MCAP file, is truncated, or has no statistics.
         """
-        self.path = path
+        self.path, self._file = path, file
         try:
             found = _checked(path, file)
         except DamagedChunk as error:
@@ -69,8 +79,7 @@ class RecordingReader:
             self.counts[channel.topic] = self.counts.get(channel.topic, 0) + count
         self.metadata = {entry.name: entry.metadata for entry in found.metadata}
         self.attachments = {entry.name: entry for entry in found.attachments}
-        file.seek(0)
-        self._reader = SeekingReader(file, validate_crcs=True, record_size_limit=LONGEST_RECORD_BYTES)
+        self._channels, self._schemas, self._chunks = found.channels, found.schemas, list(found.chunks.values())
 
     def messages(
         self, streams: Sequence[str] | None = None, from_ns: int | None = None
@@ -80,15 +89,57 @@ class RecordingReader:
         Raises:
             DamagedRecording: a chunk's content is invalid although its checksum is right.
         """
-        reading = self._reader.iter_messages(topics=streams, starting_at=from_ns)
+        reading = self._in_order(streams, from_ns)
         while True:
             try:
                 item = next(reading, None)
-            except Exception as error:  # the library's exceptions over damaged bytes have no common base
-                raise DamagedRecording(self.path, f"messages cannot be read ({type(error).__name__})") from None
+            except Exception as error:  # the exceptions over damaged bytes have no common base
+                why = str(error) if isinstance(error, Unreadable) else type(error).__name__
+                raise DamagedRecording(self.path, f"messages cannot be read ({why})") from None
             if item is None:
                 return
             yield item
+
+    def _in_order(
+        self, streams: Sequence[str] | None, from_ns: int | None
+    ) -> Iterator[tuple[Schema | None, Channel, Message]]:
+        """Yield messages as `messages` does; those of one time come in the file's order."""
+        waiting: list[tuple[int, int, int, Message]] = []
+        waiting_bytes = 0
+        chunks = [chunk for chunk in self._chunks if self._holds(chunk, streams, from_ns)]
+        chunks.sort(key=lambda chunk: (chunk.message_start_time, chunk.chunk_start_offset), reverse=True)
+        while chunks or waiting:
+            if not chunks or (
+                waiting and waiting[0][:2] < (chunks[-1].message_start_time, chunks[-1].chunk_start_offset)
+            ):
+                *_, message = heapq.heappop(waiting)
+                waiting_bytes -= MESSAGE_BYTES + len(message.data)
+                channel = self._channels[message.channel_id]
+                yield self._schemas[channel.schema_id] if channel.schema_id else None, channel, message
+                continue
+            chunk = chunks.pop()
+            for place, message in enumerate(self._read(chunk)):
+                topic = self._channels[message.channel_id].topic
+                if (streams is None or topic in streams) and (from_ns is None or message.log_time >= from_ns):
+                    heapq.heappush(waiting, (message.log_time, chunk.chunk_start_offset, place, message))
+                    waiting_bytes += MESSAGE_BYTES + len(message.data)
+            if waiting_bytes > LONGEST_RECORD_BYTES:
+                raise Unreadable(chunk.chunk_start_offset, "too many of its chunks are of the same time")
+
+    def _read(self, chunk: ChunkIndex) -> Iterator[Message]:
+        """Yield the messages of a chunk in the file's order."""
+        for record in contents(next(entries(self._file, chunk.chunk_start_offset))):
+            if isinstance(record, Message):
+                if not chunk.message_start_time <= record.log_time <= chunk.message_end_time:
+                    raise Unreadable(chunk.chunk_start_offset, "its index states other times than its chunks")
+                yield record
+
+    def _holds(self, chunk: ChunkIndex, streams: Sequence[str] | None, from_ns: int | None) -> bool:
+        """Return whether a chunk can hold messages of `streams` from `from_ns` on; one without an index always can."""
+        if from_ns is not None and chunk.message_end_time < from_ns:
+            return False
+        topics = [self._channels[number].topic for number in chunk.message_index_offsets]
+        return streams is None or not topics or any(topic in streams for topic in topics)
 
     def damaged(self, stream: str, time_ns: int, why: object) -> ValueError:
         """Return the error of a message whose content does not fit its stream: of another version, or damaged."""
@@ -133,12 +184,13 @@ class _Checked:
 
     def __init__(self, path: Path, file: IO[bytes]):
         self.statistics: Statistics | None = None
+        self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
+        self.chunks: dict[int, ChunkIndex] = {}
         self.metadata: list[Metadata] = []
         self.attachments: list[Attachment] = []
         self._path = path
-        self._chunks: dict[int, int] = {}
-        self._indexed: dict[int, int] = {}
+        self._lengths: dict[int, int] = {}
         self._start_ns: int | None = None
         data_crc, summary_crc = zlib.crc32(MAGIC), 0
         in_summary = False
@@ -159,7 +211,7 @@ class _Checked:
             raise DamagedRecording(path, f"byte {error.offset}: {error}") from None
         if end != file.seek(0, 2):
             raise DamagedRecording(path, f"byte {end}: more data follow after its end")
-        if self._chunks != self._indexed:
+        if self._lengths != {offset: chunk.chunk_length for offset, chunk in self.chunks.items()}:
             raise DamagedRecording(path, "its index does not match its chunks")
 
     def _take(self, entry: Entry, data_crc: int, summary_crc: int) -> None:
@@ -178,10 +230,12 @@ class _Checked:
                 self.attachments.append(record)
             case Statistics():
                 self.statistics = record
+            case Schema():
+                self.schemas[record.id] = record
             case Channel():
                 self.channels[record.id] = record
             case ChunkIndex():
-                self._indexed[record.chunk_start_offset] = record.chunk_length
+                self.chunks[record.chunk_start_offset] = record
 
     def _chunk(self, entry: Entry) -> None:
         chunk = parse(entry)
@@ -196,4 +250,4 @@ class _Checked:
             )
             which = f"chunk with the messages of {first_s:.3f} to {last_s:.3f} s"
             raise Unreadable(entry.offset, f"{which}: {error}") from None
-        self._chunks[entry.offset] = entry.length
+        self._lengths[entry.offset] = entry.length
