@@ -10,12 +10,28 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, DataEnd, McapRecord, Message
 
 from common.recording.encrypted_file import decrypting
-from common.recording.mcap_records import MAGIC, Entry, Unreadable, check_chunk, contents, entries, parse
+from common.recording.mcap_records import (
+    LONGEST_RECORD_BYTES,
+    MAGIC,
+    Entry,
+    Unreadable,
+    check_chunk,
+    contents,
+    entries,
+    parse,
+)
 
 _FOOTER_HEAD = bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little")
 _END_BYTES = len(_FOOTER_HEAD) + 20 + len(MAGIC)
-_CHUNK_HEAD = re.compile(rb"\x06(?=.{4}\x00{4})", re.DOTALL)
-"""Start of a chunk: its length is below 4 GiB."""
+_CHUNK_HEAD = re.compile(rb"\x06(?=(.{4}\x00{4}).{16}(.{8}).{4}(\x00{4}|\x04\x00{3}zstd)(.{4}\x00{4}))", re.DOTALL)
+"""Start of a chunk: length, size of its content, compression and length of its data; the lengths are below 4 GiB."""
+_FIXED_BYTES = 36
+"""Length of a chunk without its head, its compression and its data, bytes."""
+_IN_VAIN = 16
+"""Maximum size of all content that is read in vain in search of a chunk, as a multiple of the file's length.
+
+LONGEST_RECORD_BYTES are added. A file may state any number of overlapping chunks, and each costs as much as it states.
+"""
 _NAMES = (Opcode.SCHEMA, Opcode.CHANNEL)
 _FINDERS = (Opcode.HEADER, Opcode.MESSAGE_INDEX, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX)
 """Records that only locate other records."""
@@ -48,6 +64,8 @@ class TruncatedMcap:
         if (encrypted := decrypting(file)) is not None:
             encrypted.skips_damage = True
         self._length = file.seek(0, 2)
+        self._content: mmap.mmap | bytes | None = None
+        self._vain_bytes = 0
         self._data_crc = 0
         self.unreadable_bytes = self._length
         self.damaged_parts = 0
@@ -64,6 +82,7 @@ class TruncatedMcap:
         if self._file.read(len(MAGIC)) != MAGIC:
             return
         self.unreadable_bytes = 0
+        self._vain_bytes = LONGEST_RECORD_BYTES + _IN_VAIN * self._length
         self._data_crc = zlib.crc32(MAGIC)
         yield from self._named_at_the_end()
         offset: int | None = len(MAGIC)
@@ -117,16 +136,23 @@ class TruncatedMcap:
         """Return the offset of the next chunk from `start` on with the right checksum; None where there is none."""
         if start >= self._length:
             return None
-        content = self._content()
-        for found in _CHUNK_HEAD.finditer(content, start):
+        if self._content is None:
+            self._content = self._whole()
+        for found in _CHUNK_HEAD.finditer(self._content, start):
+            length, size, compression, data = found.groups()
+            stated = int.from_bytes(data, "little")
+            cost = max(stated, int.from_bytes(size, "little"))
+            if int.from_bytes(length, "little") != _FIXED_BYTES + len(compression) + stated or cost > self._vain_bytes:
+                continue
             try:
                 if check_chunk(next(entries(self._file, found.start()))).uncompressed_crc:
                     return found.start()
             except Unreadable:
-                continue
+                pass
+            self._vain_bytes -= cost
         return None
 
-    def _content(self) -> mmap.mmap | bytes:
+    def _whole(self) -> mmap.mmap | bytes:
         """Return the whole file; that of an encrypted one is in memory."""
         if decrypting(self._file) is None:
             return mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
