@@ -39,7 +39,7 @@ def recorded_columns(path: Path, *names: str) -> NDArray[np.float64]:
         ValueError: the file cannot be used; the message names file, line and column.
     """
     file = TraceFile(path)
-    if not file.rows:
+    if not file.lines:
         raise ValueError(f"{path}: no line of data")
     return np.array([file.numbers(name) for name in names])
 

@@ -127,7 +127,7 @@ def read_contacts(path: Path | str) -> dict[int, Contact]:
     file = TraceFile(path)
     numbers = _press_numbers(file).tolist()
     place_mm, normal = _columns(file, _PLACE, blank=True), _columns(file, _NORMAL, blank=True)
-    statuses = file.texts("status") if "status" in file.names else [(line, "ok") for line, _ in file.rows]
+    statuses = file.texts("status") if "status" in file.names else [(line, "ok") for line in file.lines]
     contacts: dict[int, Contact] = {}
     for k, (line, status) in enumerate(statuses):
         if numbers[k] in contacts:
@@ -165,7 +165,7 @@ def _times(file: TraceFile, rows: NDArray[np.intp], time_s: Array) -> Array | No
     }
     for why, where in wrong.items():
         if where.any():
-            raise ValueError(f"{file.path}: line {file.rows[rows[where.argmax()]][0]}: column time_s: {why}")
+            raise ValueError(f"{file.path}: line {file.lines[rows[where.argmax()]]}: column time_s: {why}")
     return mine
 
 

@@ -6,10 +6,10 @@ Every error names file, line and column, so that a user can correct the file.
 import csv
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,15 @@ from remote_site.traces.units import (
     wrong_times,
 )
 
+if TYPE_CHECKING:
+    import _csv
+
 Array = NDArray[np.float64]
 
 HELD_S = 0.050
 """Minimum duration of a force of CONTACT_ON_N or more from its first sample that counts as contact, s."""
+MOST_CHARACTERS = 1 << 28
+"""Maximum length of a file, characters; reading takes ten to twenty times as many bytes of memory."""
 _SEPARATORS = re.compile("[;\t|]")
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
 _OF_LABELS = {"object_c": wrong_temperature, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
@@ -146,36 +151,56 @@ class TraceFile:
         """Read the file.
 
         Raises:
-            ValueError: the file is missing, empty, not UTF-8, or has a line of the wrong length.
+            ValueError: the file is missing, empty, too long, not UTF-8, or has a line of the wrong length.
         """
         self.path = Path(path)
+        self.lines: list[int] = []
+        """Line number of each row of data."""
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
-                reader = csv.reader(file)
-                rows = [(reader.line_num, row) for row in reader]
+                self._read(csv.reader(self._limited(file)))
         except OSError as error:
             raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
         except (UnicodeDecodeError, csv.Error):
             raise ValueError(f"{path}: not a UTF-8 CSV file") from None
-        self.names = tuple(cell.strip() for cell in rows[0][1]) if rows else ()
+
+    def _limited(self, file: IO[str]) -> Iterator[str]:
+        """Yield the lines of a file that is not too long."""
+        left = MOST_CHARACTERS
+        while line := file.readline(left + 1):
+            left -= len(line)
+            if left < 0:
+                raise ValueError(f"{self.path}: longer than {MOST_CHARACTERS >> 20} MiB; split it into several files")
+            yield line
+
+    def _read(self, reader: "_csv.Reader") -> None:
+        self.names = tuple(cell.strip() for cell in next(reader, ()))
         if not any(self.names):
-            raise ValueError(f"{path}: line 1: no header")
+            raise ValueError(f"{self.path}: line 1: no header")
         if len(set(self.names)) != len(self.names):
-            raise ValueError(f"{path}: line 1: a column is named twice")
-        self.rows = [(number, row) for number, row in rows[1:] if row]
+            raise ValueError(f"{self.path}: line 1: a column is named twice")
         if len(self.names) == 1 and (found := _SEPARATORS.search(self.names[0])):
             raise ValueError(
-                f"{path}: line 1: columns are separated by {found[0]!r}; save the file with commas between columns "
-                "and decimal points"
+                f"{self.path}: line 1: columns are separated by {found[0]!r}; save the file with commas between "
+                "columns and decimal points"
             )
-        for number, row in self.rows:
+        self._columns: list[list[str]] = [[] for _ in self.names]
+        time = self.names.index("time_s") if "time_s" in self.names else None
+        before: list[str] = []
+        for row in reader:
+            if not row:
+                continue
             if len(row) != len(self.names):
-                raise ValueError(f"{path}: line {number}: {len(row)} values under {len(self.names)} columns")
-        if "time_s" in self.names:
+                raise ValueError(
+                    f"{self.path}: line {reader.line_num}: {len(row)} values under {len(self.names)} columns"
+                )
             # Some recorders write their last sample twice, as a line that repeats the previous one and its time.
-            time = self.names.index("time_s")
-            repeated = {line for (_, before), (line, row) in pairwise(self.rows) if row == before and row[time].strip()}
-            self.rows = [(number, row) for number, row in self.rows if number not in repeated]
+            if time is not None and row == before and row[time].strip():
+                continue
+            before = row
+            self.lines.append(reader.line_num)
+            for column, cell in zip(self._columns, row, strict=True):
+                column.append(cell.strip())
 
     def texts(self, name: str) -> list[tuple[int, str]]:
         """Return line number and text of every cell of a column.
@@ -183,10 +208,7 @@ class TraceFile:
         Raises:
             ValueError: there is no such column.
         """
-        if name not in self.names:
-            raise ValueError(f"{self.path}: line 1: column {name} is missing; there are {', '.join(self.names)}")
-        k = self.names.index(name)
-        return [(number, row[k].strip()) for number, row in self.rows]
+        return list(zip(self.lines, self._cells(name), strict=True))
 
     def numbers(self, name: str, blank: bool = False) -> Array:
         """Return a column as finite numbers; with `blank`, an empty cell is NaN.
@@ -194,9 +216,9 @@ class TraceFile:
         Raises:
             ValueError: the column does not exist, or a value is missing or not a finite number.
         """
-        cells = self.texts(name)
+        cells = self._cells(name)
         values = np.full(len(cells), math.nan)
-        for k, (line, text) in enumerate(cells):
+        for k, text in enumerate(cells):
             if blank and not text:
                 continue
             try:
@@ -205,8 +227,13 @@ class TraceFile:
                 values[k] = math.nan
             if not math.isfinite(values[k]):
                 what = f"not a finite number: {text!r}" if text else "missing value"
-                raise ValueError(f"{self.path}: line {line}: column {name}: {what}")
+                raise ValueError(f"{self.path}: line {self.lines[k]}: column {name}: {what}")
         return values
+
+    def _cells(self, name: str) -> list[str]:
+        if name not in self.names:
+            raise ValueError(f"{self.path}: line 1: column {name} is missing; there are {', '.join(self.names)}")
+        return self._columns[self.names.index(name)]
 
     def times(self) -> Array:
         """Return the column `time_s`, s.
@@ -219,7 +246,7 @@ class TraceFile:
             raise ValueError(f"{self.path}: column time_s: fewer than two lines of data")
         stuck = np.flatnonzero(np.diff(time_s) <= 0.0)
         if len(stuck):
-            raise ValueError(f"{self.path}: line {self.rows[stuck[0] + 1][0]}: column time_s does not ascend")
+            raise ValueError(f"{self.path}: line {self.lines[stuck[0] + 1]}: column time_s does not ascend")
         return time_s
 
 

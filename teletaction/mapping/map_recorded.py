@@ -204,4 +204,4 @@ def _line_samples(file: TraceFile, numbers: Iterator[int]) -> Iterator[Sample]:
 def _refuse(file: TraceFile, column: str, wrong: NDArray[np.bool_], why: str) -> None:
     """Raise ValueError for the first line with a wrong value."""
     if wrong.any():
-        raise ValueError(f"{file.path}: line {file.rows[int(np.argmax(wrong))][0]}: column {column}: {why}")
+        raise ValueError(f"{file.path}: line {file.lines[int(np.argmax(wrong))]}: column {column}: {why}")

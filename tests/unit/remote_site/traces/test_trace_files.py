@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from remote_site.traces import trace_files
 from remote_site.traces.trace_files import StrokeTrace, ThermalTrace, TraceFile, read_labels, read_stroke, read_thermal
 
 GOOD = "time_s,sensor_c,force_n,note\n0.00,30.0,0.0,a\n0.01,30.0,0.5,b\n0.06,29.9,0.5,c\n"
@@ -47,6 +48,15 @@ def test_another_separator_is_named(tmp_path, separator):
         read_thermal(trace(tmp_path, text))
     assert repr(separator) in str(error.value)
     assert "commas between columns and decimal points" in str(error.value)
+
+
+def test_a_file_that_is_too_long_is_not_read_to_its_end(tmp_path, monkeypatch):
+    assert len(read_thermal(trace(tmp_path, GOOD)).time_s) == 3
+    monkeypatch.setattr(trace_files, "MOST_CHARACTERS", len(GOOD))
+    assert len(read_thermal(trace(tmp_path, GOOD)).time_s) == 3
+    for more in ("0.07,29.8,0.5,d\n", "," * 100_000):
+        with pytest.raises(ValueError, match=r"t\.csv: longer than 0 MiB; split it into several files"):
+            read_thermal(trace(tmp_path, GOOD + more))
 
 
 def test_a_line_written_twice_is_one_sample(tmp_path):
