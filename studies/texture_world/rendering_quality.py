@@ -26,6 +26,7 @@ from remote_site.texture.recorded.stroke_spectrum import stroke_spectrum
 from sim_sensors.physics.motor import RPM_PER_RAD_S, VibrationMotors
 from studies.counting import grouped
 from studies.texture_world.models import RATE_HZ, TextureModel
+from studies.texture_world.roughness import RENDERED
 from studies.texture_world.strokes import LONGEST_S, Stroke, rendered, stroke_over
 
 Array = NDArray[np.float64]
@@ -83,7 +84,7 @@ def qualities(models: Sequence[TextureModel], places: Sequence[int], ln_v: Seque
     if not installed():
         return
     for place in places:
-        stroke = stroke_over(models[place], seed, 2, place)
+        stroke = stroke_over(models[place], seed, place, RENDERED)
         part = stroke.steady(LONGEST_S)
         sensed = stroke.acceleration_m_s2[part]
         for way, bits_s, vibration in _ways(models, place, stroke, part, ln_v, seed):
@@ -101,7 +102,7 @@ def _ways(
     models: Sequence[TextureModel], place: int, stroke: Stroke, part: slice, ln_v: Sequence[float], seed: int
 ) -> Iterator[tuple[str, float | None, Array]]:
     """Yield each way, its bit rate, bit/s, or None where none crosses a link, and its vibration."""
-    sensed, chance = stroke.acceleration_m_s2[part], np.random.default_rng([seed, 3, place])
+    sensed, chance = stroke.acceleration_m_s2[part], np.random.default_rng([seed, place, RENDERED + 1])
     for bits in BITS:
         yield WAVEFORM, bits * RATE_HZ, quantised(sensed, bits)
     for rate_hz in SPECTRA_HZ:

@@ -16,14 +16,18 @@ EACH = 6
 """Number of strokes of each texture; five are labelled, and one is judged."""
 LAW_EACH, LAW_TEXTURES = 2, 10
 """The law of the sensor is fitted to two other strokes of each of ten textures, evenly over all."""
+RENDERED = EACH + LAW_EACH
+"""Number of the stroke of each texture that is rendered; all strokes of a texture have a number of their own."""
 
 
 def sensor_law(models: Sequence[TextureModel], seed: int) -> TextureLaw:
     """Fit the law of the sensor."""
-    some = models[:: max(1, len(models) // LAW_TEXTURES)]
+    places = range(0, len(models), max(1, len(models) // LAW_TEXTURES))
     strokes = [
-        LabelledStroke(f"stroke {number}", model.material, stroke_over(model, seed, 1, place, number).even())
-        for place, model in enumerate(some)
+        LabelledStroke(
+            f"stroke {number}", models[place].material, stroke_over(models[place], seed, place, EACH + number).even()
+        )
+        for place in places
         for number in range(LAW_EACH)
     ]
     return fit_law(strokes).law

@@ -68,9 +68,13 @@ class Stroke(NamedTuple):
         return found
 
 
-def stroke_over(model: TextureModel, *seed: int) -> Stroke:
-    """Stroke a texture once; the seed decides speed, force and the texture's excitation."""
-    chance = np.random.default_rng(seed)
+def stroke_over(model: TextureModel, seed: int, place: int, number: int) -> Stroke:
+    """Stroke a texture once; seed, place of the texture and number of the stroke decide speed, force and excitation.
+
+    They are always three numbers: a generator ignores zeros at the end of its seed, so that (0, 1, 5) would be another
+    stroke's (0, 1, 5, 0).
+    """
+    chance = np.random.default_rng([seed, place, number])
     speed, force = (
         chance.uniform(low, min(high, share * most))
         for (low, high), share, most in zip((SPEED_MM_S, FORCE_N), WITHIN, model.most, strict=True)

@@ -15,9 +15,9 @@ pytestmark = pytest.mark.long
 KNOWN, STRANGERS, LABELLED = 6, 6, 3
 
 
-def write_stroke(path, model, *seed):
+def write_stroke(path, model, seed, place, number=0):
     """Write two seconds of a stroke as a recorder does, with times in milliseconds."""
-    stroke = stroke_over(model, *seed)
+    stroke = stroke_over(model, seed, place, number)
     rows = [np.arange(len(stroke.force_n)) / 1000, stroke.signal_v, stroke.force_n, stroke.speed_mm_s]
     header = "time_s,pressure_v,force_n,speed_mm_s"
     np.savetxt(path, np.column_stack(rows)[:2200], fmt="%.5f", delimiter=",", header=header, comments="")

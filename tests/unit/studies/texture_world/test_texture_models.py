@@ -55,7 +55,7 @@ def test_a_filter_that_changes_keeps_its_state(model):
 
 
 def test_a_stroke_rests_first_and_has_its_own_speed_and_force(model):
-    one, again, other = stroke_over(model, 1, 2), stroke_over(model, 1, 2), stroke_over(model, 1, 3)
+    one, again, other = (stroke_over(model, 1, 0, number) for number in (2, 2, 3))
     assert one.acceleration_m_s2 == pytest.approx(again.acceleration_m_s2)
     assert one.speed_mm_s[:500].max() == 0.0
     assert one.speed_mm_s.max() != pytest.approx(other.speed_mm_s.max(), rel=0.01)

@@ -1,11 +1,13 @@
 """A hundred textures: on made-up models everywhere, on the public ones where TELETACTION_DATA has them."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from studies.running import Unavailable
-from studies.texture_world import rendering_quality
+from studies.texture_world import rendering_quality, roughness, strokes
 from studies.texture_world.figure import draw_motion, draw_names, draw_roughness, draw_similarity, draw_spectra
 from studies.texture_world.models import read_models
 from studies.texture_world.recognition import LONGEST_S, METHODS, SHIPPED, named, strangers
@@ -77,6 +79,30 @@ def test_roughness_ranks_public_textures_as_their_own_power_does():
     found = ranking(list(roughnesses(models[::5], range(20), sensor_law(models, 77), 77)))
     assert found["spearman_five_strokes"] >= 0.85
     assert found["textures"] == 20
+
+
+def test_no_two_strokes_share_their_chance(tmp_path, monkeypatch):
+    """The first draws of a generator show its seed, whichever way it is written."""
+    models, first = read_models(models_in(tmp_path / "textures", 10)), []
+    fresh = np.random.default_rng
+
+    def noted(seed):
+        first.append(fresh(seed).integers(2**62))
+        return fresh(seed)
+
+    monkeypatch.setattr(np.random, "default_rng", noted)
+    for module in (strokes, rendering_quality):
+        monkeypatch.setattr(module, "rendered", lambda model, speed, force, chance: speed)
+    monkeypatch.setattr(roughness, "fit_law", Mock())
+    monkeypatch.setattr(roughness, "mean_ln_roughness", Mock())
+    monkeypatch.setattr(rendering_quality, "installed", lambda: True)
+    monkeypatch.setattr(rendering_quality, "similarities", lambda *_: {})
+    monkeypatch.setattr(rendering_quality, "turned", lambda rpm: np.repeat(rpm, 2))
+    sensor_law(models, 0)
+    list(roughnesses(models, range(10), None, 0))
+    list(rendering_quality.qualities(models, range(10), [0.0] * 10, 0))
+    assert len(first) == 10 * (2 + 6 + 2)
+    assert len(set(first)) == len(first)
 
 
 @pytest.mark.parametrize("count", [1, 9])
