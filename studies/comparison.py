@@ -1,6 +1,7 @@
 """Comparison of two runs of the studies: numbers that became worse, became better, or are missing."""
 
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,7 +74,9 @@ def _change(name: str, number: str, how: Compared, old: Number, new: Number) -> 
         verdict: Verdict = "gone" if old.value is not None else "new" if new.value is not None else "same"
         return Change(name, number, old.value, new.value, None, verdict)
     allowed, worse_by = how.may_differ(old, new), how.worse_by(old, new)
-    verdict = "same" if -allowed <= worse_by <= allowed else "worse" if worse_by > allowed else "better"
+    # 0.9 - 0.85 is a little more than 0.05.
+    same = abs(worse_by) <= allowed or math.isclose(abs(worse_by), allowed)
+    verdict = "same" if same else "worse" if worse_by > 0.0 else "better"
     return Change(name, number, old.value, new.value, allowed, verdict)
 
 

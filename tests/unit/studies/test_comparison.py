@@ -54,6 +54,13 @@ def test_accuracy_that_falls_is_worse(rows: dict[str, Any], verdicts: dict[str, 
     assert changed(**rows) == {f"accuracy right method=ours, t_s={t_s}": what for t_s, what in verdicts.items()}
 
 
+@pytest.mark.parametrize("share", [0.35, 0.4, 0.85, 0.9, 0.95, 1.0])
+def test_the_largest_allowed_difference_is_allowed(share: float) -> None:
+    for old, new in ((share, round(share - 0.05, 2)), (round(share - 0.05, 2), share)):
+        (change, _) = compare("made-up", {"borders": {"share": old}}, {"borders": {"share": new}}, [BORDER])
+        assert change.verdict == "same"
+
+
 def test_what_is_better_may_be_less_or_the_same() -> None:
     slower, quicker = ({"ways": [{"way": "link", "late_us": us}, {"way": "bare", "late_us": 9.0}]} for us in (60, 40))
     assert changed(latency=slower) == {"latency.ways late_us way=link": "worse", "latency.ways late_us way=bare": "new"}
