@@ -5,6 +5,7 @@ and stop with minimum jerk and have constant speed in between. Depth, speed and 
 step, as a person's do; the variation is seeded.
 """
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -82,7 +83,7 @@ class Segment:
 
     def way(self, t_s: float) -> tuple[float, float]:
         """Return the fraction of the path along x and y, and the speed in m/s, at the plan's time `t_s`."""
-        distance = abs(self.to_x_m - self.from_x_m)
+        distance = _path_m(self.to_x_m - self.from_x_m, self.to_y_m - self.from_y_m)
         if distance == 0.0:
             return minimum_jerk((t_s - self.start_s) / self.duration_s), 0.0
         since, left = t_s - self.start_s, self.start_s + self.duration_s - t_s
@@ -234,8 +235,8 @@ class HandPlan:
         return float(np.clip(1.0 + VARIATION * self._rng.standard_normal(), 0.9, 1.1))
 
     def _travel(self, act: str, x_m: float, y_m: float, speed_m_s: float) -> None:
-        distance = abs(x_m - self._x)
-        if distance < 1e-4 and abs(y_m - self._y) < 1e-4:
+        distance = _path_m(x_m - self._x, y_m - self._y)
+        if abs(x_m - self._x) < 1e-4 and abs(y_m - self._y) < 1e-4:
             return
         speed_m_s = min(speed_m_s, distance / RAMP_S) if distance else speed_m_s
         seconds = distance / speed_m_s + RAMP_S if distance else 2.0 * RAMP_S + abs(y_m - self._y) / speed_m_s
@@ -292,6 +293,11 @@ class HandPlan:
         )
         self._x, self._y, self._z = x_m, y_m, to_z
         self.seconds += seconds
+
+
+def _path_m(x_m: float, y_m: float) -> float:
+    """Return the length of a path that has a constant speed in between; a path along y alone has none, and gives 0."""
+    return math.hypot(x_m, y_m) if x_m else 0.0
 
 
 def _mode(segment: Segment, t_s: float, x_m: float, speed_m_s: float) -> int:

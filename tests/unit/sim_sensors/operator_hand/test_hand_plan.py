@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from common.fingers import FINGERS
 from common.scenes.scene import Scene
-from sim_sensors.operator_hand.hand_plan import HOVER_M, HandPlan, Segment
+from sim_sensors.operator_hand.hand_plan import HOVER_M, TRAVEL_M_S, HandPlan, Segment
 
 TISSUE = {"name": "tissue", "material": "skin_dermis", "surface": "skin", "x_m": -0.05, "length_m": 0.05}
 SPOT = {"name": "spot", "material": "skin_dermis", "surface": "skin", "x_m": 0.0, "length_m": 0.05}
@@ -54,6 +54,17 @@ def test_strokes_go_there_and_back_in_contact_and_lift_between_lines() -> None:
     assert all((s.from_z_m < 0.0).all() for s in acts(made, "stroke"))
     assert all((s.from_z_m == HOVER_M).all() for s in acts(made, "move"))
     assert [s.speed_m_s for s in acts(made, "stroke")] == pytest.approx([0.04] * 4, rel=0.11)
+
+
+@pytest.mark.parametrize("x_m", [0.0001, 0.001, 0.02, 0.06])
+def test_a_slanting_way_is_no_faster_than_the_hand_travels(x_m: float) -> None:
+    made = plan({**PRESSES, "x_m": [0.0, x_m], "y_m": [0.0, 0.1]})
+    (move,) = (move for move in acts(made, "move") if move.to_y_m != move.from_y_m)
+    time_s = np.linspace(move.start_s, move.start_s + move.duration_s, 1000)
+    places = np.array([(made.at(t_s).x_m, made.at(t_s).y_m) for t_s in time_s])
+    speed_m_s = np.hypot(*np.diff(places, axis=0).T) / np.diff(time_s)
+    assert speed_m_s.max() == pytest.approx(TRAVEL_M_S, rel=1e-6)
+    assert (places[0], places[-1]) == (pytest.approx([x_m, 0.0], abs=1e-5), pytest.approx([0.0, 0.1], abs=1e-5))
 
 
 def test_the_hand_begins_where_the_script_begins() -> None:
