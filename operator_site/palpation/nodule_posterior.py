@@ -55,7 +55,7 @@ class Quantity:
     Attributes:
         middle: exponential of the mean logarithm, in the quantity's unit.
         ln_sd: standard deviation of the natural logarithm.
-        low, high: ends of the interval that holds the quantity with 90 %.
+        low, high: ends of the interval that holds the quantity with 90 %, within the range of the prior.
         known: whether the deviation is at most KNOWN_SHARE of the prior's, and the prior's ends hold little.
     """
 
@@ -185,7 +185,7 @@ def _quantity(values: tuple[float, ...], weight: Floats) -> Quantity:
     step = float(ln[1] - ln[0])
     sd = math.sqrt(float(weight @ np.square(ln - mean)) + step**2 / 12.0)
     edges = np.concatenate([ln - 0.5 * step, [ln[-1] + 0.5 * step]])
-    low, high = np.interp((0.05, 0.95), np.concatenate([[0.0], np.cumsum(weight)]), edges)
+    low, high = np.interp((0.05, 0.95), np.concatenate([[0.0], np.cumsum(weight)]), edges).clip(ln[0], ln[-1])
     prior = math.sqrt(float(np.var(ln)) + step**2 / 12.0)
     known = sd <= KNOWN_SHARE * prior and max(float(weight[0]), float(weight[-1])) <= MOST_AT_END
     return Quantity(math.exp(mean), sd, math.exp(float(low)), math.exp(float(high)), known)

@@ -67,6 +67,14 @@ def test_nothing_can_be_said_about_a_deep_small_nodule() -> None:
     assert [one.known for one in (answer.top, answer.diameter, answer.ratio)] == [False] * 3
 
 
+@pytest.mark.parametrize("hidden", [(1e-3, 20e-3, 60.0), (1e-3, 4e-3, 1.3), (15e-3, 4e-3, 2.0), (1e-3, 30e-3, 20.0)])
+def test_no_stated_value_is_beyond_the_range_of_the_prior(hidden: tuple[float, float, float]) -> None:
+    answer = found(presses(np.random.default_rng(3), hidden))
+    for one, prior in ((answer.top, TOPS_M), (answer.diameter, DIAMETERS_M), (answer.ratio, RATIOS)):
+        stated = np.array([prior[0], one.low, one.middle, one.high, prior[-1]])
+        assert (np.diff(stated) >= -1e-9 * stated[:-1]).all()
+
+
 @pytest.mark.long
 def test_stated_intervals_and_probabilities_hold() -> None:
     """Half the grounds have a nodule; the odds of NODULE are turned into even odds before they are compared."""
