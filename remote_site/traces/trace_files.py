@@ -5,6 +5,7 @@ Every error names file, line and column, so that a user can correct the file.
 
 import csv
 import math
+import os
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -31,8 +32,8 @@ Array = NDArray[np.float64]
 
 HELD_S = 0.050
 """Minimum duration of a force of CONTACT_ON_N or more from its first sample that counts as contact, s."""
-MOST_CHARACTERS = 1 << 28
-"""Maximum length of a file, characters; reading takes ten to twenty times as many bytes of memory."""
+MOST_BYTES = 1 << 28
+"""Maximum size of a file, bytes; reading takes ten to twenty times as much memory."""
 _SEPARATORS = re.compile("[;\t|]")
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
 _OF_LABELS = {"object_c": wrong_temperature, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
@@ -165,12 +166,15 @@ class TraceFile:
             raise ValueError(f"{path}: not a UTF-8 CSV file") from None
 
     def _limited(self, file: IO[str]) -> Iterator[str]:
-        """Yield the lines of a file that is not too long."""
-        left = MOST_CHARACTERS
+        """Yield the lines of a file that is not too long; the size of a pipe shows only as it is read."""
+        too_long = ValueError(f"{self.path}: longer than {MOST_BYTES >> 20} MiB; split it into several files")
+        if os.fstat(file.fileno()).st_size > MOST_BYTES:
+            raise too_long
+        left = MOST_BYTES
         while line := file.readline(left + 1):
             left -= len(line)
             if left < 0:
-                raise ValueError(f"{self.path}: longer than {MOST_CHARACTERS >> 20} MiB; split it into several files")
+                raise too_long
             yield line
 
     def _read(self, reader: "_csv.Reader") -> None:

@@ -1,5 +1,9 @@
 """Trace files: every error names file, line and column."""
 
+import os
+import threading
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
@@ -50,13 +54,24 @@ def test_another_separator_is_named(tmp_path, separator):
     assert "commas between columns and decimal points" in str(error.value)
 
 
-def test_a_file_that_is_too_long_is_not_read_to_its_end(tmp_path, monkeypatch):
+def test_a_file_that_is_too_long_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(trace_files, "MOST_BYTES", len(GOOD))
     assert len(read_thermal(trace(tmp_path, GOOD)).time_s) == 3
-    monkeypatch.setattr(trace_files, "MOST_CHARACTERS", len(GOOD))
-    assert len(read_thermal(trace(tmp_path, GOOD)).time_s) == 3
-    for more in ("0.07,29.8,0.5,d\n", "," * 100_000):
-        with pytest.raises(ValueError, match=r"t\.csv: longer than 0 MiB; split it into several files"):
-            read_thermal(trace(tmp_path, GOOD + more))
+    with pytest.raises(ValueError, match=r"t\.csv: longer than 0 MiB; split it into several files"):
+        read_thermal(trace(tmp_path, GOOD + "0.07,29.8,0.5,d\n"))
+
+
+@pytest.mark.parametrize("more", ["0.07,29.8,0.5,d\n", "," * 10_000])
+def test_a_pipe_is_read_up_to_the_limit(tmp_path, monkeypatch, more):
+    monkeypatch.setattr(trace_files, "MOST_BYTES", len(GOOD))
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for text, is_read in ((GOOD, True), (GOOD + more, False)):
+        writer = threading.Thread(target=pipe.write_text, args=(text,))
+        writer.start()
+        with nullcontext() if is_read else pytest.raises(ValueError, match="pipe: longer than 0 MiB"):
+            assert len(read_thermal(pipe).time_s) == 3
+        writer.join()
 
 
 def test_a_line_written_twice_is_one_sample(tmp_path):
