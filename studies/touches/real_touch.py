@@ -4,27 +4,33 @@ import numpy as np
 
 from common.scenes.materials import material
 from operator_site.thermal.skin_model import contact_resistance_m2k_w
+from sim_sensors.physics.finger_plate import DEEP_C
 from sim_sensors.physics.object_column import object_column
 from studies.touches.simulated_finger import STEP_S, Array, SimulatedFinger, chain, exact_step
 
 
-def real_touch(name: str, object_c: float, seconds: float) -> Array:
+def real_touch(
+    name: str, object_c: float, seconds: float, *, deep_c: float = DEEP_C, contact_m2k_w: float | None = None
+) -> Array:
     """Change of the felt temperature every STEP_S from contact on, K: a finger from room air on a half space.
 
     Args:
         name: material or alias.
         object_c: temperature of the object, C.
         seconds: duration of the touch.
+        deep_c: temperature of the finger's deep tissue, C.
+        contact_m2k_w: contact resistance; None for that of a bare finger on this material.
 
     Raises:
         KeyError: no such material.
     """
-    finger, touched = SimulatedFinger.with_deep_tissue_at(), material(name)
+    finger, touched = SimulatedFinger.with_deep_tissue_at(deep_c), material(name)
     conductivity = touched.conductivity_w_mk
     heat = touched.density_kg_m3 * touched.specific_heat_j_kgk
     size = object_column(conductivity, heat, None, STEP_S).cell_m
     half = size / (2.0 * conductivity)
-    between = 1.0 / (float(half[0]) + contact_resistance_m2k_w(conductivity) + finger.half_m2k_w)
+    contact = contact_resistance_m2k_w(conductivity) if contact_m2k_w is None else contact_m2k_w
+    between = 1.0 / (float(half[0]) + contact + finger.half_m2k_w)
     n, skin = len(size), slice(len(size), None)
     balance = np.zeros((n + len(finger.heat_j_m2k),) * 2)
     balance[:n, :n] = chain(1.0 / (half[:-1] + half[1:]))

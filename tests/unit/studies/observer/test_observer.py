@@ -88,6 +88,13 @@ def test_an_object_as_warm_as_the_skin_is_felt_as_little_as_the_air_it_takes_the
     assert abs(real_touch("aluminium", surface_c, 3.0)[-1]) < 0.25 < abs(real_touch("aluminium", 25.0, 3.0)[-1])
 
 
+def test_a_worse_contact_or_a_warmer_finger_changes_what_is_felt() -> None:
+    usual, worse, warmer = (
+        real_touch("aluminium", OBJECT_C, 1.0, **changed) for changed in ({}, {"contact_m2k_w": 3e-3}, {"deep_c": 35.5})
+    )
+    assert warmer[-1] < usual[-1] < worse[-1] < 0.0
+
+
 @pytest.mark.long
 def test_the_simulated_plate_is_behind_the_ideal_one_and_that_behind_the_object() -> None:
     real, ideal = real_touch("aluminium", OBJECT_C, 3.0), ideal_plate_touch("aluminium", OBJECT_C, 3.0)
