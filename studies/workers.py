@@ -87,10 +87,10 @@ class Processes:
     def end(self) -> None:
         """End all processes, even during a piece."""
         if self._pool is not None:
-            self._pool.shutdown(wait=False, cancel_futures=True)
             for process in set(active_children()) - self._before:
                 process.terminate()
-            self._pool.shutdown(wait=True)
+            # It waits for its thread, which would otherwise meet the end of the program; only the first call can wait.
+            self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
 
 

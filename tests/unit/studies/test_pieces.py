@@ -2,9 +2,11 @@
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -42,6 +44,13 @@ def test_the_results_are_the_same_to_the_last_bit_here_and_in_processes(two: Wor
     assert shares == [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]
     assert working(two)(PIECES) == expected
     assert working(two)(PIECES[::-1]) == expected[::-1]
+
+
+def test_the_end_of_the_processes_leaves_no_thread_to_the_end_of_the_program() -> None:
+    before = threading.active_count()
+    with workers(2) as own:
+        assert len(list(own([pickle.dumps((len, ("abc",)))] * 3))) == 3
+    assert threading.active_count() == before
 
 
 @pytest.mark.long
