@@ -13,15 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remote_site.stiffness.force_law import PARAMETERS, gradient
+from remote_site.stiffness.press_priors import GENERAL, Prior
 
 Array = NDArray[np.float64]
 
-GENERAL_MEAN = np.array([0.0, -1.5, -1.0, 0.0, 0.0])
-"""Mean of the parameters over objects; a is relative to that of a typical press of the object."""
-GENERAL_SD = np.array([1.0, 0.8, 0.9, 0.0, 0.03])
-"""Standard deviation of the parameters over objects and places; that of the contact is CONTACT_SD_MM."""
-CONTACT_SD_MM = 0.03
-"""Standard deviation of the stated place of contact, mm."""
 GENERAL_PRESSES = 1.0
 """Number of presses that count as much as the general prior."""
 DEPTH_SD_MM = 0.01
@@ -64,38 +59,43 @@ class Fits:
 
     Attributes:
         parameters: of `force_law`, (n, 5), with depth in `unit_mm`.
-        covariance: covariance of the parameters, (n, 5, 5).
+        covariance: covariance of the parameters, (n, 5, 5), around the mean of all presses.
+        common: covariance of the parameters by the error of that mean, (n, 5, 5).
         misfit: root of the squared residuals per degree of freedom, in standard deviations, (n,); 1 if the noise
             explains the residuals.
         scale: factor of each press's standard deviations, (n,): its misfit, drawn towards 1.
+        evidence: ln of the marginal likelihood of each press's samples, without constants, (n,).
         errors: standard deviations of the samples.
         unit_mm: unit of depth of the parameters, mm.
     """
 
     parameters: Array
     covariance: Array
+    common: Array
     misfit: Array
     scale: Array
+    evidence: Array
     errors: Errors
     unit_mm: float
 
 
-def fit_presses(depth_mm: Array, force_n: Array, weight: Array, contact_sd_mm: Array) -> Fits:
+def fit_presses(depth_mm: Array, force_n: Array, weight: Array, contact_sd_mm: Array, prior: Prior = GENERAL) -> Fits:
     """Fit the law to n presses of one object with up to m samples each.
 
     Args:
         depth_mm: depths below about the place of contact, (n, m), mm.
         force_n: forces, (n, m), N.
         weight: 1 for a sample, 0 for padding, (n, m); each press has a sample.
-        contact_sd_mm: standard deviation of each place of contact, (n,), mm, beside CONTACT_SD_MM.
+        contact_sd_mm: standard deviation of each place of contact, (n,), mm, beside that of the prior.
+        prior: prior of the parameters over objects.
     """
     deepest_mm = float(np.median(np.where(weight > 0.0, depth_mm, -np.inf).max(axis=1)))
     unit_mm = max(LEAST_UNIT_MM, UNIT_SHARE * deepest_mm)
     largest_n = np.where(weight > 0.0, force_n, -np.inf).max(axis=1)
-    mean = GENERAL_MEAN.copy()
+    mean = prior.mean.copy()
     mean[0] += np.log(np.median(np.maximum(largest_n, FIRST_ERRORS.noise_n))) - TYPICAL_LN
-    spread = np.diag(GENERAL_SD**2)
-    spread[3, 3] = (CONTACT_SD_MM / unit_mm) ** 2
+    spread = np.diag(prior.sd**2)
+    spread[3, 3] = (prior.contact_sd_mm / unit_mm) ** 2
     own = np.zeros((len(depth_mm), PARAMETERS, PARAMETERS))
     own[:, 3, 3] = (contact_sd_mm / unit_mm) ** 2
     means, spreads = np.tile(mean, (len(depth_mm), 1)), spread + own
@@ -103,7 +103,7 @@ def fit_presses(depth_mm: Array, force_n: Array, weight: Array, contact_sd_mm: A
     for _ in range(ROUNDS):
         inverse: Array = np.linalg.inv(spreads).astype(np.float64)
         fit = _Fit(depth_mm / unit_mm, force_n, weight, means, inverse, errors, DEPTH_SD_MM / unit_mm)
-        parameters, covariance, squares = fit.step(parameters, STEPS)
+        parameters, covariance, squares, evidence = fit.step(parameters, STEPS)
         # The prior's share of the information is not information from the samples.
         used = PARAMETERS - np.einsum("nij,nji->n", covariance, inverse)
         free = np.maximum(weight.sum(axis=1) - used, LEAST_FREEDOM)
@@ -111,7 +111,16 @@ def fit_presses(depth_mm: Array, force_n: Array, weight: Array, contact_sd_mm: A
         means, spreads = _priors_from_others(parameters, covariance, mean, spread)
         spreads += own
     scale = np.sqrt((squares + USUAL_FREEDOM) / (free + USUAL_FREEDOM))
-    return Fits(parameters, covariance, np.sqrt(squares / free), scale, errors, unit_mm)
+    common = _by_common_mean(covariance, inverse, spread)
+    return Fits(parameters, covariance, common, np.sqrt(squares / free), scale, evidence, errors, unit_mm)
+
+
+def _by_common_mean(covariance: Array, inverse: Array, spread: Array) -> Array:
+    """Return the covariance of each press's parameters, (n, 5, 5), by the error of the mean of all presses."""
+    by_mean = covariance @ inverse
+    known = (inverse - inverse @ by_mean).sum(axis=0)
+    mean = np.linalg.inv(np.linalg.inv(spread) + known)
+    return np.asarray(by_mean @ mean @ by_mean.transpose(0, 2, 1))
 
 
 def _priors_from_others(parameters: Array, covariance: Array, mean: Array, spread: Array) -> tuple[Array, Array]:
@@ -143,8 +152,8 @@ class _Fit:
         self.means, self.inverse = means, inverse
         self.errors, self.depth_sd = errors, depth_sd
 
-    def step(self, parameters: Array, steps: int) -> tuple[Array, Array, Array]:
-        """Return the parameters after some steps, their covariance, and the sum of squared residuals, in sd."""
+    def step(self, parameters: Array, steps: int) -> tuple[Array, Array, Array, Array]:
+        """Return the parameters after some steps, their covariance, the squared residuals, in sd, and the evidence."""
         damping = np.full(len(parameters), 1e-2)
         parameters = parameters.copy()
         for _ in range(steps):
@@ -160,7 +169,10 @@ class _Fit:
             damping = np.clip(np.where(better, 0.3 * damping, 8.0 * damping), 1e-6, 1e6)
         variance, residual, information, _ = self._linearised(parameters)
         squares = (self.weight * residual**2 / variance).sum(axis=1)
-        return parameters, np.linalg.inv(information).astype(np.float64), squares
+        # Laplace's approximation of the integral over the parameters.
+        determinants = np.linalg.slogdet(self.inverse)[1] - np.linalg.slogdet(information)[1]
+        cost = self._cost(parameters, variance, residual) + (self.weight * np.log(variance)).sum(axis=1)
+        return parameters, np.linalg.inv(information).astype(np.float64), squares, 0.5 * (determinants - cost)
 
     def _linearised(self, parameters: Array) -> tuple[Array, Array, Array, Array]:
         law_n, by_parameters, by_depth = gradient(parameters, self.depth)

@@ -1,7 +1,7 @@
 """Judges the stiffness of recorded presses: answers, prediction of deeper samples, and repeated presses."""
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,10 +67,12 @@ def repeated(one: Sequence[Press], other: Sequence[Press]) -> list[Row]:
             values = [[_classic(press, method) for press in mine] for mine in pairs]
         first_n_m, second_n_m = (np.array(each) for each in values)
         ln_ratio = np.log(first_n_m / second_n_m)
-        outside = None
+        outside, outside_repeat = None, None
         if method == LAW:
-            sds = [[_ln_sd(found[p.press]) for p in mine] for found, mine in zip(answers, pairs, strict=True)]
-            outside = float(np.mean(np.abs(ln_ratio) > 2.0 * np.hypot(*(np.array(each) for each in sds))))
+            outside, outside_repeat = (
+                float(np.mean(np.abs(ln_ratio) > 2.0 * np.hypot(*_ln_sds(answers, pairs, key))))
+                for key in ("stiffness_sd_n_m", "stiffness_repeat_sd_n_m")
+            )
         rows.append(
             {
                 "method": method,
@@ -78,6 +80,7 @@ def repeated(one: Sequence[Press], other: Sequence[Press]) -> list[Row]:
                 "cv": float(np.sqrt(0.5 * np.mean(ln_ratio**2))),
                 "icc": intraclass_correlation(first_n_m, second_n_m),
                 "outside_2_sd": outside,
+                "outside_2_repeat_sd": outside_repeat,
             }
         )
     return rows
@@ -101,8 +104,16 @@ def _stiffness(answer: StiffnessAnswer) -> float:
     return answer["stiffness_n_m"] or np.nan
 
 
-def _ln_sd(answer: StiffnessAnswer) -> float:
-    return (answer["stiffness_sd_n_m"] or np.nan) / _stiffness(answer)
+def _ln_sds(
+    answers: Sequence[Mapping[int, StiffnessAnswer]],
+    pairs: Sequence[Sequence[Press]],
+    key: Literal["stiffness_sd_n_m", "stiffness_repeat_sd_n_m"],
+) -> list[Array]:
+    """Return the standard deviations of ln stiffness of both recordings."""
+    return [
+        np.array([(found[press.press][key] or np.nan) / _stiffness(found[press.press]) for press in mine])
+        for found, mine in zip(answers, pairs, strict=True)
+    ]
 
 
 def _classic(press: Press, method: str) -> float:

@@ -5,7 +5,8 @@ swung at 2 Hz. The recordings are by others. No truth is stated with them, so th
 repetition:
 
 - The three deepest samples of a press are predicted from the first seven.
-- The same places of a silicone kidney were pressed twice, to 2 and to 3 mm. The second is cut at 2 mm.
+- The same places of a silicone kidney were pressed twice, to 2 and to 3 mm. The second is cut at 2 mm. Pairs are judged
+  by the whole standard deviation, and by the part of it that differs between presses of one file.
 - A shown model is a spring. It is too hard where it gives more than the recorded force and 0.1 N. The law's tangent
   at the deepest sample is judged on the samples of its fit, and the live estimate while its stiffness is known.
 - Maps of some presses are compared with lumps that are inferred from the denser recording (`map_bars`).

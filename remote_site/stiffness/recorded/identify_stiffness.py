@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.wire.messages import STIFFNESS_KNOWN_LN_SD
-from remote_site.stiffness.force_law import PARAMETERS, depth_at, gradient
+from remote_site.stiffness.force_law import gradient
 from remote_site.stiffness.press_population import Fits, fit_presses
+from remote_site.stiffness.press_priors import CONTACT_ODDS, OTHER_CONTACTS, OTHER_LAWS
+from remote_site.stiffness.recorded.averaged_priors import OtherFits, Stated, averaged
 from remote_site.traces.press_files import Press, read_presses
 
 Array = NDArray[np.float64]
@@ -42,9 +44,6 @@ MOST_MISFIT = 3.0
 """Largest misfit of a known stiffness, in standard deviations."""
 MOST_LN_SD = 1.0
 """Largest standard deviation of ln stiffness where the recording states no contact."""
-EXPONENT_SHARE = 0.04
-"""Error of the exponent where tissue follows another law, as a fraction of it."""
-_STEP = 1e-5
 
 
 class Model(TypedDict):
@@ -70,7 +69,9 @@ class StiffnessAnswer(TypedDict):
         reason: why the press failed.
         stiffness_n_m: force over depth below the first contact, at the force `at_n`, N/m. Times `exponent` it is the
             slope of the force there.
-        stiffness_sd_n_m: its standard deviation, N/m.
+        stiffness_sd_n_m: standard deviation of its error, N/m, with what all presses of the object share: the law, and
+            a contact that the recording does not state.
+        stiffness_repeat_sd_n_m: standard deviation of what differs between presses of the object, N/m.
         at_n: force at which it is stated, N.
         exponent: d ln F / d ln depth at `at_n`; 1 for a spring, 1.5 for a sphere on an elastic body (Hertz).
         exponent_sd: its standard deviation.
@@ -84,6 +85,7 @@ class StiffnessAnswer(TypedDict):
     reason: str | None
     stiffness_n_m: float | None
     stiffness_sd_n_m: float | None
+    stiffness_repeat_sd_n_m: float | None
     at_n: float
     exponent: float | None
     exponent_sd: float | None
@@ -164,6 +166,7 @@ def _failed(press: int, at_n: float, reason: str) -> StiffnessAnswer:
         "reason": reason,
         "stiffness_n_m": None,
         "stiffness_sd_n_m": None,
+        "stiffness_repeat_sd_n_m": None,
         "at_n": at_n,
         "exponent": None,
         "exponent_sd": None,
@@ -182,10 +185,21 @@ def _fitted(presses: Sequence[Press], at_n: float) -> list[StiffnessAnswer]:
     for k, (onset, (depths, forces)) in enumerate(zip(onsets, blocks, strict=True)):
         depth_mm[k, : len(depths)], force_n[k, : len(depths)] = depths - onset.depth_mm, forces
         weight[k, : len(depths)] = 1.0
-    fits = fit_presses(depth_mm, force_n, weight, np.array([onset.sd_mm for onset in onsets]))
-    values, deviations = _stated(fits, at_n)
+    contact_sd_mm = np.array([onset.sd_mm for onset in onsets])
+    fits = fit_presses(depth_mm, force_n, weight, contact_sd_mm)
+    every = np.ones(len(presses), dtype=bool)
+    # Only a contact that is neither stated, nor found after air, nor below a preload, is assumed at the first sample.
+    assumed = np.array([press.contact is None for press in presses]) & (contact_sd_mm == 0.0)
+    priors = [(law, every, 1.0) for law in OTHER_LAWS]
+    priors += [(touch, assumed, CONTACT_ODDS) for touch in OTHER_CONTACTS]
+    others = [
+        OtherFits(fit_presses(depth_mm[holds], force_n[holds], weight[holds], contact_sd_mm[holds], prior), holds, odds)
+        for prior, holds, odds in priors
+        if holds.any()
+    ]
+    stated = averaged(fits, others, at_n)
     return [
-        _answer(press, onset, fits, k, values[k], deviations[k], at_n)
+        _answer(press, onset, fits, k, stated, at_n)
         for k, (press, onset) in enumerate(zip(presses, onsets, strict=True))
     ]
 
@@ -221,41 +235,24 @@ def _blocks(press: Press) -> tuple[Array, Array]:
     )
 
 
-def _stated(fits: Fits, at_n: float) -> tuple[Array, Array]:
-    """Return ln stiffness, N/m, exponent and depth of contact, mm, (n, 3), and standard deviations, (n, 3)."""
-
-    def state(parameters: Array) -> Array:
-        u, exponent = depth_at(parameters, at_n)
-        ln_n_m = np.log(1000.0 * at_n / (u * fits.unit_mm))
-        return np.column_stack([ln_n_m, exponent, parameters[:, 3] * fits.unit_mm])
-
-    values = state(fits.parameters)
-    steps = _STEP * np.eye(PARAMETERS)
-    by = np.stack([(state(fits.parameters + step) - values) / _STEP for step in steps], axis=-1)
-    variances = np.einsum("nki,nij,nkj->nk", by, fits.covariance, by)
-    variances[:, 1] += (EXPONENT_SHARE * values[:, 1]) ** 2
-    return values, np.sqrt(variances)
-
-
-def _answer(
-    press: Press, onset: _Onset, fits: Fits, k: int, values: Array, deviations: Array, at_n: float
-) -> StiffnessAnswer:
+def _answer(press: Press, onset: _Onset, fits: Fits, k: int, stated: Stated, at_n: float) -> StiffnessAnswer:
     """Return the answer of press k of the fits."""
     misfit = float(fits.misfit[k])
-    ln_n_m, exponent, contact_mm = values.tolist()
-    widened = deviations * fits.scale[k]
-    ln_sd, exponent_sd, _ = widened.tolist()
-    if not np.isfinite(widened).all() or (press.contact is None and ln_sd > MOST_LN_SD):
+    ln_n_m, exponent, contact_mm = stated.values[k].tolist()
+    ln_sd, exponent_sd, _ = stated.sd[k].tolist()
+    repeat_ln_sd = float(stated.repeat_sd[k, 0])
+    if not np.isfinite(stated.sd[k]).all() or (press.contact is None and ln_sd > MOST_LN_SD):
         return _failed(press.press, at_n, "the samples do not determine the stiffness")
     stiffness_n_m = float(np.exp(ln_n_m))
     reached = contact_mm + 1000.0 * at_n / stiffness_n_m <= MODEL_TO * float(press.depth_mm.max() - onset.depth_mm)
-    known = reached and ln_sd < STIFFNESS_KNOWN_LN_SD and misfit < MOST_MISFIT
+    known = reached and repeat_ln_sd < STIFFNESS_KNOWN_LN_SD and misfit < MOST_MISFIT
     return {
         "press": press.press,
         "status": "known" if known else "uncertain",
         "reason": None,
         "stiffness_n_m": _rounded(stiffness_n_m),
         "stiffness_sd_n_m": _rounded(stiffness_n_m * ln_sd),
+        "stiffness_repeat_sd_n_m": _rounded(stiffness_n_m * repeat_ln_sd),
         "at_n": at_n,
         "exponent": round(exponent, 4),
         "exponent_sd": round(exponent_sd, 4),
@@ -279,7 +276,7 @@ def _model(press: Press, onset: _Onset, fits: Fits, k: int) -> Model:
     depth_mm = np.unique(np.round(np.concatenate([even_mm, own_mm]), 4))
     u = ((depth_mm - onset.depth_mm) / fits.unit_mm)[np.newaxis]
     law_n, by, _ = gradient(fits.parameters[k : k + 1], u)
-    variance = np.einsum("mi,ij,mj->m", by[0], fits.covariance[k], by[0])
+    variance = np.einsum("mi,ij,mj->m", by[0], fits.covariance[k] + fits.common[k], by[0])
     elastic_n = law_n[0] - fits.parameters[k, 4]
     sd_n = fits.scale[k] * np.sqrt(variance + (fits.errors.share * elastic_n) ** 2)
     return {

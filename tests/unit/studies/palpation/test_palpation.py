@@ -56,6 +56,7 @@ def test_repeats_are_compared_by_press():
     assert rows[LAW]["pairs"] == 15
     assert rows[LAW]["icc"] > 0.95
     assert rows[LAW]["cv"] < 0.03
+    assert rows[LAW]["outside_2_sd"] <= rows[LAW]["outside_2_repeat_sd"]
     assert rows[SLOPE]["outside_2_sd"] is None
 
 
