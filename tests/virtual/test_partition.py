@@ -14,13 +14,14 @@ RETREATED_S = GAP_S + STOP_S + (CLEAR_HEIGHT_M + 0.001) / RETREAT_M_S + SERVO_S
 """From the last motion until the remote finger is clear, from up to a millimetre below the bench."""
 
 
-def assert_at_rest(truth: list[Truth]) -> None:
-    """Nothing acts on the operator or the patient, and the remote finger is clear of everything."""
+def assert_at_rest(truth: list[Truth], highest_m: float = CLEAR_HEIGHT_M) -> None:
+    """Nothing acts on the operator or the patient, and the remote finger is still and clear of everything."""
     assert truth
     for now in truth:
         assert (now.force_n, now.motor_mv, now.peltier) == (0.0, 0, 0.0), now
         assert (now.contact_n, now.heater) == (0.0, 0.0), now
-        assert abs(now.z_m - CLEAR_HEIGHT_M) <= STILL_M, now
+        assert CLEAR_HEIGHT_M - STILL_M <= now.z_m <= highest_m + STILL_M, now
+        assert abs(now.z_m - truth[0].z_m) <= STILL_M, now
 
 
 def assert_resumes_from_zero(session: VirtualSession, patience_s: float = 3.0) -> None:

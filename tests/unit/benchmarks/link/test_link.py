@@ -188,7 +188,8 @@ def small_result() -> dict[str, object]:
         {"way": way, "remote_cpu": 0.1, "operator_cpu": 0.1, "observers_cpu": 0.0, "all_cpu": 0.2} for way in load.WAYS
     ]
     age = [
-        {"delay_ms": delay, "jitter_ms": jitter, "loss_percent": loss, **row}
+        {"sent": sent, "delay_ms": delay, "jitter_ms": jitter, "loss_percent": loss, **row}
+        for sent in SENT
         for delay, jitter, loss in ((0, 0, 0.0), (200, 0, 0.0), (200, 20, 1.0), (50, 20, 0.0))
         for row in ages_on(Conditions(delay * 1e-3, jitter * 1e-3, loss * 1e-2), 0.1, 0)
     ]
