@@ -19,7 +19,7 @@ _TOPICS_COUNT = 116
 """Option ZMQ_TOPICS_COUNT of libzmq from 4.3.5 on, which pyzmq does not name."""
 _MOST_OF_A_READER = 2048
 """Maximum number of bytes that a reader sends: a handshake of 700, a subscription to everything, and its end."""
-_REST = 20.0
+_REST = 5.0
 """Pause after a search for such readers, as a multiple of its duration: a search costs 10 us for each descriptor."""
 
 

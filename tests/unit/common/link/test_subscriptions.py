@@ -37,4 +37,4 @@ def test_long_searches_leave_the_loop_its_time(monkeypatch: pytest.MonkeyPatch) 
     while time.monotonic() < end_s:
         subscribers.step()
         time.sleep(0.001)
-    assert 2 <= len(searches) <= 1 + 0.5 / (20.0 * SEARCH_S)
+    assert 2 <= len(searches) <= 1 + 0.5 / ((1.0 + subscriptions._REST) * SEARCH_S)
