@@ -25,7 +25,7 @@ class DemoPorts:
         through: first port of the same streams at the simulated network, which connects to `link`.
         texture, thermal, tacttip: serial devices.
         robot, exoskeleton: CAN gateways.
-        patient_switch, camera: devices of the patient.
+        patient_switch, camera: devices beside the patient.
         remote_faults, operator_faults, network_faults: commands that inject faults.
         remote_desk, operator_desk, voice_desk: local control.
         feed: what the operator site sends to the console.
