@@ -6,7 +6,8 @@ flows sideways. Such an error changes slowly from touch to touch and grows with 
     estimated - true object temperature = a (plate - ambient) + b (object - ambient) + rest,
 
 with a and b for each material and time after contact. The variance of the rest is a multiple of the variance that the
-estimate states, and a part that grows with the difference between plate and object.
+estimate states, and a part that grows with the difference between plate and object. Calibration knows b only from its
+own objects, so that the temperature of a colder or warmer one is less certain.
 """
 
 from typing import Annotated, Self
@@ -15,7 +16,7 @@ from pydantic import Field, model_validator
 
 from remote_site.tables.table_file import NotNegative, Positive, TablePart
 
-BY_TIME = ("times_s", "by_plate", "by_object", "spread", "stated_sd", "sharpness")
+BY_TIME = ("times_s", "by_plate", "by_object", "by_object_sd", "spread", "stated_sd", "sharpness")
 """Fields with one value, or one row, for each time."""
 
 
@@ -25,8 +26,10 @@ class Discrepancy(TablePart):
     Attributes:
         times_s: times after contact, s, ascending; before the first and after the last, their values hold.
         plate_k: mean temperature of the plate above ambient at contact in calibration, K; m materials.
+        coldest_k, warmest_k: range of the objects' temperatures above ambient in calibration, K; m materials.
         by_plate: error of the object's temperature per kelvin between plate and ambient.
         by_object: error of the object's temperature per kelvin between object and ambient.
+        by_object_sd: standard deviation of `by_object`.
         spread: standard deviation of the rest per kelvin between plate and object.
         stated_sd: true standard deviation of the temperature over the one that the estimate states.
         sharpness: exponent of the likelihood of a material; below 1, the readings say less than the model believes.
@@ -35,8 +38,11 @@ class Discrepancy(TablePart):
 
     times_s: list[Positive] = Field(min_length=1)
     plate_k: list[float]
+    coldest_k: list[float]
+    warmest_k: list[float]
     by_plate: list[list[float]]
     by_object: list[list[Annotated[float, Field(gt=-1.0)]]]
+    by_object_sd: list[list[NotNegative]]
     spread: list[list[NotNegative]]
     stated_sd: list[Positive]
     sharpness: list[Positive]
@@ -51,9 +57,12 @@ class Discrepancy(TablePart):
             raise ValueError("discrepancy: every list needs one value per time")
         rows: tuple[list[float] | list[bool], ...] = (
             self.plate_k,
+            self.coldest_k,
+            self.warmest_k,
             self.known_objects,
             *self.by_plate,
             *self.by_object,
+            *self.by_object_sd,
             *self.spread,
         )
         if any(len(row) != materials for row in rows):

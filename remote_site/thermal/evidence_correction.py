@@ -10,6 +10,9 @@ from remote_site.thermal.touch_estimate import TouchEvidence
 
 Array = NDArray[np.float64]
 
+BEYOND = 0.04
+"""Standard deviation of the error per kelvin that an object is colder or warmer than all objects of calibration."""
+
 
 class EvidenceCorrection:
     """Correction for one table; it has no state of a touch."""
@@ -30,8 +33,11 @@ class EvidenceCorrection:
             return np.array([[*row, *np.interp(ln_effusivity[known:], at, np.array(row)[order])] for row in rows])
 
         self._times_s = np.array(discrepancy.times_s)
-        self._plate_k = for_all([discrepancy.plate_k])[0]
+        self._plate_k, self._coldest_k, self._warmest_k = for_all(
+            [discrepancy.plate_k, discrepancy.coldest_k, discrepancy.warmest_k]
+        )
         self._by_plate, self._by_object = for_all(discrepancy.by_plate), for_all(discrepancy.by_object)
+        self._by_object_sd = for_all(discrepancy.by_object_sd)
         spread, unknown = np.array(discrepancy.spread), ~np.array(discrepancy.known_objects)
         self._spread, self._common = for_all((spread * ~unknown).tolist()), for_all((spread * unknown).tolist())
         self._stated_sd, self._sharpness = np.array(discrepancy.stated_sd), np.array(discrepancy.sharpness)
@@ -41,7 +47,8 @@ class EvidenceCorrection:
 
         A plate that is warmer or colder than in calibration shows another error. It may keep its size or grow with the
         plate's temperature, so that the difference between both counts as uncertain. Where calibration did not know the
-        temperatures of the objects, the spread is an error of the material, which all touches have in common.
+        temperatures of the objects, the spread is an error of the material, which all touches have in common. So is the
+        error of an object unlike those of calibration.
 
         Args:
             touch: evidence.
@@ -66,5 +73,8 @@ class EvidenceCorrection:
         spread_k, transferred_k = now(self._spread) * differs_k, by_plate * (plate_k - self._plate_k)
         covariance[:, 0, 0] += scale**2 * (spread_k**2 + transferred_k**2)
         ln_likelihood = now(self._sharpness) * touch.ln_likelihood
-        common_k2 = (scale * now(self._common) * differs_k) ** 2
+        unlike_k = mean[:, 0] - 0.5 * (self._coldest_k + self._warmest_k)
+        beyond_k = np.maximum(np.abs(unlike_k) - 0.5 * (self._warmest_k - self._coldest_k), 0.0)
+        common_k = np.stack((now(self._common) * differs_k, now(self._by_object_sd) * unlike_k, BEYOND * beyond_k))
+        common_k2 = np.square(scale * common_k).sum(axis=0)
         return replace(touch, ln_likelihood=ln_likelihood, mean=mean, covariance=covariance, common_k2=common_k2)

@@ -82,6 +82,8 @@ class SharedObject:
             return
         touching = self._touching
         longest_s = max(finger.since_s for finger in touching)
+        if self._conclusion is not None and len(touching) > self._count:
+            self._conclusion.join()
         self._judged_s, self._count, self.waited_s = longest_s, len(touching), NOTHING_DUE
         for finger in touching:
             finger.fresh = False

@@ -8,6 +8,7 @@ import numpy as np
 from common.scenes.materials import ALIASES, materials
 from common.wire.messages import OBJECT_UNKNOWN_SD_K, ThermalReason, ThermalStatus
 from remote_site.thermal.contact_change import NEARLY_S
+from remote_site.thermal.estimate_drift import EstimateDrift
 from remote_site.thermal.material_posterior import Posterior
 
 CAUTION = 5.0
@@ -112,7 +113,17 @@ def undecided(prior: Mapping[str, float]) -> ThermalResult:
 class ThermalConclusion:
     """Turns posteriors of one touch, or of all fingers on one object, into answers."""
 
-    __slots__ = ("_held_since_s", "_latest_s", "_named", "_names", "_plate_j_m2k", "_rule", "_seen")
+    __slots__ = (
+        "_drift",
+        "_drifted",
+        "_held_since_s",
+        "_latest_s",
+        "_named",
+        "_names",
+        "_plate_j_m2k",
+        "_rule",
+        "_seen",
+    )
 
     def __init__(
         self,
@@ -136,9 +147,15 @@ class ThermalConclusion:
         self._named: str | None = None
         self._seen: tuple[ThermalStatus, str | None] = (ThermalStatus.DECIDING, None)
         self._held_since_s = 0.0
+        self.join()
+
+    def join(self) -> None:
+        """Compare no estimate with earlier ones, because another finger has touched."""
+        self._drift, self._drifted = EstimateDrift(), False
 
     def step(self, posterior: Posterior, since_s: float) -> ThermalResult:
         """Return the answer `since_s` seconds after contact."""
+        self._drifted = self._drift.step(since_s, posterior.object_c, posterior.object_c_sd) or self._drifted
         answer = self._held(posterior, since_s)
         return replace(answer, constants=rendered_constants(answer))
 
@@ -174,7 +191,7 @@ class ThermalConclusion:
         status, reason = self._waiting(since_s), ThermalReason.NONE
         if since_s >= GIVEN_UP_S - 1e-9 and posterior.no_difference > 0.5:
             status, reason = ThermalStatus.UNIDENTIFIABLE, ThermalReason.NO_DIFFERENCE
-        elif since_s >= GIVEN_UP_S - 1e-9 and posterior.misfit > MISFIT:
+        elif since_s >= GIVEN_UP_S - 1e-9 and (posterior.misfit > MISFIT or self._drifted):
             status, reason = ThermalStatus.UNKNOWN, ThermalReason.NO_FIT
         elif since_s >= EARLIEST_S - 1e-9:
             if posterior.foreign > FOREIGN:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from remote_site.traces.trace_files import ThermalTrace
 from studies.second_world.axisymmetric import SensorOnPiece, alone, build
 from studies.second_world.heat_network import Stepper
 from studies.second_world.ranges import GAS_W_MK, Piece, Sensor, draw_piece, draw_sensor
-from studies.thermal_identification.situations import Hand
+from studies.thermal_identification.situations import NEAR_K, Hand
 
 Array = NDArray[np.float64]
 AMBIENT_C = 23.0
@@ -77,7 +77,8 @@ def simulate_touches(
     first: int = 0,
     preheats_k: Sequence[float] = (10.0,),
     seconds: float = 10.05,
-    above_k: tuple[float, float] = (-3.0, 3.0),
+    above_k: tuple[float, float] = NEAR_K,
+    thickness_m: float | None = None,
 ) -> Iterator[Hand]:
     """Yield touches of new pieces of a material.
 
@@ -90,11 +91,14 @@ def simulate_touches(
         preheats_k: plate above ambient of each finger, K.
         seconds: time in contact, s.
         above_k: range of the piece's temperature above ambient, K.
+        thickness_m: thickness of the pieces, m; None for a random one.
     """
     made_of = material(name)
     for number in range(first, first + touches):
         rng = np.random.default_rng([seed, number, *made_of.name.encode()])
         piece = draw_piece(made_of, rng, above_k)
+        if thickness_m is not None:
+            piece = replace(piece, thickness_m=thickness_m)
         fingers = [
             find_touch(_touch(kind.sensor, unit, piece, preheat_k, seconds, rng, f"{name} {number}"))
             for unit, preheat_k in zip(kind.units, preheats_k, strict=False)

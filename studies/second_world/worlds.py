@@ -5,12 +5,34 @@ one kind.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
+from sim_sensors.traces.simulated_touch import BLOCK_M
 from studies.second_world.touches import Kind, simulate_touches
-from studies.thermal_identification.situations import STAGGERED_K, Hand, Situation, touched
+from studies.thermal_identification.situations import NEAR_K, STAGGERED_K, Hand, Situation, touched
 
 World = Literal["A", "B"]
+
+
+@dataclass(frozen=True, slots=True)
+class Objects:
+    """Objects to judge.
+
+    Attributes:
+        name: name in the tables.
+        above_k: range of their temperatures above ambient, K.
+        thickness_m: thickness, m; None as in calibration.
+    """
+
+    name: str
+    above_k: tuple[float, float] = NEAR_K
+    thickness_m: float | None = None
+
+
+AS_CALIBRATED = Objects("as calibrated")
+UNLIKE = (Objects("warm", (6.0, 14.0)), Objects("cold", (-10.0, -5.0)), Objects("thin", thickness_m=1e-3))
+"""Objects unlike those of calibration: as warm as skin, as cold as from a fridge, and sheets."""
 UNITS = 5
 """Number of units of a kind, and of fingers of a hand."""
 _LEARNING, _JUDGED, _CALIBRATION = 20, 2, 10
@@ -39,17 +61,32 @@ def learning_hands(world: World, kind: int, name: str, turn: int, touches: int, 
     return _staggered(turned, name, _LEARNING + turn, range(touches), seconds)
 
 
-def judged_hands(world: World, kind: int, name: str, numbers: Sequence[int], seconds: float) -> list[Hand]:
+def judged_hands(
+    world: World, kind: int, name: str, numbers: Sequence[int], seconds: float, objects: Objects = AS_CALIBRATED
+) -> list[Hand]:
     """Return touches of five fingers, which neither calibrated nor taught anything; each has a number."""
     if world == "A":
-        seed = _seed(kind, 100 * _JUDGED + numbers[0])
-        return touched(Situation(name, seed, len(numbers), STAGGERED_K, seconds=seconds))
-    return _staggered(Kind.draw(kind), name, _JUDGED, numbers, seconds)
+        seed, thickness_m = _seed(kind, 100 * _JUDGED + numbers[0]), objects.thickness_m or BLOCK_M
+        return touched(Situation(name, seed, len(numbers), STAGGERED_K, objects.above_k, thickness_m, seconds=seconds))
+    return _staggered(Kind.draw(kind), name, _JUDGED, numbers, seconds, objects)
 
 
-def _staggered(kind: Kind, name: str, seed: int, numbers: Sequence[int], seconds: float) -> list[Hand]:
-    hands = simulate_touches(kind, name, seed, len(numbers), first=numbers[0], preheats_k=STAGGERED_K, seconds=seconds)
-    return list(hands)
+def _staggered(
+    kind: Kind, name: str, seed: int, numbers: Sequence[int], seconds: float, objects: Objects = AS_CALIBRATED
+) -> list[Hand]:
+    return list(
+        simulate_touches(
+            kind,
+            name,
+            seed,
+            len(numbers),
+            first=numbers[0],
+            preheats_k=STAGGERED_K,
+            seconds=seconds,
+            above_k=objects.above_k,
+            thickness_m=objects.thickness_m,
+        )
+    )
 
 
 def _seed(kind: int, part: int) -> int:

@@ -5,7 +5,7 @@ from functools import cache
 from itertools import chain
 from typing import NamedTuple
 
-from common.wire.messages import ThermalStatus
+from common.wire.messages import OBJECT_UNKNOWN_SD_K, ThermalStatus
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.shared_object import ONE_OBJECT, SharedObject
 from remote_site.thermal.solving_turns import Solver, SolvingTurns
@@ -216,6 +216,7 @@ def _sensors(knowledge: ThermalKnowledge, touch: RecordedTouch) -> list[_Sensor]
 
 
 def _answered(method: str, hand: Hand, t_s: float, answer: ThermalResult, named_s: float | None) -> Answered:
+    object_c = None if answer.object_c_sd == OBJECT_UNKNOWN_SD_K else answer.object_c
     return Answered(
         method,
         hand.material,
@@ -223,8 +224,8 @@ def _answered(method: str, hand: Hand, t_s: float, answer: ThermalResult, named_
         answer.best,
         answer.probability,
         answer.status.name.lower(),
-        None if answer.object_c is None else answer.object_c - hand.object_c,
-        answer.object_c_sd,
+        None if object_c is None else object_c - hand.object_c,
+        None if object_c is None else answer.object_c_sd,
         named_s,
         answer.reason.code or None,
     )

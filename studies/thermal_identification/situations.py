@@ -12,7 +12,7 @@ from remote_site.thermal.touch_start import RecordedTouch, find_touch
 from remote_site.traces.trace_files import ThermalTrace
 from sim_sensors.physics.ssr_converter import NOISE_C
 from sim_sensors.physics.thermal_touch import TOUCH_SPREAD
-from sim_sensors.traces.simulated_touch import simulate_hand
+from sim_sensors.traces.simulated_touch import BLOCK_M, simulate_hand
 
 FOUR = ("aluminium", "ceramic_tile", "pvc", "pine")
 TWELVE = (*FOUR, "copper", "carbon_steel", "glass", "acrylic", "rubber", "cork", "pu_foam", "skin_dermis")
@@ -21,6 +21,8 @@ EQUAL_K = (PREHEAT_K,) * len(STAGGER_K)
 STAGGERED_K = tuple(PREHEAT_K + stagger_k for stagger_k in STAGGER_K)
 """Pre-heat of each finger's plate above ambient in a session, K; see `heater_control`."""
 AMBIENT_C = 23.0
+NEAR_K = (-3.0, 3.0)
+"""Usual range of the objects' temperatures above ambient, K, also in calibration."""
 SECONDS = 7.05
 """Duration of every touch, s; slightly longer than the last judged time."""
 
@@ -35,6 +37,7 @@ class Situation:
         touches: number of objects, each touched once.
         preheats_k: each finger's plate above ambient, K.
         offset_c: range of the object's temperature above ambient, K.
+        thickness_m: thickness of the objects, m.
         contact_spread: standard deviation of ln(contact conductance) from touch to touch.
         later: time after contact at which the force changes, s, and the remaining share of the force; None for none.
         seconds: time in contact, s.
@@ -44,7 +47,8 @@ class Situation:
     seed: int
     touches: int
     preheats_k: tuple[float, ...] = (PREHEAT_K,)
-    offset_c: tuple[float, float] = (-3.0, 3.0)
+    offset_c: tuple[float, float] = NEAR_K
+    thickness_m: float = BLOCK_M
     contact_spread: float = TOUCH_SPREAD
     later: tuple[float, float] | None = None
     seconds: float = SECONDS
@@ -69,6 +73,7 @@ def touched(situation: Situation) -> list[Hand]:
         seconds=situation.seconds,
         ambient_c=AMBIENT_C,
         offset_c=situation.offset_c,
+        thickness_m=situation.thickness_m,
         contact_spread=situation.contact_spread,
         later=situation.later,
     )

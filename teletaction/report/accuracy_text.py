@@ -59,7 +59,7 @@ def _discrepancy_lines(table: MaterialTable, discrepancy: Discrepancy) -> list[s
     at = " / ".join(f"{discrepancy.times_s[k]:g}" for k in shown)
     lines = [
         f"left out by the model {at} s after contact, at the plate's temperature in calibration",
-        f"{'material':<16}{'error K (subtracted)':>30}{'rest +- K':>30}",
+        f"{'material':<16}{'objects K':>14}{'error K (subtracted)':>30}{'rest +- K':>30}",
     ]
     unknown = []
     for number, entry in enumerate(table.materials):
@@ -72,10 +72,15 @@ def _discrepancy_lines(table: MaterialTable, discrepancy: Discrepancy) -> list[s
         if not known:
             unknown.append(entry.name)
         error = " ".join(f"{value:+6.2f}" for value in error_k) if known else "not known"
-        lines.append(f"{entry.name:<16}{error:>30}{' '.join(f'{value:6.2f}' for value in rest_k):>30}")
+        objects = (
+            f"{discrepancy.coldest_k[number]:+.1f}..{discrepancy.warmest_k[number]:+.1f}" if known else "not known"
+        )
+        rest = " ".join(f"{value:6.2f}" for value in rest_k)
+        lines.append(f"{entry.name:<16}{objects:>14}{error:>30}{rest:>30}")
     stated = " / ".join(f"{discrepancy.stated_sd[k]:.2f}" for k in shown)
     power = " / ".join(f"{discrepancy.sharpness[k]:.2f}" for k in shown)
     lines.append(f"stated +- times {stated}, likelihood of materials to the power of {power}")
+    lines.append("objects K: their temperatures above ambient; the +- of colder and warmer ones is wider")
     if unknown:
         lines.append(
             f"no known object temperature: {', '.join(unknown)}. Their error cannot be learned and their +- stays wide;"

@@ -134,25 +134,27 @@ def learn(table: MaterialTable, seen: dict[float, list[Seen]]) -> Discrepancy:
     everyone = [one for each in seen.values() for one in each]
     objects_c = [[one.object_c for one in everyone if one.material == number] for number in range(materials)]
     known = [bool(mine_c) and None not in mine_c for mine_c in objects_c]
-    plates_k = [_plate_k(everyone, number) for number in range(materials)]
+    conditions = [_conditions(everyone, number) for number in range(materials)]
+    where = {name: [getattr(each, name) for each in conditions] for name in _Conditions._fields}
     plain = ThermalKnowledge.of(table)
     rows = []
     for t_s, each in seen.items():
         found = _errors([one for one in each if known[one.material]], materials)
         row = Discrepancy(
             times_s=[t_s],
-            plate_k=plates_k,
             by_plate=[found.by_plate.tolist()],
             by_object=[found.by_object.tolist()],
+            by_object_sd=[found.by_object_sd.tolist()],
             spread=[np.where(known, found.spread, UNKNOWN_SPREAD).tolist()],
             stated_sd=[found.stated_sd],
             sharpness=[1.0],
             known_objects=known,
+            **where,
         )
         rows.append(row.model_copy(update={"sharpness": [_sharpness(plain, row, each)]}))
     return Discrepancy(
-        plate_k=plates_k,
         known_objects=known,
+        **where,
         **{name: [getattr(row, name)[0] for row in rows] for name in BY_TIME},
     )
 
@@ -168,23 +170,36 @@ def _learn_temperature(before: Discrepancy, seen: dict[float, list[Seen]]) -> Di
     alone = not any(was and number not in touched for number, was in enumerate(before.known_objects))
     found = before.model_dump() | {"known_objects": known}
     for number in touched:
-        found["plate_k"][number] = _plate_k(everyone, number)
+        for name, value in _conditions(everyone, number)._asdict().items():
+            found[name][number] = value
     for k, t_s in enumerate(before.times_s):
         each = seen.get(t_s, [])
         errors = _errors(each, len(known), None if alone else before.stated_sd[k])
         for number in {one.material for one in each}:
             found["by_plate"][k][number] = float(errors.by_plate[number])
             found["by_object"][k][number] = float(errors.by_object[number])
+            found["by_object_sd"][k][number] = float(errors.by_object_sd[number])
             found["spread"][k][number] = errors.spread
         if alone and each:
             found["stated_sd"][k] = errors.stated_sd
     return Discrepancy.model_validate(found)
 
 
-def _plate_k(everyone: Sequence[Seen], material: int) -> float:
-    """Return the mean temperature of the plate above ambient at contact with a material, K; 0 without touches."""
-    plates_k = [one.evidence.start_c - one.evidence.ambient_c for one in everyone if one.material == material]
-    return float(np.mean(plates_k)) if plates_k else 0.0
+class _Conditions(NamedTuple):
+    """Temperatures of plate and objects of a material, K above ambient, 0 where unknown; see `Discrepancy`."""
+
+    plate_k: float
+    coldest_k: float
+    warmest_k: float
+
+
+def _conditions(everyone: Sequence[Seen], material: int) -> _Conditions:
+    mine = [one for one in everyone if one.material == material]
+    plates_k = [one.evidence.start_c - one.evidence.ambient_c for one in mine]
+    objects_k = [one.object_c - one.evidence.ambient_c for one in mine if one.object_c is not None]
+    return _Conditions(
+        float(np.mean(plates_k)) if mine else 0.0, min(objects_k, default=0.0), max(objects_k, default=0.0)
+    )
 
 
 class _Errors(NamedTuple):
@@ -192,15 +207,16 @@ class _Errors(NamedTuple):
 
     by_plate: Array
     by_object: Array
+    by_object_sd: Array
     spread: float
     stated_sd: float
 
 
 def _errors(each: Sequence[Seen], materials: int, stated_sd: float | None = None) -> _Errors:
     """Fit the errors of each material and their common variance in turn; `stated_sd` is fitted if it is None."""
-    factors = np.zeros((materials, 2))
+    factors, by_object_sd = np.zeros((materials, 2)), np.full(materials, OBJECT_SD)
     if not each:
-        return _Errors(factors[:, 0], factors[:, 1], 0.0, 1.0)
+        return _Errors(factors[:, 0], factors[:, 1], by_object_sd, 0.0, 1.0)
     material = np.array([one.material for one in each])
     objects_k = np.array([(one.object_c or 0.0) - one.evidence.ambient_c for one in each])
     plates_k = np.array([one.evidence.start_c - one.evidence.ambient_c for one in each])
@@ -219,6 +235,7 @@ def _errors(each: Sequence[Seen], materials: int, stated_sd: float | None = None
             mine = material == number
             x, w = columns[mine], weight[mine]
             covariance = np.linalg.inv(np.einsum("ni,n,nj->ij", x, w, x) + prior)
+            by_object_sd[number] = np.sqrt(covariance[1, 1])
             factors[number] = covariance @ np.einsum("ni,n,n->i", x, w, errors_k[mine])
             left[mine] -= w * np.einsum("ni,ij,nj->n", x, covariance, x)
         rest = (errors_k - np.einsum("ni,ni->n", columns, factors[material])) ** 2 / np.maximum(left, _LEAST_LEFT)
@@ -228,7 +245,7 @@ def _errors(each: Sequence[Seen], materials: int, stated_sd: float | None = None
         if np.abs(ln - before).max() < _SETTLED:
             break
     spread, stated_sd = float(np.exp(0.5 * ln[1])), float(np.exp(0.5 * ln[0]))
-    return _Errors(factors[:, 0], np.maximum(factors[:, 1], LEAST_BY_OBJECT), spread, stated_sd)
+    return _Errors(factors[:, 0], np.maximum(factors[:, 1], LEAST_BY_OBJECT), by_object_sd, spread, stated_sd)
 
 
 def _unlikely(free: Array, fixed: Array, rest: Array, stated: Array, differs: Array) -> float:

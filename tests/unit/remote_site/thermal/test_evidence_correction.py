@@ -1,11 +1,13 @@
 """Correction of evidence by a known discrepancy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from remote_site.thermal.discrepancy import Discrepancy
-from remote_site.thermal.evidence_correction import EvidenceCorrection
+from remote_site.thermal.evidence_correction import BEYOND, EvidenceCorrection
 from remote_site.thermal.touch_estimate import TouchEvidence
 
 LN_EFFUSIVITY = np.array([0.0, -2.0, -1.0])
@@ -14,8 +16,11 @@ AMBIENT_C, PLATE_K = 23.0, 10.0
 KNOWN = Discrepancy(
     times_s=[1.0, 3.0],
     plate_k=[PLATE_K, PLATE_K],
+    coldest_k=[-2.0, -4.0],
+    warmest_k=[4.0, 2.0],
     by_plate=[[0.02, -0.04], [0.04, 0.0]],
     by_object=[[0.1, -0.1], [0.0, 0.0]],
+    by_object_sd=[[0.0, 0.0], [0.1, 0.3]],
     spread=[[0.0, 0.0], [0.05, 0.05]],
     stated_sd=[0.5, 2.0],
     sharpness=[0.5, 1.0],
@@ -68,7 +73,8 @@ def test_the_spread_of_unknown_objects_is_common_to_all_touches() -> None:
     late = EvidenceCorrection(unknown, LN_EFFUSIVITY).corrected(evidence(np.array([0.04, 0.0, 0.02]), np.zeros(3)), 3.0)
     spread_k2 = (0.05 * (PLATE_K - OBJECT_K)) ** 2
     # the third substance lies halfway between the calibrated ones, and has half of the spread of either kind
-    assert late.common_k2 == pytest.approx(spread_k2 * [1.0, 0.0, 0.25])
+    from_middle_k2 = (np.array([0.1, 0.3, 0.2]) * (OBJECT_K - [1.0, -1.0, 0.0])) ** 2
+    assert late.common_k2 == pytest.approx(spread_k2 * [1.0, 0.0, 0.25] + from_middle_k2)
     assert late.covariance[:, 0, 0] == pytest.approx(4.0 * 0.04 + spread_k2 * [0.0, 1.0, 0.25])
 
 
@@ -80,6 +86,17 @@ def test_a_plate_unlike_that_of_calibration_makes_the_temperature_less_certain()
     assert less.covariance[:, 0, 0] == pytest.approx(same.covariance[:, 0, 0] - grows + (6.0 * by_plate) ** 2)
 
 
+@pytest.mark.parametrize("warmer_k", [-10.0, 10.0])
+def test_an_object_unlike_those_of_calibration_makes_the_temperature_less_certain(warmer_k: float) -> None:
+    plain = evidence(np.array([0.04, 0.0, 0.02]), np.zeros(3))
+    far_k = OBJECT_K + warmer_k
+    far = replace(plain, mean=plain.mean + np.array([warmer_k, 0.0]))
+    found = EvidenceCorrection(KNOWN, LN_EFFUSIVITY).corrected(far, 3.0)
+    assert found.mean[:, 0] == pytest.approx(far_k)
+    from_middle_k, beyond_k = far_k - [1.0, -1.0, 0.0], np.abs(far_k - [1.0, -1.0, 0.0]) - 3.0
+    assert found.common_k2 == pytest.approx(([0.1, 0.3, 0.2] * from_middle_k) ** 2 + (BEYOND * beyond_k) ** 2)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -87,6 +104,7 @@ def test_a_plate_unlike_that_of_calibration_makes_the_temperature_less_certain()
         ({"sharpness": [1.0]}, "one value per time"),
         ({"by_plate": [[0.0], [0.0, 0.0]]}, "one value per material"),
         ({"known_objects": [True]}, "one value per material"),
+        ({"warmest_k": [4.0]}, "one value per material"),
         ({"by_object": [[0.0, -1.0], [0.0, 0.0]]}, "greater than -1"),
     ],
 )

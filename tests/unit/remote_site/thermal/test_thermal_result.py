@@ -1,11 +1,14 @@
 """From posterior to answer: a name is given, kept and withdrawn, and its absence has a reason."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from common.wire.messages import OBJECT_UNKNOWN_SD_K, ThermalReason, ThermalStatus, explains
+from remote_site.thermal.estimate_drift import HELD_S as DRIFT_HELD_S
 from remote_site.thermal.material_posterior import Posterior
 from remote_site.thermal.thermal_result import (
     CAUTION,
@@ -133,6 +136,20 @@ def test_a_touch_is_not_given_up_at_once(found: dict[str, float], status: Therma
     assert all(answer.reason is ThermalReason.NONE for answer in play(concluded, said, 0.01, GIVEN_UP_S - 0.01))
     given_up = play(concluded, said, GIVEN_UP_S, GIVEN_UP_S + HELD_S)[-1]
     assert (given_up.status, given_up.reason, given_up.material) == (status, reason, None)
+
+
+def test_a_temperature_that_drifts_away_fits_no_model_until_another_finger_joins() -> None:
+    concluded = conclusion()
+    play(concluded, stone(CERTAIN), 0.5, 3.0)
+    warmer = replace(stone(CERTAIN), object_c=stone(CERTAIN).object_c + 2.0)
+    drifted = play(concluded, warmer, 3.01, 4.0)
+    assert {answer.material for answer in drifted[round(100 * (DRIFT_HELD_S + HELD_S)) :]} == {None}
+    assert (drifted[-1].status, drifted[-1].reason) == (ThermalStatus.UNKNOWN, ThermalReason.NO_FIT)
+    assert drifted[-1].object_c_sd == OBJECT_UNKNOWN_SD_K
+    back = play(concluded, stone(CERTAIN), 4.01, 5.0)[-1]
+    assert back.reason is ThermalReason.NO_FIT
+    concluded.join()
+    assert play(concluded, stone(CERTAIN), 5.01, 6.0)[-1].material == "stone"
 
 
 def test_a_misfit_states_no_temperature() -> None:

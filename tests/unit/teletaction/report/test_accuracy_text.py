@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import teletaction as tt
+from remote_site.thermal.calibration.discrepancy_fit import OBJECT_SD
 from remote_site.thermal.calibration.thermal_calibration import MISFIT
 from remote_site.thermal.discrepancy import Discrepancy
 from teletaction.report.accuracy_text import temperature_text
@@ -29,8 +30,11 @@ def table() -> tt.MaterialTable:
     unknown = Discrepancy(
         times_s=times_s,
         plate_k=[10.0] * count,
+        coldest_k=[0.0] * count,
+        warmest_k=[0.0] * count,
         by_plate=zeros,
         by_object=zeros,
+        by_object_sd=[[OBJECT_SD] * count for _ in times_s],
         spread=[[0.05] * count for _ in times_s],
         stated_sd=[1.0] * len(times_s),
         sharpness=[1.0] * len(times_s),
@@ -58,6 +62,7 @@ def test_a_temperature_calibration_says_what_is_known(fit: tt.TemperatureFit) ->
     others = [name for name in fit.table.names() if name != "aluminium"]
     assert f"no known object temperature: {', '.join(others)}." in text
     assert sum("not known" in line for line in lines) == 3
+    assert any(line.startswith("aluminium") and "-3.0..+3.5" in line for line in lines)
     assert "expected 1 / 3 / 5 s after contact" in text
     heading = next(number for number, line in enumerate(lines) if line.startswith("one finger"))
     assert lines[heading + 1].split()[:4] == ["aluminium", "100", "100", "100"]

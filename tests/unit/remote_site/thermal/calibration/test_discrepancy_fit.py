@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remote_site.thermal.calibration.discrepancy_fit import UNKNOWN_SPREAD, Labelled, Seen, courses, learn
+from remote_site.thermal.calibration.discrepancy_fit import OBJECT_SD, UNKNOWN_SPREAD, Labelled, Seen, courses, learn
 from remote_site.thermal.calibration.temperature_calibration import learn_temperature
 from remote_site.thermal.calibration.thermal_calibration import touch_of
 from remote_site.thermal.thermal_identification import ThermalKnowledge
@@ -74,6 +74,18 @@ def test_objects_of_unknown_temperature_teach_nothing_about_it() -> None:
     assert found.by_plate[0][0] == pytest.approx(BY_PLATE[0], abs=0.01)
     assert (found.by_plate[0][1], found.by_object[0][1]) == (0.0, 0.0)
     assert found.spread[0][1] == UNKNOWN_SPREAD
+    assert found.by_object_sd[0][1] == OBJECT_SD
+    assert (found.coldest_k[1], found.warmest_k[1]) == (0.0, 0.0)
+
+
+def test_the_error_of_warmer_objects_is_known_as_well_as_stated() -> None:
+    """Objects within 3 K of ambient show the error by object only so well; 40 calibrations show how well."""
+    off = []
+    for seed in range(40):
+        found = learn(TABLE, {1.0: seen(100 + seed, 25)})
+        assert -3.0 <= found.coldest_k[0] < 0.0 < found.warmest_k[0] <= 3.0
+        off += ((np.array(found.by_object[0]) - BY_OBJECT) / found.by_object_sd[0]).tolist()
+    assert 0.7 < np.std(off) < 1.3
 
 
 def test_a_material_without_evidence_is_not_known() -> None:

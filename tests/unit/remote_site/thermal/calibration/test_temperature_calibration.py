@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from remote_site.thermal.calibration.discrepancy_fit import UNKNOWN_SPREAD
+from remote_site.thermal.calibration.discrepancy_fit import OBJECT_SD, UNKNOWN_SPREAD
 from remote_site.thermal.calibration.temperature_calibration import FEWEST, calibrate_temperature, learn_temperature
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.recorded.identify_thermal import identify_traces
@@ -48,6 +48,7 @@ def forgetful(table: MaterialTable) -> MaterialTable:
     unknown = {
         "by_plate": zero.tolist(),
         "by_object": zero.tolist(),
+        "by_object_sd": (zero + OBJECT_SD).tolist(),
         "spread": (zero + UNKNOWN_SPREAD).tolist(),
         "stated_sd": [1.0] * len(zero),
         "known_objects": [False] * zero.shape[1],
