@@ -41,6 +41,7 @@ STUDIES = {
     "soak": "robustness.soak",
     "thermal-identification": "studies.thermal_identification.run",
     "second-world": "studies.second_world.run",
+    "other-objects": "studies.other_objects.run",
     "recorded-touches": "studies.recorded_touches.run",
     "thermal-rendering": "studies.thermal_rendering.run",
     "texture": "studies.texture.run",

@@ -32,6 +32,7 @@ def plot(data: Data, path: Path) -> None:
         figure.suptitle("The shipped identification in two worlds of sensors and objects", fontsize=10)
         panels = figure.subplots(2 * len(sets), 3, squeeze=False).reshape(len(sets), 6)
         for row, each in zip(panels, sets, strict=True):
+            row[5].set_axis_off()
             count = len(each["names"])
             rows = where(data["accuracy"], world=each["world"], materials=count)
             for axes, (column, factor, label, limits) in zip(row, _COLUMNS, strict=False):
@@ -47,23 +48,8 @@ def plot(data: Data, path: Path) -> None:
             row[3].axhline(95.0, color="black", linewidth=0.8, linestyle=":")
             names = where(data["names"], world=each["world"], materials=count)
             draw_operating_curve(row[4], names, {method: METHODS[method][::2] for method in _SHOWN})
-            _draw_unlike(row[5], where(data["unlike"], world=each["world"], materials=count))
         handles, labels = panels[0][0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=len(_SHOWN))
-
-
-def _draw_unlike(axes: Axes, rows: Rows) -> None:
-    """Draw the stated intervals of objects unlike those of calibration."""
-    for number, objects in enumerate(dict.fromkeys(row["objects"] for row in rows)):
-        for method, dash in (("1 finger", "-"), ("5 staggered", "--")):
-            mine = [row for row in where(rows, objects=objects, method=method) if row["object_within_sd"] is not None]
-            label = f"{objects}, {method}"
-            curve(axes, mine, "t_s", "object_within_sd", (1.0, 100.0), color=f"C{number}", linestyle=dash, label=label)
-    axes.axhline(95.0, color="black", linewidth=0.8, linestyle=":")
-    axes.set_ylim(0.0, 102.0)
-    axes.set_ylabel("other objects: errors within the stated 95 % (%)")
-    axes.legend(fontsize=7)
-    time_axis(axes, sorted({row["t_s"] for row in rows}))
 
 
 def _draw(axes: Axes, rows: Rows, column: str, factor: float) -> None:

@@ -8,15 +8,7 @@ from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, results_of
 from studies.running import Progress, tables_of
 from studies.second_world.figure import reference_of
-from studies.second_world.worlds import (
-    UNITS,
-    UNLIKE,
-    Objects,
-    World,
-    calibration_hands,
-    judged_hands,
-    learning_hands,
-)
+from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
 from studies.thermal_identification.answers import SHIPPED_RULE, Answered, by_fingers, knowledge_of
 from studies.thermal_identification.operating_curve import RULES, operating_curve
 from studies.thermal_identification.pieces import Examples, by_reference
@@ -34,9 +26,7 @@ STRANGERS = ("copper", "glass", "rubber", "skin_dermis")
 """Materials that are touched too where they were not calibrated."""
 STRANGE_TOUCHES = 5
 """Number of touches of each of them by each kind of sensor."""
-UNLIKE_UNTIL_S = 6.0
-"""Last judged time of touches of objects unlike those of calibration, s after contact."""
-tables = tables_of("accuracy", "errors", "reliability", "names", "unlike")
+tables = tables_of("accuracy", "errors", "reliability", "names")
 _ROW = ("world", "materials", "method", "t_s")
 COMPARED = (
     Compared("accuracy", "right", "more", _ROW, counted="touches"),
@@ -56,7 +46,6 @@ class Set:
         calibration: touches of one finger for calibration.
         learning: touches of five fingers from which the reference learns, in fifths.
         test: judged touches of five fingers.
-        unlike: further ones of each sort of objects unlike those of calibration.
     """
 
     world: World
@@ -65,7 +54,6 @@ class Set:
     calibration: int
     learning: int
     test: int
-    unlike: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +64,13 @@ class Sizes:
     times_s: tuple[float, ...]
 
 
-QUICK = Sizes((Set("A", FOUR, 1, 10, 25, 4, 2), Set("B", FOUR, 1, 10, 25, 4, 2)), (0.5, 1.0, 2.0, 3.0, 5.0))
+QUICK = Sizes((Set("A", FOUR, 1, 10, 25, 4), Set("B", FOUR, 1, 10, 25, 4)), (0.5, 1.0, 2.0, 3.0, 5.0))
 FULL = Sizes(
     (
-        Set("A", FOUR, 4, 25, 250, 25, 10),
-        Set("B", FOUR, 4, 25, 250, 25, 10),
-        Set("A", TWELVE, 2, 25, 100, 10, 4),
-        Set("B", TWELVE, 2, 25, 100, 10, 4),
+        Set("A", FOUR, 4, 25, 250, 25),
+        Set("B", FOUR, 4, 25, 250, 25),
+        Set("A", TWELVE, 2, 25, 100, 10),
+        Set("B", TWELVE, 2, 25, 100, 10),
     ),
     (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0),
 )
@@ -103,9 +91,7 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
     cases = [_Case(each, 1000 * seed + kind) for each in sizes.sets for kind in range(each.kinds)]
     answers: dict[tuple[str, int], list[Answered]] = {}
     last: dict[tuple[str, int], tuple[list[Answered], list[Answered]]] = {}
-    prepared = _prepare(cases, sizes.times_s, part_of(progress, 0.0, 0.35), work)
-    judged = _judge(prepared, sizes.times_s, part_of(progress, 0.35, 0.85), work)
-    for case, mine in zip(cases, judged, strict=True):
+    for case, mine in zip(cases, _judge(cases, sizes.times_s, progress, work), strict=True):
         key = case.set.world, len(case.set.names)
         for one in mine:
             if one.truth in case.set.names and one.rule in (None, SHIPPED_RULE):
@@ -123,7 +109,6 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
         "names": [
             row for (world, count), each in last.items() for row in operating_curve(*each, world=world, materials=count)
         ],
-        "unlike": _unlike(prepared, sizes.times_s, part_of(progress, 0.85, 1.0), work),
     }
 
 
@@ -135,16 +120,8 @@ class _Case:
     kind: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Prepared:
-    """Table of a case, and the examples from which its reference learned."""
-
-    case: _Case
-    table: str
-    learned: Examples
-
-
-def _prepare(cases: Sequence[_Case], times_s: Sequence[float], progress: ReportShare, work: Work) -> list[_Prepared]:
+def _judge(cases: Sequence[_Case], times_s: Sequence[float], progress: ReportShare, work: Work) -> list[list[Answered]]:
+    """Return the answers of all methods in each case."""
     seconds = times_s[-1] + LIFTED_S
     named = [(case, name) for case in cases for name in case.set.names]
     pieces: dict[str, list[Piece]] = {
@@ -157,65 +134,36 @@ def _prepare(cases: Sequence[_Case], times_s: Sequence[float], progress: ReportS
             for turn in range(UNITS)
         ],
     }
-    prepared = results_of(pieces, work, progress)
-    learned = _by_case([case for case, _ in named for _ in range(UNITS)], prepared["learning"])
-    return [_Prepared(case, table, learned[case]) for case, table in zip(cases, prepared["tables"], strict=True)]
-
-
-def _judge(
-    prepared: Sequence[_Prepared], times_s: Sequence[float], progress: ReportShare, work: Work
-) -> list[list[Answered]]:
-    """Return the answers of all methods in each case."""
+    prepared = results_of(pieces, work, part_of(progress, 0.0, 0.4))
+    tables = dict(zip(cases, prepared["tables"], strict=True))
     judging = [
-        (each.case, (examine, (each.case.set.world, each.case.kind, name, numbers, each.table, times_s)))
-        for each in prepared
-        for name in each.case.set.names
-        for numbers in chunks(range(each.case.set.test), CHUNK)
+        (case, (examine, (case.set.world, case.kind, name, numbers, tables[case], times_s)))
+        for case, name in named
+        for numbers in chunks(range(case.set.test), CHUNK)
     ]
     known = len(judging)
     judging += [
-        (each.case, (examine, (each.case.set.world, each.case.kind, name, range(STRANGE_TOUCHES), each.table, times_s)))
-        for each in prepared
+        (case, (examine, (case.set.world, case.kind, name, range(STRANGE_TOUCHES), tables[case], times_s)))
+        for case in cases
         for name in STRANGERS
-        if name not in each.case.set.names
+        if name not in case.set.names
     ]
-    judged = work([piece for _, piece in judging], part_of(progress, 0.0, 0.7))
+    judged = work([piece for _, piece in judging], part_of(progress, 0.4, 0.8))
+    learned = _by_case([case for case, _ in named for _ in range(UNITS)], prepared["learning"])
     tested = _by_case([case for case, _ in judging[:known]], [touches for _, touches in judged[:known]])
     referring = [
-        (each.case, (refer, (each.learned.part(fingers, t_s), tested[each.case].part(fingers, t_s), method)))
-        for each in prepared
+        (case, (refer, (learned[case].part(fingers, t_s), tested[case].part(fingers, t_s), method)))
+        for case in cases
         for method, fingers in FINGERS.items()
         for t_s in times_s
     ]
-    referred = work([piece for _, piece in referring], part_of(progress, 0.7, 1.0))
-    found: dict[_Case, list[Answered]] = {each.case: [] for each in prepared}
+    referred = work([piece for _, piece in referring], part_of(progress, 0.8, 1.0))
+    found: dict[_Case, list[Answered]] = {case: [] for case in cases}
     for (case, _), (answers, _) in zip(judging, judged, strict=True):
         found[case] += answers
     for (case, _), answers in zip(referring, referred, strict=True):
         found[case] += answers
     return list(found.values())
-
-
-def _unlike(
-    prepared: Sequence[_Prepared], times_s: Sequence[float], progress: ReportShare, work: Work
-) -> list[dict[str, Any]]:
-    """Return the shares of answers to objects unlike those of calibration."""
-    until_s = [t_s for t_s in times_s if t_s <= UNLIKE_UNTIL_S]
-    asked = [
-        (each, objects, (answer, (each.case.set.world, each.case.kind, name, numbers, objects, each.table, until_s)))
-        for each in prepared
-        for objects in UNLIKE
-        for name in each.case.set.names
-        for numbers in chunks(range(each.case.set.test, each.case.set.test + each.case.set.unlike), CHUNK)
-    ]
-    found: dict[tuple[World, int, str], list[Answered]] = {}
-    for (each, objects, _), answers in zip(asked, work([piece for *_, piece in asked], progress), strict=True):
-        found.setdefault((each.case.set.world, len(each.case.set.names), objects.name), []).extend(answers)
-    return [
-        row
-        for (world, count, objects), answers in found.items()
-        for row in shares(answers, world=world, materials=count, objects=objects)
-    ]
 
 
 def _by_case(cases: Sequence[_Case], parts: Sequence[Examples]) -> dict[_Case, Examples]:
@@ -246,22 +194,8 @@ def examine(
 ) -> tuple[list[Answered], Examples]:
     """Return the estimator's answers to new touches, and the same touches as the reference's examples."""
     hands, knowledge = judged_hands(world, kind, name, numbers, times_s[-1] + LIFTED_S), knowledge_of(table)
-    answers = [each for hand in hands for each in by_fingers(knowledge, hand, FINGERS, times_s, RULES)]
+    answers = [answer for hand in hands for answer in by_fingers(knowledge, hand, FINGERS, times_s, RULES)]
     return answers, Examples.of(hands, UNITS, times_s)
-
-
-def answer(
-    world: World,
-    kind: int,
-    name: str,
-    numbers: Sequence[int],
-    objects: Objects,
-    table: str,
-    times_s: Sequence[float],
-) -> list[Answered]:
-    """Return the estimator's answers to touches of these objects."""
-    hands, knowledge = judged_hands(world, kind, name, numbers, times_s[-1] + LIFTED_S, objects), knowledge_of(table)
-    return [each for hand in hands for each in by_fingers(knowledge, hand, FINGERS, times_s)]
 
 
 def refer(learned: Examples, tested: Examples, method: str) -> list[Answered]:

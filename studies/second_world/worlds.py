@@ -10,7 +10,7 @@ from typing import Literal
 
 from sim_sensors.traces.simulated_touch import BLOCK_M
 from studies.second_world.touches import Kind, simulate_touches
-from studies.thermal_identification.situations import NEAR_K, STAGGERED_K, Hand, Situation, touched
+from studies.thermal_identification.situations import NEAR_K, PREHEAT_K, STAGGERED_K, Hand, Situation, touched
 
 World = Literal["A", "B"]
 
@@ -30,9 +30,7 @@ class Objects:
     thickness_m: float | None = None
 
 
-AS_CALIBRATED = Objects("as calibrated")
-UNLIKE = (Objects("warm", (6.0, 14.0)), Objects("cold", (-10.0, -5.0)), Objects("thin", thickness_m=1e-3))
-"""Objects unlike those of calibration: as warm as skin, as cold as from a fridge, and sheets."""
+USUAL = Objects("within 3 K")
 UNITS = 5
 """Number of units of a kind, and of fingers of a hand."""
 _LEARNING, _JUDGED, _CALIBRATION = 20, 2, 10
@@ -40,15 +38,36 @@ _PER_KIND, _FIRST_A = 1000, 10**9
 """Number of seeds of a kind of world A, and the first one; other studies use smaller ones."""
 
 
-def calibration_hands(world: World, kind: int, name: str, touches: int, seconds: float) -> list[Hand]:
-    """Return touches of one finger, `seconds` each; each unit makes a fifth of them."""
+def calibration_hands(
+    world: World,
+    kind: int,
+    name: str,
+    touches: int,
+    seconds: float,
+    objects: Objects = USUAL,
+    preheat_k: float = PREHEAT_K,
+    first: int = 0,
+) -> list[Hand]:
+    """Return touches of one finger, `seconds` each, from number `first` on; each unit makes a fifth of them."""
     if world == "A":
-        return touched(Situation(name, _seed(kind, _CALIBRATION), touches, seconds=seconds))
+        seed, thickness_m = _seed(kind, _CALIBRATION), objects.thickness_m or BLOCK_M
+        where = Situation(name, seed, first + touches, (preheat_k,), objects.above_k, thickness_m, seconds=seconds)
+        return touched(where)[first:]
     drawn = Kind.draw(kind)
     return [
         hand
         for seed, unit in enumerate(drawn.units, start=_CALIBRATION)
-        for hand in simulate_touches(Kind(drawn.sensor, (unit,)), name, seed, touches // UNITS, seconds=seconds)
+        for hand in simulate_touches(
+            Kind(drawn.sensor, (unit,)),
+            name,
+            seed,
+            touches // UNITS,
+            first=first // UNITS,
+            preheats_k=(preheat_k,),
+            seconds=seconds,
+            above_k=objects.above_k,
+            thickness_m=objects.thickness_m,
+        )
     ]
 
 
@@ -62,7 +81,7 @@ def learning_hands(world: World, kind: int, name: str, turn: int, touches: int, 
 
 
 def judged_hands(
-    world: World, kind: int, name: str, numbers: Sequence[int], seconds: float, objects: Objects = AS_CALIBRATED
+    world: World, kind: int, name: str, numbers: Sequence[int], seconds: float, objects: Objects = USUAL
 ) -> list[Hand]:
     """Return touches of five fingers, which neither calibrated nor taught anything; each has a number."""
     if world == "A":
@@ -72,7 +91,7 @@ def judged_hands(
 
 
 def _staggered(
-    kind: Kind, name: str, seed: int, numbers: Sequence[int], seconds: float, objects: Objects = AS_CALIBRATED
+    kind: Kind, name: str, seed: int, numbers: Sequence[int], seconds: float, objects: Objects = USUAL
 ) -> list[Hand]:
     return list(
         simulate_touches(

@@ -7,7 +7,7 @@ import pytest
 
 from studies.second_world.figure import plot, reference_of
 from studies.second_world.run import FINGERS, Set, Sizes, measure
-from studies.second_world.worlds import UNITS, UNLIKE, World, calibration_hands, judged_hands, learning_hands
+from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
 from studies.thermal_identification.situations import Hand
 from tests.unit.studies.written import draw_figure
 
@@ -40,14 +40,11 @@ def test_worlds_differ() -> None:
 @pytest.mark.long
 def test_a_tiny_run_has_both_worlds_beside_their_references(tmp_path: Path) -> None:
     names = ("aluminium", "pvc")
-    sizes = Sizes((Set("A", names, 1, 10, 40, 2, 1), Set("B", names, 1, 10, 40, 2, 1)), (0.5, 1.0))
+    sizes = Sizes((Set("A", names, 1, 10, 40, 2), Set("B", names, 1, 10, 40, 2)), (0.5, 1.0))
     progress: list[float] = []
     data = measure(sizes, 0, progress.append)
     assert progress == sorted(progress)
     assert {row["method"] for row in data["accuracy"]} == {*FINGERS, *map(reference_of, FINGERS)}
     assert {(row["world"], row["touches"]) for row in data["accuracy"]} == {("A", 4), ("B", 4)}
     assert all(row["object_within_sd"] is not None for row in data["accuracy"])
-    assert {(row["world"], row["objects"], row["touches"]) for row in data["unlike"]} == {
-        (world, objects.name, 2) for world in ("A", "B") for objects in UNLIKE
-    }
     draw_figure(plot, data, tmp_path, 50_000)
