@@ -5,9 +5,12 @@ own temperatures of plate and back. Each round linearises the model of all touch
 takes one damped Gauss-Newton step of all parameters. These are the touches' own parameters, with their population as
 the prior, and the shared parameters (the sensor's constants and the populations' means). After the step, the touches
 give a new scatter of the populations (expectation-maximisation), and the residuals give the noise.
+
+The fit has several optima. In wrong ones, every touch has another lag. It therefore begins more than once, and the
+beginning that is more probable after COMPARED_ROUNDS goes on.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,13 +21,13 @@ from common.runtime.parallel_map import Map, Progress, unseen
 from remote_site.thermal.calibration.calibration_touches import (
     UNKNOWN_OBJECT_SD_K,
     CalibrationReadings,
-    CalibrationTouch,
 )
 from remote_site.thermal.calibration.population_prior import (
     BACK_SHARE,
     COMMON,
     EARLY_UNIT_S,
     FIRST,
+    FIRST_LAG_SDS,
     FIRST_SD,
     LEAST_BACK_SD_K,
     LEAST_LAG_SD,
@@ -43,6 +46,8 @@ Array = NDArray[np.float64]
 
 ROUNDS = 80
 """Maximum number of rounds."""
+COMPARED_ROUNDS = 25
+"""Number of rounds of each beginning."""
 SETTLED = 0.002
 """Change of any constant's logarithm in a round below which the fit has settled."""
 SETTLED_ROUNDS = 7
@@ -97,29 +102,49 @@ class Population:
     object_sd_k: Array
 
 
+def fit_populations(
+    seen: CalibrationReadings,
+    materials: int,
+    leak_per_s: float,
+    mapped: Map = map,
+    progress: Progress = unseen,
+) -> Population:
+    """Fit sensor and populations to touches.
+
+    Args:
+        seen: readings of all touches.
+        materials: number of materials; each needs two touches or more.
+        leak_per_s: rate of a free cool-down, 1/s: the initial value of the leak.
+        mapped: the function `map`, or a parallel one, that computes courses; the result does not depend on it.
+        progress: is called with the completed share of all possible rounds.
+    """
+    fits = [PopulationFit(seen, materials, leak_per_s, lag_sd, mapped) for lag_sd in FIRST_LAG_SDS]
+    before = COMPARED_ROUNDS * (len(fits) - 1)
+    for number, fit in enumerate(fits):
+        for done in fit.rounds(COMPARED_ROUNDS):
+            progress((COMPARED_ROUNDS * number + done) / (before + ROUNDS))
+    best = min(fits, key=PopulationFit.unlikely)
+    for done in best.rounds(ROUNDS):
+        progress((before + done) / (before + ROUNDS))
+    return best.population()
+
+
 class PopulationFit:
-    """State of the fit, round by round."""
+    """State of one fit, round by round."""
 
     def __init__(
-        self, touches: Sequence[CalibrationTouch], materials: int, leak_per_s: float, mapped: Map = map
+        self, seen: CalibrationReadings, materials: int, leak_per_s: float, lag_sd: float, mapped: Map
     ) -> None:
-        """Begin.
-
-        Args:
-            touches: all touches; their common length counts.
-            materials: number of materials; each needs two touches or more.
-            leak_per_s: rate of a free cool-down, 1/s: the initial value of the leak.
-            mapped: the function `map`, or a parallel one, that computes courses; the result does not depend on it.
-        """
+        """Begin; `lag_sd` is the initial scatter of the touches in ln lag. See `fit_populations`."""
         self._mapped = mapped
-        self.seen = seen = CalibrationReadings.of(touches)
+        self.seen = seen
         self.object_sd_k = seen.object_sd_k
         self.unknown = seen.object_sd_k >= UNKNOWN_OBJECT_SD_K
-        n = len(touches)
+        n = len(seen.reading_k)
         self.own = np.tile(FIRST, (n, 1))
         self.mean = np.tile(FIRST[:2], (materials, 1))
-        self.covariance = np.tile(np.diag(np.square(FIRST_SD[:2])), (materials, 1, 1))
-        self.lag = (FIRST[2], FIRST_SD[2])
+        self.covariance = np.tile(np.diag(np.square(FIRST_SD)), (materials, 1, 1))
+        self.lag = (FIRST[2], lag_sd)
         self.slab_s = np.full(materials, np.inf)
         self.sensor_prior = usual_sensor(leak_per_s)
         self.sensor = self.sensor_prior
@@ -130,18 +155,32 @@ class PopulationFit:
         self.difference_k = -seen.object_k
         self.residual_k = np.zeros_like(seen.reading_k)
         self.solved = np.zeros((n, 3))
+        self._done, self._settled = 0, False
+        """Number of rounds, and whether the last one changed nothing."""
 
-    def run(self, progress: Progress = unseen) -> Population:
-        """Run all rounds; `progress` is called with the completed share of the rounds."""
-        for number in range(ROUNDS):
-            progress(number / ROUNDS)
-            if number in SLAB_ROUNDS:
+    def rounds(self, until: int) -> Iterator[int]:
+        """Run rounds until their number is `until` or the fit has settled; yield the number before each."""
+        while self._done < until and not self._settled:
+            yield self._done
+            if self._done in SLAB_ROUNDS:
                 self._choose_slabs()
             before = np.concatenate((self.sensor, self.mean.ravel()))
-            self._round(number)
+            self._round(self._done)
             moved = np.abs(np.concatenate((self.sensor, self.mean.ravel())) - before).max()
-            if number > max(SLAB_ROUNDS) and moved < SETTLED:
-                break
+            self._settled = self._done > max(SLAB_ROUNDS) and bool(moved < SETTLED)
+            self._done += 1
+
+    def unlikely(self) -> float:
+        """Return twice the negative ln probability of the readings, up to a constant (Laplace's approximation)."""
+        (courses,) = self._courses((self.sensor, self.slab_s))
+        weight = self.seen.count / self.noise_k**2
+        prior = self._prior()[1]
+        normal = np.einsum("nki,k,nkj->nij", courses, weight, courses) + prior
+        spread = np.linalg.slogdet(normal)[1].sum() - np.linalg.slogdet(prior)[1].sum()
+        return float(self._cost(courses) + spread + 2.0 * self.seen.reading_k.size * np.log(self.noise_k))
+
+    def population(self) -> Population:
+        """Return the present estimate."""
         return Population(
             sensor=_constants(self.sensor),
             back_share=self.back_share,

@@ -13,8 +13,10 @@ COMMON = SENSOR + 2
 """Number of shared parameters before the materials' means: the sensor's, mean ln lag, share of the back."""
 FIRST = (np.log(800.0 / PLATE_J_M2K), np.log(0.6), np.log(0.3))
 """Initial values of every touch: ln effusivity, ln conductance, ln lag."""
-FIRST_SD = (0.15, 0.2, 0.1)
-"""Initial scatter of the touches: ln effusivity, ln conductance, ln lag."""
+FIRST_SD = (0.15, 0.2)
+"""Initial scatter of the touches: ln effusivity, ln conductance."""
+FIRST_LAG_SDS = (0.25, 0.1)
+"""Initial scatter of the touches in ln lag; the fit has several optima, and begins with each of these."""
 PRIOR_TOUCHES = (1.0, 10.0, 0.1)
 """Weights of the usual scatter beside a population's own, in touches: ln effusivity, ln conductance, ln lag."""
 USUAL_SD = (0.05, 0.15, 0.2)

@@ -8,9 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
-from remote_site.thermal.calibration.calibration_touches import KNOWN_OBJECT_SD_K, UNKNOWN_OBJECT_SD_K, CalibrationTouch
+from remote_site.thermal.calibration.calibration_touches import (
+    KNOWN_OBJECT_SD_K,
+    UNKNOWN_OBJECT_SD_K,
+    CalibrationReadings,
+    CalibrationTouch,
+)
 from remote_site.thermal.calibration.discrepancy_fit import Labelled, Seen, courses, learn
-from remote_site.thermal.calibration.population_fit import Population, PopulationFit
+from remote_site.thermal.calibration.population_fit import Population, fit_populations
 from remote_site.thermal.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.thermal.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
 from remote_site.thermal.touch_model import PLATE_J_M2K
@@ -231,8 +236,8 @@ def _fit(
             else replace(touch, object_c=touch.ambient_c + float(object_k), object_sd_k=float(object_sd_k))
             for touch, known, object_k, object_sd_k in zip(each, stated, other.object_k, other.object_sd_k, strict=True)
         ]
-    fit = PopulationFit(each, len(touches), leak_per_s, mapped)
-    population = fit.run(progress)
+    means = CalibrationReadings.of(each)
+    population = fit_populations(means, len(touches), leak_per_s, mapped, progress)
     times_s = [t for t in RATE_TIMES_S if t <= length_s + 1e-6]
     material = np.array([touch.material for touch in each])
     offsets = np.array([touch.object_c - touch.ambient_c for touch in each])
@@ -265,9 +270,9 @@ def _fit(
     seen = courses(table, labelled, mapped)
     table = table.model_copy(update={"discrepancy": learn(table, seen)})
     names = list(touches)
-    residual_k = population.residual_k * np.sqrt(fit.seen.count)
+    residual_k = population.residual_k * np.sqrt(means.count)
     labels = [names[touch.material] for touch in each]
-    return ThermalFit(table, labels, fit.seen.times_s, residual_k, seen), population
+    return ThermalFit(table, labels, means.times_s, residual_k, seen), population
 
 
 def touch_of(trace: ThermalTrace) -> RecordedTouch:

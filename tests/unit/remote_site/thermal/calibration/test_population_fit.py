@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
-from remote_site.thermal.calibration.calibration_touches import CalibrationTouch
-from remote_site.thermal.calibration.population_fit import Population, PopulationFit, population_scatter
+from remote_site.thermal.calibration.calibration_touches import CalibrationReadings, CalibrationTouch
+from remote_site.thermal.calibration.population_fit import Population, fit_populations, population_scatter
 from tests.unit.remote_site.made_touches import (
     AMBIENT_C,
     MATERIALS,
@@ -59,7 +59,8 @@ def fit(
                 )
                 objects_k.append(touch.object_c - AMBIENT_C)
     leak_per_s = sensor.leak_w_m2k / PLATE_J_M2K
-    return PopulationFit(touches, len(materials), leak_per_s * 1.2, mapped).run(progress), objects_k
+    readings = CalibrationReadings.of(touches)
+    return fit_populations(readings, len(materials), leak_per_s * 1.2, mapped, progress), objects_k
 
 
 @pytest.fixture(scope="module")
