@@ -60,7 +60,7 @@ class Sizes:
 
 
 QUICK = Sizes(1, 10, 2, (1.0, 3.0, 6.0))
-FULL = Sizes(3, 25, 10, (0.5, 1.0, 2.0, 3.0, 4.0, 6.0))
+FULL = Sizes(3, 25, 8, (0.5, 1.0, 2.0, 3.0, 5.0, 6.0))
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
