@@ -7,7 +7,7 @@ the prior, and the shared parameters (the sensor's constants and the populations
 give a new scatter of the populations (expectation-maximisation), and the residuals give the noise.
 
 The fit has several optima. In wrong ones, every touch has another lag. It therefore begins more than once, and the
-beginning that is more probable after COMPARED_ROUNDS goes on.
+beginning that is more probable after COMPARED_ROUNDS continues.
 """
 
 from collections.abc import Iterable, Iterator
