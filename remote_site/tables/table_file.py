@@ -88,7 +88,7 @@ class TableFile(TablePart):
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(part) for part in first["loc"])
-            raise ValueError(f"{path}: field {where}: {first['msg']}") from None
+            raise ValueError(f"{path}: field {where}: {first['msg']}; calibrate again") from None
         if table.content_hash != _hash(fields):
             raise ValueError(f"{path}: content_hash does not match: the file was changed; calibrate again")
         return table
