@@ -3,18 +3,23 @@
 from dataclasses import dataclass
 from typing import Any
 
-from remote_site.thermal.calibration.thermal_calibration import USUAL_LEAK_PER_S, fit_thermal
-from remote_site.thermal.touch_start import RecordedTouch
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of
 from studies.running import Progress, tables_of
-from studies.second_world.worlds import USUAL, Objects, World, calibration_hands, judged_hands
+from studies.second_world.worlds import (
+    CHUNK,
+    FINGERS,
+    LIFTED_S,
+    USUAL,
+    Objects,
+    World,
+    calibration_hands,
+    judged_hands,
+)
 from studies.thermal_identification.answers import Answered, by_fingers, knowledge_of
 from studies.thermal_identification.shares import shares
-from studies.thermal_identification.situations import FOUR, Hand
+from studies.thermal_identification.situations import FOUR, calibrated
 
-FINGERS = {"1 finger": 1, "2 staggered": 2, "5 staggered": 5}
-"""Number of fingers of each method."""
 WARM = Objects("6 to 14 K warmer", (6.0, 14.0))
 OBJECTS = (USUAL, WARM, Objects("5 to 10 K colder", (-10.0, -5.0)), Objects("sheets of 1 mm", thickness_m=1e-3))
 """Judged objects. Skin in a room is 10 K warmer."""
@@ -27,10 +32,6 @@ WARM_SHARE = 0.4
 """Share of warm objects in the last calibration."""
 LASTS_S = 7.05
 """Time in contact of a calibration touch, s."""
-LIFTED_S = 0.4
-"""Time in contact beyond the last answer, s."""
-CHUNK = 5
-"""Number of judged touches of a piece of work."""
 FIRST_KIND = 10
 """First kind of sensor of a seed; the study `second-world` uses smaller ones."""
 tables = tables_of("shares")
@@ -108,13 +109,11 @@ def measure(sizes: Sizes, seed: int, progress: ReportShare = lambda _: None, wor
 def calibrate(world: World, kind: int, how: str, touches: int) -> str:
     """Return the table that the product's calibration makes of a kind of sensor, as JSON."""
     warm = round(WARM_SHARE * touches) if how == BOTH else 0
-    listed: dict[str, list[tuple[RecordedTouch, float | None]]] = {}
-    for name in FOUR:
-        hands: list[Hand] = calibration_hands(world, kind, name, touches - warm, LASTS_S)
-        if warm:
-            hands += calibration_hands(world, kind, name, warm, LASTS_S, WARM, WARM_PREHEAT_K, touches - warm)
-        listed[name] = [(hand.fingers[0], None if how == UNLABELLED else hand.object_c) for hand in hands]
-    return fit_thermal("simulated touches", listed, USUAL_LEAK_PER_S).table.model_dump_json()
+    hands = {name: calibration_hands(world, kind, name, touches - warm, LASTS_S) for name in FOUR}
+    if warm:
+        for name in FOUR:
+            hands[name] += calibration_hands(world, kind, name, warm, LASTS_S, WARM, WARM_PREHEAT_K, touches - warm)
+    return calibrated(hands, labelled=how != UNLABELLED).model_dump_json()
 
 
 def answer(

@@ -8,7 +8,16 @@ from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, results_of
 from studies.running import Progress, tables_of
 from studies.second_world.figure import reference_of
-from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
+from studies.second_world.worlds import (
+    CHUNK,
+    FINGERS,
+    LIFTED_S,
+    UNITS,
+    World,
+    calibration_hands,
+    judged_hands,
+    learning_hands,
+)
 from studies.thermal_identification.answers import SHIPPED_RULE, Answered, by_fingers, knowledge_of
 from studies.thermal_identification.operating_curve import RULES, operating_curve
 from studies.thermal_identification.pieces import Examples, by_reference
@@ -16,12 +25,6 @@ from studies.thermal_identification.reference import train
 from studies.thermal_identification.shares import errors, reliability, shares
 from studies.thermal_identification.situations import FOUR, TWELVE, calibrated
 
-FINGERS = {"1 finger": 1, "2 staggered": 2, "5 staggered": 5}
-"""Number of fingers of each method."""
-LIFTED_S = 0.4
-"""Time in contact beyond the last answer, s. The answers count from a force of 0.3 N."""
-CHUNK = 5
-"""Number of judged touches of a piece of work."""
 STRANGERS = ("copper", "glass", "rubber", "skin_dermis")
 """Materials that are touched too where they were not calibrated."""
 STRANGE_TOUCHES = 5

@@ -33,6 +33,12 @@ class Objects:
 USUAL = Objects("within 3 K")
 UNITS = 5
 """Number of units of a kind, and of fingers of a hand."""
+FINGERS = {"1 finger": 1, "2 staggered": 2, "5 staggered": 5}
+"""Number of fingers of each judged method."""
+LIFTED_S = 0.4
+"""Time in contact beyond the last answer, s. The answers count from a force of 0.3 N."""
+CHUNK = 5
+"""Number of judged touches of a piece of work."""
 _LEARNING, _JUDGED, _CALIBRATION = 20, 2, 10
 _PER_KIND, _FIRST_A = 1000, 10**9
 """Number of seeds of a kind of world A, and the first one; other studies use smaller ones."""
@@ -50,34 +56,22 @@ def calibration_hands(
 ) -> list[Hand]:
     """Return touches of one finger, `seconds` each, from number `first` on; each unit makes a fifth of them."""
     if world == "A":
-        seed, thickness_m = _seed(kind, _CALIBRATION), objects.thickness_m or BLOCK_M
-        where = Situation(name, seed, first + touches, (preheat_k,), objects.above_k, thickness_m, seconds=seconds)
-        return touched(where)[first:]
-    drawn = Kind.draw(kind)
+        return _touched_a(name, _seed(kind, _CALIBRATION), first + touches, (preheat_k,), seconds, objects)[first:]
+    drawn, numbers = Kind.draw(kind), range(first // UNITS, (first + touches) // UNITS)
     return [
         hand
         for seed, unit in enumerate(drawn.units, start=_CALIBRATION)
-        for hand in simulate_touches(
-            Kind(drawn.sensor, (unit,)),
-            name,
-            seed,
-            touches // UNITS,
-            first=first // UNITS,
-            preheats_k=(preheat_k,),
-            seconds=seconds,
-            above_k=objects.above_k,
-            thickness_m=objects.thickness_m,
-        )
+        for hand in _touched_b(Kind(drawn.sensor, (unit,)), name, seed, numbers, (preheat_k,), seconds, objects)
     ]
 
 
 def learning_hands(world: World, kind: int, name: str, turn: int, touches: int, seconds: float) -> list[Hand]:
     """Return touches of five fingers; units change their places with `turn`, 0..4, so that each is each finger."""
     if world == "A":
-        return touched(Situation(name, _seed(kind, _LEARNING + turn), touches, STAGGERED_K, seconds=seconds))
+        return _touched_a(name, _seed(kind, _LEARNING + turn), touches, STAGGERED_K, seconds)
     drawn = Kind.draw(kind)
     turned = Kind(drawn.sensor, drawn.units[turn:] + drawn.units[:turn])
-    return _staggered(turned, name, _LEARNING + turn, range(touches), seconds)
+    return _touched_b(turned, name, _LEARNING + turn, range(touches), STAGGERED_K, seconds)
 
 
 def judged_hands(
@@ -85,13 +79,26 @@ def judged_hands(
 ) -> list[Hand]:
     """Return touches of five fingers, which neither calibrated nor taught anything; each has a number."""
     if world == "A":
-        seed, thickness_m = _seed(kind, 100 * _JUDGED + numbers[0]), objects.thickness_m or BLOCK_M
-        return touched(Situation(name, seed, len(numbers), STAGGERED_K, objects.above_k, thickness_m, seconds=seconds))
-    return _staggered(Kind.draw(kind), name, _JUDGED, numbers, seconds, objects)
+        seed = _seed(kind, 100 * _JUDGED + numbers[0])
+        return _touched_a(name, seed, len(numbers), STAGGERED_K, seconds, objects)
+    return _touched_b(Kind.draw(kind), name, _JUDGED, numbers, STAGGERED_K, seconds, objects)
 
 
-def _staggered(
-    kind: Kind, name: str, seed: int, numbers: Sequence[int], seconds: float, objects: Objects = USUAL
+def _touched_a(
+    name: str, seed: int, touches: int, preheats_k: tuple[float, ...], seconds: float, objects: Objects = USUAL
+) -> list[Hand]:
+    thickness_m = objects.thickness_m or BLOCK_M
+    return touched(Situation(name, seed, touches, preheats_k, objects.above_k, thickness_m, seconds=seconds))
+
+
+def _touched_b(
+    kind: Kind,
+    name: str,
+    seed: int,
+    numbers: Sequence[int],
+    preheats_k: tuple[float, ...],
+    seconds: float,
+    objects: Objects = USUAL,
 ) -> list[Hand]:
     return list(
         simulate_touches(
@@ -100,7 +107,7 @@ def _staggered(
             seed,
             len(numbers),
             first=numbers[0],
-            preheats_k=STAGGERED_K,
+            preheats_k=preheats_k,
             seconds=seconds,
             above_k=objects.above_k,
             thickness_m=objects.thickness_m,

@@ -121,9 +121,10 @@ def calibration_touches(
     }
 
 
-def calibrated(hands: Mapping[str, Sequence[Hand]]) -> MaterialTable:
-    """Return the table that the product's own calibration makes of labelled touches."""
+def calibrated(hands: Mapping[str, Sequence[Hand]], *, labelled: bool = True) -> MaterialTable:
+    """Return the table of the product's own calibration; `labelled` is whether it knows the objects' temperatures."""
     listed: dict[str, list[tuple[RecordedTouch, float | None]]] = {
-        material: [(hand.fingers[0], hand.object_c) for hand in each] for material, each in hands.items()
+        material: [(hand.fingers[0], hand.object_c if labelled else None) for hand in each]
+        for material, each in hands.items()
     }
     return fit_thermal("simulated touches", listed, USUAL_LEAK_PER_S).table

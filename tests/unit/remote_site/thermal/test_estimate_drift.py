@@ -32,5 +32,5 @@ def test_single_solutions_far_off_are_no_drift() -> None:
     assert not any(drifts(course))
 
 
-def test_estimates_before_the_contact_has_settled_do_not_count() -> None:
+def test_early_estimates_do_not_count() -> None:
     assert not any(drifts([40.0] + [24.0] * 40, from_s=FROM_S - TICK_S))

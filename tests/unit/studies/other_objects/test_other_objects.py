@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from studies.other_objects.figure import plot
-from studies.other_objects.run import CALIBRATIONS, FINGERS, OBJECTS, Sizes, measure
-from studies.second_world.worlds import calibration_hands
+from studies.other_objects.run import CALIBRATIONS, OBJECTS, Sizes, measure
+from studies.second_world.worlds import FINGERS, World, calibration_hands
 from tests.unit.studies.written import draw_figure
 
 
@@ -25,7 +25,8 @@ def test_a_tiny_run_has_all_calibrations_and_objects(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("world", ["A", "B"])
-def test_later_calibration_touches_are_the_same_without_the_earlier_ones(world: str) -> None:
+def test_later_calibration_touches_are_the_same_without_the_earlier_ones(world: World) -> None:
     every = calibration_hands(world, 3, "pvc", 10, 0.5)
     later = calibration_hands(world, 3, "pvc", 5, 0.5, first=5)
+    assert len(later) == 5
     assert {hand.object_c for hand in later} <= {hand.object_c for hand in every}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from studies.second_world.figure import plot, reference_of
-from studies.second_world.run import FINGERS, Set, Sizes, measure
-from studies.second_world.worlds import UNITS, World, calibration_hands, judged_hands, learning_hands
+from studies.second_world.run import Set, Sizes, measure
+from studies.second_world.worlds import FINGERS, UNITS, World, calibration_hands, judged_hands, learning_hands
 from studies.thermal_identification.situations import Hand
 from tests.unit.studies.written import draw_figure
 
