@@ -151,7 +151,8 @@ class FingerThermal:
         if plausible:
             drive = reading.heater_permille / DRIVE_FULL
             self._back.step(t_s - self._sensor_s, drive, reading.sensor_c - reading.ambient_c)
-        if not plausible or t_s - self._sensor_s > READING_AGE_S:  # a touch starts from sound readings without a gap
+        # A touch starts from sound readings of the free sensor without a gap.
+        if contact or not plausible or t_s - self._sensor_s > READING_AGE_S:
             self._free.clear()
         self._sensor_s = t_s
         taken_s = self._clock.step(t_s, reading.device_us)

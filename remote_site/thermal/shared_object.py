@@ -38,6 +38,8 @@ class SharedObject:
         self._one = True
         self.waited_s = NOTHING_DUE
         self._touching: list[ThermalIdentification] = []
+        self._judged: list[ThermalIdentification] = []
+        """The fingers whose evidence counted last."""
 
     def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalResult | None:
         """Judge if due, and return the answer for all fingers in contact; see `look`."""
@@ -82,8 +84,6 @@ class SharedObject:
             return
         touching = self._touching
         longest_s = max(finger.since_s for finger in touching)
-        if self._conclusion is not None and len(touching) > self._count:
-            self._conclusion.join()
         self._judged_s, self._count, self.waited_s = longest_s, len(touching), NOTHING_DUE
         for finger in touching:
             finger.fresh = False
@@ -94,11 +94,14 @@ class SharedObject:
             self._conclusion = self._knowledge.conclusion()
         # A plate that was still heated at contact would mislead the others; alone it counts.
         judges = [finger for finger in touching if finger.rested] or touching
-        evidence = [found for finger in judges if (found := finger.evidence()) is not None]
+        evidence = {finger: found for finger in judges if (found := finger.evidence()) is not None}
         if not evidence:
             return
+        if self._judged != list(evidence):
+            self._judged = list(evidence)
+            self._conclusion.forget_earlier()
         doubt = longest_s - self._doubted_s >= DOUBT_EVERY_S
-        posterior = self._knowledge.posterior.judge(evidence, compare=doubt)
+        posterior = self._knowledge.posterior.judge(list(evidence.values()), compare=doubt)
         if doubt:
             self._doubted_s, self._one = longest_s, posterior.same_object >= ONE_OBJECT
         longest = max(touching, key=lambda finger: finger.since_s)

@@ -29,6 +29,15 @@ from remote_site.thermal.thermal_result import (
 from remote_site.thermal.touch_estimate import SOLVE_EVERY_S, Intervals, TouchEstimate, TouchEvidence, last_solution_s
 from remote_site.thermal.touch_hypotheses import FOREIGN, Substances, TouchHypotheses, guesses, substances
 
+SENSOR_FAULTS = (
+    ThermalReason.NOT_A_NUMBER,
+    ThermalReason.READING_STUCK,
+    ThermalReason.SENSOR_SHORTED,
+    ThermalReason.SENSOR_OPEN,
+    ThermalReason.SENSOR_JUMPS,
+    ThermalReason.SENSOR_FROZEN,
+)
+"""Ends of a touch after which its readings do not count for the other fingers: some came before the fault was found."""
 ANSWERED = (ThermalStatus.IDENTIFIED, ThermalStatus.AMBIGUOUS, ThermalStatus.UNKNOWN)
 LEAST_RATE_SD = 0.02
 """Minimum scatter of ln(rate) between touches of one material."""
@@ -145,7 +154,7 @@ class ThermalIdentification:
         return self._running
 
     def evidence(self) -> TouchEvidence | None:
-        """Return the evidence of this touch; None if it is too early, or without force."""
+        """Return the evidence of this touch; None if it is too early, without force, or of a faulty sensor."""
         if self._estimate is None or self._light_since_s is not None or not self._estimate.settled:
             return None
         return self._knowledge.corrected(self._estimate.evidence(), self.since_s)
@@ -286,6 +295,8 @@ class ThermalIdentification:
         if not self._running:
             return
         self._end()
+        if reason in SENSOR_FAULTS:
+            self._estimate = None
         self.answer = replace(self.answer, reason=self.answer.reason or reason)
         if self.answer.status is ThermalStatus.DECIDING:
             # A part of a touch says little about the object's temperature.

@@ -147,10 +147,10 @@ class ThermalConclusion:
         self._named: str | None = None
         self._seen: tuple[ThermalStatus, str | None] = (ThermalStatus.DECIDING, None)
         self._held_since_s = 0.0
-        self.join()
+        self.forget_earlier()
 
-    def join(self) -> None:
-        """Compare no estimate with earlier ones, because another finger has touched."""
+    def forget_earlier(self) -> None:
+        """Compare no estimate with earlier ones, because the evidence is that of other fingers."""
         self._drift, self._drifted = EstimateDrift(), False
 
     def step(self, posterior: Posterior, since_s: float) -> ThermalResult:

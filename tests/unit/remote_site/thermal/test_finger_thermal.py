@@ -40,3 +40,25 @@ def test_the_slope_before_contact_is_in_kelvin_a_second_where_readings_were_over
     _, start_c, slope_k_s, *_ = finger.own.start.call_args.args
     assert slope_k_s == pytest.approx(SLOPE_K_S, abs=1e-6)
     assert start_c == pytest.approx(33.0, abs=0.05)
+
+
+def test_a_touch_elsewhere_after_a_tap_starts_from_readings_after_it(knowledge: ThermalKnowledge) -> None:
+    """The tap cools the plate by 1 K; a line through readings before and after it would have a slope."""
+    hand = HandMotion()
+    exploration, finger = ModeDetector(hand), FingerThermal(0, knowledge)
+    finger.own.start = Mock(wraps=finger.own.start)  # type: ignore[method-assign]
+    for tick in range(round(2.3 / PERIOD_S)):
+        t_s = PERIOD_S * tick
+        touches, x_m = 2.0 <= t_s < 2.05 or t_s >= 2.2, 0.03 * (t_s >= 2.1)
+        reading = None
+        if tick % 5 == 0:
+            reading = PlateReading(min(33.0, max(32.0, 33.0 - 20.0 * (t_s - 2.0))), AMBIENT_C, "", 2000 * tick, 0)
+        force_n = 1.0 if touches else 0.0
+        plates = (reading,) * FIVE
+        sensed = SensorFrame(t_s, x_m, 0.0, (0.0,) * FIVE, (force_n,) * FIVE, (None,) * FIVE, plates, None)
+        hand.step(t_s, x_m, 0.0)
+        exploration.step(t_s, force_n, 0.0)
+        finger.step(sensed, exploration)
+    starts = [call.args for call in finger.own.start.call_args_list]
+    assert [start_c for _, start_c, *_ in starts] == pytest.approx([33.0, 32.0], abs=0.05)
+    assert [slope_k_s for _, _, slope_k_s, *_ in starts] == pytest.approx([0.0, 0.0], abs=0.2)

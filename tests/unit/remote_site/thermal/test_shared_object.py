@@ -1,5 +1,8 @@
 """One answer for all fingers on one object, and each its own where that does not hold."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from common.wire.messages import ThermalReason, ThermalStatus
@@ -92,6 +95,19 @@ def test_a_finger_whose_sensor_fails_at_once_does_not_count(knowledge: ThermalKn
     hand = Hand(knowledge, same("stone", 7))
     hand.fingers[1].stop(ThermalReason.SENSOR_OPEN)
     assert set(hand.play(0.5)) == {None}
+
+
+def test_a_sensor_that_hangs_takes_no_answer_from_the_other_fingers(knowledge: ThermalKnowledge) -> None:
+    """Until it is detected, its readings contradict the others for as long as a plate may repeat its reading."""
+    sound, hung = same("stone", 3)
+    stuck_c = hung.sensor_c[np.searchsorted(hung.time_s, 1.2)]
+    hung = replace(hung, sensor_c=np.where(hung.time_s >= 1.2, stuck_c, hung.sensor_c))
+    hand = Hand(knowledge, [sound, hung])
+    answer = hand.play()[-1]
+    assert not hand.fingers[1].running
+    assert answer is not None
+    assert (answer.best, answer.reason) == ("stone", ThermalReason.NONE)
+    assert answer.object_c == pytest.approx(sound.object_c, abs=0.5)
 
 
 @pytest.mark.long

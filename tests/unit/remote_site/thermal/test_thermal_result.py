@@ -148,7 +148,7 @@ def test_a_temperature_that_drifts_away_fits_no_model_until_another_finger_joins
     assert drifted[-1].object_c_sd == OBJECT_UNKNOWN_SD_K
     back = play(concluded, stone(CERTAIN), 4.01, 5.0)[-1]
     assert back.reason is ThermalReason.NO_FIT
-    concluded.join()
+    concluded.forget_earlier()
     assert play(concluded, stone(CERTAIN), 5.01, 6.0)[-1].material == "stone"
 
 
