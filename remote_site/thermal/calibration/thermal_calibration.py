@@ -54,6 +54,7 @@ class ThermalFit:
         times_s: (k,) times of the residuals after contact, s.
         residual_k: (touches, k) residuals of the model, K; those of a mean are scaled to one reading.
         seen: evidence of the touches without discrepancy, by time after contact, s.
+        shortest: name of the shortest trace.
     """
 
     table: MaterialTable
@@ -61,6 +62,7 @@ class ThermalFit:
     times_s: Array
     residual_k: Array
     seen: dict[float, list[Seen]] = field(repr=False)
+    shortest: str = ""
 
     @property
     def before(self) -> MaterialTable:
@@ -76,6 +78,11 @@ class ThermalFit:
             for number, entry in enumerate(self.table.materials)
             if entry.misfit > MISFIT
         ]
+        if self.table.lasts_s < LONGEST_S:
+            found.append(
+                f"{self.shortest} lasts only {self.table.lasts_s:.2f} s after contact: later readings of all touches were "
+                f"not used, and an object is judged for {self.table.lasts_s:.2f} s; {LONGEST_S:g} s are better"
+            )
         return found + [
             f"{entry.name}: only {entry.touches} touches; its scatter needs {GOOD} or more"
             for entry in self.table.materials
@@ -192,18 +199,25 @@ def fit_thermal(
         if len(listed) < FEWEST:
             raise ValueError(f"{where}: column material: {label} has {len(listed)} touch, needs {FEWEST} or more")
     everyone = [touch for listed in touches.values() for touch, _ in listed]
-    length_s = min(float(touch.trace.time_s[-1]) - touch.contact_s for touch in everyone)
+    shortest = min(everyone, key=_length_s)
+    name, length_s = shortest.trace.name, _length_s(shortest)
     if length_s < SHORTEST_S:
-        raise ValueError(f"{where}: the shortest touch lasts {length_s:.2f} s, needs {SHORTEST_S} s or more")
+        raise ValueError(f"{where}: {name} lasts {length_s:.2f} s after contact, needs {SHORTEST_S} s or more")
     if any(touch.trace.reference_c is None for touch in everyone):
-        return _fit(where, touches, leak_per_s, length_s, None, mapped, progress)[0]
+        fit, _ = _fit(where, touches, leak_per_s, length_s, None, mapped, progress)
+        return replace(fit, shortest=name)
     beside = {
         label: [(reference_touch(touch), object_c) for touch, object_c in listed] for label, listed in touches.items()
     }
     reference, other = _fit(where, beside, USUAL_LEAK_PER_S, length_s, None, mapped, lambda share: progress(share / 2))
     # a sensor that starts at ambient gives the best temperature of the object
     fit, _ = _fit(where, touches, leak_per_s, length_s, other, mapped, lambda share: progress((1 + share) / 2))
-    return replace(fit, table=fit.table.model_copy(update={"reference": reference.table}))
+    return replace(fit, table=fit.table.model_copy(update={"reference": reference.table}), shortest=name)
+
+
+def _length_s(touch: RecordedTouch) -> float:
+    """Return the time from contact to the end of the trace, s."""
+    return float(touch.trace.time_s[-1]) - touch.contact_s
 
 
 def _fit(
