@@ -38,8 +38,6 @@ class SharedObject:
         self._one = True
         self.waited_s = NOTHING_DUE
         self._touching: list[ThermalIdentification] = []
-        self._judged: list[ThermalIdentification] = []
-        """The fingers whose evidence counted last."""
 
     def step(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalResult | None:
         """Judge if due, and return the answer for all fingers in contact; see `look`."""
@@ -97,12 +95,9 @@ class SharedObject:
         evidence = {finger: found for finger in judges if (found := finger.evidence()) is not None}
         if not evidence:
             return
-        if self._judged != list(evidence):
-            self._judged = list(evidence)
-            self._conclusion.forget_earlier()
         doubt = longest_s - self._doubted_s >= DOUBT_EVERY_S
         posterior = self._knowledge.posterior.judge(list(evidence.values()), compare=doubt)
         if doubt:
             self._doubted_s, self._one = longest_s, posterior.same_object >= ONE_OBJECT
-        longest = max(touching, key=lambda finger: finger.since_s)
-        self._answer = longest.with_exponential(self._conclusion.step(posterior, longest_s))
+        longest = max(evidence, key=lambda finger: finger.since_s)
+        self._answer = longest.with_exponential(self._conclusion.step(posterior, longest_s, list(evidence)))

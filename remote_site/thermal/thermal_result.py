@@ -123,6 +123,7 @@ class ThermalConclusion:
         "_plate_j_m2k",
         "_rule",
         "_seen",
+        "_sources",
     )
 
     def __init__(
@@ -147,14 +148,20 @@ class ThermalConclusion:
         self._named: str | None = None
         self._seen: tuple[ThermalStatus, str | None] = (ThermalStatus.DECIDING, None)
         self._held_since_s = 0.0
-        self.forget_earlier()
-
-    def forget_earlier(self) -> None:
-        """Compare no estimate with earlier ones, because the evidence is that of other fingers."""
         self._drift, self._drifted = EstimateDrift(), False
+        self._sources: Sequence[object] = ()
 
-    def step(self, posterior: Posterior, since_s: float) -> ThermalResult:
-        """Return the answer `since_s` seconds after contact."""
+    def step(self, posterior: Posterior, since_s: float, sources: Sequence[object] = ()) -> ThermalResult:
+        """Return the answer.
+
+        Args:
+            posterior: posterior of all evidence until now.
+            since_s: time after contact, s.
+            sources: fingers whose evidence it is. An estimate is compared with earlier ones of the same fingers only.
+        """
+        if sources != self._sources:
+            self._sources = sources
+            self._drift, self._drifted = EstimateDrift(), False
         self._drifted = self._drift.step(since_s, posterior.object_c, posterior.object_c_sd) or self._drifted
         answer = self._held(posterior, since_s)
         return replace(answer, constants=rendered_constants(answer))

@@ -80,8 +80,8 @@ class ThermalFit:
         ]
         if self.table.lasts_s < LONGEST_S:
             found.append(
-                f"{self.shortest} lasts only {self.table.lasts_s:.2f} s after contact: later readings of all touches were "
-                f"not used, and an object is judged for {self.table.lasts_s:.2f} s; {LONGEST_S:g} s are better"
+                f"{self.shortest} lasts only {self.table.lasts_s:.2f} s after contact: later readings of all touches "
+                f"were not used, and an object is judged for {self.table.lasts_s:.2f} s; {LONGEST_S:g} s are better"
             )
         return found + [
             f"{entry.name}: only {entry.touches} touches; its scatter needs {GOOD} or more"

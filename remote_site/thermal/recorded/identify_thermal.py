@@ -230,10 +230,11 @@ class _Joint:
 
     def _step(self, t_s: float) -> None:
         answers = [replay.play(t_s) for replay in self._replays]
-        evidence = [found for replay in self._replays if (found := self._evidence(replay)) is not None]
+        evidence = {replay: found for replay in self._replays if (found := self._evidence(replay)) is not None}
         if not evidence or not any(replay.identification.running for replay in self._replays):
             return
-        joint = self._conclusion.step(self._knowledge.posterior.judge(evidence), t_s)
+        posterior = self._knowledge.posterior.judge(list(evidence.values()))
+        joint = self._conclusion.step(posterior, t_s, list(evidence))
         # Eq. 11 has no joint form: the finger nearest to the middle speaks for all
         rates = sorted((a for a in answers if a.rate_per_s is not None), key=lambda a: a.rate_per_s or 0.0)
         middle = rates[len(rates) // 2] if rates else joint

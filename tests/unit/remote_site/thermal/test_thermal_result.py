@@ -148,8 +148,8 @@ def test_a_temperature_that_drifts_away_fits_no_model_until_another_finger_joins
     assert drifted[-1].object_c_sd == OBJECT_UNKNOWN_SD_K
     back = play(concluded, stone(CERTAIN), 4.01, 5.0)[-1]
     assert back.reason is ThermalReason.NO_FIT
-    concluded.forget_earlier()
-    assert play(concluded, stone(CERTAIN), 5.01, 6.0)[-1].material == "stone"
+    joined = [concluded.step(stone(CERTAIN), 0.01 * k, ["index", "thumb"]) for k in range(501, 601)]
+    assert joined[-1].material == "stone"
 
 
 def test_a_misfit_states_no_temperature() -> None:
