@@ -1,4 +1,4 @@
-"""What calibration says of the touches that it was given."""
+"""Calibration names touches that are too short."""
 
 from pathlib import Path
 
