@@ -162,7 +162,7 @@ class SessionClient:
             self._touch(packet_or_none, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "touch")
         if self.session.state is LinkState.FAULT:
-            self.want_engaged = False
+            self._withdraw()
         self.stopping.step(now_ns, unconfirmed)
         if self.session.ident:
             self._keep_up(now_ns, not_ready)
@@ -180,7 +180,7 @@ class SessionClient:
             self._ask("estop", now_ns, {})
         remote_state = self.touch.state if self.touch is not None else LinkState.CONNECTED
         if remote_state is LinkState.FAULT:
-            self.want_engaged = False
+            self._withdraw()
             if not self.remote_fault:
                 self._ask("status", now_ns, {})
         elif self.remote_fault:
@@ -255,14 +255,19 @@ class SessionClient:
 
     def stop(self, now_ns: int) -> None:
         """Stop both sites in an emergency: latch here at once, and ask the remote site until it answers."""
-        self.want_engaged = False
+        self._withdraw()
         self.stopping.begin(now_ns)
 
     def disengage(self, now_ns: int, why: str = "") -> None:
         """Bring both sites to neutral; engaging again needs a new request."""
-        self.want_engaged = False
+        self._withdraw()
         self.session.disengage(why)
         self.request("disengage", now_ns, {})
+
+    def _withdraw(self) -> None:
+        """Request no engaging any more; the answer to an earlier request has no effect."""
+        self.want_engaged = False
+        self._asked = {sequence: verb for sequence, verb in self._asked.items() if verb != "engage"}
 
     def clear(self, now_ns: int) -> None:
         """Clear the latched fault of this site, and of the remote one if it allows that.

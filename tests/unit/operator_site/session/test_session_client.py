@@ -210,6 +210,30 @@ def test_a_session_ended_by_the_remote_site_reports_the_reason_until_both_engage
     assert pair.client.refusal == ""
 
 
+@pytest.mark.parametrize("stopped", [False, True])
+@pytest.mark.parametrize("wanted_again", [False, True])
+def test_an_engage_that_is_granted_after_a_person_has_disengaged_or_stopped_has_no_effect(
+    pair: Pair, stopped: bool, wanted_again: bool
+) -> None:
+    pair.client.want_engaged = True
+    assert pair.asked("engage", 300) > 0
+    request = next(request for request in reversed(pair.remote.asked) if request.verb == "engage")
+    if stopped:
+        pair.stop()
+        pair.client.clear(pair.remote.now_ns)
+    else:
+        pair.client.disengage(pair.remote.now_ns)
+    pair.client.want_engaged = wanted_again
+    granted = Answer(IDENT, request.sequence, pair.remote.now_ns, "", {"max_age_s": 0.15})
+    pair.remote.answers.append(granted.encode())
+    pair.run()
+    assert pair.client.session.state is LinkState.CONNECTED
+    pair.client.want_engaged = True
+    assert pair.asked("engage", 300) > 0
+    pair.answer("engage", max_age_s=0.15)
+    assert pair.client.session.engaged
+
+
 def test_a_link_that_was_too_slow_is_no_reason_any_more_after_it_became_fast(pair: Pair) -> None:
     usual_ns, pair.client.acceptance.max_age_ns = pair.client.acceptance.max_age_ns, 1
     pair.run(100)
