@@ -57,7 +57,8 @@ class SessionClient:
     want_engaged: bool
     """Whether to request engaging until both sites are engaged; a fault of either clears it."""
     engages_itself: bool = True
-    """Whether `want_engaged` survives a lost session; where a person engages, a person must engage again."""
+    """Whether `want_engaged` survives a lost session and a remote site that disengages; where a person engages, a
+    person must engage again."""
     calibration: str = ""
     """Required hash of the remote site's calibration; empty for any."""
     role: str = OPERATOR
@@ -190,6 +191,8 @@ class SessionClient:
             self._ask("status", now_ns, {})
         if self._remote_let_go():
             self.session.disengage("the remote site is no longer engaged")
+            if not self.engages_itself:
+                self._withdraw()
         wants = self.want_engaged and self.session.state is LinkState.CONNECTED
         if self._in_time(wants) and wants and not not_ready:
             self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
@@ -438,7 +441,8 @@ class SessionClient:
         heard_ns = self.acceptance.last_ns
         if not self.session.engaged or self.touch is None or heard_ns is None:
             return False
-        return heard_ns - self._engaged_ns > _ASK_NS and self.touch.state is not LinkState.ENGAGED
+        in_flight_ns = max(_ASK_NS, self.acceptance.max_age_ns)  # touch of this age may have left before the grant
+        return heard_ns - self._engaged_ns > in_flight_ns and self.touch.state is not LinkState.ENGAGED
 
     def _count_damaged(self, stream: str, error: ValueError) -> None:
         self.damaged[stream] += 1

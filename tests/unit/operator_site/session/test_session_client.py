@@ -234,6 +234,35 @@ def test_an_engage_that_is_granted_after_a_person_has_disengaged_or_stopped_has_
     assert pair.client.session.engaged
 
 
+@pytest.mark.parametrize("engages_itself", [False, True])
+def test_a_remote_site_that_has_disengaged_is_asked_again_only_without_a_required_request(
+    pair: Pair, engages_itself: bool
+) -> None:
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.run(300)
+    pair.answer("engage", max_age_s=0.15)
+    pair.remote.state = LinkState.ENGAGED
+    pair.run(300)
+    assert pair.client.both_engaged
+    pair.remote.state = LinkState.CONNECTED
+    assert (pair.asked("engage", 1_000) > 0) is engages_itself
+    assert pair.client.session.paused == "the remote site is no longer engaged"
+    pair.client.want_engaged = True
+    pair.run(300)
+    pair.answer("engage", max_age_s=0.15)
+    assert pair.client.session.engaged
+
+
+def test_touch_that_was_sent_before_the_remote_site_engaged_does_not_disengage(pair: Pair) -> None:
+    pair.client.want_engaged = True
+    pair.run(300)
+    pair.answer("engage", max_age_s=AGE_MAX_S)
+    pair.run(round(1e3 * AGE_MAX_S) - 10)
+    assert pair.client.session.engaged, "this touch may be older than the grant"
+    pair.run(20)
+    assert not pair.client.session.engaged
+
+
 def test_a_link_that_was_too_slow_is_no_reason_any_more_after_it_became_fast(pair: Pair) -> None:
     usual_ns, pair.client.acceptance.max_age_ns = pair.client.acceptance.max_age_ns, 1
     pair.run(100)

@@ -173,6 +173,34 @@ def test_motion_before_hello_is_ignored_and_its_sender_may_still_become_the_oper
     assert remote.server.motion is not None
 
 
+def test_an_operator_site_that_starts_again_right_after_its_hello_may_engage() -> None:
+    remote = Remote()
+    remote.ask("hello", sequence=5_000, **ABLE, role="operator")
+    remote.step()
+    ident = remote.ident
+    remote.link.closed.add(OWN)
+    remote.ask("hello", connection=OTHER, sequence=1, **ABLE, role="operator")
+    remote.step()
+    assert remote.ident == ident
+    remote.beat(connection=OTHER)
+    remote.ask("engage", connection=OTHER, sequence=2, max_age_s=0.15)
+    remote.step()
+    assert remote.answered(2) == ""
+    assert remote.server.session.engaged
+
+
+def test_a_copy_that_repeats_the_hello_does_not_lock_the_operator_out() -> None:
+    remote = Remote()
+    remote.ask("hello", **ABLE, role="operator")
+    remote.step()
+    remote.ask("hello", connection=OTHER, sequence=10**9, **ABLE, role="operator")
+    remote.step()
+    remote.beat()
+    remote.ask("engage", max_age_s=0.15)
+    remote.step()
+    assert remote.server.session.engaged
+
+
 @pytest.mark.parametrize(("ahead", "late_ns"), [(50, 0), (0, 140 * MS)], ids=["ahead", "in the past"])
 def test_a_copy_of_the_operators_key_moves_nothing_and_latches_a_fault(
     working: Remote, ahead: int, late_ns: int
