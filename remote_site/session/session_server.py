@@ -388,6 +388,8 @@ class SessionServer:
         if problem:
             raise Refused(problem)
         if self.session.ident:  # repeated before the answer arrived: the same session
+            if self._connections.own("control", sender, now_ns):
+                self._asked = request.sequence  # a site that has started again counts its requests again
             return {"session": self.session.ident, **self.capabilities}
         self.operator, self._awaits_beat, self._asked = key, True, request.sequence
         self._connections.begin(sender, now_ns)
