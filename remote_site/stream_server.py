@@ -10,7 +10,7 @@ import zmq
 from common.config.link_models import RemoteLinkConfig
 from common.link.authenticator import MOST_FOR_OBSERVERS, Authenticator
 from common.link.bind_address import check_bind
-from common.link.curve import Inbox, LinkProblem, Received, prepare_socket, receive_requests, serve_curve
+from common.link.curve import REFUSE_S, Inbox, LinkProblem, Received, prepare_socket, receive_requests, serve_curve
 from common.link.host_name import is_ipv6, tcp_endpoint
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.tcp_connections import open_connections
@@ -102,7 +102,13 @@ class StreamServer:
         if self.socket is None:
             with contextlib.suppress(zmq.ZMQError):  # the old socket still holds the port
                 self._bind()
-        return [] if self.socket is None else receive_requests(self._inbox)
+        if self.socket is None:
+            return []
+        found = receive_requests(self._inbox)
+        if self._inbox.rest_of is not None:  # a long message would delay all other readers
+            self._authenticator.refuse(self._stream, str(self._inbox.rest_of.get("User-Id")), REFUSE_S)
+            self._unbind()
+        return found
 
     def may_operate(self, key: str) -> bool:
         """Return whether the owner of this key may be a session's operator."""
@@ -122,9 +128,14 @@ class StreamServer:
     def recheck_keys(self) -> None:
         """Cut every connection if a key that was admitted is no longer trusted; trusted readers connect again."""
         if self.socket is not None and self._authenticator.revoked():
+            self._unbind()
+            self.receive()
+
+    def _unbind(self) -> None:
+        """Close the socket and all its connections; the next `receive` binds it again."""
+        if self.socket is not None:
             self.socket.close(linger=0)
             self.socket = None
-            self.receive()
 
     def close(self) -> None:
         """Release the port."""

@@ -17,10 +17,14 @@ MOST_AT_ONCE = 64
 """Maximum number of packets read from one socket in one tick; a socket takes turns among its connections."""
 WAITING = 64
 """Maximum number of packets of one connection that wait to be read, or to be sent; beyond it TCP holds the sender."""
+REFUSE_S = 10.0
+"""Time for which a key is refused at a stream after it sent a message with too many parts, s."""
 _STOP = b"estop"
 """Bytes that every request for an emergency stop contains."""
 _LONGEST_OF_A_READER = 512
 """Maximum size of a reader's packet, bytes; the longest packet of a handshake has some 300."""
+_MOST_PARTS = 64
+"""Maximum number of parts of a message that are read at once; a packet has one, with the sender's identity two."""
 _MOST_OF_READERS = 8
 """Maximum number of waiting packets of one reader; with 1 the library takes no subscription."""
 _READABLE, _EVENTS, _DONTWAIT = int(zmq.POLLIN), int(zmq.EVENTS), int(zmq.DONTWAIT)
@@ -98,9 +102,12 @@ class Inbox:
 
     The socket's descriptor becomes readable when its state changes; polling it takes a fifth of the time of asking the
     library. It signals each change once. Therefore the library is asked until no packet waits, and after `stale`.
+
+    Attributes:
+        rest_of: a part of a message that has too many, until its end was read; None without one.
     """
 
-    __slots__ = ("_look", "_news", "_socket")
+    __slots__ = ("_look", "_most_parts", "_news", "_socket", "rest_of")
 
     def __init__(self, socket: "zmq.Socket[bytes]") -> None:
         """Read from a socket that has no other reader."""
@@ -109,13 +116,19 @@ class Inbox:
         news.register(int(socket.getsockopt(zmq.FD)), select.POLLIN)
         self._news = news.poll
         self._look = True
+        self.rest_of: zmq.Frame | None = None
+        self._most_parts = 1 if socket.getsockopt(zmq.CONFLATE) else _MOST_PARTS
 
     def stale(self) -> None:
         """Note another use of the socket, such as sending, which may have consumed a signal of the descriptor."""
         self._look = True
 
     def take(self) -> list[zmq.Frame]:
-        """Return the parts of the next packet; empty where no packet waits."""
+        """Return the parts of the next packet; empty where none waits, or where its message has too many parts.
+
+        A long message is read in pieces, and dropped. Of a newest-only stream the rest of a message must not be read:
+        the library keeps one part, and aborts the process where it finds no further one.
+        """
         socket = self._socket
         if not self._look:
             if not self._news(0):
@@ -124,12 +137,19 @@ class Inbox:
             self._look = False
             return []
         self._look = True
+        if self.rest_of is not None and self._most_parts == 1:
+            return []
+        frames: list[zmq.Frame] = []
         try:
-            frames = [socket.recv(_DONTWAIT, copy=False)]
-            while frames[-1].more:
+            while not frames or frames[-1].more:
+                if len(frames) == self._most_parts:
+                    self.rest_of = frames[-1]
+                    return []
                 frames.append(socket.recv(_DONTWAIT, copy=False))
         except zmq.Again:
             return []
+        if self.rest_of is not None:
+            self.rest_of, frames = None, []
         return frames
 
 
@@ -201,20 +221,36 @@ class CurveSockets:
 
     def receive_latest(self, stream: str) -> bytes | None:
         """Return the newest unread packet of a latest-only stream; None where there is none."""
-        inbox = self._inboxes.get(stream)
-        frames = None if inbox is None else inbox.take()
+        frames = self._take(stream)
         return frames[0].bytes if frames else None
 
     def newest_of_each(self, stream: str) -> list[Received]:
         """Return the newest unread packet of each connection of a latest-only stream, at most MOST_AT_ONCE in all."""
-        inbox = self._inboxes.get(stream)
         found: dict[int, Received] = {}
         for _ in range(MOST_AT_ONCE):
-            if inbox is None or not (frames := inbox.take()):
+            if not (frames := self._take(stream)):
                 break
             sender = _sender(b"", frames[0])
             found[sender.connection] = sender, frames[0].bytes
         return list(found.values())
+
+    def _take(self, stream: str) -> list[zmq.Frame]:
+        """Return the parts of a stream's next packet; empty where there is none."""
+        inbox = self._inboxes.get(stream)
+        if inbox is None:
+            return []
+        frames = inbox.take()
+        self._check(stream, inbox)
+        return frames
+
+    def _check(self, stream: str, inbox: Inbox) -> None:
+        """Replace the socket of a stream on which a message with too many parts came, because it may not be read."""
+        if inbox.rest_of is not None:
+            self._replace(stream, inbox.rest_of)
+
+    def _replace(self, stream: str, part: zmq.Frame) -> None:
+        """Replace a stream's socket, on which this part of a message came."""
+        raise NotImplementedError
 
     def wait_for_latest(self, stream: str, seconds: float) -> bytes | None:
         """Return the newest unread packet of a latest-only stream, or the next one within `seconds`, s; else None.

@@ -6,6 +6,7 @@ that its role may use.
 
 import contextlib
 import itertools
+import logging
 import time
 from typing import Any
 
@@ -16,6 +17,7 @@ from common.link.authenticator import MOST_FOR_OBSERVERS, Authenticator
 from common.link.bind_address import check_bind
 from common.link.curve import (
     MOST_AT_ONCE,
+    REFUSE_S,
     CurveSockets,
     Inbox,
     LinkProblem,
@@ -28,11 +30,13 @@ from common.link.curve import (
     use_curve,
 )
 from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
-from common.link.keys import KeyPair, Role, TrustedKeys
+from common.link.keys import KeyPair, Role, TrustedKeys, fingerprint
 from common.link.rate_limiter import RateLimiter
 from common.link.subscriptions import Subscriptions
 from common.link.tcp_connections import end_connection, is_open, open_connections
 from common.wire.streams import SITE_STREAMS, Direction, Stream
+
+log = logging.getLogger(__name__)
 
 # Motion and touch have one sender and one reader; only the stream for observers may have several readers.
 _REMOTE_TYPE = {
@@ -95,7 +99,11 @@ class RemoteLink(CurveSockets):
         if (subscribers := self._subscribers.get(next(self._turns))) is not None:
             subscribers.step()
         inbox = self._inboxes.get(stream)
-        return [] if inbox is None else receive_requests(inbox)
+        if inbox is None:
+            return []
+        found = receive_requests(inbox)
+        self._check(stream, inbox)
+        return found
 
     def expel(self, stream: str, sender: Sender, refuse_s: float = 0.0) -> None:
         """End a sender's connection to a stream; refuse its key there for a while.
@@ -142,12 +150,23 @@ class RemoteLink(CurveSockets):
         """
         revoked = self._authenticator.revoked()
         for name in revoked:
-            self._subscribers.pop(name, None)
-            self._inboxes.pop(name, None)
-            if (socket := self._sockets.pop(name, None)) is not None:
-                socket.close(linger=0)
+            self._unbind(name)
         self._bind_missing()
         return set().union(*revoked.values())
+
+    def _replace(self, stream: str, part: zmq.Frame) -> None:
+        key = str(part.get("User-Id"))
+        log.warning("%s: key %s sent a message with too many parts", stream, fingerprint(key))
+        self._authenticator.refuse(stream, key, REFUSE_S)
+        self._unbind(stream)
+        self._bind_missing()
+
+    def _unbind(self, name: str) -> None:
+        """Close a stream's socket and all its connections."""
+        self._subscribers.pop(name, None)
+        self._inboxes.pop(name, None)
+        if (socket := self._sockets.pop(name, None)) is not None:
+            socket.close(linger=0)
 
     def _bind_missing(self) -> None:
         for stream in SITE_STREAMS.values():
@@ -253,10 +272,14 @@ class OperatorLink(CurveSockets):
         found: list[bytes] = []
         if self._address != self._resolver.address:  # the name server has answered
             self.reconnect()
-        inbox = self._inboxes[stream]
-        while len(found) < MOST_AT_ONCE and (frames := inbox.take()):
+        while len(found) < MOST_AT_ONCE and (frames := self._take(stream)):
             found.append(frames[0].bytes)
         return found
+
+    def _replace(self, stream: str, part: zmq.Frame) -> None:
+        if self._reopens.allows(time.monotonic()):
+            self._close(stream)
+            self._open(SITE_STREAMS[stream])
 
     def key_refused(self) -> bool:
         """Return whether the remote site has refused this side's key on any stream since the last call.

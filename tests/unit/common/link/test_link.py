@@ -15,6 +15,7 @@ from common.link.curve import (
     Received,
     prepare_socket,
     receive_requests,
+    serve_curve,
     use_curve,
 )
 from common.link.keys import Role, TrustedKeys, load_keys
@@ -330,6 +331,61 @@ def test_requests_for_a_stop_are_read_first_and_the_others_in_their_order() -> N
 
     found = receive_requests(cast(Inbox, Waiting()), most=4)
     assert [packet for _, packet in found] == [b"an estop", b"1", b"2", b"3"]
+
+
+IN_PARTS = [bytes(5000)] * 200
+"""A message that is being received while its receiver reads."""
+
+
+@pytest.mark.parametrize(("stream", "kind"), [("motion", zmq.PUSH), ("control", zmq.DEALER), ("heartbeat", zmq.DEALER)])
+def test_a_key_that_sends_messages_in_parts_is_refused_and_the_operator_is_served(
+    keys: Keys, base_port: int, stream: str, kind: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The library aborts a process that reads on in such a message of a newest-only stream."""
+    TrustedKeys(keys.remote).trust("colleague", load_keys(keys.stranger).public)
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator, zmq.Context() as context:
+        exchange(remote, operator)
+        sender = context.socket(kind)
+        prepare_socket(sender)
+        sender.setsockopt(zmq.SNDHWM, 1)
+        use_curve(sender, load_keys(keys.stranger), load_keys(keys.remote).public)
+        sender.connect(f"tcp://127.0.0.1:{base_port + SITE_STREAMS[stream].port}")
+
+        def refused() -> bool:
+            with suppress(zmq.Again):
+                sender.send_multipart(IN_PARTS, zmq.DONTWAIT)
+            for each in ("control", "heartbeat"):
+                remote.requests(each)
+            remote.newest_of_each("motion")
+            return remote.handshakes["expelled"] > 0
+
+        wait_until(refused, every_s=0.0002)
+        assert f"{stream}: key curve:" in caplog.text
+        sender.close()
+        exchange(remote, operator)
+
+
+def test_touch_in_parts_ends_no_operator_site(keys: Keys, base_port: int) -> None:
+    with operator_link(keys, base_port) as operator, zmq.Context() as context:
+        remote = context.socket(zmq.PUB)
+        prepare_socket(remote)
+        serve_curve(remote, load_keys(keys.remote), "touch")
+        remote.bind(f"tcp://127.0.0.1:{base_port + SITE_STREAMS['touch'].port}")
+        before = operator._sockets["touch"]
+
+        def connected_again() -> bool:
+            remote.send_multipart(IN_PARTS)
+            operator.receive_latest("touch")
+            return operator._sockets["touch"] is not before
+
+        wait_until(connected_again, every_s=0.0002)
+
+        def received() -> bool:
+            remote.send(b"t")
+            return operator.receive_latest("touch") == b"t"
+
+        wait_until(received)
+        remote.close()
 
 
 def test_no_packet_waits_unread_after_answers_and_broken_off_reading(keys: Keys, base_port: int) -> None:

@@ -230,6 +230,40 @@ def test_the_server_waits_while_many_files_are_open(keys: Keys, base_port: int) 
         server.wait(0.01)
 
 
+def test_a_long_message_in_parts_delays_no_other_reader(keys: Keys, base_port: int) -> None:
+    def reader(folder: Path, context: "zmq.Context[zmq.Socket[bytes]]") -> "zmq.Socket[bytes]":
+        socket = context.socket(zmq.DEALER)
+        prepare_socket(socket)
+        use_curve(socket, load_keys(folder), load_keys(keys.remote).public)
+        socket.connect(f"tcp://127.0.0.1:{base_port + STREAMS['camera'].port}")
+        return socket
+
+    TrustedKeys(keys.remote).trust("colleague", load_keys(keys.stranger).public)
+    link = RemoteLinkConfig(base_port=base_port, keys=keys.remote)
+    with (
+        closing(StreamServer(link, "camera")) as server,
+        zmq.Context() as context,
+        reader(keys.operator, context) as own,
+        reader(keys.stranger, context) as other,
+    ):
+        other.send_multipart([b"part"] * 20_000)
+        first, received = server.socket, []
+
+        def bound_again() -> bool:
+            received.extend(server.receive())
+            return server.socket is not first
+
+        wait_until(bound_again)
+
+        def asked() -> bool:
+            own.send(b"?")
+            received.extend(server.receive())
+            return any(sender.key == load_keys(keys.operator).public for sender, _ in received)
+
+        wait_until(asked)
+        assert {packet for _, packet in received} == {b"?"}
+
+
 @pytest.mark.long
 def test_the_picture_shrinks_while_touch_grows_older(stage: Stage) -> None:
     reader = stage.reader()
