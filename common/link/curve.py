@@ -10,6 +10,7 @@ from typing import NamedTuple, Self
 import zmq
 
 from common.link.keys import KeyPair
+from common.link.tcp_connections import connection_number
 from common.wire.packets import MAX_PACKET
 from common.wire.streams import Stream
 
@@ -44,7 +45,7 @@ class Sender(NamedTuple):
     Attributes:
         who: routing identity of the client for the answer; empty on a stream without answers.
         key: public key of the client, authenticated by the handshake.
-        connection: file descriptor of the TCP connection in this process; 0 where there is none.
+        connection: number of the TCP connection, which no other one has; 0 where there is none.
     """
 
     who: bytes
@@ -170,7 +171,7 @@ def may_stop(packet: bytes) -> bool:
 
 
 def _sender(who: bytes, frame: zmq.Frame) -> Sender:
-    return Sender(who, str(frame.get("User-Id")), int(str(frame.get("__fd"))))
+    return Sender(who, str(frame.get("User-Id")), connection_number(int(str(frame.get("__fd")))))
 
 
 def send_answer(socket: "zmq.Socket[bytes]", who: bytes, packet: bytes) -> None:

@@ -10,9 +10,20 @@ _BYTES_RECEIVED = 128
 """Offset of tcpi_bytes_received, 8 bytes, in struct tcp_info, bytes, on every Linux from 4.1 on."""
 
 
+_DESCRIPTOR_BITS = 32
+
+
+def connection_number(descriptor: int) -> int:
+    """Return a number of an open socket that no later socket with the same descriptor has; 0 where it is closed."""
+    try:
+        return os.fstat(descriptor).st_ino << _DESCRIPTOR_BITS | descriptor
+    except OSError:
+        return 0
+
+
 def is_open(connection: int, local_port: int) -> bool:
-    """Return whether a descriptor of this process is a TCP connection accepted at `local_port`."""
-    with _tcp_connection(connection, local_port) as end:
+    """Return whether a connection, by its number, is open and was accepted at `local_port`."""
+    with _numbered(connection, local_port) as end:
         return end is not None
 
 
@@ -47,20 +58,27 @@ def _received_bytes(end: sockets.socket) -> int:
 
 
 def end_connection(connection: int, local_port: int) -> None:
-    """End one TCP connection of this process; libzmq finds it closed, and the peer connects again.
+    """End one TCP connection of this process, by its number; libzmq finds it closed, and the peer connects again.
 
-    The descriptor may have been closed and reused. Nothing happens unless it is a TCP socket of `local_port`.
+    Nothing happens where it is closed, or was not accepted at `local_port`.
     """
-    with _tcp_connection(connection, local_port) as end, contextlib.suppress(OSError):
+    with _numbered(connection, local_port) as end, contextlib.suppress(OSError):
         if end is not None:
             end.shutdown(sockets.SHUT_RDWR)
 
 
 @contextlib.contextmanager
-def _tcp_connection(connection: int, local_port: int) -> Iterator[sockets.socket | None]:
-    """Yield a second descriptor of a connection accepted at `local_port`; None where it is something else."""
+def _numbered(connection: int, local_port: int) -> Iterator[sockets.socket | None]:
+    """Yield a second descriptor of the connection with a number; None where it is closed or not of `local_port`."""
+    with _tcp_connection(connection & (1 << _DESCRIPTOR_BITS) - 1, local_port) as end:
+        yield end if end is not None and os.fstat(end.fileno()).st_ino == connection >> _DESCRIPTOR_BITS else None
+
+
+@contextlib.contextmanager
+def _tcp_connection(number: int, local_port: int) -> Iterator[sockets.socket | None]:
+    """Yield a second descriptor of a connection accepted at `local_port`; None where `number` is something else."""
     try:
-        descriptor = os.dup(connection)
+        descriptor = os.dup(number)
     except OSError:
         yield None
         return

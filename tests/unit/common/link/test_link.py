@@ -1,4 +1,5 @@
 import errno
+import os
 import socket
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -21,7 +22,7 @@ from common.link.curve import (
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.link.subscriptions import subscriptions
-from common.link.tcp_connections import end_connection
+from common.link.tcp_connections import connection_number, end_connection, is_open
 from common.wire.streams import SITE_STREAMS, Stream
 from tests.conftest import Keys
 from tests.ports import free_ports
@@ -284,14 +285,34 @@ def test_only_a_connection_of_the_named_port_is_ended() -> None:
         near, _ = server.accept()
         with near:
             port = near.getsockname()[1]
-            end_connection(near.fileno(), port + 1)
+            number = connection_number(near.fileno())
+            end_connection(number, port + 1)
             near.send(b"alive")
             assert far.recv(5) == b"alive"
-            end_connection(near.fileno(), port)
+            end_connection(number, port)
             assert far.recv(5) == b""
-            number = near.fileno()
         end_connection(number, port)
         end_connection(0, port)
+
+
+def test_a_later_connection_with_the_same_descriptor_is_another_one() -> None:
+    """Otherwise the operator's closed connection seems open once an observer's one has its descriptor."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        with socket.create_connection(("127.0.0.1", port)) as far, socket.create_connection(("127.0.0.1", port)):
+            first, (second, _) = server.accept()[0], server.accept()
+            descriptor, number = first.fileno(), connection_number(first.fileno())
+            assert is_open(number, port)
+            far.close()
+            os.dup2(second.fileno(), descriptor)
+            assert not is_open(number, port)
+            end_connection(number, port)
+            later = connection_number(descriptor)
+            assert is_open(later, port)
+            assert later != number
+            first.close()
+            second.close()
+        assert connection_number(descriptor) != later
 
 
 def test_a_connection_that_its_peer_closed_is_not_open(keys: Keys, base_port: int) -> None:
