@@ -365,6 +365,7 @@ class SessionClient:
             if not isinstance(agreed_s, float) or not 0.0 < agreed_s <= AGE_MAX_S:
                 self.damaged["control"] += 1
                 return ""
+            agreed_s = min(agreed_s, self.max_age_s)
             self.acceptance.max_age_ns = round(agreed_s * 1e9)
             self.session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
             self._heard_ns = self._engaged_ns = now_ns

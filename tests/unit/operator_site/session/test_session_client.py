@@ -253,8 +253,16 @@ def test_a_remote_site_that_has_disengaged_is_asked_again_only_without_a_require
     assert pair.client.session.engaged
 
 
-def test_touch_that_was_sent_before_the_remote_site_engaged_does_not_disengage(pair: Pair) -> None:
+def test_a_remote_site_cannot_raise_the_age_that_this_site_permits(pair: Pair) -> None:
     pair.client.want_engaged = True
+    pair.run(300)
+    pair.answer("engage", max_age_s=AGE_MAX_S)
+    assert pair.client.session.engaged
+    assert pair.client.acceptance.max_age_ns == 150 * MS
+
+
+def test_touch_that_was_sent_before_the_remote_site_engaged_does_not_disengage(pair: Pair) -> None:
+    pair.client.want_engaged, pair.client.max_age_s = True, AGE_MAX_S
     pair.run(300)
     pair.answer("engage", max_age_s=AGE_MAX_S)
     pair.run(round(1e3 * AGE_MAX_S) - 10)
