@@ -285,14 +285,13 @@ class SessionServer:
         try:
             with self.contain.request("control"):
                 details = self._do(request, sender, now_ns, not_ready)
-        except (Refused, BadPacket) as error:
+                if request.verb == "estop":
+                    self._stop_asked.append((sender.who, request.sequence))  # answered once the devices confirm
+                else:
+                    self._answer(sender.who, request.sequence, now_ns, "", details)
+        except (Refused, BadPacket) as error:  # BadPacket: a text of the request, or the answer, is too long
             self._log(sender.key, now_ns, f"refused {request.verb}: {error}")
             self._answer(sender.who, request.sequence, now_ns, str(error))
-            return
-        if request.verb == "estop":
-            self._stop_asked.append((sender.who, request.sequence))  # answered once the devices confirm
-        else:
-            self._answer(sender.who, request.sequence, now_ns, "", details)
 
     def _answer(
         self, who: bytes, sequence: int, now_ns: int, refused: str, details: dict[str, Any] | None = None

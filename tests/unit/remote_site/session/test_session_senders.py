@@ -189,6 +189,17 @@ def test_an_operator_site_that_starts_again_right_after_its_hello_may_engage() -
     assert remote.server.session.engaged
 
 
+def test_an_answer_that_is_too_long_is_a_refusal_with_the_reason() -> None:
+    remote = Remote()
+    remote.server.capabilities["materials"] = ["x" * 40] * 200
+    remote.ask("hello", **ABLE, role="operator")
+    remote.step()
+    assert "longer than" in remote.answered(1)
+    remote.ask("status")
+    remote.step()
+    assert remote.answered(2) == ""
+
+
 def test_a_copy_that_repeats_the_hello_does_not_lock_the_operator_out() -> None:
     remote = Remote()
     remote.ask("hello", **ABLE, role="operator")
