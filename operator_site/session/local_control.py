@@ -45,6 +45,8 @@ def answer_desk(
             if session.state is LinkState.FAULT or client.remote_fault:
                 latched = fault_text(session.fault or client.remote_fault)
                 raise Refused(f"a fault is latched ({latched}): clear it first")
+            if session.state is LinkState.DISCONNECTED and not client.engages_itself:
+                raise Refused("no remote site is connected: engage once it is")
             client.want_engaged = True
         case "disengage":
             client.disengage(now_ns)

@@ -57,8 +57,8 @@ class SessionClient:
     want_engaged: bool
     """Whether to request engaging until both sites are engaged; a fault of either clears it."""
     engages_itself: bool = True
-    """Whether `want_engaged` survives a lost session and a remote site that disengages; where a person engages, a
-    person must engage again."""
+    """Whether `want_engaged` survives the end and the begin of a session, and a remote site that disengages; where a
+    person engages, a person must engage again."""
     calibration: str = ""
     """Required hash of the remote site's calibration; empty for any."""
     role: str = OPERATOR
@@ -384,6 +384,7 @@ class SessionClient:
             self.goodbye(now_ns)
             self.session.ident = 0
             return objection
+        self.want_engaged = self.want_engaged and self.engages_itself
         self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
         self.clock = ClockOffset()
         self.touch = None

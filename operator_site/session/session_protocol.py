@@ -19,6 +19,10 @@ class SessionProtocol(SessionEnd, Protocol):
     """Whether to engage as soon as everything is ready; a fault clears it, because engaging is a deliberate act."""
 
     @property
+    def engages_itself(self) -> bool:
+        """Whether the site engages without a person, in each session."""
+
+    @property
     def touch(self) -> Touch | None:
         """The newest touch of this session."""
 

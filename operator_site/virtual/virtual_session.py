@@ -32,6 +32,7 @@ class VirtualSession:
     """Readable name of the environment."""
     want_engaged: bool
     gap_s: float = GAP_S
+    engages_itself: bool = False
     session: Session = field(default_factory=Session)
     acceptance: PacketFilter = field(default_factory=lambda: PacketFilter(max_age_ns=0))
     clock: ClockOffset = field(default_factory=ClockOffset)

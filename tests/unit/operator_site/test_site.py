@@ -6,15 +6,18 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import pytest
 
 from common.config.file import to_toml
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.link.link import OperatorLink
+from common.link.session_state import Refused
 from common.recording.recorder import Recorder
 from common.wire.messages import Event, EventKind, Touch
 from common.wire.packets import LinkState
 from operator_site.devices.devices import OperatorDevices
+from operator_site.session.local_control import answer_desk
 from operator_site.session.session_client import SessionClient
 from operator_site.site import OperatorSite, session_with
 from operator_site.site_recording import SCHEMAS
@@ -57,6 +60,18 @@ def test_everything_is_neutral_without_a_peer() -> None:
     assert not any(devices.engaged)
     for output in devices.written:
         assert output.force_n == output.motor_rpm == output.peltier_drive == [0.0] * len(FINGERS)
+
+
+def test_a_person_cannot_engage_before_a_remote_site_is_connected() -> None:
+    config = CONFIG.model_copy(update={"engage": False})
+    client = session_with(cast(OperatorLink, SilentLink()), config)
+    operator = OperatorSite(config, client, cast(OperatorDevices, Devices()))
+    run(operator, 0, 5)
+    with pytest.raises(Refused, match="no remote site is connected"):
+        answer_desk(client, operator.attendance, operator.coupling, 0, "", "engage", {})
+    assert not client.want_engaged
+    client.session.connect(1)
+    assert answer_desk(client, operator.attendance, operator.coupling, 0, "", "engage", {})["wanted"]
 
 
 def test_a_module_that_cut_out_latches_a_fault_until_it_is_cleared() -> None:

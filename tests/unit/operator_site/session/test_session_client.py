@@ -253,6 +253,18 @@ def test_a_remote_site_that_has_disengaged_is_asked_again_only_without_a_require
     assert pair.client.session.engaged
 
 
+@pytest.mark.parametrize("engages_itself", [False, True])
+def test_an_engage_that_was_requested_before_the_session_counts_only_without_a_required_request(
+    engages_itself: bool,
+) -> None:
+    """Otherwise a request at an absent remote site would engage whenever that site comes, with nobody there."""
+    pair = Pair()
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.run(2_000)
+    pair.connect()
+    assert (pair.asked("engage", 300) > 0) is engages_itself
+
+
 def test_a_remote_site_cannot_raise_the_age_that_this_site_permits(pair: Pair) -> None:
     pair.client.want_engaged = True
     pair.run(300)
