@@ -11,6 +11,7 @@ from common.config.link_models import RemoteLinkConfig
 from common.link.authenticator import MOST_FOR_OBSERVERS, Authenticator
 from common.link.bind_address import check_bind
 from common.link.curve import REFUSE_S, Inbox, LinkProblem, Received, prepare_socket, receive_requests, serve_curve
+from common.link.endless_messages import EndlessMessages
 from common.link.host_name import is_ipv6, tcp_endpoint
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.tcp_connections import open_connections
@@ -66,6 +67,7 @@ class StreamServer:
         self._address = tcp_endpoint(config.bind, self._port)
         self.socket: zmq.Socket[bytes] | None = None
         """Socket of the stream; None for a moment after a key was revoked."""
+        self._endless = EndlessMessages(self._port)
         self._context = zmq.Context()
         self._authenticator = Authenticator(
             self._context, lambda _, key: self._trusted.role(key) is not None, full=lambda _, key: self._full(key)
@@ -105,6 +107,7 @@ class StreamServer:
         if self.socket is None:
             return []
         found = receive_requests(self._inbox)
+        self._endless.heard(found)
         if self._inbox.rest_of is not None:  # a long message would delay all other readers
             self._authenticator.refuse(self._stream, str(self._inbox.rest_of.get("User-Id")), REFUSE_S)
             self._unbind()
@@ -126,7 +129,11 @@ class StreamServer:
             self._inbox.stale()
 
     def recheck_keys(self) -> None:
-        """Cut every connection if a key that was admitted is no longer trusted; trusted readers connect again."""
+        """Cut every connection if a key that was admitted is no longer trusted; trusted readers connect again.
+
+        A connection with a message without an end is ended, too. Called about once a second.
+        """
+        self._endless.step()
         if self.socket is not None and self._authenticator.revoked():
             self._unbind()
             self.receive()

@@ -29,6 +29,7 @@ from common.link.curve import (
     serve_curve,
     use_curve,
 )
+from common.link.endless_messages import EndlessMessages
 from common.link.host_name import Resolver, is_ipv6, tcp_endpoint
 from common.link.keys import KeyPair, Role, TrustedKeys, fingerprint
 from common.link.rate_limiter import RateLimiter
@@ -81,6 +82,12 @@ class RemoteLink(CurveSockets):
         """Number of handshakes by result: `admitted`, `refused`, `too_many`, `expelled`, `failed`."""
         self._subscribers: dict[str, Subscriptions] = {}
         self._turns = itertools.cycle(SITE_STREAMS)
+        self._endless = {
+            stream.name: EndlessMessages(base_port + stream.port)
+            for stream in SITE_STREAMS.values()
+            if stream.direction is Direction.BOTH
+        }
+        self._endless_turns = itertools.cycle(self._endless.values())
         for stream in SITE_STREAMS.values():
             try:
                 self._bind(stream)
@@ -102,6 +109,8 @@ class RemoteLink(CurveSockets):
         if inbox is None:
             return []
         found = receive_requests(inbox)
+        if found:
+            self._endless[stream].heard(found)
         self._check(stream, inbox)
         return found
 
@@ -146,8 +155,9 @@ class RemoteLink(CurveSockets):
 
         The library cannot end one of several connections. Therefore each socket that admitted such a key is bound
         again, and trusted peers reconnect within a moment. While the old socket still holds its port, the next
-        `requests` retries.
+        `requests` retries. Each call also checks one stream for a message without an end.
         """
+        next(self._endless_turns).step()
         revoked = self._authenticator.revoked()
         for name in revoked:
             self._unbind(name)

@@ -4,7 +4,7 @@ import contextlib
 import os
 import socket as sockets
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 _BYTES_RECEIVED = 128
 """Offset of tcpi_bytes_received, 8 bytes, in struct tcp_info, bytes, on every Linux from 4.1 on."""
@@ -43,6 +43,28 @@ def end_talkers(local_port: int, most_bytes: int) -> int:
     return ended
 
 
+def socket_of(connection: int) -> int:
+    """Return the number of a connection's socket, which is the same for all descriptors of it."""
+    return connection >> _DESCRIPTOR_BITS
+
+
+def received_bytes(local_port: int) -> dict[int, int]:
+    """Return how many bytes each socket accepted at `local_port` has received since it was made."""
+    found = {}
+    for end in _accepted_at(local_port):
+        with contextlib.suppress(OSError):
+            found[os.fstat(end.fileno()).st_ino] = _received_bytes(end)
+    return found
+
+
+def end_sockets(local_port: int, which: Collection[int]) -> None:
+    """End the connections of these sockets accepted at `local_port`."""
+    for end in _accepted_at(local_port):
+        with contextlib.suppress(OSError):
+            if os.fstat(end.fileno()).st_ino in which:
+                end.shutdown(sockets.SHUT_RDWR)
+
+
 def _accepted_at(local_port: int) -> Iterator[sockets.socket]:
     """Yield a second descriptor of each connection accepted at `local_port`; it is closed after its turn."""
     for name in os.listdir("/proc/self/fd"):
@@ -71,7 +93,7 @@ def end_connection(connection: int, local_port: int) -> None:
 def _numbered(connection: int, local_port: int) -> Iterator[sockets.socket | None]:
     """Yield a second descriptor of the connection with a number; None where it is closed or not of `local_port`."""
     with _tcp_connection(connection & (1 << _DESCRIPTOR_BITS) - 1, local_port) as end:
-        yield end if end is not None and os.fstat(end.fileno()).st_ino == connection >> _DESCRIPTOR_BITS else None
+        yield end if end is not None and os.fstat(end.fileno()).st_ino == socket_of(connection) else None
 
 
 @contextlib.contextmanager

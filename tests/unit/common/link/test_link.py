@@ -22,7 +22,7 @@ from common.link.curve import (
 from common.link.keys import Role, TrustedKeys, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.link.subscriptions import subscriptions
-from common.link.tcp_connections import connection_number, end_connection, is_open
+from common.link.tcp_connections import connection_number, end_connection, is_open, received_bytes
 from common.wire.streams import SITE_STREAMS, Stream
 from tests.conftest import Keys
 from tests.ports import free_ports
@@ -383,6 +383,28 @@ def test_a_key_that_sends_messages_in_parts_is_refused_and_the_operator_is_serve
         wait_until(refused, every_s=0.0002)
         assert f"{stream}: key curve:" in caplog.text
         sender.close()
+        exchange(remote, operator)
+
+
+@pytest.mark.parametrize("stream", ["control", "heartbeat"])
+def test_a_message_without_an_end_ends_its_connection_alone(keys: Keys, base_port: int, stream: str) -> None:
+    port = base_port + SITE_STREAMS[stream].port
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator, zmq.Context() as context:
+        exchange(remote, operator)
+        (before,) = received_bytes(port)
+        with context.socket(zmq.DEALER) as sender:
+            prepare_socket(sender)
+            use_curve(sender, load_keys(keys.operator), load_keys(keys.remote).public)
+            sender.connect(f"tcp://127.0.0.1:{port}")
+            sender.send_multipart([bytes(5000)] * 1000)
+            wait_until(lambda: max(received_bytes(port).values()) > 2 << 20)  # nothing of it is read meanwhile
+
+            def ended() -> int:
+                remote.recheck_keys()
+                return remote._endless[stream].ended
+
+            wait_until(ended)
+        assert before in received_bytes(port)
         exchange(remote, operator)
 
 
