@@ -146,7 +146,8 @@ class OperatorSite:
         client.step(now_ns, not_ready, self._devices.unconfirmed)
         session, hand = client.session, self._hand
         self.coupling.step(session.engaged, session.ident, hand.x_m, hand.y_m, hand.z_m)
-        if self.coupling.now.open and session.silent:  # the remote fingers have retreated, and no hand lowers them
+        if self.coupling.now.open and session.silent and session.engaged:
+            # The remote fingers have retreated, and no hand lowers them.
             client.disengage(now_ns, "the link was silent while the clutch was open")
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:

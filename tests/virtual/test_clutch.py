@@ -74,10 +74,12 @@ def test_the_scale_stays_while_the_finger_presses(working: VirtualSession) -> No
 def test_a_silent_link_under_an_open_clutch_pauses_the_session(working: VirtualSession) -> None:
     ask(working, "clutch", open=True)
     working.run(SETTLED_S)
+    before = working.operator.client._sequence
     working.network.impair(cut=True)
     working.run(GAP_S + FORCE_SAFE_S)
     assert working.operator.client.session.state is LinkState.CONNECTED
     assert working.operator.client.session.paused == "the link was silent while the clutch was open"
+    assert working.operator.client._sequence - before < 20, "it disengages once, not in each tick"
 
 
 @pytest.mark.long
