@@ -30,6 +30,8 @@ OLDEST_S = 1.0
 """Largest plausible age of a groove, s; an older one, or one from the future, is played at once."""
 MEMORY_S = 3.0
 """Time for which the age of a groove is remembered, s."""
+MOST_WAITING = 512
+"""Maximum number of delayed grooves; the oldest of more are dropped. Five fingers cross at most 375 in a second."""
 _NEVER_NS = -(10**18)
 
 
@@ -91,8 +93,10 @@ class GrooveTiming:
 
     def __init__(self) -> None:
         self.behind_s = 0.0
-        self._ages: deque[tuple[float, float]] = deque()
-        self._waiting: deque[Event] = deque()
+        self._oldest: deque[tuple[float, float]] = deque()
+        self._youngest: deque[tuple[float, float]] = deque()
+        """Arrival times, s, and ages, s, of grooves; without ages that a later one exceeds, or undercuts."""
+        self._waiting: deque[Event] = deque(maxlen=MOST_WAITING)
 
     @property
     def waits(self) -> bool:
@@ -105,12 +109,14 @@ class GrooveTiming:
         for event in fresh:
             age_s = t_s - event.hand_ns * 1e-9
             if event.kind is EventKind.GROOVE and 0.0 <= age_s <= OLDEST_S:
-                self._ages.append((t_s, age_s))
+                _add(self._oldest, t_s, age_s, 1.0)
+                _add(self._youngest, t_s, age_s, -1.0)
                 self._waiting.append(event)
                 continue
             if event.kind is EventKind.TAP:  # a tap is due at once, after the finger's earlier grooves
                 due += [earlier for earlier in self._waiting if earlier.finger == event.finger]
-                self._waiting = deque(later for later in self._waiting if later.finger != event.finger)
+                others = [later for later in self._waiting if later.finger != event.finger]
+                self._waiting = deque(others, maxlen=MOST_WAITING)
             due.append(event)
         if self._waiting:
             self._look_back(t_s)
@@ -124,9 +130,17 @@ class GrooveTiming:
 
     def _look_back(self, t_s: float) -> None:
         """Set the delay to the largest age in the last MEMORY_S, at most LONGEST_WAIT_S above the smallest."""
-        ages = self._ages
-        while ages and not t_s - MEMORY_S <= ages[0][0] <= t_s:
-            ages.popleft()
-        known = [age_s for _, age_s in ages]
-        soonest_s = min(known, default=math.inf)
-        self.behind_s = min(max(known, default=0.0), soonest_s + LONGEST_WAIT_S)
+        for ages in (self._oldest, self._youngest):
+            while ages and not t_s - MEMORY_S <= ages[0][0] <= t_s:
+                ages.popleft()
+        if self._oldest:
+            self.behind_s = min(self._oldest[0][1], self._youngest[0][1] + LONGEST_WAIT_S)
+        else:
+            self.behind_s = 0.0
+
+
+def _add(ages: deque[tuple[float, float]], t_s: float, age_s: float, sign: float) -> None:
+    """Add an age, s, to those of which the first is the largest (sign 1) or the smallest (-1)."""
+    while ages and sign * ages[-1][1] <= sign * age_s:
+        ages.pop()
+    ages.append((t_s, age_s))

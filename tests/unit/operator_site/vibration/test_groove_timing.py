@@ -1,5 +1,6 @@
 """Times at which grooves are felt: each once, in order, as far behind the hand as the one before it."""
 
+import time
 from collections import deque
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from common.wire.messages import Event, EventKind
+from common.wire.messages import MAX_EVENTS, Event, EventKind
 from operator_site.vibration.grooves import LONGEST_WAIT_S, MEMORY_S, GrooveTiming
 from operator_site.vibration.vibration import PlayedEvents
 
@@ -107,3 +108,29 @@ def test_each_groove_is_felt_once_and_in_order_over_any_link(
         events = [groove(n, crossed[n]) for n in range(len(came)) if t_s - repeats * TICK_S < came[n] <= t_s]
         order += [event.ident for event in timing.step(t_s, played.new(events))]
     assert order == list(range(len(came)))
+
+
+@given(st.lists(st.tuples(st.integers(0, 900), st.lists(st.integers(0, 200), max_size=3)), max_size=60))
+def test_the_delay_is_that_of_the_largest_and_the_smallest_recent_age(steps: list[tuple[int, list[int]]]) -> None:
+    timing, t_s, ages, number = GrooveTiming(), START_S, list[tuple[float, float]](), 0
+    for later_ms, ages_ms in steps:
+        t_s += 1e-3 * later_ms
+        fresh = [groove(number := number + 1, t_s - 1e-3 * age_ms) for age_ms in ages_ms]
+        ages += [(t_s, age_s) for event in fresh if (age_s := t_s - event.hand_ns * 1e-9) >= 0.0]
+        waited = timing.waits
+        timing.step(t_s, fresh)
+        ages = [(came_s, age_s) for came_s, age_s in ages if t_s - MEMORY_S <= came_s]
+        recent = [age_s for _, age_s in ages]
+        if recent and (fresh or waited):
+            assert timing.behind_s == min(max(recent), min(recent) + LONGEST_WAIT_S)
+
+
+def test_a_tick_costs_little_however_many_grooves_come() -> None:
+    timing, number, t_s, worked_s = GrooveTiming(), 0, START_S, 0.0
+    for _ in range(1600):
+        t_s += TICK_S
+        fresh = [groove(number := number + 1, t_s - 0.020 - 0.030 * (number % 2)) for _ in range(MAX_EVENTS)]
+        began_s = time.process_time()
+        timing.step(t_s, fresh)
+        worked_s += time.process_time() - began_s
+    assert worked_s < 1600 * 0.5 * TICK_S
