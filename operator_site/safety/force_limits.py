@@ -66,7 +66,8 @@ class ForceLimits:
     def step(self, t_s: float, dt_s: float, live: bool, age_s: float, wanted_n: float) -> float:
         """Return the permitted force, N.
 
-        A ceiling rises from zero while live and falls otherwise; below it the contact law is untouched.
+        A ceiling rises from zero while live. Otherwise it falls, and is no higher than the force. Below it the contact
+        law is untouched.
 
         Args:
             t_s: time, s.
@@ -94,6 +95,8 @@ class ForceLimits:
                 self.overdrawn, force_n = True, payable_n
             if force_n > self._ceiling_n:
                 self.ramped, force_n = True, self._ceiling_n
+        if not live:
+            self._ceiling_n = min(self._ceiling_n, force_n)
         self.force_n = force_n
         self.energy.command(t_s, force_n)
         return force_n

@@ -182,6 +182,17 @@ def test_after_a_standstill_outputs_begin_from_neutral():
     assert rig.step(dt=TICK_AGE_S, **wanted).force_n == [5.0] * 5
 
 
+@pytest.mark.parametrize("way", [{"engaged": False}, {"age": GAP_S + 0.001}])
+def test_after_a_release_of_one_tick_the_force_rises_from_what_was_pushed_in_it(way):
+    rig = Rig()
+    for _ in range(200):
+        pushed_n = rig.step(force_n=5.0).force_n[0]
+    assert pushed_n == 5.0
+    assert rig.step(**way).force_n[0] == 0.0
+    for ticks in range(1, 50):
+        assert rig.step(force_n=5.0).force_n[0] == pytest.approx(ticks * DT * FORCE_RAMP_UP_N_S)
+
+
 def test_ages_at_the_edge():
     for age in [*dense(0.0, GAP_S, step=0.0005), math.inf]:
         rig = Rig()
