@@ -70,7 +70,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Journal:
-    """Writes to `PATH`; if that exists, and after failures, to `PATH` with -1, -2 ... in its name.
+    """Writes to `PATH`; if that exists, after failures, and for each further examination to `PATH` with -1, -2 ...
 
     Files of an earlier run are never overwritten. Time is an argument, s.
 
@@ -101,6 +101,8 @@ class Journal:
         self._media = 0
         """Number of pictures and sounds that the recorder has taken."""
         self._tried_s = -math.inf
+        self._examined = False
+        """Whether the recorder has records of an examination."""
         self._recorder: Recorder | None = None
         if path is not None:
             try:
@@ -150,9 +152,14 @@ class Journal:
             self._hand((stream, round(max(0.0, now_s) * 1e9), msgpack.packb(record), None))
 
     def forget(self) -> None:
-        """Forget the saved findings and earlier files, because another examination begins."""
+        """Forget the saved findings and earlier files, because another examination begins.
+
+        It gets a file of its own: the report of the examination before may be written later, and would find it.
+        """
         self._saved_findings.clear()
-        del self.files[:-1]
+        if self._examined and self._path is not None:
+            self._begin_again(self._path)
+        self.files = [] if self._recorder is None else self.files[-1:]
 
     def step(self, now_s: float) -> None:
         """Confirm the written records; retry a failed recording."""
@@ -181,6 +188,7 @@ class Journal:
 
     def _hand(self, kept: tuple[str, int, bytes, int | None]) -> None:
         if self._recorder is not None and self._recorder.failed is None:
+            self._examined = self._examined or kept[0] in ("console/session", "console/finding")
             self._recorder.write(*kept[:3])
 
     def _begin_again(self, path: Path) -> None:
@@ -200,5 +208,5 @@ class Journal:
     def _open(self, path: Path) -> None:
         free = free_name(path)
         self._recorder = Recorder(free, SCHEMAS, self._metadata, durable=True, encrypt_for=self._encrypt_for)
-        self._confirmed, self._media = Counter(), 0
-        self.files.append(free)
+        self._confirmed, self._media, self._examined = Counter(), 0, False
+        self.files = [*self.files, free]  # a report that is being written keeps its own list

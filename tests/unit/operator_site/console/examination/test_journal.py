@@ -78,6 +78,28 @@ def test_a_full_disk_loses_nothing_and_is_tried_again(tmp_path: Path) -> None:
     assert [time_s for time_s, _ in again] == [1.0, 2.0], "they keep their own times"
 
 
+def test_a_further_examination_gets_a_file_of_its_own(tmp_path: Path) -> None:
+    """The report of the examination before is written later, and must not find the next one in its file."""
+    keeping = Journal(tmp_path / "console.mcap", {})
+    keeping.forget()
+    keeping.write("console/session", 1.0, {"what": "begin", "pseudonym": "P-0417"})
+    keeping.write("console/finding", 2.0, finding(1))
+    until_saved(keeping, 1, 2.0)
+    keeping.write("console/session", 3.0, {"what": "end", "pseudonym": "P-0417"})
+    first = keeping.files
+    keeping.forget()
+    keeping.write("console/session", 4.0, {"what": "begin", "pseudonym": "P-0418"})
+    keeping.write("console/finding", 5.0, finding(1))
+    assert not keeping.is_saved(1)
+    until_saved(keeping, 1, 5.0)
+    assert first == [tmp_path / "console.mcap"]
+    assert keeping.files == [tmp_path / "console-1.mcap"]
+    keeping.close()
+    named = [{entry["pseudonym"] for _, entry in written(path, "console/session")} for path in (*first, *keeping.files)]
+    assert named[0] == {"P-0417"}
+    assert "P-0418" in named[1]
+
+
 def test_only_the_first_record_is_confirmed_when_it_is_written_during_a_step(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
