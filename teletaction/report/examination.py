@@ -157,6 +157,8 @@ class Examination:
         if stream == "operator/touch":
             touch = Touch.decode(payload)
             self.sequences.append(touch.sequence)
+            if self.ended_s is not None:  # the hand may feel another patient by now
+                return
             rows = touch.rows
             self.felt.add(t_s, rows, touch.summaries)
             self.pain.take_touch(t_s, rows)
@@ -165,7 +167,9 @@ class Examination:
                 self.felt.moved_s = movement.since_s
             return
         if stream == "remote/patient":
-            self.pain.take_answer(t_s, read_patient(payload).pain, polled=False)
+            patient = read_patient(payload)
+            if self.ended_s is None:
+                self.pain.take_answer(t_s, patient.pain, polled=False)
             return
         self.console = self.console or stream.startswith("console/")
         if stream == "operator/clock":
@@ -188,7 +192,7 @@ class Examination:
 
     def _take_session(self, entry: dict[str, Any]) -> None:
         if entry["what"] == "begin":
-            # As at the console, a further examination starts with an empty map and no findings.
+            # As at the console, a further examination begins with an empty map and no findings.
             if self.begun:
                 self.felt, self.pain = TactileMap(), PainPresses(math.inf)
                 self.movements, self._shift = [], PatientShift()

@@ -82,7 +82,7 @@ def signed_page(examination: Examination, session: SessionCurves, seconds: float
         h.h3["Findings"],
         findings_table(examination),
         h.h3["Completeness"],
-        h.p[f"{_completeness(examination)} {_moved(examination)}{reached(session)}"],
+        h.p[f"{_completeness(examination)} {_moved(examination)}{_limits(examination, session)}"],
         _TO_FILL_IN,
     ]
 
@@ -260,6 +260,12 @@ def _moved(examination: Examination) -> str:
         after = "" if since_s is None else f"After {_minutes(since_s)}: "
         said += f"{after}{texts.moved(movement.by_m)} "
     return said
+
+
+def _limits(examination: Examination, session: SessionCurves) -> str:
+    """Return the limits that acted between begin and end of the examination, in sentences."""
+    began_s = examination.begun.get("at_s")
+    return reached(session, None if began_s is None else float(began_s), examination.ended_s)
 
 
 def _first_quantity(examination: Examination) -> str | None:

@@ -1,5 +1,6 @@
 """Writes the report's tables of limits: extreme values, and the time that each limit acted on each finger."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,6 +11,7 @@ from common.fingers import FINGERS
 from common.limits import COMFORT, CONTACT_FORCE_N, FINGER_FORCE_N, MOTOR_FLOOR_RPM, PLATE_FAULT_C, SENSOR_PLATE_C
 from operator_site.safety.limit_flags import Limit as OperatorLimit
 from remote_site.safety.limit_flags import Limit as PatientLimit
+from teletaction.recordings.session_data import Series
 from teletaction.report.report_words import shown, table
 from teletaction.report.session_curves import SessionCurves, held_s
 
@@ -43,37 +45,57 @@ def acted_table(session: SessionCurves) -> Element:
     return table(("gate", "limit", *(f"{FINGERS[finger]} (s)" for finger in session.fingers)), rows)
 
 
-def reached(session: SessionCurves) -> str:
-    """List in one sentence the limits that acted for at least SHORTEST_S on a finger, with the longest time."""
+def reached(session: SessionCurves, from_s: float | None = None, to_s: float | None = None) -> str:
+    """List the limits that acted for at least SHORTEST_S on a finger, with the longest time; name a missing gate.
+
+    Args:
+        session: the signals.
+        from_s: begin of the examination, s of the recording's clock; by default the time at which both sites engaged.
+        to_s: its end; by default that of the recording.
+    """
+    missing = [site for site, series, _ in _gates(session) if not len(series)]
+    if len(missing) == len(_gates(session)):
+        return "The limits of both sites are not in this recording."
     found = [
         f"{name} ({site} site, {FINGERS[session.fingers[seconds.index(max(seconds))]]} {max(seconds):.1f} s)"
-        for site, name, seconds in acted(session)
+        for site, name, seconds in acted(session, from_s, to_s)
         if name != "released" and max(seconds) >= SHORTEST_S
     ]
-    return (
+    known = "".join(f" of the {site} site" for site, _, _ in _gates(session) if missing and site not in missing)
+    said = (
         f"Limits that acted, each with its longest time on a finger: {', '.join(found)}."
         if found
-        else "No limit acted."
+        else f"No limit{known} acted."
     )
+    return said + "".join(f" The limits of the {site} site are not in this recording." for site in missing)
 
 
-def acted(session: SessionCurves) -> list[tuple[str, str, list[float]]]:
-    """Return each limit that acted: the gate's site, the limit's name, and its time on each finger, s."""
+def acted(
+    session: SessionCurves, from_s: float | None = None, to_s: float | None = None
+) -> list[tuple[str, str, list[float]]]:
+    """Return each limit that acted: the gate's site, the limit's name, and its time on each finger, s.
+
+    It counts since both sites engaged, and from `from_s` to `to_s` where given, s of the recording's clock.
+    """
+    begin_s, end_s = max(session.zero_s, -math.inf if from_s is None else from_s), math.inf if to_s is None else to_s
     found = []
-    for site, series, limits in (
-        ("operator", session.data.rendered, OperatorLimit),
-        ("patient", session.data.gate, PatientLimit),
-    ):
+    for site, series, limits in _gates(session):
         bits = series.values.get("limits")
         if bits is None or bits.ndim != 2:
             continue
-        lasted_s = np.where(series.time_s >= session.zero_s, held_s(series.time_s), 0.0)
+        within = (series.time_s >= begin_s) & (series.time_s < end_s)
+        lasted_s = np.where(within, held_s(series.time_s), 0.0)
         flags = np.where(np.isfinite(bits), bits, 0.0).astype(int)
         for limit in limits:
             seconds = [float(lasted_s[(flags[:, finger] & limit.value) != 0].sum()) for finger in session.fingers]
             if any(seconds):
                 found.append((site, str(limit.name).lower().replace("_", " "), seconds))
     return found
+
+
+def _gates(session: SessionCurves) -> tuple[tuple[str, Series, type[OperatorLimit] | type[PatientLimit]], ...]:
+    """Return site, recorded output and limits of each gate."""
+    return ("operator", session.data.rendered, OperatorLimit), ("patient", session.data.gate, PatientLimit)
 
 
 def _seconds(value: float) -> str:

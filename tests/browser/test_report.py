@@ -70,7 +70,8 @@ def test_an_examination_is_printed_on_three_pages_with_the_numbers_of_the_record
     page.goto((tmp_path / "report.html").as_uri())
     page.emulate_media(media="print")
     signed = page.inner_text("section.signed")
-    for words in ("P-0417", "35.0 ± 0.2 °C", "a moment, no place", "No limit acted.", "Signature"):
+    limits = "The limits of both sites are not in this recording."
+    for words in ("P-0417", "35.0 ± 0.2 °C", "a moment, no place", limits, "Signature"):
         assert words in signed, words
     assert not page.is_visible("details.annex")
     context.close()

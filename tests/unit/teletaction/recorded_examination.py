@@ -51,7 +51,7 @@ def record(out: Path, *, console: bool = True, note: str = HOSTILE) -> Path:
             for tick in range(round(1.2 * TOUCH_S / 0.1)):
                 sequence += 1
                 now_ns = round(1e9 * (START_S + 1.2 * TOUCH_S * number + 0.1 * tick))
-                packet = _touch(sequence, now_ns, x_m, y_m, contact=0.1 * tick < TOUCH_S, warm=number == 7)
+                packet = touch_of(sequence, now_ns, x_m, y_m, contact=0.1 * tick < TOUCH_S, warm=number == 7)
                 recorder.write("operator/touch", now_ns, packet.encode())
         recorder.write("operator/clock", now_ns, msgpack.packb([0, 900_000, 46_000_000]))
         figures = {"devices": {HOSTILE[:40]: {"serial": "TT0001", "times_lost": 3}}}
@@ -105,7 +105,7 @@ def record_lump(out: Path) -> Path:
             for tick in range(8):
                 now_ns += 50_000_000
                 how = {"contact": tick < 6, "warm": number > 80, "stiffness_n_m": stiffness_n_m}
-                packet = _touch(8 * number + tick + 1, now_ns, x_m, y_m, **how)
+                packet = touch_of(8 * number + tick + 1, now_ns, x_m, y_m, **how)
                 recorder.write("operator/touch", now_ns, packet.encode())
         for stream, entry in _of_a_lump():
             recorder.write(stream, now_ns, msgpack.packb(entry))
@@ -122,9 +122,10 @@ def record_many(out: Path) -> Path:
     return record_findings(out, ({"x_m": number / 7000.0, "y_m": -number / 3e5} for number in range(500)))
 
 
-def _touch(
+def touch_of(
     sequence: int, now_ns: int, x_m: float, y_m: float, *, contact: bool, warm: bool, stiffness_n_m: float = 600.0
 ) -> Touch:
+    """A touch packet with the index finger at a place, m."""
     known = {
         "contact": 1.0,
         "mode": 2.0,

@@ -5,6 +5,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import msgpack
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -16,7 +17,7 @@ from teletaction.report.map_coverage import coverage
 from teletaction.report.map_figure import cell_colours, draw_cells, draw_lumps, scale_ticks
 from teletaction.report.session_report import report
 from tests.commands import command
-from tests.unit.teletaction.recorded_examination import HOSTILE, START_S, record, record_lump
+from tests.unit.teletaction.recorded_examination import HOSTILE, START_S, begin_of, record, record_lump, touch_of
 from tests.unit.teletaction.report_page import Page
 
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -55,6 +56,30 @@ def test_a_recorded_examination_is_read(path: Path) -> None:
 
 
 @pytest.mark.long
+def test_what_the_hand_feels_after_the_end_is_not_of_the_examination(tmp_path: Path) -> None:
+    """The report may be written while the next examination is under way."""
+    with Recorder(tmp_path / "session.mcap", {"console/session": {}, "operator/touch": {}}, {}) as recorder:
+        recorder.write("console/session", at_ns(0.0), begin_of(START_S))
+        for number in range(40):
+            if number == 20:
+                ended = {"what": "end", "at_s": START_S + 1.95}
+                recorder.write("console/session", at_ns(1.95), msgpack.packb(ended))
+            recorder.write("operator/touch", at_ns(0.1 * number), stiff_touch(number, 0.02 * (number >= 20)))
+    felt = Examination.read(tmp_path / "session.mcap").felt
+    assert felt.at(0.0, 0.0).stiffness is not None
+    assert felt.at(0.02, 0.0).stiffness is None
+
+
+def at_ns(after_s: float) -> int:
+    return round(1e9 * (START_S + after_s))
+
+
+def stiff_touch(number: int, x_m: float) -> bytes:
+    """A touch of the index finger at `x_m` (m); it lifts at every fourth one."""
+    return touch_of(number, at_ns(0.1 * number), x_m, 0.0, contact=number % 4 > 0, warm=False).encode()
+
+
+@pytest.mark.long
 def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
     html, page = page_of(path)
     assert "@page { size: A4 portrait" in html
@@ -68,7 +93,7 @@ def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
         "a moment, no place",
         "roughness not felt anywhere",
         "temperature on 94\xa0%, roughness nowhere",
-        "No limit acted.",
+        "The limits of both sites are not in this recording.",
         "Signature",
         "Top edge: head. Right edge: left.",
         "refused",

@@ -2,6 +2,7 @@
 
 import base64
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -11,6 +12,7 @@ import pytest
 from common.wire.messages import ThermalStatus
 from teletaction.recordings.session_data import Series, SessionData
 from teletaction.report.report import write_figure, write_report
+from teletaction.report.report_limits import reached
 from teletaction.report.report_words import contacts_table, histogram_table, tally_table
 from teletaction.report.session_curves import Curve, SessionCurves, held_s, spans
 from tests.unit.teletaction.report_page import Page
@@ -77,6 +79,26 @@ def session(thing: str = "block") -> SessionData:
         played=[],
         motor_switches=[{"time_s": 101.005, "finger": f, "motor_mv": 700} for f in range(5)],
     )
+
+
+def test_the_limits_on_the_page_to_sign_are_of_this_examination() -> None:
+    curves = SessionCurves.of(session())
+    both = "Limits that acted, each with its longest time on a finger: "
+    assert reached(curves).startswith(both)
+    assert "(operator site, thumb 2.0 s)" in reached(curves)
+    assert "(operator site, thumb 1.0 s)" in reached(curves, 102.0, 110.0)
+    assert "(operator site, thumb 1.0 s)" in reached(curves, 90.0, 102.0)
+    assert reached(curves, 103.5, None) == "No limit acted."
+
+
+def test_that_no_limit_acted_is_not_said_of_a_gate_that_is_not_recorded() -> None:
+    """The console's report has the patient's gate only where the remote site's recording is on the same machine."""
+    here = replace(session(), gate=EMPTY)
+    assert reached(SessionCurves.of(here)).endswith("The limits of the patient site are not in this recording.")
+    assert reached(SessionCurves.of(here), 103.5, None) == (
+        "No limit of the operator site acted. The limits of the patient site are not in this recording."
+    )
+    assert reached(SessionCurves.of(nothing())) == "The limits of both sites are not in this recording."
 
 
 def contact(**changed: object) -> dict[str, object]:
