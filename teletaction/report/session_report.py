@@ -1,6 +1,7 @@
 """Writes the report of a session from its recording."""
 
 import json
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,6 +14,8 @@ from teletaction.recordings.session_data import SessionData
 from teletaction.report.examination import Examination
 from teletaction.report.pdf import print_pdf
 from teletaction.report.report import write_report
+
+log = logging.getLogger(__name__)
 
 _Maps = dict[str, dict[str, Any] | None] | None
 _Numbers = dict[str, float | None] | None
@@ -36,6 +39,7 @@ class _Summary(TypedDict, total=False):
     force_n: _Numbers
     contact_force_n: _Numbers
     loop: dict[str, _Numbers] | None
+    recorded: dict[str, int] | None
     rss_mib: _Numbers
     packets: _Maps
     faults: list[Any] | None
@@ -43,6 +47,8 @@ class _Summary(TypedDict, total=False):
 
 def report(recordings: Sequence[Path], out: Path, *, blur: bool = False) -> None:
     """Write the report. A `summary.json` beside the first recording supplies the figures of the processes.
+
+    One of other recordings, such as that of an earlier session, is left out with a warning.
 
     Args:
         recordings: one merged recording, or those of a session's processes, which may still be running.
@@ -56,17 +62,28 @@ def report(recordings: Sequence[Path], out: Path, *, blur: bool = False) -> None
     """
     if out.exists() and any(out.samefile(recording) for recording in recordings):
         raise ValueError(f"{out}: is a recording to report on; name another file with --out")
-    summary = _summary(recordings[0].with_name("summary.json"))
+    beside = recordings[0].with_name("summary.json")
+    summary = _summary(beside)
     with TemporaryDirectory() as folder:
         merged = recordings[0]
         if len(recordings) > 1:
             merged = Path(folder) / "session.mcap"
             merge_recordings(list(recordings), merged)
+        data = SessionData.read(merged)
+        if not _is_of(summary, data):
+            log.warning("%s: is of other recordings; left out", beside)
+            summary = {}
         pdf = out.suffix.lower() == ".pdf"
         html = Path(folder) / "report.html" if pdf else out
-        write_report(SessionData.read(merged), summary, html, Examination.read(merged, blur=blur))
+        write_report(data, summary, html, Examination.read(merged, blur=blur))
         if pdf:
             print_pdf(html, out)
+
+
+def _is_of(summary: dict[str, Any], data: SessionData) -> bool:
+    """Return whether a summary counts as many messages of each recorded stream; one without counts is accepted."""
+    recorded = summary.get("recorded")
+    return recorded is None or all(recorded.get(stream) == count for stream, count in data.counts.items())
 
 
 def _summary(path: Path) -> dict[str, Any]:

@@ -1,10 +1,14 @@
-"""A report replaces no recording that it is made of."""
+"""A report replaces no recording that it is made of, and has no figures of another session."""
 
+import json
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from teletaction.report.session_report import report
 from tests.commands import command, one_line
+from tests.unit.teletaction.held_recordings import held
 from tests.unit.teletaction.recorded_examination import record
 
 
@@ -41,3 +45,19 @@ def test_a_summary_of_another_program_is_refused_in_one_line(summary: str, tmp_p
     (tmp_path / "summary.json").write_text(summary, "utf-8")
     line = one_line(command("report", record(tmp_path / "operator.mcap"), "--out", tmp_path / "report.html"), 2)
     assert f"{tmp_path / 'summary.json'}: not a summary of a session: Expected" in line
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("more", [0, 1])
+@pytest.mark.usefixtures("coarse")
+def test_the_figures_of_another_session_are_left_out(
+    more: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    recording = record(tmp_path / "session.mcap")
+    counts = Counter(stream for stream, _, _ in held(recording))
+    counts["operator/touch"] += more
+    summary = {"recorded": counts, "scene": "of another session"}
+    (tmp_path / "summary.json").write_text(json.dumps(summary), "utf-8")
+    report([recording], tmp_path / "report.html")
+    assert ("of another session" in (tmp_path / "report.html").read_text("utf-8")) is not bool(more)
+    assert ("summary.json: is of other recordings" in caplog.text) is bool(more)
