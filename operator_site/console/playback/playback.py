@@ -124,7 +124,7 @@ class Recording:
         A finding has its mark's time.
         """
         marks: dict[object, Mark] = {}
-        mode = DISCONNECTED
+        mode, examinations = DISCONNECTED, 0
         for stream, time_ns, payload in self.messages(self.start_ns, tuple(_MARKED)):
             with suppress(ValueError):  # the console counts unreadable messages
                 entry = _MARKED[stream](payload)
@@ -133,7 +133,10 @@ class Recording:
                     case "console/finding":
                         marked_s = entry["at_s"] - self.start_ns * 1e-9
                         text = f"{entry['id']}: {entry['text']}{', withdrawn' if entry.get('withdrawn') else ''}"
-                        marks["finding", entry["id"]] = Mark(marked_s, "finding", text)
+                        # Each examination numbers its findings from 1.
+                        marks["finding", examinations, entry["id"]] = Mark(marked_s, "finding", text)
+                    case "console/session":
+                        examinations += entry["what"] == "begin"
                     case "console/alarm":
                         marks.setdefault(("alarm", entry["id"], entry["since_s"]), Mark(at_s, "alarm", entry["text"]))
                     case _:
@@ -165,9 +168,11 @@ class Recording:
         self._file.close()
 
 
+_EXAMINATION = map_of(what=str, pseudonym=str | None, wall_clock=str | None)
 _MARKED: dict[str, Callable[[bytes], Any]] = {
     "console/finding": partial(read_map, fields=map_of(id=Whole, at_s=Finite, text=str)),
     "console/alarm": partial(read_map, fields=map_of(id=str, since_s=Finite, text=str)),
+    "console/session": partial(read_map, fields=_EXAMINATION),
     "operator/session": Happening.unpack,
 }
 _MODES = {
@@ -183,7 +188,6 @@ _MODES = {
     "left": DISCONNECTED,
 }
 """State of the session after each happening."""
-_EXAMINATION = map_of(what=str, pseudonym=str | None, wall_clock=str | None)
 
 
 class Playback(Generic[C]):

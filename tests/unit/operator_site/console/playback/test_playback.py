@@ -165,6 +165,19 @@ def test_marks_are_where_things_were(recording: Recording) -> None:
     assert recording.title() == "session.mcap"
 
 
+def test_each_examination_of_a_recording_keeps_its_marks(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "session.mcap", {"console/session": {}, "console/finding": {}}, {}) as recorder:
+        for at_s, study_number in ((1.0, "P-0417"), (5.0, "P-0418")):
+            begun = {"what": "begin", "at_s": at_s, "pseudonym": study_number}
+            recorder.write("console/session", round(1e9 * at_s), msgpack.packb(begun))
+            for note in ("", "noted"):
+                found = {"id": 1, "at_s": at_s + 1.0, "text": f"of {study_number}", "note": note}
+                recorder.write("console/finding", round(1e9 * (at_s + 1.0)), msgpack.packb(found))
+    with closing(Recording(tmp_path / "session.mcap")) as recording:
+        marks = [(mark.at_s, mark.text) for mark in recording.marks()]
+    assert marks == [(1.0, "1: of P-0417"), (5.0, "1: of P-0418")]
+
+
 def test_a_stop_is_no_mode_after_it_was_cleared(tmp_path: Path) -> None:
     whats = ("connected", "fault", "estop", "cleared", "estop", "engaged")
     with Recorder(tmp_path / "session.mcap", {"operator/session": {}}, {}) as recorder:
