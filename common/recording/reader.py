@@ -54,6 +54,7 @@ class RecordingReader:
         path: path of the file.
         start_ns, end_ns: times of the first and last message, ns.
         counts: number of messages of each stream.
+        channels: channels of the streams, in the file's order.
         metadata, attachments: by name.
     """
 
@@ -74,6 +75,7 @@ class RecordingReader:
         self.start_ns: int = found.statistics.message_start_time
         self.end_ns: int = found.statistics.message_end_time
         self.counts: dict[str, int] = {}
+        self.channels = list(found.channels.values())
         for channel in found.channels.values():
             count = found.statistics.channel_message_counts.get(channel.id, 0)
             self.counts[channel.topic] = self.counts.get(channel.topic, 0) + count

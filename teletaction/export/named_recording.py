@@ -9,6 +9,10 @@ from common.recording.clock_anchor import ClockAnchor
 from common.recording.reader import RecordingReader
 from teletaction.export.named_fields import Named
 from teletaction.export.topics import TOPICS
+from teletaction.recordings.merge import ORIGIN
+
+_OPERATOR = ("operator/clock", "operator/session")
+"""Streams of which the operator site's recording has at least one."""
 
 
 class NamedMessage(NamedTuple):
@@ -77,8 +81,9 @@ class NamedRecording:
     def _anchor(self, began: datetime | None) -> ClockAnchor:
         if began is not None:
             return ClockAnchor("", self._reader.start_ns, round(began.timestamp() * 1e9), 0)
-        # All times of a merged file are of the operator host's clock.
-        names = sorted(self.facts, key=lambda name: (name != "operator/session", name != "remote/session"))
+        # All times of a merged file are of the operator host's clock, whatever its recordings are called.
+        here = {f"{each.metadata.get(ORIGIN)}/session" for each in self._reader.channels if each.topic in _OPERATOR}
+        names = sorted(self.facts, key=lambda name: (name not in here, name))
         anchors = [anchor for name in names if (anchor := ClockAnchor.read(self.facts[name])) is not None]
         if not anchors:
             raise ValueError(

@@ -14,6 +14,7 @@ from common.recording.reader import RecordingReader
 from common.recording.recorder import Recorder
 from operator_site.recorded_rows import Clock
 from teletaction.export.export import export
+from teletaction.export.named_recording import NamedRecording
 from teletaction.recordings.incidents import incomplete_recordings
 from teletaction.recordings.merge import merge_recordings
 from teletaction.recordings.one_clock import ClockLine, TwoClocks
@@ -142,6 +143,29 @@ def test_replay_states_times_on_the_one_clock_and_uses_each_sites_own(hosts: Sim
         packets = part.get("touch_packets", part.get("rendered_rows"))
         assert packets > 100
         assert part["identical"] == packets
+
+
+@pytest.mark.parametrize("names", [("operator-1", "remote"), ("z", "a")])
+def test_wall_clock_times_are_those_of_the_operators_host_whatever_the_files_are_called(
+    names: tuple[str, str], tmp_path: Path
+) -> None:
+    """The remote host booted an hour before the operator's, so the anchor of its clock is another one."""
+    wall_ns = 1_790_000_000 * 10**9
+    files = []
+    for name, host, ahead_s in zip(names, ("a", "b"), (0.0, HOUR_S), strict=True):
+        now_ns = 10**12 + round(ahead_s * 1e9)
+        facts = {"clock_id": host, "monotonic_ns": str(now_ns), "wall_ns": str(wall_ns), "uncertainty_ns": "100"}
+        files.append(tmp_path / f"{name}.mcap")
+        with Recorder(files[-1], {"operator/clock": {}, "remote/note": {}}, facts) as recorder:
+            for time_ns, row in rows(lambda _: HOUR_S) if not ahead_s else []:
+                recorder.write("operator/clock", time_ns, row.pack())
+            recorder.write("remote/note", now_ns + 10**9, b"\xa2hi")
+    merge_recordings(files[::-1], tmp_path / "session.mcap")
+    with (tmp_path / "session.mcap").open("rb") as file:
+        found = [
+            message.wall_ns for message in NamedRecording(tmp_path / "session.mcap", file).messages(["remote/note"])
+        ]
+    np.testing.assert_allclose(found, wall_ns + 10**9, atol=10_000_000, rtol=0.0)
 
 
 def rows(offset: Callable[[float], float], bound_s: float = 0.002, count: int = 200) -> list[tuple[int, Clock]]:
