@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from datetime import datetime
 from typing import Any
 
@@ -128,7 +129,9 @@ class ExaminationRequests:
 
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self.console.examination.note(details.get("finding"), details.get("text"))
-        return await self._keep(finding, now_s, texts.NOTE, "saved.")
+        kept = await self._keep(finding, now_s, texts.NOTE, "saved.")
+        ended = self.console.examination.pseudonym is None
+        return replace(kept, text=f"{kept.text} {texts.NOTE_AFTER_END}") if ended else kept
 
     async def _edit(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         self._check_consent(details)

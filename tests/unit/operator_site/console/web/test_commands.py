@@ -22,6 +22,7 @@ from operator_site.console.examination.reporting import Reporting
 from operator_site.console.local_control import LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.state.frame import Priority
+from operator_site.console.texts import NOTE_AFTER_END
 from operator_site.console.web.answer import Answer
 from operator_site.console.web.clients import Client
 from operator_site.console.web.commands import Commands
@@ -191,6 +192,16 @@ def test_a_session_has_a_study_number_and_ends_with_what_was_kept(workplace: Wor
     assert ended.text == "1 finding not yet on disk. Report has 1 finding without a place."
     assert workplace.ask("end").text == "No examination is under way."
     assert [record["what"] for record in workplace.journal.of("console/session")] == ["begin", "end"]
+
+
+def test_a_note_after_the_end_says_that_the_report_may_lack_it(workplace: Workplace) -> None:
+    assert workplace.ask("begin", pseudonym="P-0417").ok
+    assert workplace.ask("finding", finger="index", kind="warm", at_s=101.0).ok
+    assert not workplace.ask("note", finding=1, text="a").text.endswith(NOTE_AFTER_END)
+    assert workplace.ask("end").ok
+    noted = workplace.ask("note", finding=1, text="a, and more")
+    assert noted.ok
+    assert noted.text.endswith(NOTE_AFTER_END)
 
 
 def test_an_examination_ends_although_the_site_was_lost_while_it_was_engaged(workplace: Workplace) -> None:
