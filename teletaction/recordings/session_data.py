@@ -1,7 +1,9 @@
 """Reads a recorded session as arrays: sent and rendered values, and the true ones at fingers and patient."""
 
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Self
 
@@ -73,6 +75,12 @@ class SessionData:
     happenings: list[dict[str, Any]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
     leads_s: dict[str, float] = field(default_factory=dict)
+
+    def answers(self, finger: int, after_s: float, before_s: float) -> list[dict[str, Any]]:
+        """Return the results of a finger's thermal identification between two times, s, without them."""
+        rows = self.thermal.get(finger, [])
+        first = bisect_right(rows, after_s, key=itemgetter("time_s"))
+        return rows[first : bisect_left(rows, before_s, first, key=itemgetter("time_s"))]
 
     @classmethod
     def read(cls, path: Path) -> Self:

@@ -107,7 +107,7 @@ def contacts(data: SessionData) -> list[dict[str, Any]]:
     for touch in _touches(data):
         if touch.end_s - touch.start_s < SHORTEST_TOUCH_S:
             continue
-        answers = [a for a in data.thermal.get(touch.finger, []) if touch.start_s + 0.05 < a["time_s"] < touch.end_s]
+        answers = data.answers(touch.finger, touch.start_s + 0.05, touch.end_s)
         last = answers[-1] if answers else {}
         status = ThermalStatus(last.get("status", 0))
         named = next((a["time_s"] for a in answers if a["status"] == ThermalStatus.IDENTIFIED), None)

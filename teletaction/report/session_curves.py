@@ -104,23 +104,20 @@ class SessionCurves:
     def answers(self, touch: Touch) -> list[dict[str, Any]]:
         """Return the results of the thermal identification during a touch, with `time_s` since contact."""
         begin_s = touch.start_s + self.zero_s
-        return [
-            {**row, "time_s": row["time_s"] - begin_s}
-            for row in self.data.thermal.get(touch.finger, [])
-            if begin_s < row["time_s"] < touch.end_s + self.zero_s
-        ]
+        found = self.data.answers(touch.finger, begin_s, touch.end_s + self.zero_s)
+        return [{**row, "time_s": row["time_s"] - begin_s} for row in found]
 
     def shared_touches(self, fingers: Iterable[int], least_s: float = 0.0) -> list[SharedTouch]:
         """Group touches of these fingers of at least `least_s` (s) by object and time."""
         wanted = set(fingers)
         found: list[SharedTouch] = []
+        newest: dict[str, SharedTouch] = {}
         for touch in self.touches:
             if touch.finger not in wanted or touch.end_s - touch.start_s < least_s:
                 continue
-            with_it = (s for s in found if s.thing == touch.thing and touch.start_s <= s.end_s + _TOGETHER_S)
-            shared = next(with_it, None)
-            if shared is None:
-                shared = SharedTouch(touch.thing)
+            shared = newest.get(touch.thing)
+            if shared is None or touch.start_s > shared.end_s + _TOGETHER_S:
+                shared = newest[touch.thing] = SharedTouch(touch.thing)
                 found.append(shared)
             shared.touches.append(touch)
         return found
