@@ -27,7 +27,7 @@ IMAGE_SCHEMA: Schema = {
 def map_images(recording: NamedRecording) -> Iterator[tuple[str, Named]]:
     """Yield each explored quantity with the image of its map, as `foxglove.CompressedImage` has it."""
     examination = Examination.read(recording.path)
-    findings = list(examination.findings.values())
+    findings = examination.valid_findings()
     for quantity in QUANTITIES:
         drawn = map_figure(examination.felt, quantity, findings)
         if drawn is not None:

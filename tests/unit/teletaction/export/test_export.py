@@ -16,12 +16,14 @@ from common.fingers import FINGERS
 from common.recording.clock_anchor import ClockAnchor
 from common.recording.recorder import Recorder
 from common.wire.messages import OBJECT_UNKNOWN_SD_K
+from teletaction.export import map_images
 from teletaction.export.export import FORMATS, Format, export
 from teletaction.export.named_recording import NamedRecording
 from teletaction.export.topics import TOPICS
 from teletaction.recordings.session_data import SessionData
 from tests.commands import command, one_line
 from tests.places import GOLDEN
+from tests.unit.teletaction.recorded_examination import record_lump
 
 pytestmark = pytest.mark.long
 
@@ -87,6 +89,15 @@ def test_the_map_is_an_image_at_the_end(foxglove: Any) -> None:
     for ((log_ns, _, image),) in maps.values():
         assert base64.b64decode(image["data"]).startswith(b"\x89PNG")
         assert image["timestamp"]["sec"] == log_ns // 10**9
+
+
+def test_the_map_shows_no_withdrawn_finding(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    drawn = []
+    monkeypatch.setattr(map_images, "map_figure", lambda felt, quantity, findings: drawn.append(findings))
+    recording = record_lump(tmp_path / "session.mcap")
+    with recording.open("rb") as file:
+        assert not list(map_images.map_images(NamedRecording(recording, file)))
+    assert [[finding["id"] for finding in findings] for findings in drawn] == [[1, 2, 3]] * 4
 
 
 def test_csv_has_a_row_for_each_message_and_an_empty_cell_for_what_is_not_known(
