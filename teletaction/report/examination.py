@@ -17,6 +17,7 @@ from common.recording.recorded_fields import Map, map_of, read_map
 from common.recording.recorded_row import Finite, Whole
 from common.tenderness.patient_row import read_patient
 from common.wire.messages import Touch
+from common.wire.roughness_um import RoughnessUm
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.map.patient_shift import Movement, PatientShift
 from operator_site.console.map.tactile_map import TactileMap
@@ -181,6 +182,7 @@ class Examination:
         match stream:
             case "operator/figures":
                 self.figures = entry
+                self.felt.roughness_um = RoughnessUm.of(entry.get("roughness_um"))
             case "console/session":
                 self._take_session(entry)
             case "console/finding":
@@ -194,7 +196,7 @@ class Examination:
         if entry["what"] == "begin":
             # As at the console, a further examination begins with an empty map and no findings.
             if self.begun:
-                self.felt, self.pain = TactileMap(), PainPresses(math.inf)
+                self.felt, self.pain = TactileMap(self.felt.roughness_um), PainPresses(math.inf)
                 self.movements, self._shift = [], PatientShift()
             self.begun, self.ended_s, self.findings = entry, None, {}
         else:

@@ -10,6 +10,7 @@ import htpy as h
 from htpy import Element, Node
 from markupsafe import Markup
 
+from common.wire.roughness_um import RoughnessUm
 from operator_site.console import texts
 from operator_site.console.examination.body import body_mark, body_svg
 from operator_site.console.examination.contrast import CONFIDENCES, contrast_of
@@ -197,7 +198,7 @@ def finding_blocks(examination: Examination, session: SessionCurves) -> Element 
         blocks.append(
             h.div(".finding")[
                 h.h3[f"Finding {number}: {shown(finding.get('text'))}"],
-                h.p[_in_words(finding, here)],
+                h.p[_in_words(finding, here, examination.felt.roughness_um)],
                 h.div(".pair")[h.div[surroundings, _seen(examination, finding)], h.div[curves]],
             ]
         )
@@ -217,12 +218,12 @@ def _seen(examination: Examination, finding: Mapping[str, Any]) -> Element | Non
     return embedded(f"Camera at finding {number}", "jpeg", still.jpeg, caption)
 
 
-def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None) -> Node:
+def _in_words(finding: Mapping[str, Any], here: ExploredPlace | None, scale: RoughnessUm | None) -> Node:
     """Describe a finding: its difference from the surroundings, the values felt there by the end, and the note."""
     lines: list[Node] = [finding["compare"]] if finding.get("compare") else []
     if here is not None:
         known = [
-            f"{quantity} {shown(value_text(quantity, value))} "
+            f"{quantity} {shown(value_text(quantity, value, scale))} "
             f"({value.touches} touch{'es' if value.touches != 1 else ''})"
             for quantity in UNITS
             if (value := getattr(here, quantity)) is not None

@@ -1,6 +1,7 @@
 """The examination in the report: findings, maps, untouched places and actions of persons; it runs no script."""
 
 import json
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,17 @@ import pytest
 from matplotlib.figure import Figure
 
 from common.recording.recorder import Recorder
+from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.map_tiles import MapPicture
 from teletaction.report.examination import Examination
+from teletaction.report.examination_page import finding_blocks
 from teletaction.report.map_coverage import coverage
 from teletaction.report.map_figure import cell_colours, draw_cells, draw_lumps, scale_ticks
+from teletaction.report.session_curves import SessionCurves
 from teletaction.report.session_report import report
 from tests.commands import command
 from tests.unit.teletaction.recorded_examination import HOSTILE, START_S, begin_of, record, record_lump, touch_of
+from tests.unit.teletaction.report.test_report import nothing
 from tests.unit.teletaction.report_page import Page
 
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -77,6 +82,20 @@ def at_ns(after_s: float) -> int:
 def stiff_touch(number: int, x_m: float) -> bytes:
     """A touch of the index finger at `x_m` (m); it lifts at every fourth one."""
     return touch_of(number, at_ns(0.1 * number), x_m, 0.0, contact=number % 4 > 0, warm=False).encode()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("scale", "shown"), [({"ln_um": 5.0, "exponent": 1.0, "ln_sd": 0.1}, "µm"), (None, "of 10")])
+def test_a_roughness_has_the_unit_that_the_finding_has(scale: object, shown: str) -> None:
+    examination = Examination()
+    examination.take("operator/figures", START_S, msgpack.packb({"roughness_um": scale}))
+    examination.take("console/session", START_S, begin_of(START_S))
+    examination.felt.restore(Sample("roughness", (1, 1, 1), 1, 1, 0.0, 0.0, START_S, 0.05, 0.01))
+    examination.findings[1] = {"id": 1, "at_s": START_S, "kind": "rough", "x_m": 0.0, "y_m": 0.0, "text": "rough"}
+    blocks = finding_blocks(examination, SessionCurves.of(nothing()))
+    found = re.search(r"roughness ([\d.]+) ± [\d.]+ ([^(]+) \(1 touch\)", str(blocks))
+    assert found is not None
+    assert found[2] == shown
 
 
 @pytest.mark.long
