@@ -298,12 +298,12 @@ def _minutes(seconds: float) -> str:
 
 
 def _wall_clock(text: Any) -> str | None:
-    """Format a date and time for reading; return other text unchanged."""
+    """Format a date and time for reading, with its zone as far as known; return other text unchanged."""
     try:
         begun = datetime.fromisoformat(str(text))
     except ValueError:
         return None if text is None else str(text)
-    return f"{begun.day} {begun:%B %Y, %H:%M}"
+    return f"{begun.day} {begun:%B %Y, %H:%M %Z}".strip()
 
 
 def _beginning(note: str) -> str:

@@ -104,7 +104,7 @@ def test_the_report_names_the_person_and_the_findings(path: Path) -> None:
     assert "@page { size: A4 portrait" in html
     for words in (
         "Examination P-0417",
-        "23 November 2026, 14:07",
+        "23 November 2026, 14:07 UTC+01:00",
         "1 min 1 s",
         "OR-1",
         "warm, 35.0 ± 0.2 °C",
