@@ -259,6 +259,35 @@ def test_the_text_of_a_note_stays_with_its_finding_until_it_is_saved(stage: Stag
     assert wait_for(stage, "note")[0]["details"] == {"finding": 1, "text": "a pea"}
 
 
+@pytest.mark.parametrize(
+    ("opened", "tray"),
+    [("#note-button", "#noting"), ("#finding-button", "#marking"), ("[data-edit='1']", "#marking")],
+)
+def test_a_note_or_a_mark_of_one_examination_does_not_reach_the_next(
+    stage: Stage, open_page: Open, opened: str, tray: str
+) -> None:
+    page = open_page("engaged")
+    page.click(opened)
+    page.wait_for_timeout(300)  # a round of the numbers
+    assert page.is_visible(tray)
+    stage.scenario.session(pseudonym="P-0418")
+    page.wait_for_selector("#pseudonym:has-text('P-0418')")
+    page.wait_for_timeout(300)
+    assert not page.is_visible(tray)
+
+
+def test_a_note_can_be_saved_after_the_end(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.click("#note-button")
+    page.select_option("#note-finding", "1")
+    page.fill("#note-text", "a pea")
+    stage.scenario.session(pseudonym=None)
+    page.wait_for_selector("#pseudonym:not(:has-text('P-0417'))", state="attached")
+    page.wait_for_timeout(300)  # a round of the numbers
+    page.click("#noting [type=submit]")
+    assert wait_for(stage, "note")[0]["details"] == {"finding": 1, "text": "a pea"}
+
+
 def test_tab_goes_from_the_text_of_a_note_to_its_button_and_not_to_stop(stage: Stage, open_page: Open) -> None:
     page = open_page("engaged")
     page.keyboard.press("n")

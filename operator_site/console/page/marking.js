@@ -134,6 +134,8 @@ export function markingKey(event) {
 
 export function showMarking() {
   if (!finding) return;
+  const { pseudonym } = now.state.session;
+  if (pseudonym && (finding.study ??= pseudonym) !== pseudonym) { discard(); return; } // it is of another person
   const name = FINGER_NAMES[FINGERS.indexOf(finding.finger)];
   write(byId("marking-title"), `${WORDS.findingAt(name, finding.x_mm, finding.y_mm ?? 0, finding.id)}${finding.body ? `, ${bodyText(finding.body)}` : ""}`);
   write(byId("marking-contrast"), contrast());

@@ -4,7 +4,7 @@ import { acts, now } from "./now.js";
 import { WORDS } from "./words.js";
 
 const drafts = new Map(); // unsaved texts by study number and finding
-let connection = null, say = null, expected = null;
+let connection = null, say = null, expected = null, study = null; // study number for which the tray was opened
 
 export function startNotes(link, speak) {
   connection = link;
@@ -30,6 +30,7 @@ export function openNote(id = null) {
   const last = id === null ? choices().at(-1) : choices().find(([offered]) => offered === id);
   if (!last) { say(WORDS.noFindings); return; }
   byId("noting").hidden = false;
+  study = now.state.session.pseudonym;
   showNotes();
   byId("note-finding").value = String(last[0]);
   showText();
@@ -51,6 +52,8 @@ function closeNote() {
 
 export function showNotes() {
   if (byId("noting").hidden || !now.state) return;
+  const { pseudonym } = now.state.session;
+  if (pseudonym && pseudonym !== study) { byId("noting").hidden = true; return; } // the text is of another person
   const offered = choices(), chosen = byId("note-finding").value;
   remake(byId("note-finding"), offered, () => offered.map(([id, text]) => make("option", { value: id, text: `${id}: ${text}`.slice(0, 60) })));
   if (chosen && offered.some(([id]) => String(id) === chosen)) byId("note-finding").value = chosen;
