@@ -69,6 +69,7 @@ class Examination:
         console: True if a console took part.
         begun: record of the examination's start: pseudonym, wall_clock, who, sides; empty without one.
         ended_s: time of its end, s; None if not recorded.
+        operator_s, touched_s: times of the operator site's first message and touch packet, s; None without one.
         findings: last record of each finding, by number.
         acts: requests of the users in order, by time, page and verb; `ok` is None for an unanswered request.
         alarms: last record of each alarm.
@@ -89,6 +90,8 @@ class Examination:
     console: bool = False
     begun: dict[str, Any] = field(default_factory=dict)
     ended_s: float | None = None
+    operator_s: float | None = None
+    touched_s: float | None = None
     findings: dict[int, dict[str, Any]] = field(default_factory=dict)
     acts: dict[tuple[float, str | None, str], dict[str, Any]] = field(default_factory=dict)
     alarms: dict[tuple[str, float], dict[str, Any]] = field(default_factory=dict)
@@ -155,17 +158,10 @@ class Examination:
         Raises:
             ValueError: the payload is no message of this stream.
         """
+        if self.operator_s is None and stream.startswith("operator/"):
+            self.operator_s = t_s
         if stream == "operator/touch":
-            touch = Touch.decode(payload)
-            self.sequences.append(touch.sequence)
-            if self.ended_s is not None:  # the hand may feel another patient by now
-                return
-            rows = touch.rows
-            self.felt.add(t_s, rows, touch.summaries)
-            self.pain.take_touch(t_s, rows)
-            if (movement := self._shift.step(t_s, rows)) is not None:
-                self.movements.append(movement)
-                self.felt.moved_s = movement.since_s
+            self._touch(t_s, Touch.decode(payload))
             return
         if stream == "remote/patient":
             patient = read_patient(payload)
@@ -192,10 +188,22 @@ class Examination:
             case "console/act":
                 self.acts[entry["at_s"], entry["who"], entry["verb"]] = entry
 
+    def _touch(self, t_s: float, touch: Touch) -> None:
+        self.sequences.append(touch.sequence)
+        self.touched_s = t_s if self.touched_s is None else self.touched_s
+        if self.ended_s is not None:  # the hand may feel another patient by now
+            return
+        rows = touch.rows
+        self.felt.add(t_s, rows, touch.summaries)
+        self.pain.take_touch(t_s, rows)
+        if (movement := self._shift.step(t_s, rows)) is not None:
+            self.movements.append(movement)
+            self.felt.moved_s = movement.since_s
+
     def _take_session(self, entry: dict[str, Any]) -> None:
         if entry["what"] == "begin":
-            # As at the console, a further examination begins with an empty map and no findings.
-            if self.begun:
+            # As at the console, an examination begins with an empty map and no findings.
+            if self.touched_s is not None and self.touched_s < entry["at_s"]:
                 self.felt, self.pain = TactileMap(self.felt.roughness_um), PainPresses(math.inf)
                 self.movements, self._shift = [], PatientShift()
             self.begun, self.ended_s, self.findings = entry, None, {}

@@ -40,6 +40,9 @@ _TO_FILL_IN = [
     h.div(".line"),
     h.div(".signatures")[[h.div(".line")[name] for name in ("Examiner", "Date", "Signature")]],
 ]
+_LATE_S = 2.0
+"""Largest delay of the operator site's first message after the begin that is not mentioned, s."""
+_BEFORE = "What was felt before is not in this report."
 _OUTLINES = "Dashed outlines: lumps that the stiffness of the surface suggests, with their probability."
 _READING = (
     "Opacity shows confidence: full colour for high confidence, stippled for low confidence, a single dot for none. "
@@ -244,12 +247,17 @@ def _words(covered: Coverage) -> str:
 
 
 def _completeness(examination: Examination) -> str:
-    """Return in one sentence how much of the explored area each quantity covers."""
+    """Return how much of the explored area each quantity covers, and how much later its recording begins."""
     shares = []
     for quantity in QUANTITIES:
         covered = covered_by(examination, quantity)
         shares.append(f"{quantity} " + ("nowhere" if covered is None else f"on {100.0 * covered.share:.0f}\u00a0%"))
-    return f"Felt within the explored outline: {', '.join(shares)}."
+    began_s, from_s = examination.begun.get("at_s"), examination.operator_s
+    late_s = 0.0 if began_s is None or from_s is None else from_s - float(began_s)
+    late = ""
+    if late_s > _LATE_S:  # a site that was restarted has set its earlier recording aside
+        late = f" The operator site's recording begins {_minutes(late_s)} after the examination. {_BEFORE}"
+    return f"Felt within the explored outline: {', '.join(shares)}.{late}"
 
 
 def _moved(examination: Examination) -> str:

@@ -15,7 +15,7 @@ from common.recording.recorder import Recorder
 from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.map_tiles import MapPicture
 from teletaction.report.examination import Examination
-from teletaction.report.examination_page import finding_blocks
+from teletaction.report.examination_page import finding_blocks, signed_page
 from teletaction.report.map_coverage import coverage
 from teletaction.report.map_figure import cell_colours, draw_cells, draw_lumps, scale_ticks
 from teletaction.report.session_curves import SessionCurves
@@ -61,18 +61,18 @@ def test_a_recorded_examination_is_read(path: Path) -> None:
 
 
 @pytest.mark.long
-def test_what_the_hand_feels_after_the_end_is_not_of_the_examination(tmp_path: Path) -> None:
-    """The report may be written while the next examination is under way."""
+def test_what_the_hand_feels_before_the_begin_and_after_the_end_is_not_of_the_examination(tmp_path: Path) -> None:
+    """One recording of the operator site holds several examinations, and each has a file of the console's."""
     with Recorder(tmp_path / "session.mcap", {"console/session": {}, "operator/touch": {}}, {}) as recorder:
-        recorder.write("console/session", at_ns(0.0), begin_of(START_S))
-        for number in range(40):
+        for number in range(60):
             if number == 20:
-                ended = {"what": "end", "at_s": START_S + 1.95}
-                recorder.write("console/session", at_ns(1.95), msgpack.packb(ended))
-            recorder.write("operator/touch", at_ns(0.1 * number), stiff_touch(number, 0.02 * (number >= 20)))
+                recorder.write("console/session", at_ns(1.95), begin_of(START_S + 1.95))
+            if number == 40:
+                ended = {"what": "end", "at_s": START_S + 3.95}
+                recorder.write("console/session", at_ns(3.95), msgpack.packb(ended))
+            recorder.write("operator/touch", at_ns(0.1 * number), stiff_touch(number, 0.02 * (number // 20)))
     felt = Examination.read(tmp_path / "session.mcap").felt
-    assert felt.at(0.0, 0.0).stiffness is not None
-    assert felt.at(0.02, 0.0).stiffness is None
+    assert [felt.at(x_m, 0.0).stiffness is not None for x_m in (0.0, 0.02, 0.04)] == [False, True, False]
 
 
 def at_ns(after_s: float) -> int:
@@ -82,6 +82,19 @@ def at_ns(after_s: float) -> int:
 def stiff_touch(number: int, x_m: float) -> bytes:
     """A touch of the index finger at `x_m` (m); it lifts at every fourth one."""
     return touch_of(number, at_ns(0.1 * number), x_m, 0.0, contact=number % 4 > 0, warm=False).encode()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("late_s", "said"), [(0.5, ""), (95.0, "begins 1 min 35 s after the examination")])
+def test_what_a_restarted_operator_site_has_recorded_elsewhere_is_missed(late_s: float, said: str) -> None:
+    """The earlier part is in a file that the restart has set aside, which the console's report does not read."""
+    examination = Examination()
+    examination.take("console/session", START_S, begin_of(START_S))
+    examination.take("operator/figures", START_S + late_s, msgpack.packb({}))
+    examination.take("operator/touch", START_S + late_s, stiff_touch(1, 0.0))
+    signed = str(signed_page(examination, SessionCurves.of(nothing()), None))
+    assert ("What was felt before is not in this report." in signed) is bool(said)
+    assert said in signed
 
 
 @pytest.mark.long
