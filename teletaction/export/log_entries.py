@@ -42,10 +42,18 @@ def _words(topic: str, fields: dict[str, Any]) -> tuple[int, str]:
             return _LEVELS.get(what, _INFO), ": ".join(
                 filter(None, (what, fields["text"] or said_fault(fields["fault"])))
             )
-        case "remote/note" | "console/finding":
+        case "remote/note":
             return _INFO, str(fields.get("text", ""))
+        case "console/finding":
+            return _INFO, _noted("withdrawn" if fields.get("withdrawn") else "", fields)
         case "console/alarm":
-            return _WARNING, str(fields.get("text", ""))
+            ended = fields.get("ended_s") is not None
+            return (_INFO, _noted("ended", fields)) if ended else (_WARNING, _noted("", fields))
         case "truth_event":
             return _INFO, f"{fields['finger']}: {fields['kind']} {fields['object']}"
     return _INFO, ""
+
+
+def _noted(change: str, fields: dict[str, Any]) -> str:
+    text = str(fields.get("text", ""))
+    return f"{change}: {text}" if change and text else text
