@@ -75,6 +75,21 @@ def test_what_the_hand_feels_before_the_begin_and_after_the_end_is_not_of_the_ex
     assert [felt.at(x_m, 0.0).stiffness is not None for x_m in (0.0, 0.02, 0.04)] == [False, True, False]
 
 
+def test_the_study_number_of_the_next_examination_is_not_in_the_report() -> None:
+    """The journal has its request to begin in the file of this examination, and its answer in the next one's."""
+    examination = Examination()
+    asked = {"at_s": START_S, "who": "OR-1 1", "verb": "begin", "details": {"pseudonym": "P-0419"}, "ok": None}
+    next_one = asked | {"at_s": START_S + 9.0, "details": {"pseudonym": "P-0420"}}
+    examination.take("console/act", START_S, msgpack.packb(asked))
+    examination.take("console/session", START_S, begin_of(START_S))
+    examination.take("console/act", START_S, msgpack.packb(asked | {"ok": True}))
+    examination.take("console/session", START_S + 8.0, msgpack.packb({"what": "end", "at_s": START_S + 8.0}))
+    examination.take("console/act", START_S + 9.0, msgpack.packb(next_one))
+    assert [(act["details"]["pseudonym"], act["ok"]) for act in examination.acts.values()] == [("P-0419", True)]
+    examination.take("console/act", START_S + 9.0, msgpack.packb(next_one | {"ok": False}))
+    assert len(examination.acts) == 2
+
+
 def at_ns(after_s: float) -> int:
     return round(1e9 * (START_S + after_s))
 
