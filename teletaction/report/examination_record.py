@@ -108,7 +108,8 @@ def _link_numbers(examination: Examination, data: SessionData) -> dict[str, Any]
     sequences = np.array(examination.sequences, dtype=np.float64)
     steps = np.diff(sequences)
     onward = steps[steps > 0]
-    sent = float(onward.sum()) + 1.0 if len(sequences) else 0.0
+    runs = 1 + np.count_nonzero(steps < 0)  # a restarted site counts from the start again
+    sent = float(onward.sum()) + runs if len(sequences) else 0.0
     clock = np.array(examination.clock, dtype=np.float64).reshape(-1, 3)
     return {
         "delay_ms": None

@@ -16,6 +16,7 @@ from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.map_tiles import MapPicture
 from teletaction.report.examination import Examination
 from teletaction.report.examination_page import finding_blocks, signed_page
+from teletaction.report.examination_record import numbers
 from teletaction.report.map_coverage import coverage
 from teletaction.report.map_figure import cell_colours, draw_cells, draw_lumps, scale_ticks
 from teletaction.report.session_curves import SessionCurves
@@ -88,6 +89,13 @@ def test_the_study_number_of_the_next_examination_is_not_in_the_report() -> None
     assert [(act["details"]["pseudonym"], act["ok"]) for act in examination.acts.values()] == [("P-0419", True)]
     examination.take("console/act", START_S + 9.0, msgpack.packb(next_one | {"ok": False}))
     assert len(examination.acts) == 2
+
+
+def test_packets_are_counted_anew_after_a_restart_of_the_remote_site() -> None:
+    """Its numbers begin again: of 1..4 and of 1..5, the second 3 and 4 are missing."""
+    examination = Examination(sequences=[1, 2, 3, 4, 1, 2, 5])
+    link = numbers(examination, nothing(), {})["link"]
+    assert (link["touch_packets"], link["superseded_or_lost"], link["longest_gap_packets"]) == (7, 2, 2)
 
 
 def at_ns(after_s: float) -> int:
