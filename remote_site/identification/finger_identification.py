@@ -132,9 +132,9 @@ class FingerIdentification:
             self.roughness_v = texture.roughness_v
             self._stroke = self._strokes.at(ln_roughness(self.roughness_v))
         for impulse in impulses:
-            self.period.groove(impulse.place_m)
             amplitude_rad_s = groove_rad_s(impulse.strength_v, self._groove_v)
-            self._events.add(EventKind.GROOVE, self._finger, amplitude_rad_s, time_s=impulse.time_s)
+            at_m = self._events.add(EventKind.GROOVE, self._finger, amplitude_rad_s, time_s=impulse.time_s)
+            self.period.groove(impulse.place_m, at_m)
         if self.texture_fault is not None:
             self.period.interrupt()  # after a fault, the path begins again
 

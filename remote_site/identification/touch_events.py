@@ -56,8 +56,10 @@ class TouchEvents:
         while self.recent and sensed.time_s - self.recent[0].time_ns * 1e-9 > HISTORY_S:
             self.recent.popleft()
 
-    def add(self, kind: EventKind, finger: int, value: float, name: str = "", time_s: float | None = None) -> None:
-        """Add an event of a finger.
+    def add(
+        self, kind: EventKind, finger: int, value: float, name: str = "", time_s: float | None = None
+    ) -> tuple[float, float]:
+        """Add an event of a finger; return the place of the telemanipulator at the event, m.
 
         Args:
             kind: kind of the event.
@@ -66,26 +68,27 @@ class TouchEvents:
             name: name of a material.
             time_s: time of the event, s; None for this tick.
         """
+        at_m = self._place_m(time_s)
         self._count += 1
         event = Event(
             self._count,
             kind,
             finger,
             round((self._now[0] if time_s is None else time_s) * 1e9),
-            0 if kind is EventKind.MATERIAL else self._hand_ns(time_s),
+            0 if kind is EventKind.MATERIAL else self._hand.when_ns(*at_m),
             min(max(float(value), 0.0), EVENT_MAX),
             name,
         )
         self.new.append(event)
         self.recent.append(event)
+        return at_m
 
-    def _hand_ns(self, time_s: float | None) -> int:
-        """Return when the operator's hand was at the fingers' place at a time, None for this tick, ns."""
-        _, x_m, y_m = self._now
-        if time_s is not None:
-            times_s, xs_m, ys_m = self._places.tracks
-            x_m, y_m = float(np.interp(time_s, times_s, xs_m)), float(np.interp(time_s, times_s, ys_m))
-        return self._hand.when_ns(x_m, y_m)
+    def _place_m(self, time_s: float | None) -> tuple[float, float]:
+        """Return the place of the telemanipulator at a time, s, or in this tick, m."""
+        if time_s is None:
+            return self._now[1:]
+        times_s, xs_m, ys_m = self._places.tracks
+        return float(np.interp(time_s, times_s, xs_m)), float(np.interp(time_s, times_s, ys_m))
 
 
 class HandPath:

@@ -1,4 +1,7 @@
-"""Estimates the spacing of a surface's grooves from the places of single impulses along the path."""
+"""Estimates the spacing of a surface's grooves from the places of single impulses along the path.
+
+A finger that turns crosses the same groove again. This gap is not the spacing, and does not count.
+"""
 
 import math
 from collections import deque
@@ -7,6 +10,10 @@ from statistics import median, median_high
 
 REGULAR = 0.15
 """Maximum scatter of the gaps of regular grooves, as a fraction of the spacing."""
+STRAIGHT = 0.5
+"""Minimum distance of two grooves on the bench, as a fraction of the path between them; a shorter path has a turn."""
+LEAST_SD_M = 1e-6
+"""Smallest stated standard deviation of a spacing, m; its value is stated in steps of this length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,21 +44,24 @@ class GroovePeriod:
     MOST = 64
     """Number of the latest gaps that are kept."""
 
-    __slots__ = ("_gaps_m", "_last_m")
+    __slots__ = ("_gaps_m", "_last")
 
     def __init__(self) -> None:
-        self._last_m: float | None = None
+        self._last: tuple[float, tuple[float, float]] | None = None
         self._gaps_m: deque[float] = deque(maxlen=self.MOST)
 
-    def groove(self, place_m: float) -> None:
-        """Take a groove crossed at this place of the path, m, ascending."""
-        if self._last_m is not None and place_m - self._last_m <= self.LONGEST_M:
-            self._gaps_m.append(place_m - self._last_m)
-        self._last_m = place_m
+    def groove(self, place_m: float, at_m: tuple[float, float]) -> None:
+        """Take a groove crossed at this place of the path, m, ascending, and at this place on the bench, m."""
+        if self._last is not None:
+            last_m, last_at_m = self._last
+            gap_m = place_m - last_m
+            if gap_m <= self.LONGEST_M and math.dist(at_m, last_at_m) >= STRAIGHT * gap_m:
+                self._gaps_m.append(gap_m)
+        self._last = place_m, at_m
 
     def interrupt(self) -> None:
         """Interrupt the path; the next gap starts at the next groove."""
-        self._last_m = None
+        self._last = None
 
     def estimate(self) -> Period | None:
         """Return the median spacing with its standard error; None before FEWEST gaps."""
@@ -60,4 +70,5 @@ class GroovePeriod:
             return None
         middle_m = median(gaps_m)
         sd_m = 1.4826 * median_high(abs(gap_m - middle_m) for gap_m in gaps_m)
-        return Period(middle_m, 1.25 * sd_m / math.sqrt(len(gaps_m)), sd_m / max(middle_m, 1e-6))
+        period_sd_m = max(LEAST_SD_M, 1.25 * sd_m / math.sqrt(len(gaps_m)))
+        return Period(middle_m, period_sd_m, sd_m / max(middle_m, 1e-6))

@@ -104,7 +104,7 @@ class TextureIdentification:
         self._surface: Surface | None = None
         self._ln_roughness = 0.0
         self._changed_m = 0.0
-        self._begin_way()
+        self.interrupt()
 
     def _lose(self, t_s: float) -> None:
         """Lose contact but keep the surface for comparison: the finger may jump to another surface."""
@@ -114,8 +114,8 @@ class TextureIdentification:
             self._surface, self._changed_m = surface, -math.inf
         self._lost_s = t_s
 
-    def _begin_way(self) -> None:
-        """Begin a new path."""
+    def interrupt(self) -> None:
+        """Interrupt the path: the distance to the next groove is unknown, and no curvature spans the interruption."""
         self._path.interrupt()
         self._impulses.interrupt()
         self._roughness.interrupt()
@@ -225,7 +225,7 @@ class TextureIdentification:
             self._surface = None
         if mode is ExplorationMode.TAPPING or late:
             # the signal of a tap says nothing about the surface; the samples after it do
-            self._begin_way()
+            self.interrupt()
         moved = 0.0 if mode is ExplorationMode.TAPPING else speed_m_s
         curves = self._path.step(samples_v, end_s, moved)
         impulses: list[Impulse] = []

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import resample_poly
 
 from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
@@ -25,12 +26,26 @@ FAST_HZ = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class EvenStroke:
-    """A stroke at the sensor's rate, in arrays of one length; values that were not recorded are nominal."""
+    """A stroke at the sensor's rate, in arrays of one length; values that were not recorded are nominal.
+
+    Attributes:
+        time_s: times, s.
+        signal_v: samples, V.
+        force_n: contact force, N.
+        speed_m_s: speed in either direction, m/s.
+        direction: -1 backwards, else 1; one value for all samples, or one for each.
+    """
 
     time_s: Array
     signal_v: Array
     force_n: Array
     speed_m_s: Array
+    direction: Array | float = 1.0
+
+    @property
+    def along_m(self) -> Array:
+        """Place of the finger along the stroke at each sample, m."""
+        return np.asarray(np.cumsum(self.direction * self.speed_m_s) / RATE_HZ)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +64,8 @@ class StrokeBlock:
 def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStroke:
     """Resample a recording to the sensor's rate; of several signals, the one that varies most is used.
 
-    A negative speed is a stroke backwards, and counts as a stroke.
+    A negative speed is a stroke backwards, and counts as a stroke. A low-pass filter removes what a faster recording
+    has above half of the sensor's rate; otherwise it would appear as vibration of a lower frequency.
 
     Args:
         trace: the recording.
@@ -60,14 +76,25 @@ def even_stroke(trace: StrokeTrace, speed_m_s: float | None = None) -> EvenStrok
     def even(values: Array | None, otherwise: float) -> Array:
         return np.full(len(time_s), otherwise) if values is None else np.interp(time_s, trace.time_s, values)
 
-    signals = [even(column, 0.0) for column in trace.signals.T]
+    signals = [_decimated(trace, column, time_s) for column in trace.signals.T]
     speed = None if trace.speed_m_s is None else np.abs(trace.speed_m_s)
     return EvenStroke(
         time_s,
         max(signals, key=lambda signal: float(np.abs(signal - np.median(signal)).mean())),
         even(trace.force_n, NOMINAL_FORCE_N),
         even(speed, NOMINAL_SPEED_M_S if speed_m_s is None else speed_m_s),
+        1.0 if trace.speed_m_s is None else np.where(even(trace.speed_m_s, 0.0) < 0.0, -1.0, 1.0),
     )
+
+
+def _decimated(trace: StrokeTrace, signal: Array, time_s: Array) -> Array:
+    """Return a signal of a recording at the times of the sensor's samples, s."""
+    times = round(trace.rate_hz / RATE_HZ)
+    if times < 2:
+        return np.interp(time_s, trace.time_s, signal)
+    fine_s = time_s[0] + np.arange(times * len(time_s)) / (times * RATE_HZ)
+    low_passed = resample_poly(np.interp(fine_s, trace.time_s, signal), 1, times, padtype="edge")
+    return np.clip(low_passed, signal.min(), signal.max())  # a filter overshoots beside a saturated sample
 
 
 def _rail_v(signal_v: Array) -> float:
@@ -80,6 +107,7 @@ def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[StrokeBlock]:
     hand = HandMotion()
     exploration, identification = ModeDetector(hand), TextureIdentification(surfaces, _rail_v(stroke.signal_v))
     x_m = 0.0
+    direction = np.broadcast_to(stroke.direction, len(stroke.time_s))
     for first in range(0, len(stroke.time_s) - BLOCK + 1, BLOCK):
         last = first + BLOCK - 1
         t_s, speed_m_s, force_n = float(stroke.time_s[last]), float(stroke.speed_m_s[last]), float(stroke.force_n[last])
@@ -87,6 +115,8 @@ def felt(stroke: EvenStroke, surfaces: SurfaceTable) -> Iterator[StrokeBlock]:
         hand.step(t_s, x_m, 0.0)
         mode = exploration.step(t_s, force_n, 0.0)
         part = slice(first, last + 1)
+        if direction[last] != direction[max(first - 1, 0)]:
+            identification.interrupt()  # the finger turned, and crosses the same grooves again
         texture = identification.step(
             t_s, stroke.signal_v[part], stroke.force_n[part].tolist(), stroke.speed_m_s[part].tolist(), mode
         )

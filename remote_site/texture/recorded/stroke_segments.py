@@ -43,7 +43,7 @@ def segments(
 
 def even_segments(stroke: EvenStroke, surfaces: SurfaceTable) -> list[Segment]:
     """Return the segments in contact of a stroke at the sensor's rate."""
-    found = [_segment(part) for part in _parts(stroke, surfaces) if part[0].mode is not ExplorationMode.FREE]
+    found = [_segment(part, stroke) for part in _parts(stroke, surfaces) if part[0].mode is not ExplorationMode.FREE]
     for segment in found:
         inside = (stroke.time_s >= segment.start_s) & (stroke.time_s <= segment.end_s)
         segment.force_n = float(stroke.force_n[inside].mean())
@@ -65,7 +65,7 @@ def _parts(stroke: EvenStroke, surfaces: SurfaceTable) -> list[list[StrokeBlock]
     return [blocks[first:last] for first, last in pairwise([*cuts, len(blocks)])]
 
 
-def _segment(part: list[StrokeBlock]) -> Segment:
+def _segment(part: list[StrokeBlock], stroke: EvenStroke) -> Segment:
     """Summarise consecutive blocks of one mode; roughness and surface come from the later two thirds."""
     segment = Segment(part[0].mode, part[0].begin_s, part[-1].end_s)
     segment.fault = next((block.texture.fault for block in part if block.texture.fault is not None), None)
@@ -79,10 +79,10 @@ def _segment(part: list[StrokeBlock]) -> Segment:
     if settled and segment.fault is None:
         segment.roughness_v = float(np.sqrt(np.mean([texture.roughness_v**2 for texture in settled])))
         ((segment.surface, _),) = Counter(texture.best for texture in settled).most_common(1)
-    period = GroovePeriod()
+    period, along_m = GroovePeriod(), stroke.along_m
     for block in part:
         for impulse in block.texture.impulses:
-            period.groove(impulse.place_m)
+            period.groove(impulse.place_m, (float(np.interp(impulse.time_s, stroke.time_s, along_m)), 0.0))
         if block.texture.fault is not None:
             period.interrupt()  # after a fault, the path begins again
     segment.period = period.estimate()

@@ -1,8 +1,10 @@
 """Simulated strokes, played to the identification of one finger."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from common.exploration.exploration_mode import ModeDetector
 from common.exploration.hand_motion import HandMotion
@@ -12,6 +14,7 @@ from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
 from studies.texture.strokes import Drawn, Grooves, grooves_counted, stroking
 from tests.unit.remote_site.shipped_tables import SURFACES
 
+Array = NDArray[np.float64]
 SIX = tuple(surface.name for surface in SURFACES.surfaces)
 SPEEDS_MM_S, FORCES_N = (20.0, 150.0), (0.56, 4.5)
 """The range in which a stroke may be, with the spread that the simulated hand adds to its force."""
@@ -25,6 +28,25 @@ def even(trace: StrokeTrace, speed_factor: float = 1.0) -> EvenStroke:
 def played(trace: StrokeTrace) -> list[StrokeBlock]:
     """All blocks of a stroke."""
     return list(felt(even(trace), SURFACES))
+
+
+def to_and_fro(surface: str, length_m: float, times: int) -> tuple[StrokeTrace, Array]:
+    """A stroke at 50 mm/s that turns `times` times on a short way, and the direction of each sample, 1 or -1."""
+    speed_mm_s = 50.0
+    made = simulate_stroke(surface, 7, speed_mm_s, 1.0, length_m=0.06)
+    first = int(np.searchsorted(made.time_s, made.stroke_s[0] + 0.3))
+    way = np.arange(first, first + round(2000.0 * length_m / (1e-3 * speed_mm_s)))
+    ways = np.concatenate([np.arange(first), *[way[::turn] for turn in [1, -1] * (times // 2)]])
+    direction = np.concatenate([np.ones(first), *[np.full(len(way), float(turn)) for turn in [1, -1] * (times // 2)]])
+    time_s = np.arange(1, 1 + len(ways)) / 2000.0
+    trace = replace(
+        made,
+        time_s=time_s,
+        pressure_v=made.pressure_v[ways],
+        force_n=made.force_n[ways],
+        speed_mm_s=made.speed_mm_s[ways],
+    )
+    return trace, direction
 
 
 def drawn(surface: str, seed: int) -> StrokeTrace:

@@ -21,6 +21,7 @@ from sim_sensors.traces.simulated_stroke import simulate_stroke
 from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
 from tests.unit.remote_site.made_touches import SENSOR as MADE_SENSOR
 from tests.unit.remote_site.shipped_tables import SURFACES
+from tests.unit.remote_site.simulated_strokes import to_and_fro
 
 NAMES = {"aluminium": "metal", "ceramic_tile": "stone", "pvc": "plastic"}
 """Materials whose constants can be rendered, and the made-up ones that they are here."""
@@ -226,3 +227,22 @@ def test_no_distance_of_grooves_spans_a_fault_of_the_sensor(knowledge: ThermalKn
     assert faulty
     assert grooves > 3
     assert finger.period.estimate() is None, "each side of the fault has too few grooves for a period"
+
+
+def test_the_way_around_a_turn_is_no_distance_of_grooves(knowledge: ThermalKnowledge) -> None:
+    made, direction = to_and_fro("widely_grooved_pvc", 0.012, 12)
+    counts = (made.pressure_v / VOLTS_PER_COUNT).round().astype("<i2")
+    x_m = np.cumsum(direction * 1e-3 * made.speed_mm_s) / 2000.0
+    hand, events = HandMotion(), TouchEvents()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
+    for first in range(0, len(counts) - 9, 10):
+        t_s, x, force_n = float(made.time_s[first + 9]), float(x_m[first + 9]), float(made.force_n[first + 9])
+        chunk = (counts[first : first + 10].tobytes(),) * COUNT
+        sensed = SensorFrame(t_s, x, 0.0, (0.0,) * COUNT, (force_n,) * COUNT, chunk, (None,) * COUNT, None)
+        hand.step(t_s, x, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+    period = finger.period.estimate()
+    assert period is not None
+    assert not period.irregular
+    assert period.period_m == pytest.approx(0.008, rel=0.02)

@@ -129,7 +129,7 @@ def test_memory_is_bounded_and_numbers_stay_finite(values, seed):
 def period_of(places_m):
     period = GroovePeriod()
     for place_m in places_m:
-        period.groove(place_m)
+        period.groove(place_m, (place_m, 0.0))
     return period.estimate()
 
 
@@ -146,8 +146,25 @@ def test_grooves_without_a_period_are_irregular():
 def test_an_interruption_makes_no_gap():
     period = GroovePeriod()
     for place_m in (0.000, 0.004, 0.008):
-        period.groove(place_m)
+        period.groove(place_m, (place_m, 0.0))
     period.interrupt()
     for place_m in (0.015, 0.019):
-        period.groove(place_m)
-    assert period.estimate().period_sd_m == pytest.approx(0.0, abs=1e-9)
+        period.groove(place_m, (place_m, 0.0))
+    assert period.estimate().irregularity == pytest.approx(0.0, abs=1e-9)
+    assert period.estimate().period_sd_m > 0.0, "exactly even grooves are not known exactly"
+
+
+@given(st.floats(0.002, 0.020), st.floats(0.05, 0.95), st.floats(0.05, 0.95), st.integers(2, 5), st.integers(2, 20))
+def test_turns_do_not_change_the_period(spacing_m, before, after, grooves, ways):
+    """The hand goes to and fro over the same grooves; it turns at a share of the spacing beyond them."""
+    period, path_m = GroovePeriod(), 0.0
+    for way in range(ways):
+        places_m = spacing_m * np.arange(grooves)
+        for place_m in places_m if way % 2 == 0 else places_m[::-1]:
+            period.groove(path_m, (float(place_m), 0.0))
+            path_m += spacing_m
+        path_m += (2.0 * (after if way % 2 == 0 else before) - 1.0) * spacing_m
+    found = period.estimate()
+    if found is not None:
+        assert found.period_m == pytest.approx(spacing_m)
+        assert found.irregularity == pytest.approx(0.0, abs=1e-6)

@@ -130,7 +130,7 @@ def period_of(stroke):
     period = GroovePeriod()
     for block in felt(stroke, SURFACES):
         for impulse in block.texture.impulses:
-            period.groove(impulse.place_m)
+            period.groove(impulse.place_m, (impulse.place_m, 0.0))
     return period.estimate()
 
 
