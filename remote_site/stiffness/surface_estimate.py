@@ -16,7 +16,8 @@ from remote_site.stiffness.surface_height import SurfaceHeight
 WINDOW = 5
 """Number of samples in the fitted mean and in each measurement of speed; 16 ms at 250 Hz."""
 ONSET_N, OFF_N = 0.05, 0.02
-"""Forces at which a contact begins and below which it ends, N: five and two times the noise of the force."""
+"""Forces above the sensor's offset at which a contact begins and below which it ends, N: five and two times the noise.
+"""
 LONGEST_GAP_S = 0.1
 """Maximum gap between samples of one contact, s; a longer gap resets the estimate."""
 STROKE_M_S = 5e-3
@@ -49,6 +50,7 @@ class SurfaceEstimate:
         "_heights_m",
         "_known_n_m",
         "_lower_m",
+        "_offset_n",
         "_onset_z_m",
         "_pressed_m",
         "_recent",
@@ -74,6 +76,8 @@ class SurfaceEstimate:
         self._pressed_m = self._known_n_m = math.inf
         """Largest height that the press allows, m, and stiffness that was last known in this contact, N/m."""
         self._damping_known = False
+        self._offset_n = 0.0
+        """Offset of the force sensor at the onset of the contact, N."""
         self._release()
 
     @property
@@ -81,9 +85,16 @@ class SurfaceEstimate:
         """Whether the stiffness of this contact is identified."""
         return self.stiffness_ln_sd < STIFFNESS_KNOWN_LN_SD
 
-    def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
-        """Take contact force, N, and place of the fingertip, m, at `t_s`, s; a sample that is not finite is ignored."""
-        if self._onset_z_m is None and not force_n >= ONSET_N:
+    def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float, offset_n: float = 0.0) -> None:
+        """Take one sample; a sample that is not finite is ignored.
+
+        Args:
+            t_s: time, s.
+            force_n: measured contact force, N.
+            x_m, y_m, z_m: place of the fingertip, m.
+            offset_n: present offset of the force sensor, N. A contact keeps that of its onset.
+        """
+        if self._onset_z_m is None and not force_n - offset_n >= ONSET_N:
             return
         if not math.isfinite(t_s + force_n + x_m + y_m + z_m):
             return
@@ -91,12 +102,13 @@ class SurfaceEstimate:
         if self._onset_z_m is not None and not 0.0 < t_s - recent[-1][0] <= LONGEST_GAP_S:
             self._release()
         if self._onset_z_m is None:
-            if force_n < ONSET_N:
+            if force_n - offset_n < ONSET_N:
                 return
-            self._onset_z_m = z_m
-        elif force_n < OFF_N:
+            self._onset_z_m, self._offset_n = z_m, offset_n
+        elif force_n - max(offset_n, self._offset_n) < OFF_N:
             self._release()
             return
+        force_n -= self._offset_n
         recent.append((t_s, x_m, y_m, z_m))
         self._forces_n.append(force_n)
         self._heights_m.append(z_m)

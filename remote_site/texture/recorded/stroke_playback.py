@@ -94,7 +94,8 @@ def _decimated(trace: StrokeTrace, signal: Array, time_s: Array) -> Array:
         return np.interp(time_s, trace.time_s, signal)
     fine_s = time_s[0] + np.arange(times * len(time_s)) / (times * RATE_HZ)
     low_passed = resample_poly(np.interp(fine_s, trace.time_s, signal), 1, times, padtype="edge")
-    return np.clip(low_passed, signal.min(), signal.max())  # a filter overshoots beside a saturated sample
+    # A filter overshoots beside a saturated sample.
+    return np.asarray(np.clip(low_passed, signal.min(), signal.max()), dtype=np.float64)
 
 
 def _rail_v(signal_v: Array) -> float:

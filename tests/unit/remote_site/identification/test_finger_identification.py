@@ -246,3 +246,18 @@ def test_the_way_around_a_turn_is_no_distance_of_grooves(knowledge: ThermalKnowl
     assert period is not None
     assert not period.irregular
     assert period.period_m == pytest.approx(0.008, rel=0.02)
+
+
+def test_a_force_sensor_with_an_offset_identifies_the_same_stiffness(knowledge: ThermalKnowledge) -> None:
+    hand, events = HandMotion(), TouchEvents()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
+    for k in range(round(500 * 2.4)):
+        t_s = 0.002 * k
+        z_m = float(np.interp(t_s, [0.8, 1.3, 1.6], [10e-3, 0.5e-3, -1.5e-3]))
+        force_n = 0.08 + max(0.0, -1000.0 * z_m)
+        sensed = SensorFrame(t_s, 0.0, 0.0, (z_m,) * COUNT, (force_n,) * COUNT, (None,) * COUNT, (None,) * COUNT, None)
+        hand.step(t_s, 0.0, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+    assert finger.surface.known
+    assert finger.row.stiffness_n_m == pytest.approx(1000.0, rel=0.05)
