@@ -31,6 +31,8 @@ A finger that leaves is below it. Its estimate may doubt the stiffness, and is n
 """
 DWELL_EVERY_S = 0.1
 """Interval at which a resting finger's samples are replaced, s."""
+FIRST_M = 0.030
+"""Longest path that the first roughness of a stroke describes, m: 0.1 s of a fast stroke, between two summaries."""
 STROKE_STEP_M = 1.5e-3
 """Distance between two roughness samples along a stroke, m."""
 LATE_M = 6e-3
@@ -108,6 +110,8 @@ class FingerSamples:
         self._path: deque[tuple[float, float, float]] = deque()
         """Path length, m, and places of the stroke, as far back as samples are still due."""
         self._painted_m = 0.0
+        self._lost = False
+        """Whether the roughness became unknown within this stroke."""
         self._strokes = 0
 
     def count_from(self, touch: int) -> None:
@@ -169,13 +173,26 @@ class FingerSamples:
         if step_m >= _PATH_STEP_M:
             path.append((way_m + step_m, x_m, y_m))
         roughness_v = summary.roughness_v
-        if roughness_v is None or roughness_v <= 0.0 or roughness_v == self._reported_v:
+        if roughness_v is None:
+            return self._unknown(t_s)
+        if roughness_v <= 0.0 or roughness_v == self._reported_v:
             return []
         # The surface changed somewhere on the path since the last report: assume the middle.
         samples = self._paint(t_s, 0.5 * (self._reported_m + path[-1][0]) - LATE_M)
         relative_sd = 1.0 if summary.roughness_sd_v is None else summary.roughness_sd_v / roughness_v
         self._reported_v, self._reported_m = roughness_v, path[-1][0]
         self._roughness = math.log(roughness_v), STROKE_SHARE * relative_sd**2
+        return samples
+
+    def _unknown(self, t_s: float) -> list[Sample]:
+        """Return the last samples before the roughness became unknown; the path until it is known again has none."""
+        way_m, samples = self._path[-1][0], []
+        if self._roughness is not None:
+            samples = self._paint(t_s, way_m - LATE_M)
+            self._roughness = self._reported_v = None
+            self._lost = True
+        self._painted_m = max(self._painted_m, way_m - (LATE_M if self._lost else FIRST_M))
+        self._trim()
         return samples
 
     def _paint(self, t_s: float, until_m: float) -> list[Sample]:
@@ -187,15 +204,20 @@ class FingerSamples:
             self._strokes += 1
             sample = self._sample("roughness", t_s, *place, *self._roughness)
             samples.append(sample._replace(key=(self._finger, self._touch, self._strokes)))
+        self._trim()
+        return samples
+
+    def _trim(self) -> None:
+        """Discard the path of which no more samples are due."""
         while len(self._path) > 2 and self._path[1][0] < self._painted_m:
             self._path.popleft()
-        return samples
 
     def _begin_stroke(self, summary: TouchSummary) -> None:
         """Discard the path and the roughness reported so far, which belong to the stroke before."""
         self._path.clear()
         self._painted_m = self._reported_m = 0.0
         self._roughness = None
+        self._lost = False
         self._reported_v = summary.roughness_v
 
     def _sample(self, quantity: str, t_s: float, x_m: float, y_m: float, value: float, variance: float) -> Sample:

@@ -10,6 +10,7 @@ from common.wire.touch_summary import NOTHING, TouchSummary
 from operator_site.console.map.finger_samples import (
     DWELL_EVERY_S,
     DWELL_S,
+    FIRST_M,
     LATE_M,
     LEAST_VARIANCE,
     STILL_M,
@@ -133,3 +134,36 @@ def test_samples_of_a_stroke_stand_one_step_apart() -> None:
     places = [s.x_m for s in stroke(FingerSamples(INDEX), 0.050)]
     steps = [after - before for before, after in pairwise(places)]
     assert steps == pytest.approx([STROKE_STEP_M] * len(steps), abs=1e-6)
+
+
+def painted_mm(faulty_m: tuple[float, float], length_m: float = 0.3) -> list[tuple[float, float]]:
+    """x, mm, and roughness, V, of the samples of a stroke whose sensor is faulty between two places."""
+    samples, found, summary = FingerSamples(INDEX), [], NOTHING
+    for tick in range(round(length_m / 1e-4)):
+        x_m = 1e-4 * tick
+        if tick % 50 == 0:
+            blind = x_m < 5e-3 or faulty_m[0] <= x_m < faulty_m[1] + 5e-3
+            roughness_v = 0.01 if x_m < faulty_m[0] else 0.04
+            summary = NOTHING if blind else TouchSummary((), roughness_v + 1e-7 * tick, 0.07 * roughness_v)
+        found += samples.step(0.002 * tick, row(INDEX, x_m, 0.0, mode=STROKING), summary)
+    return [(1e3 * sample.x_m, round(math.exp(sample.value), 3)) for sample in found]
+
+
+def test_no_roughness_lies_where_the_sensor_was_faulty() -> None:
+    found = painted_mm(faulty_m=(0.100, 0.200))
+    assert {roughness_v for x_mm, roughness_v in found if x_mm < 100.0} == {0.01}
+    assert {roughness_v for x_mm, roughness_v in found if x_mm > 198.0} == {0.04}
+    assert not [x_mm for x_mm, _ in found if 100.0 < x_mm < 198.0], "to the step of the path"
+    assert len(found) == pytest.approx((100.0 + 100.0 - 2e3 * LATE_M) / (1e3 * STROKE_STEP_M), abs=5)
+
+
+def test_a_sensor_that_is_faulty_from_the_begin_of_a_stroke_paints_little_of_it() -> None:
+    found = painted_mm(faulty_m=(0.0, 0.200))
+    assert min(x_mm for x_mm, _ in found) > 1e3 * (0.200 - FIRST_M)
+
+
+def test_a_stroke_without_roughness_keeps_little_of_its_path() -> None:
+    samples = FingerSamples(INDEX)
+    for tick in range(20_000):
+        samples.step(0.002 * tick, row(INDEX, 1e-4 * (tick % 3000), 0.0, mode=STROKING), NOTHING)
+    assert len(samples._path) < 2.0 * FIRST_M / 0.5e-3
