@@ -19,6 +19,7 @@ import math
 
 from common.exploration.approach_speed import ApproachSpeed
 from common.exploration.contact_detector import FREE_N, TAP_S, ContactDetector
+from common.exploration.force_offset import ForceOffset
 from common.exploration.hand_motion import HandMotion
 from common.exploration.position_spread import SPREAD_WINDOW_S
 from common.exploration.stroke_speed import WINDOW_S
@@ -53,6 +54,7 @@ class ModeDetector:
         "_fall_m_s",
         "_hand",
         "_mode_s",
+        "_offset",
         "_since_s",
         "_slow_s",
         "_tap_m",
@@ -70,6 +72,7 @@ class ModeDetector:
         self.contact = self.began = self.ended = False
         self._contact = ContactDetector()
         self._approach = ApproachSpeed()
+        self._offset = ForceOffset()
         self._hand = hand
         self._fall_m_s = 0.0
         self._tap_m = (0.0, 0.0)
@@ -84,17 +87,23 @@ class ModeDetector:
         """Tangential speed, m/s, >= 0."""
         return self._hand.speed_m_s
 
+    @property
+    def offset_n(self) -> float:
+        """Offset of the finger's force sensor, N, which does not count as a force."""
+        return self._offset.offset_n
+
     def step(self, t_s: float, force_n: float, z_m: float) -> ExplorationMode:
         """Advance to `t_s` and return the mode.
 
         Args:
             t_s: time, s, not decreasing.
-            force_n: contact force, N; a value that is not finite counts as 0.
+            force_n: measured contact force, N; a value that is not finite counts as 0.
             z_m: height of the fingertip, m.
         """
         contact, hand = self._contact, self._hand
         was_free = contact.force_n < FREE_N
-        contact.step(t_s, force_n)
+        self._offset.step(force_n, hand.x_m, hand.y_m, z_m)
+        contact.step(t_s, force_n - self._offset.offset_n)
         if was_free and contact.force_n >= FREE_N:
             self._fall_m_s = self._approach.speed_m_s  # of the last tick without a force
         self._approach.step(t_s, z_m)

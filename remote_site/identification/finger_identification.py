@@ -19,7 +19,6 @@ from common.wire.messages import (
 from remote_site.devices.sensor_frame import SensorFrame
 from remote_site.devices.texture_sensor import texture_v
 from remote_site.identification.touch_events import TouchEvents
-from remote_site.stiffness.force_offset import ForceOffset
 from remote_site.stiffness.surface_estimate import UNKNOWN_LN_SD, SurfaceEstimate
 from remote_site.texture.groove_period import GroovePeriod
 from remote_site.texture.surface_table import (
@@ -80,7 +79,6 @@ class FingerIdentification:
         self._hand = hand
         self._events = events
         self._exploration = ModeDetector(hand)
-        self._offset = ForceOffset()
         self._texture = TextureIdentification(surfaces)
         self._texture_s = -1.0
         self._rough = False
@@ -105,8 +103,7 @@ class FingerIdentification:
         stroked = exploration.mode is ExplorationMode.STROKING
         mode = exploration.step(t_s, force_n, z_m)
         self.contact = exploration.contact
-        offset_n = self._offset.step(t_s, force_n, exploration.contact)
-        self.surface.step(t_s, force_n, sensed.x_m, sensed.y_m, z_m, offset_n)
+        self.surface.step(t_s, force_n, sensed.x_m, sensed.y_m, z_m, exploration.offset_n)
         if exploration.began:
             self._events.add(EventKind.TAP, finger, exploration.approach_m_s)
             self.period = GroovePeriod()
