@@ -103,7 +103,8 @@ class FingerIdentification:
         stroked = exploration.mode is ExplorationMode.STROKING
         mode = exploration.step(t_s, force_n, z_m)
         self.contact = exploration.contact
-        self.surface.step(t_s, force_n, sensed.x_m, sensed.y_m, z_m, exploration.offset_n)
+        offset_n = exploration.offset_n
+        self.surface.step(t_s, force_n, sensed.x_m, sensed.y_m, z_m, offset_n)
         if exploration.began:
             self._events.add(EventKind.TAP, finger, exploration.approach_m_s)
             self.period = GroovePeriod()
@@ -111,7 +112,7 @@ class FingerIdentification:
         if stroked and mode is not ExplorationMode.STROKING:
             self.period.interrupt()
         if counts := sensed.texture_counts[finger]:
-            self._take_texture(t_s, counts, force_n, mode)
+            self._take_texture(t_s, counts, force_n - offset_n, mode)
         named = self.thermal.step(sensed, exploration)
         if named is not None:
             self._events.add(EventKind.MATERIAL, finger, self.thermal.answer.probability, named)

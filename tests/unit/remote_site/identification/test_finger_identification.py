@@ -261,3 +261,25 @@ def test_a_force_sensor_with_an_offset_identifies_the_same_stiffness(knowledge: 
         finger.step(sensed)
     assert finger.surface.known
     assert finger.row.stiffness_n_m == pytest.approx(1000.0, rel=0.05)
+
+
+@pytest.mark.parametrize("offset_n", [0.0, 0.25])
+def test_a_force_sensor_with_an_offset_gives_the_same_roughness(knowledge: ThermalKnowledge, offset_n: float) -> None:
+    made = simulate_stroke("sandpaper", 7, 80.0, 1.0, length_m=0.07)
+    counts = (made.pressure_v / VOLTS_PER_COUNT).round().astype("<i2")
+    x_m = np.cumsum(1e-3 * made.speed_mm_s) / 2000.0
+    z_m = np.interp(made.time_s, [0.0, 0.3], [10e-3, 0.0])
+    hand, events = HandMotion(), TouchEvents()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
+    for first in range(0, len(counts) - 9, 10):
+        last = first + 9
+        t_s, x, z = float(made.time_s[last]), float(x_m[last]), float(z_m[last])
+        force_n = offset_n + float(made.force_n[last])
+        chunk = (counts[first : last + 1].tobytes(),) * COUNT
+        sensed = SensorFrame(t_s, x, 0.0, (z,) * COUNT, (force_n,) * COUNT, chunk, (None,) * COUNT, None)
+        hand.step(t_s, x, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+        if finger.roughness is not None:
+            roughness_v = finger.roughness[0]
+    assert roughness_v == pytest.approx(0.156, rel=0.03)
