@@ -4,7 +4,7 @@ import numpy as np
 
 from common.wire.messages import ExplorationMode
 from remote_site.texture.recorded.spatial_period import spatial_period
-from remote_site.texture.recorded.stroke_path import travelled
+from remote_site.texture.recorded.stroke_path import longest_way
 from remote_site.texture.recorded.stroke_segment import Segment
 from remote_site.traces.trace_files import StrokeTrace
 
@@ -21,7 +21,7 @@ def slow_stroke(trace: StrokeTrace, speed_m_s: float | None, whole: StrokeTrace 
         speed_m_s: speed if the recording has none, m/s.
         whole: all signals of the sensor, where `trace` has their mean; they show a motion of the whole sensor.
     """
-    path = travelled(trace, speed_m_s)
+    path = longest_way(trace, speed_m_s)
     found, speed = None, speed_m_s
     if path is not None:
         every = None if whole is None else whole.signals[path[1]]

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from remote_site.texture.recorded.identify_texture import identify_texture
+from remote_site.texture.recorded.identify_texture import identify_stroke, identify_texture
 from remote_site.texture.recorded.spatial_period import spatial_period
+from remote_site.traces.trace_files import StrokeTrace
 
 LENGTH_M = 0.150
 
@@ -216,3 +217,17 @@ def test_the_speed_column_gives_the_path_with_its_rests_and_ramps(tmp_path):
     write(tmp_path / "s.csv", t, 100.0 + 10.0 * np.sin(2.0 * np.pi * x / 4.0) + noise, speed)
     (line,) = identify_texture([tmp_path / "s.csv"], signal="taxel1")
     assert line["period_mm"] == pytest.approx(4.0, rel=0.005)
+
+
+@pytest.mark.parametrize("length_m", [0.03, 0.05, 0.083])
+@pytest.mark.parametrize("ways", [1, 2, 3, 5])
+def test_turns_of_a_slow_stroke_do_not_change_its_period(length_m, ways):
+    speed_m_s, rng = 0.02, np.random.default_rng(ways)
+    time_s = np.arange(0.0, ways * length_m / speed_m_s, 1.0 / 35.7)
+    speed = speed_m_s * np.where(time_s * speed_m_s / length_m % 2.0 < 1.0, 1.0, -1.0)
+    places_m = np.cumsum(speed)[:, None] / 35.7 + 0.8e-3 * np.arange(8)
+    signals = 100.0 + np.sin(2.0 * np.pi * places_m / 0.004) + 0.1 * rng.normal(size=places_m.shape)
+    names = tuple(f"taxel{number}" for number in range(8))
+    (answer,) = identify_stroke(StrokeTrace(time_s, signals, None, speed, names))
+    assert answer["period_mm"] is not None
+    assert abs(answer["period_mm"] - 4.0) < 3.0 * answer["period_sd_mm"] < 0.2
