@@ -102,7 +102,7 @@ class ModeDetector:
         """
         contact, hand = self._contact, self._hand
         was_free = contact.force_n < FREE_N
-        self._offset.step(force_n, hand.x_m, hand.y_m, z_m)
+        self._offset.step(t_s, force_n, hand.x_m, hand.y_m, z_m)
         contact.step(t_s, force_n - self._offset.offset_n)
         if was_free and contact.force_n >= FREE_N:
             self._fall_m_s = self._approach.speed_m_s  # of the last tick without a force

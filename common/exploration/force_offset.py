@@ -11,7 +11,9 @@ WAY_M = 2.5e-3
 
 A finger that goes further sideways is on a slope, perhaps.
 """
-SAME_N = 0.05
+LONGEST_S = 0.3
+"""Longest time for this way, s: a slower finger may follow the breathing of soft tissue."""
+SAME_N = 0.04
 """Largest difference of the same force from its mean, N: four times the noise of one reading."""
 LEAST_N, MOST_N = 0.015, 0.35
 """Range of an offset, N. Noise that is cut off at 0 has a smaller mean; a larger offset is a fault of the sensor."""
@@ -24,18 +26,19 @@ class ForceOffset:
         offset_n: offset, N; 0 until the finger has moved in the air.
     """
 
-    __slots__ = ("_at_m", "_count", "_mean_n", "offset_n")
+    __slots__ = ("_at_m", "_count", "_from_s", "_mean_n", "offset_n")
 
     def __init__(self) -> None:
         self.offset_n = 0.0
         self._at_m = (0.0, 0.0, 0.0)
-        self._mean_n = 0.0
+        self._mean_n = self._from_s = 0.0
         self._count = 0
 
-    def step(self, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
-        """Take a reading, N, and the place of the fingertip, m."""
-        if not abs(force_n - self._mean_n) <= SAME_N or not self._count:
-            self._begin(force_n, x_m, y_m, z_m)
+    def step(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
+        """Take a reading, N, and the place of the fingertip, m, at `t_s`, s."""
+        same = abs(force_n - self._mean_n) <= SAME_N
+        if not (same and self._count and 0.0 <= t_s - self._from_s <= LONGEST_S):
+            self._begin(t_s, force_n, x_m, y_m, z_m)
             return
         self._count += 1
         self._mean_n += (force_n - self._mean_n) / self._count
@@ -43,11 +46,12 @@ class ForceOffset:
         if abs(z_m - from_z_m) >= WAY_M:
             if self._mean_n <= MOST_N:
                 self.offset_n = self._mean_n if self._mean_n >= LEAST_N else 0.0
-            self._begin(self._mean_n, x_m, y_m, z_m)
+            self._begin(t_s, self._mean_n, x_m, y_m, z_m)
         elif abs(x_m - from_x_m) > WAY_M or abs(y_m - from_y_m) > WAY_M:
-            self._begin(self._mean_n, x_m, y_m, z_m)
+            self._begin(t_s, self._mean_n, x_m, y_m, z_m)
 
-    def _begin(self, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
+    def _begin(self, t_s: float, force_n: float, x_m: float, y_m: float, z_m: float) -> None:
         """Begin a way with this force."""
+        self._from_s = t_s
         self._count = 1 if math.isfinite(force_n + x_m + y_m + z_m) else 0
         self._mean_n, self._at_m = force_n, (x_m, y_m, z_m)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from common.exploration.exploration_mode import ModeDetector
@@ -15,18 +15,21 @@ from common.wire.messages import ExplorationMode
 NOISE_N, COUNT_N = 0.011, 0.01
 
 
-def offset_after(force_n: np.ndarray, z_m: np.ndarray, x_m: np.ndarray | None = None) -> float:
-    """Offset after readings of a finger on a way, N."""
-    offset = ForceOffset()
-    for reading_n, at_m, along_m in zip(force_n, z_m, np.zeros(len(z_m)) if x_m is None else x_m, strict=True):
-        offset.step(float(reading_n), float(along_m), 0.0, float(at_m))
-    return offset.offset_n
+def offset_after(
+    force_n: np.ndarray, z_m: np.ndarray, x_m: np.ndarray | None = None, *, rate_hz: float = 500.0
+) -> float:
+    """Largest offset of a finger on a way, N; it is the last one where it only rises."""
+    offset, largest_n = ForceOffset(), 0.0
+    for tick, (reading_n, at_m) in enumerate(zip(force_n.tolist(), z_m.tolist(), strict=True)):
+        offset.step(tick / rate_hz, reading_n, 0.0 if x_m is None else float(x_m[tick]), 0.0, at_m)
+        largest_n = max(largest_n, offset.offset_n)
+    return largest_n
 
 
-@given(st.floats(LEAST_N, MOST_N), st.sampled_from([250, 500, 1000]), st.sampled_from([-0.02, 0.005, 0.05]))
+@given(st.floats(LEAST_N, MOST_N), st.sampled_from([250, 500, 1000]), st.sampled_from([-0.02, 0.012, 0.05]))
 def test_a_finger_that_moves_in_the_air_shows_it_at_any_rate(offset_n: float, rate_hz: int, speed_m_s: float) -> None:
     z_m = speed_m_s * np.arange(round(1.5 * WAY_M / abs(speed_m_s) * rate_hz)) / rate_hz
-    assert offset_after(np.full(len(z_m), offset_n), z_m) == pytest.approx(offset_n)
+    assert offset_after(np.full(len(z_m), offset_n), z_m, rate_hz=rate_hz) == pytest.approx(offset_n)
 
 
 @given(st.floats(50.0, 20_000.0), st.floats(1e-3, 50e-3), st.sampled_from([250, 500, 1000]))
@@ -35,7 +38,20 @@ def test_no_press_is_an_offset(stiffness_n_m: float, speed_m_s: float, rate_hz: 
     deep_m = min(5.0 / stiffness_n_m, 0.010)
     depth_m = np.arange(0.0, deep_m, speed_m_s / rate_hz)
     depth_m = np.concatenate([depth_m, depth_m[::-1]])
-    assert offset_after(stiffness_n_m * depth_m, -depth_m) == 0.0
+    assert offset_after(stiffness_n_m * depth_m, -depth_m, rate_hz=rate_hz) == 0.0
+
+
+@given(st.floats(50.0, 400.0), st.floats(1.0, 3.0), st.integers(0, 2**32))
+@settings(max_examples=20, deadline=None)
+def test_a_hand_on_soft_tissue_that_breathes_shows_hardly_an_offset(stiffness_n_m: float, p: float, seed: int) -> None:
+    """A hand that presses and lifts anyhow for 20 s, with its own stiffness at a depth of 2 mm."""
+    rng = np.random.default_rng(seed)
+    t_s = np.arange(10_000) / 500.0
+    z_m = np.interp(t_s, np.sort(rng.uniform(0.0, 20.0, 16)), rng.uniform(-6e-3, 8e-3, 16))
+    breath_m = 1.5e-3 * np.sin(2.0 * np.pi * t_s * 14.0 / 60.0)
+    force_n = stiffness_n_m * 2e-3 * (np.maximum(0.0, breath_m - z_m) / 2e-3) ** p
+    noise_n = NOISE_N * rng.standard_normal(len(t_s))
+    assert offset_after(np.maximum(0.0, COUNT_N * np.round((force_n + noise_n) / COUNT_N)), z_m) < 0.06
 
 
 def test_a_rest_and_a_stroke_over_a_slope_are_no_offset() -> None:
