@@ -15,7 +15,7 @@ LONGEST_S = 0.3
 """Longest time for this way, s: a slower finger may follow the breathing of soft tissue."""
 SAME_N = 0.04
 """Largest difference of the same force from its mean, N: four times the noise of one reading."""
-LEAST_N, MOST_N = 0.015, 0.35
+LEAST_N, MOST_N = 0.025, 0.35
 """Range of an offset, N. Noise that is cut off at 0 has a smaller mean; a larger offset is a fault of the sensor."""
 
 
