@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from common.wire.packets import MAX_TEXT
 from remote_site.tables.table_file import Positive, TableFile, TablePart
 from remote_site.thermal.discrepancy import Discrepancy
 
@@ -21,7 +22,7 @@ class MaterialEntry(TablePart):
     """One material as measured by this sensor.
 
     Attributes:
-        name: label given in calibration.
+        name: label given in calibration; packets carry it.
         touches: number of calibration touches.
         ln_effusivity: mean of ln(e / C''), e / C'' in 1/sqrt(s).
         ln_conductance: mean of ln(h / C'') at large force, h / C'' in 1/s.
@@ -34,7 +35,7 @@ class MaterialEntry(TablePart):
         misfit: mean square of the model's residuals over the sensor's noise variance; 1 for a perfect fit.
     """
 
-    name: str = Field(min_length=1)
+    name: str = Field(min_length=1, max_length=MAX_TEXT)
     touches: int = Field(ge=2)
     ln_effusivity: float
     ln_conductance: float

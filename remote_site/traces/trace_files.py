@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.exploration.contact_detector import CONTACT_ON_N
+from common.files.printable import printable
+from common.wire.packets import MAX_TEXT
 from remote_site.traces.units import (
     wrong_forces,
     wrong_roughness,
@@ -317,8 +319,8 @@ def read_labels(folder: Path, label: str, optional: str | None = None) -> list[t
     """Read FOLDER/labels.csv: `file`, the column `label` and, if present, the column `optional` of numbers or blanks.
 
     Raises:
-        ValueError: the file cannot be used, or a listed file does not exist or is listed twice; the message names file
-            and column.
+        ValueError: the file cannot be used, a listed file does not exist or is listed twice, or a label is too long for
+            a packet or not printable; the message names file and column.
     """
     file = TraceFile(folder / "labels.csv")
     files, labels = file.texts("file"), file.texts(label)
@@ -329,13 +331,18 @@ def read_labels(folder: Path, label: str, optional: str | None = None) -> list[t
             raise ValueError(f"{file.path}: line {line}: column file: there is no {folder / name}")
         if not word:
             raise ValueError(f"{file.path}: line {line}: column {label}: missing value")
+        if len(word) > MAX_TEXT or not word.isprintable():
+            raise ValueError(
+                f"{file.path}: line {line}: column {label}: {printable(word, MAX_TEXT)!r} is no label: use at most "
+                f"{MAX_TEXT} printable characters"
+            )
         listed.append((folder / name, word, None if math.isnan(number) else number))
     if not listed:
         raise ValueError(f"{file.path}: no traces are listed")
     known = extra[~np.isnan(extra)]
     if optional in _OF_LABELS and len(known) and (why := _OF_LABELS[optional](known)):
         raise ValueError(f"{file.path}: column {optional}: {why}")
-    names = [name for _, name in files]
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise ValueError(f"{file.path}: column file: {twice} is listed twice")
+    real = [os.path.realpath(path) for path, _, _ in listed]
+    if twice := next((path for path in real if real.count(path) > 1), None):
+        raise ValueError(f"{file.path}: column file: {Path(twice).name} is listed twice")
     return listed

@@ -1,4 +1,4 @@
-"""A table that cannot be written leaves the one before."""
+"""A table that cannot be written leaves the one before; one that a session cannot use is refused."""
 
 import errno
 import os
@@ -32,6 +32,17 @@ def test_a_full_disk_keeps_the_table_and_is_named(tmp_path: Path) -> None:
     assert (failed.value.errno, failed.value.filename) == (errno.EFBIG, str(path))
     assert path.read_bytes() == b"before"
     assert [file.name for file in tmp_path.iterdir()] == ["table.json"]
+
+
+def test_a_table_whose_names_no_packet_can_carry_is_refused(tmp_path: Path) -> None:
+    table, path = MaterialTable.load(SHIPPED), tmp_path / "table.json"
+    for length in (40, 41):
+        named = table.materials[0].model_copy(update={"name": "x" * length})
+        table.model_copy(update={"materials": [named, *table.materials[1:]]}).save(path)
+        if length == 40:
+            assert MaterialTable.load(path).names()[0] == "x" * 40
+    with pytest.raises(ValueError, match=r"table.json: field materials.0.name: .*40 characters; calibrate again"):
+        MaterialTable.load(path)
 
 
 def test_a_link_to_a_table_stays_a_link(tmp_path: Path) -> None:

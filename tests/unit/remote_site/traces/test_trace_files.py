@@ -117,9 +117,20 @@ def test_labels_must_name_files_that_exist(tmp_path):
         read_labels(tmp_path, "material")
 
 
-def test_labels_name_a_file_once(tmp_path):
+@pytest.mark.parametrize("word", ["x" * 41, "pvc\x1b[31m", '"pvc\nhard"', "\u202epvc"])
+def test_a_label_that_no_packet_or_line_can_carry_is_refused(tmp_path, word):
     (tmp_path / "a.csv").write_text("")
-    (tmp_path / "labels.csv").write_text("file,material\na.csv,pvc\na.csv,pine\n")
+    (tmp_path / "labels.csv").write_text(f"file,object_c,material\na.csv,20,{word}\n")
+    with pytest.raises(ValueError, match=r"is no label: use at most 40 printable characters") as error:
+        read_labels(tmp_path, "material", "object_c")
+    assert f"{error.value}".isprintable()
+
+
+@pytest.mark.parametrize("again", ["a.csv", "./a.csv", "../{folder}/a.csv"])
+def test_labels_name_a_file_once(tmp_path, again):
+    (tmp_path / "a.csv").write_text("")
+    again = again.format(folder=tmp_path.name)
+    (tmp_path / "labels.csv").write_text(f"file,material\na.csv,pvc\n{again},pine\n")
     with pytest.raises(ValueError, match=r"labels.csv: column file: a.csv is listed twice"):
         read_labels(tmp_path, "material")
 
