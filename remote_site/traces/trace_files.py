@@ -20,9 +20,11 @@ from common.files.printable import printable
 from common.wire.packets import MAX_TEXT
 from remote_site.traces.units import (
     wrong_forces,
+    wrong_pressures,
     wrong_roughness,
     wrong_speeds,
     wrong_speeds_m_s,
+    wrong_stroke_times,
     wrong_temperature,
     wrong_times,
 )
@@ -100,7 +102,7 @@ class StrokeTrace:
         name: name of the stroke, for messages; path of the file if it was read from one.
 
     Raises:
-        ValueError: as `ThermalTrace`.
+        ValueError: as `ThermalTrace`, or samples are missing for a while.
     """
 
     time_s: Array
@@ -113,7 +115,7 @@ class StrokeTrace:
     def __post_init__(self) -> None:
         if np.ndim(self.signals) == 1:
             object.__setattr__(self, "signals", np.asarray(self.signals, dtype=np.float64)[:, np.newaxis])
-        _check_columns(self, time_s=wrong_times, signals=None, force_n=wrong_forces, speed_m_s=wrong_speeds_m_s)
+        _check_columns(self, time_s=wrong_stroke_times, signals=None, force_n=wrong_forces, speed_m_s=wrong_speeds_m_s)
         if self.signals.shape[1] != len(self.signal_names):
             raise ValueError(f"{self.name}: {self.signals.shape[1]} signals and {len(self.signal_names)} names")
 
@@ -296,6 +298,8 @@ def read_stroke(path: Path | str, signal: str | None = None) -> StrokeTrace:
         if not names:
             raise ValueError(f"{path}: line 1: no signal column beside {', '.join(file.names)}")
     signals = np.column_stack([file.numbers(name) for name in names])
+    if names == ("pressure_v",) and len(signals) and (why := wrong_pressures(signals)):
+        raise ValueError(f"{path}: column pressure_v: {why}")
     if signal == "mean":
         signals, names = signals.mean(axis=1, keepdims=True), ("mean",)
     return StrokeTrace(

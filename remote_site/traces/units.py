@@ -12,6 +12,12 @@ FAHRENHEIT = (60.0, 150.0)
 """Range of a median that is taken for degrees Fahrenheit: 16 to 66 C."""
 LONGEST_STEP_S = 0.5
 """Longest median time between two samples, s; a touch or a stroke has at least ten samples."""
+LONGEST_S = 1800.0
+"""Longest duration of a touch or a stroke, s."""
+GAP_S, GAP_STEPS = 0.1, 10.0
+"""Longest time without samples in a stroke, s, and as a multiple of the median step; the longer of both holds."""
+LARGEST_V = 100.0
+"""Largest reading of a pressure sensor, V."""
 ROUGHNESS_UM = (0.005, 2000.0)
 """Range of the roughness of a surface, um, from polished glass to coarse grating."""
 LARGEST_FORCE_N = 20.0
@@ -39,11 +45,32 @@ def wrong_temperature(values: Array) -> str:
 
 def wrong_times(values: Array) -> str:
     """Return what times look like if they are not in s, and how to convert; empty if they may be."""
-    step = float(np.median(np.diff(values)))
-    if step <= LONGEST_STEP_S:
-        return ""
+    step, length = float(np.median(np.diff(values))), float(values[-1] - values[0])
     unit, factor = ("milliseconds", 1000) if step < 500.0 else ("microseconds", 1_000_000)
-    return f"samples {step:g} s apart are no trace: they look like {unit}; divide by {factor}"
+    if step > LONGEST_STEP_S:
+        return f"samples {step:g} s apart are no trace: they look like {unit}; divide by {factor}"
+    if length > LONGEST_S:
+        return f"a trace of {length:g} s is too long: it looks like {unit}; divide by {factor}, or cut the recording"
+    return ""
+
+
+def wrong_stroke_times(values: Array) -> str:
+    """Return what is wrong with the times of a stroke: unit, or samples that are missing; empty if nothing is."""
+    if why := wrong_times(values):
+        return why
+    steps = np.diff(values)
+    k = int(steps.argmax())
+    if steps[k] <= max(GAP_S, GAP_STEPS * float(np.median(steps))):
+        return ""
+    return f"no sample for {steps[k]:.3g} s after {values[k]:.12g} s; cut the recording there"
+
+
+def wrong_pressures(values: Array) -> str:
+    """Return what readings look like if they are not in V, and how to convert; empty if they may be."""
+    largest = float(np.abs(values).max())
+    if largest <= LARGEST_V:
+        return ""
+    return f"{largest:g} V is no reading of a sensor: it looks like mV; divide by 1000"
 
 
 def wrong_roughness(values: Array) -> str:
@@ -76,6 +103,8 @@ def wrong_speeds(values_mm_s: Array) -> str:
     A trace whose finger never moves has speeds of 0, which is right in any unit.
     """
     largest = float(np.abs(values_mm_s).max())
+    if largest > 1000.0 * FASTEST_M_S:
+        return f"{largest:g} mm/s is no stroke: it looks like um/s; divide by 1000"
     if largest == 0.0 or largest >= SLOWEST_MM_S:
         return ""
     return f"at most {largest:g} mm/s is no stroke: it looks like m/s; multiply by 1000"

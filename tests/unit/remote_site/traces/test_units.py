@@ -81,6 +81,51 @@ def test_a_stroke_in_a_wrong_unit_is_refused(tmp_path: Path) -> None:
         read_stroke(csv(tmp_path / "wrong.csv", **stroke | {"speed_mm_s": np.full(COUNT, 0.05)}))
 
 
+@pytest.mark.parametrize(
+    ("column", "factor", "words"),
+    [
+        # At 2000 samples/s a step of 1 ms is 0.5, which could be one of a slow recording in s.
+        ("time_s", 1e3, "column time_s: a trace of 3999.5 s is too long: it looks like milliseconds; divide by 1000"),
+        ("pressure_v", 1e3, "column pressure_v: 1500 V is no reading of a sensor: it looks like mV; divide by 1000"),
+        ("speed_mm_s", 1e3, "column speed_mm_s: 50000 mm/s is no stroke: it looks like um/s; divide by 1000"),
+    ],
+)
+def test_a_stroke_of_the_texture_sensor_in_a_wrong_unit_is_refused(
+    tmp_path: Path, column: str, factor: float, words: str
+) -> None:
+    count = 8000
+    stroke = {
+        "time_s": np.arange(count) / 2000.0,
+        "pressure_v": np.full(count, 1.5),
+        "force_n": np.full(count, 1.2),
+        "speed_mm_s": np.full(count, 50.0),
+    }
+    assert read_stroke(csv(tmp_path / "right.csv", **stroke)).rate_hz == 2000.0
+    with pytest.raises(ValueError, match=words):
+        read_stroke(csv(tmp_path / "wrong.csv", **stroke | {column: factor * stroke[column]}))
+    # A column of any other name is in the sensor's own unit.
+    read_stroke(csv(tmp_path / "other.csv", **stroke | {"counts": np.full(count, 2048.0)}), "counts")
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "missing_s", "whole"), [(2000.0, 0.09, True), (2000.0, 0.75, False), (35.0, 0.2, True)]
+)
+def test_a_stroke_with_missing_samples_is_refused(
+    tmp_path: Path, rate_hz: float, missing_s: float, whole: bool
+) -> None:
+    """The line that joins both ends would be named as another surface."""
+    time_s = np.arange(4000) / rate_hz
+    time_s[2000:] += missing_s
+    path = csv(tmp_path / "stroke.csv", time_s=time_s, pressure_v=np.zeros(4000))
+    if whole:
+        assert len(read_stroke(path).time_s) == 4000
+        return
+    with pytest.raises(
+        ValueError, match=r"column time_s: no sample for 0.75\d* s after 0.9995 s; cut the recording there"
+    ):
+        read_stroke(path)
+
+
 def test_labels_in_a_wrong_unit_are_refused(tmp_path: Path) -> None:
     for name in ("a.csv", "b.csv"):
         csv(tmp_path / name, **touch())
