@@ -1,5 +1,6 @@
 """Off-line thermal identification of recorded touches: the same online classes, reading by reading."""
 
+import logging
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -7,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict
 
+from common.files.each_once import require_each_once
+from common.files.printable import printable
 from common.runtime.parallel_map import Progress, in_order, unseen
 from common.wire.messages import ThermalStatus
 from remote_site.thermal.material_table import MaterialTable
@@ -16,6 +19,7 @@ from remote_site.thermal.touch_estimate import TouchEvidence
 from remote_site.thermal.touch_start import RecordedTouch, find_touch, reference_touch
 from remote_site.traces.trace_files import ThermalTrace, TraceFile, read_thermal
 
+log = logging.getLogger(__name__)
 DEFAULT_AT_S = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0)
 
 Line = dict[str, Any]
@@ -79,8 +83,9 @@ def identify_thermal(
 ) -> Iterator[Line]:
     """Yield one JSON line per requested time and a final one, for every trace and every joint touch.
 
-    A trace that cannot be read is answered `unidentifiable` with the reason; all others are judged. A trace with
-    `reference_c` is judged as two fingers on one object: the heated sensor and the unheated one.
+    A trace that cannot be read is answered `unidentifiable` with the reason; all others are judged. A warning is logged
+    for a joint touch without one of its traces, and for a trace that begins in contact. A trace with `reference_c` is
+    judged as two fingers on one object: the heated sensor and the unheated one.
 
     Args:
         table: calibrated materials.
@@ -111,6 +116,15 @@ def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> l
             traces.append(read_thermal(path))
         except ValueError as error:
             broken = broken or str(error)
+            if len(paths) > 1:
+                log.warning("touch %s is judged without a trace: %s", printable(label["touch"]), printable(str(error)))
+    for trace in traces:
+        if trace.contact() == 0:
+            log.warning(
+                "%s: begins in contact, so that the start of the touch is not known and the answer may be wrong; "
+                "record from 0.5 s before contact",
+                printable(trace.name),
+            )
     return [{**label, **answer} for answer in _lines(traces, at, knowledge_of(table), broken)]
 
 
@@ -148,6 +162,11 @@ def _read_touches(path: Path) -> dict[str, list[Path]]:
         grouped.setdefault(name, []).append(path.parent / trace)
     if not grouped:
         raise ValueError(f"{path}: no touches are listed")
+    for name, traces in grouped.items():
+        try:
+            require_each_once(traces)
+        except ValueError as error:
+            raise ValueError(f"{path}: column trace: touch {name}: {error}") from None
     return grouped
 
 

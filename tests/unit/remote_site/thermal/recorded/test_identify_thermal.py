@@ -137,7 +137,9 @@ def test_joint_touches_look_at_no_later_sample_either(table: MaterialTable, tmp_
     assert said(whole) == said(cut)
 
 
-def test_a_bad_trace_in_a_joint_touch_leaves_the_other_fingers(table: MaterialTable, tmp_path: Path) -> None:
+def test_a_bad_trace_in_a_joint_touch_leaves_the_other_fingers(
+    table: MaterialTable, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     for k, touch in enumerate(made_touches("stone", 2, 8, 2.0, start_c=np.array([33.0, 37.0]), same_piece=True)):
         touch.write(tmp_path / f"f{k}.csv")
     lines = identify(table, touches=listed(tmp_path, "one,f0.csv", "one,gone.csv", "one,f1.csv", "two,gone.csv"))
@@ -146,6 +148,9 @@ def test_a_bad_trace_in_a_joint_touch_leaves_the_other_fingers(table: MaterialTa
     assert lines[0]["object_c"] is not None
     assert {line["status"] for line in lines[2:]} == {"unidentifiable"}
     assert "gone.csv" in lines[2]["reason"]
+    [warning] = caplog.messages
+    assert warning.startswith("touch one is judged without a trace: ")
+    assert "gone.csv: cannot be read" in warning
 
 
 @pytest.mark.parametrize(
@@ -155,6 +160,7 @@ def test_a_bad_trace_in_a_joint_touch_leaves_the_other_fingers(table: MaterialTa
         ("touch\none\n", "column trace is missing"),
         ("touch,trace\none,\n", "line 2: column trace: missing value"),
         ("touch,trace\n,a.csv\n", "line 2: column touch: missing value"),
+        ("touch,trace\none,a.csv\none,./a.csv\n", "column trace: touch one: .*a.csv: is named twice"),
     ],
 )
 def test_a_list_of_touches_that_cannot_be_used_is_refused(
@@ -270,6 +276,19 @@ def test_a_bad_trace_is_answered_with_its_reason_and_the_others_continue(
         assert line["reason"] is None if reason is None else reason in line["reason"]
     assert said(lines[0]) == said(lines[4])
     assert lines[4]["best"] == "stone"
+
+
+def test_a_trace_that_begins_in_contact_is_answered_with_a_warning(
+    table: MaterialTable, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A second after contact the plate has lost most of its heat, and another object fits as well."""
+    touch = stone(seconds=7.0)
+    whole, late = touch.write(tmp_path / "whole.csv"), touch.where(touch.time_s >= 1.0).write(tmp_path / "late.csv")
+    identify(table, whole)
+    assert caplog.messages == []
+    assert len(identify(table, late)) == 2
+    [warning] = caplog.messages
+    assert warning.startswith(f"{late}: begins in contact")
 
 
 def test_a_bad_trace_after_a_name_keeps_it(table: MaterialTable, tmp_path: Path) -> None:
