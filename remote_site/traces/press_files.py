@@ -4,7 +4,7 @@ A press is a probe pushed into an object, in a motion or in steps. The columns a
 known, `time_s` and `x_mm,y_mm,z_mm`. Steps need no times. Every error names file, line and column.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -114,6 +114,28 @@ def read_presses(path: Path | str) -> list[Press]:
             )
         )
     return presses + [Press(press, np.empty(0), np.empty(0), contact=contact) for press, contact in contacts.items()]
+
+
+def require_own_contacts(path: Path, presses: Sequence[Press], owners: dict[tuple[Path, int], Path]) -> None:
+    """Refuse a `contacts.csv` that states the contact of one number of a press in two files.
+
+    Args:
+        path: a file of presses.
+        presses: its presses.
+        owners: file of each contact and number of a press that was read before; those of this file are added.
+
+    Raises:
+        ValueError: another file has a press with this number and this contact.
+    """
+    contacts = path.with_name(CONTACTS)
+    for press in presses:
+        if press.contact is None or not len(press.depth_mm):
+            continue
+        if (other := owners.setdefault((contacts.resolve(), press.press), path)) != path:
+            raise ValueError(
+                f"{contacts}: column press: press {press.press} is in {other.name} and in {path.name}; give each file "
+                f"a folder with its own {CONTACTS}"
+            )
 
 
 def read_contacts(path: Path | str) -> dict[int, Contact]:

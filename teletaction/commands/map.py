@@ -1,5 +1,6 @@
 """Command `map`: makes the tactile map of recorded presses, strokes and rests."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -22,8 +23,12 @@ def map_command(
 ) -> None:
     """Make the tactile map of recorded presses, with the probability that each place belongs to a lump."""
     from teletaction.mapping.map_recorded import map_recorded
-    from teletaction.mapping.write_map import write_map
+    from teletaction.mapping.write_map import FILES, write_map
 
+    written = [os.path.realpath(out / name) for name in FILES]
+    for path in recorded:
+        if os.path.realpath(path) in written:
+            raise ValueError(f"{path}: the map would overwrite it; name another folder with --out")
     summary = write_map(map_recorded(recorded), out, 1e-3 * probe_radius_mm)
     used, presses, lumps = summary["used"], summary["presses"], len(summary["lumps"])
     typer.echo(f"used {used} of {presses} presses, found {lumps} {'lump' if lumps == 1 else 'lumps'}", err=True)

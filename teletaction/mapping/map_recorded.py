@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 from common.files.each_once import require_each_once
 from operator_site.console.map.finger_samples import LEAST_VARIANCE, Sample, slant
 from operator_site.console.map.tactile_map import STEEP_SLOPE, TactileMap
-from remote_site.traces.press_files import Press, read_presses
+from remote_site.traces.press_files import Press, read_presses, require_own_contacts
 from remote_site.traces.trace_files import TraceFile
+from remote_site.traces.units import wrong_temperature
 
+LEAST_MM = 0.5
+"""Smallest extent of the places of a map, mm, unless it has one place."""
 LARGEST_MM = 1000.0
 """Largest extent of a map along either axis, mm."""
 FARTHEST_MM = 1e6
@@ -68,10 +71,13 @@ def map_recorded(paths: Sequence[Path]) -> MappedPresses:
     require_each_once(paths)
     mapped, numbers = MappedPresses(), count(1)
     lines_mm: list[tuple[float, float]] = []
+    owners: dict[tuple[Path, int], Path] = {}
     for path in paths:
         file = TraceFile(path)
         if "press" in file.names:
-            _take_presses(mapped, path, numbers)
+            presses = read_presses(path)
+            require_own_contacts(path, presses, owners)
+            _take_presses(mapped, path, presses, numbers)
         for sample in _line_samples(file, numbers):
             lines_mm.append((1e3 * sample.x_m, 1e3 * sample.y_m))
             _take(mapped.surface, sample, path)
@@ -80,13 +86,14 @@ def map_recorded(paths: Sequence[Path]) -> MappedPresses:
         why = f"; {mapped.skipped[0]['reason']}" if mapped.skipped else ""
         raise ValueError(f"no press or line gives a sample for the map{why}")
     extent_mm = np.ptp(every, axis=0).max()
+    if 0.0 < extent_mm < LEAST_MM:
+        raise ValueError(f"the places are at most {extent_mm:.2g} mm apart: they look like m; multiply by 1000")
     if extent_mm > LARGEST_MM:
         raise ValueError(f"the places are {extent_mm:.0f} mm apart; a map has at most {LARGEST_MM:.0f} mm: split it")
     return mapped
 
 
-def _take_presses(mapped: MappedPresses, path: Path, numbers: Iterator[int]) -> None:
-    presses = read_presses(path)
+def _take_presses(mapped: MappedPresses, path: Path, presses: Sequence[Press], numbers: Iterator[int]) -> None:
     if all(press.at_mm is None for press in presses):
         raise ValueError(f"{path}: line 1: columns x_mm,y_mm,z_mm are missing, and no contacts.csv beside has them")
     for press, found in zip(presses, stiffnesses(presses), strict=True):
@@ -182,6 +189,8 @@ def _line_samples(file: TraceFile, numbers: Iterator[int]) -> Iterator[Sample]:
         values = file.numbers(name, blank=True)
         if name == "roughness_v":
             _refuse(file, name, values <= 0.0, "must be above 0")
+        elif len(known := values[np.isfinite(values)]) and (why := wrong_temperature(known)):
+            raise ValueError(f"{file.path}: column {name}: {why}")
         for k in np.flatnonzero(np.isfinite(values)):
             number, value = next(numbers), float(values[k])
             if name == "roughness_v":

@@ -24,6 +24,8 @@ from teletaction.report.map_figure import draw_cells, draw_map, draw_scale
 
 COLUMNS = ("x_mm", "y_mm", "value", "sd", "lump_probability")
 """Columns of `map.csv`: middle of the cell, mm; stiffness and its standard deviation, N/m; probability, 0..1."""
+FILES = ("map.csv", "map.json", "map.png")
+"""Names of the files of a map."""
 _HEIGHT_IN = 4.4
 _WIDTH_IN = 5.4
 

@@ -13,7 +13,7 @@ from remote_site.stiffness.force_law import gradient
 from remote_site.stiffness.press_population import Fits, fit_presses
 from remote_site.stiffness.press_priors import CONTACT_ODDS, OTHER_CONTACTS, OTHER_LAWS
 from remote_site.stiffness.recorded.averaged_priors import OtherFits, Stated, averaged
-from remote_site.traces.press_files import Press, read_presses
+from remote_site.traces.press_files import Press, read_presses, require_own_contacts
 
 Array = NDArray[np.float64]
 
@@ -108,8 +108,11 @@ def identify_stiffness(files: Sequence[Path]) -> Iterator[dict[str, Any]]:
     Raises:
         ValueError: a file cannot be used; the message names file, line and column.
     """
+    owners: dict[tuple[Path, int], Path] = {}
     for path in files:
-        for answer in identify_presses(read_presses(path)):
+        presses = read_presses(path)
+        require_own_contacts(path, presses, owners)
+        for answer in identify_presses(presses):
             yield {"file": str(path), **answer}
 
 

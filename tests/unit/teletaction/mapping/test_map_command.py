@@ -101,6 +101,11 @@ def test_failed_presses_are_listed_and_not_mapped(tmp_path: Path) -> None:
         ("x_mm,y_mm,object_c,object_c_sd\n1,1,30,1e200\n", "line 2: column object_c_sd: must be at most 1000"),
         ("x_mm,y_mm,object_c\n1,1e300,30\n", "wrong.csv: a coordinate of 1e+300 mm is no place"),
         ("x_mm,y_mm,object_c\n1,1,30\n1,5000,30\n", "a map has at most 1000 mm"),
+        ("x_mm,y_mm,object_c\n0,0,303\n9,0,304\n", "column object_c: a median of 303.5 is no temperature"),
+        (
+            "x_mm,y_mm,roughness_v\n0,0,0.1\n0.054,0.02,0.1\n",
+            "the places are at most 0.054 mm apart: they look like m; multiply by 1000",
+        ),
         ("x_mm,y_mm,object_c\n1,north,30\n", "line 2: column y_mm: not a finite number"),
     ],
 )
@@ -117,6 +122,23 @@ def test_a_file_that_is_named_twice_is_refused(tmp_path: Path) -> None:
         words = one_line(command("map", file, again, "--out", tmp_path / "out"), 2)
         assert f"{again}: is named twice" in words
     assert not (tmp_path / "out").exists()
+
+
+def test_a_map_overwrites_no_recording_that_it_is_made_of(tmp_path: Path) -> None:
+    file = presses(tmp_path / "map.csv")
+    before = file.read_bytes()
+    assert "map.csv: the map would overwrite it" in one_line(command("map", file, "--out", tmp_path), 2)
+    assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize("verb", ["map", "identify stiffness"])
+def test_contacts_of_two_files_with_the_same_numbers_are_refused(tmp_path: Path, verb: str) -> None:
+    """The presses of the second file would be placed where those of the first one were."""
+    left, right = (presses(tmp_path / f"{side}.csv", step_mm=20) for side in ("left", "right"))
+    (tmp_path / "contacts.csv").write_text("press,x_mm,y_mm,z_mm\n3,9,9,0\n", "utf-8")
+    outcome = command(*verb.split(), left, right, *(["--out", tmp_path / "out"] if verb == "map" else []))
+    assert outcome.code == 2
+    assert "contacts.csv: column press: press 3 is in left.csv and in right.csv; give each file" in outcome.err
 
 
 def test_a_missing_file_or_folder_is_named(tmp_path: Path) -> None:
