@@ -38,7 +38,9 @@ HELD_S = 0.050
 """Minimum duration of a force of CONTACT_ON_N or more from its first sample that counts as contact, s."""
 MOST_BYTES = 1 << 28
 """Maximum size of a file, bytes; reading takes ten to twenty times as much memory."""
-_SEPARATORS = re.compile("[;\t|]")
+LONGEST_HEADER, LONGEST_CELL = 300, 40
+"""Maximum numbers of characters of a header and of a cell that a message quotes."""
+_SEPARATORS = re.compile("[;\t| ]")
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
 _OF_LABELS = {"object_c": wrong_temperature, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
 """Check of the unit of each optional column of labels."""
@@ -163,11 +165,16 @@ class TraceFile:
         """Line number of each row of data."""
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
-                self._read(csv.reader(self._limited(file)))
+                self._read(csv.reader(self._limited(file), strict=True))
         except OSError as error:
             raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
-        except (UnicodeDecodeError, csv.Error):
+        except UnicodeDecodeError:
             raise ValueError(f"{path}: not a UTF-8 CSV file") from None
+        except csv.Error as error:
+            after = self.lines[-1] if self.lines else 0
+            raise ValueError(
+                f"{path}: not a CSV file after line {after}: {error}; look for a quotation mark without its pair"
+            ) from None
 
     def _limited(self, file: IO[str]) -> Iterator[str]:
         """Yield the lines of a file that is not too long; the size of a pipe shows only as it is read."""
@@ -234,13 +241,14 @@ class TraceFile:
             except ValueError:
                 values[k] = math.nan
             if not math.isfinite(values[k]):
-                what = f"not a finite number: {text!r}" if text else "missing value"
+                what = f"not a finite number: {printable(text, LONGEST_CELL)!r}" if text else "missing value"
                 raise ValueError(f"{self.path}: line {self.lines[k]}: column {name}: {what}")
         return values
 
     def _cells(self, name: str) -> list[str]:
         if name not in self.names:
-            raise ValueError(f"{self.path}: line 1: column {name} is missing; there are {', '.join(self.names)}")
+            names = printable(", ".join(self.names), LONGEST_HEADER)
+            raise ValueError(f"{self.path}: line 1: column {name} is missing; there are {names}")
         return self._columns[self.names.index(name)]
 
     def times(self) -> Array:

@@ -45,7 +45,23 @@ def test_errors_name_file_line_and_column(tmp_path, old, new, message):
     assert str(error.value).startswith(str(path))
 
 
-@pytest.mark.parametrize("separator", [";", "\t"])
+@pytest.mark.parametrize("cell", ['"5 mm', '"5" mm'])
+def test_a_quotation_mark_hides_no_lines(tmp_path, cell):
+    """All lines after it would be one cell of a column that nobody reads."""
+    with pytest.raises(
+        ValueError, match=r"not a CSV file after line 2: .*; look for a quotation mark without its pair"
+    ):
+        read_thermal(trace(tmp_path, GOOD.replace(",b\n", f",{cell}\n")))
+
+
+def test_messages_quote_little_of_a_file_of_another_kind(tmp_path):
+    for text in ("\0" * 10_000, "{" * 10_000 + "\n1\n", GOOD.replace("29.9", "9" * 5000 + "x")):
+        with pytest.raises(ValueError, match="column") as error:
+            read_thermal(trace(tmp_path, text))
+        assert len(str(error.value)) < 600
+
+
+@pytest.mark.parametrize("separator", [";", "\t", " "])
 def test_another_separator_is_named(tmp_path, separator):
     text = GOOD.replace(",", separator).replace(".", ",")
     with pytest.raises(ValueError, match="line 1: columns are separated by") as error:
