@@ -1,6 +1,7 @@
 """Write trace files of simulated touches and strokes, with labels, for the command `simulate` and for calibration."""
 
 import csv
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +15,12 @@ LABELS = "labels.csv"
 
 def write_thermal_csv(path: Path, trace: ThermalTrace) -> None:
     """Write one touch as `time_s,sensor_c,force_n,ambient_c`."""
-    columns = np.column_stack((trace.time_s, trace.sensor_c, trace.force_n, trace.ambient_c))
-    _write(path, columns, ["%.3f", "%.4f", "%.4f", "%.4f"], "time_s,sensor_c,force_n,ambient_c")
+    path.write_text(_thermal_csv(trace), "ascii")
 
 
 def write_stroke_csv(path: Path, trace: StrokeTrace) -> None:
     """Write one stroke as `time_s,pressure_v,force_n,speed_mm_s`."""
-    columns = np.column_stack((trace.time_s, trace.pressure_v, trace.force_n, trace.speed_mm_s))
-    _write(path, columns, ["%.4f", "%.5f", "%.4f", "%.3f"], "time_s,pressure_v,force_n,speed_mm_s")
+    path.write_text(_stroke_csv(trace), "ascii")
 
 
 def simulate_thermal_set(
@@ -44,7 +43,8 @@ def simulate_thermal_set(
     Labels of other files in `out` are kept, so that sets of several materials can share the folder.
 
     Raises:
-        ValueError: unknown material, a number out of range, or a labels file of another kind in `out`.
+        ValueError: unknown material, a number out of range, a labels file of another kind in `out`, or a trace of
+            another content that would be overwritten.
         OSError: `out` cannot be written.
     """
     name = known_material(material)
@@ -60,9 +60,9 @@ def simulate_thermal_set(
         block=block,
     )
     labels = _Labels(out, ("file", "material", "object_c"))
-    for number, trace in enumerate(traces):
-        file = f"{name}_{seed}_{number:03d}.csv"
-        write_thermal_csv(out / file, trace)
+    files = {f"{name}_{seed}_{number:03d}.csv": trace for number, trace in enumerate(traces)}
+    _write_new(out, {file: _thermal_csv(trace) for file, trace in files.items()})
+    for file, trace in files.items():
         labels.add(file, name, "" if trace.object_c is None else f"{trace.object_c:.4f}")
     labels.write()
     return traces
@@ -80,7 +80,7 @@ def simulate_stroke_set(
     """Write `strokes` traces over a surface and their labels `file,surface` into `out`; other labels there are kept.
 
     Raises:
-        ValueError: unknown surface, a number out of range, or a labels file of another kind in `out`.
+        ValueError: as `simulate_thermal_set`.
         OSError: `out` cannot be written.
     """
     check_range("strokes", strokes, 1, 1000)
@@ -88,16 +88,37 @@ def simulate_stroke_set(
     seeds = np.random.SeedSequence([seed, strokes]).generate_state(strokes)
     traces = [simulate_stroke(surface, int(one), speed_mm_s, force_n) for one in seeds]
     labels = _Labels(out, ("file", "surface"))
-    for number, trace in enumerate(traces):
-        file = f"{surface}_{speed_mm_s:g}mm_s_{seed}_{number:03d}.csv"
-        write_stroke_csv(out / file, trace)
+    files = {f"{surface}_{speed_mm_s:g}mm_s_{seed}_{number:03d}.csv": trace for number, trace in enumerate(traces)}
+    _write_new(out, {file: _stroke_csv(trace) for file, trace in files.items()})
+    for file in files:
         labels.add(file, surface)
     labels.write()
     return traces
 
 
-def _write(path: Path, columns: NDArray[np.float64], formats: list[str], header: str) -> None:
-    np.savetxt(path, columns, formats, ",", header=header, comments="")
+def _thermal_csv(trace: ThermalTrace) -> str:
+    columns = np.column_stack((trace.time_s, trace.sensor_c, trace.force_n, trace.ambient_c))
+    return _csv(columns, ["%.3f", "%.4f", "%.4f", "%.4f"], "time_s,sensor_c,force_n,ambient_c")
+
+
+def _stroke_csv(trace: StrokeTrace) -> str:
+    columns = np.column_stack((trace.time_s, trace.pressure_v, trace.force_n, trace.speed_mm_s))
+    return _csv(columns, ["%.4f", "%.5f", "%.4f", "%.3f"], "time_s,pressure_v,force_n,speed_mm_s")
+
+
+def _csv(columns: NDArray[np.float64], formats: list[str], header: str) -> str:
+    text = StringIO()
+    np.savetxt(text, columns, formats, ",", header=header, comments="")
+    return text.getvalue()
+
+
+def _write_new(folder: Path, texts: dict[str, str]) -> None:
+    """Write files; raise ValueError, and write none, if one exists with another content."""
+    for name, text in texts.items():
+        if (folder / name).exists() and (folder / name).read_bytes() != text.encode("ascii"):
+            raise ValueError(f"{folder / name}: exists with another content; use another --seed or folder")
+    for name, text in texts.items():
+        (folder / name).write_text(text, "ascii")
 
 
 class _Labels:

@@ -113,6 +113,21 @@ def test_stroke_files_and_labels(tmp_path):
     assert rows(tmp_path / "one.csv")[0] == ["time_s", "pressure_v", "force_n", "speed_mm_s"]
 
 
+def test_another_touch_or_stroke_of_the_same_name_is_kept(tmp_path):
+    """The force of a stroke and the temperature of an object are not in the name of a file."""
+    for make in (
+        lambda folder, force_n: simulate_stroke_set("foam", 1, speed_mm_s=90.0, force_n=force_n, seed=1, out=folder),
+        lambda folder, force_n: simulate_thermal_set("pvc", 1, seconds=0.5, seed=1, force_n=force_n, out=folder),
+    ):
+        folder = tmp_path / f"{len(list(tmp_path.iterdir()))}"
+        make(folder, 1.0)
+        before = {path: path.read_bytes() for path in folder.iterdir()}
+        make(folder, 1.0)
+        with pytest.raises(ValueError, match="exists with another content; use another --seed or folder"):
+            make(folder, 2.0)
+        assert {path: path.read_bytes() for path in folder.iterdir()} == before
+
+
 @pytest.mark.parametrize("content", [b"file,surface\n", b"\xff\n", b"file,material,object_c\n" + 200_000 * b"x"])
 def test_foreign_labels_are_not_overwritten(tmp_path, content):
     (tmp_path / "labels.csv").write_bytes(content)
