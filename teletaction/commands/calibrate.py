@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from common.files.read_files import read_json
 from common.runtime.parallel_map import processors
 from teletaction.commands.progress import Processes, progress_line
 
@@ -91,6 +92,7 @@ def calibrate_texture_command(
     from teletaction.report.spectrum_report import spectrum_text
     from teletaction.report.texture_report import texture_text
 
+    _require_place(out)
     if not of_slow_strokes(strokes, signal):
         made = calibrate_texture(
             strokes, out, signal=signal, speed_mm_s=speed, sensor_serial=serial, made_on=f"{date.today()}"
@@ -103,16 +105,26 @@ def calibrate_texture_command(
 
 
 def _require_place(out: Path) -> None:
-    """Raise OSError for a table that cannot be written, before minutes of fitting."""
+    """Raise an error for a table that cannot be written, or would overwrite another file, before minutes of fitting."""
     file = Path(os.path.realpath(out))
     if file.is_dir():
         raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), str(out))
     if file.exists() and not file.is_file():  # a device
         return
+    if file.exists() and not _is_table(file):
+        raise ValueError(f"{out}: exists and is no table; name another file with --out")
     try:
         tempfile.TemporaryFile(dir=file.parent).close()
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(out)) from None
+
+
+def _is_table(file: Path) -> bool:
+    """Return whether a table, or nothing, would be overwritten."""
+    try:
+        return file.stat().st_size == 0 or "content_hash" in read_json(file)
+    except (OSError, ValueError, TypeError):
+        return False
 
 
 def _report(text: str, out: Path, folder: Path | None, figure: "Figure | None" = None) -> None:

@@ -220,7 +220,10 @@ def _missing(law: LawFit) -> list[str]:
 
 
 def _one_stroke(own: dict[str, list[Segment]]) -> list[str]:
-    return [f"{name}: only one stroke: its scatter is assumed" for name, parts in own.items() if len(parts) == 1]
+    warnings = [f"{name}: only one stroke: its scatter is assumed" for name, parts in own.items() if len(parts) == 1]
+    if len(own) == 1:
+        warnings.append(f"{next(iter(own))} is the only surface: every stroke will be named so")
+    return warnings
 
 
 def _confused(taken_for: dict[str, dict[str, int]]) -> list[str]:

@@ -40,6 +40,8 @@ LEAST_OFFSET_SD_K = 1.0
 """Minimum standard deviation of object minus ambient temperature in the table, K."""
 LEAST_DIFFERENCE_K = 1.0
 """Minimum difference between plate and object in a calibration touch, K."""
+LARGEST_NOISE_K, LARGEST_LN_SD = 1.0, 100.0
+"""Largest noise of a reading, K, and scatter of ln effusivity of a material in a fit; few touches leave metals open."""
 MISFIT = 2.0
 """Mean square of the residuals, over the noise's variance, above which the model does not fit the sensor."""
 
@@ -191,7 +193,8 @@ def fit_thermal(
         progress: is called with the completed share of the longest possible fit.
 
     Raises:
-        ValueError: too few materials or touches, a touch too short, or one without temperature difference.
+        ValueError: too few materials or touches, a touch too short, one without temperature difference, or touches that
+            no material fits.
     """
     if len(touches) < 2:
         raise ValueError(f"{where}: column material: two materials or more are needed, there are {len(touches)}")
@@ -252,6 +255,12 @@ def _fit(
         ]
     means = CalibrationReadings.of(each)
     population = fit_populations(means, len(touches), leak_per_s, mapped, progress)
+    scatter = np.sqrt(np.einsum("mii->mi", population.covariance)).max()
+    if not (population.noise_k < LARGEST_NOISE_K and scatter < LARGEST_LN_SD):
+        raise ValueError(
+            f"{where}: no possible material fits these touches; check the labels, object_c, and that each trace is of "
+            "this sensor and begins before contact"
+        )
     times_s = [t for t in RATE_TIMES_S if t <= length_s + 1e-6]
     material = np.array([touch.material for touch in each])
     offsets = np.array([touch.object_c - touch.ambient_c for touch in each])

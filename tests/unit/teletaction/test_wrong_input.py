@@ -187,6 +187,23 @@ def test_a_thermal_trace_that_cannot_be_read_is_answered_and_so_are_the_others(
     assert {line["status"] for line in lines if line["trace"] == str(free)} == {"no_contact"}
 
 
+def test_a_stroke_without_an_answer_is_named(tmp_path: Path) -> None:
+    rows = "".join(f"{n / 2000.0:.4f},0.0,-1.2,50.0\n" for n in range(1000))
+    (tmp_path / "pulled.csv").write_text("time_s,pressure_v,force_n,speed_mm_s\n" + rows, "utf-8")
+    outcome = command("identify", "texture", tmp_path / "pulled.csv")
+    assert (outcome.code, outcome.out) == (0, "")
+    assert f"{tmp_path / 'pulled.csv'}: no answer: force_n never shows contact" in outcome.err
+
+
+@pytest.mark.parametrize("kind", ["thermal --traces", "temperature --table t --traces", "texture --strokes"])
+@pytest.mark.parametrize("content", ["file,material\na.csv,pvc\n", '{"mine": 1}', "[1]", "\0"])
+def test_a_calibration_overwrites_nothing_but_a_table(tmp_path: Path, kind: str, content: str) -> None:
+    (tmp_path / "labels.csv").write_text(content, "utf-8")
+    line = refused(f"calibrate {kind} {tmp_path} --out {tmp_path / 'labels.csv'}")
+    assert line == f"teletaction: {tmp_path / 'labels.csv'}: exists and is no table; name another file with --out"
+    assert (tmp_path / "labels.csv").read_text("utf-8") == content
+
+
 def test_a_full_disk_is_named_without_the_systems_number(tmp_path: Path) -> None:
     render = "render thermal --object pvc --object-c 20 --air-c 20 --seconds 0.1 --parameters /dev/full"
     assert refused(render) == "teletaction: No space left on device"
