@@ -85,7 +85,7 @@ class FingerVibration:
         self._tap_t_s = -math.inf
         self._tap_rad_s = 0.0
         self._tap_decay = 0.0
-        self._tap_certain = False
+        self._tap_certain = self._tap_late = False
         self._ahead_since_s: float | None = None
         self._at_rest = False
         """Whether nothing is displayed until an event, a stroke, or a predicted contact."""
@@ -120,10 +120,13 @@ class FingerVibration:
         self._at_rest = False
         self._grooves.step(t_s, surface.b_groove_per_s)
         for event in events:
-            self._begin(event, surface)
+            self._begin(event, surface, late=mode == _FREE)
         if mode == _FREE:
-            self._tap_t_s = -math.inf
             self._grooves.end()
+            if self._tap_late and t_s - self._tap_t_s <= TAP_HOLD_S:
+                wanted, least_rpm = self._tap()
+                return max(self._scale.rpm(wanted / RPM_TO_RAD_S), least_rpm)
+            self._tap_t_s = -math.inf
             self._scale.still()
             self._at_rest = contact_in_s == math.inf
             return self._ahead(contact_in_s, approach_m_s, surface)
@@ -137,12 +140,14 @@ class FingerVibration:
             self._at_rest = t_s - self._tap_t_s > TAP_S
         return max(self._scale.rpm(wanted / RPM_TO_RAD_S), least_rpm)
 
-    def _begin(self, event: Event, surface: Surface | TouchRow) -> None:
+    def _begin(self, event: Event, surface: Surface | TouchRow, late: bool) -> None:
+        """Begin an event; a late one arrives after the finger has left."""
         if event.kind is EventKind.TAP:
             self._tap_t_s = self._t_s
             self._tap_rad_s = surface.k_tap * max(0.0, event.value)
             self._tap_decay = surface.b_tap_per_s
             self._tap_certain = event.value >= TAP_MIN_SPEED_M_S
+            self._tap_late = late
         elif event.kind is EventKind.GROOVE:
             self._grooves.cross(event.value, event.time_ns, surface.b_groove_per_s)
 
