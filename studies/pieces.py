@@ -24,7 +24,7 @@ ReportShare = Callable[[float], object]
 Workers = Callable[[Sequence[bytes]], Iterator[tuple[int, bytes]]]
 """Runs packed pieces in any order; yields the place of each and its packed result, as soon as it is done."""
 
-ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies")
+ROOMS = ("common", "remote_site", "operator_site", "sim_sensors", "teletaction", "studies", "benchmarks", "robustness")
 _LIBRARIES = ("numpy", "scipy", "scikit-learn")
 _CODE = {".py", ".json", ".toml", ".dbc", ".npz"}
 _PROTOCOL = 5

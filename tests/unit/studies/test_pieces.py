@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from studies import registry
 from studies.kept_pieces import KeptPieces
-from studies.pieces import HERE, OtherCode, Piece, Workers, code_version, do, here, rows_of, working
+from studies.pieces import HERE, ROOMS, OtherCode, Piece, Workers, code_version, do, here, rows_of, working
 from studies.workers import Processes, WorkersLost, workers
 from teletaction.cli import main
 from tests.commands import command, one_line
@@ -124,6 +124,10 @@ def test_a_half_written_piece_is_never_taken_for_a_whole_one(
 def test_a_worker_with_other_code_does_nothing() -> None:
     with pytest.raises(OtherCode, match="install the same"):
         do(f"not {code_version()}", b"never read")
+
+
+def test_results_are_kept_for_the_code_of_every_study() -> None:
+    assert {module.partition(".")[0] for module in registry.STUDIES.values()} <= set(ROOMS)
 
 
 @pytest.mark.long
