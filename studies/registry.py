@@ -20,6 +20,7 @@ import csv
 import hashlib
 import json
 import math
+import os
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -168,12 +169,13 @@ def run_all(
 ) -> Iterator[tuple[str, Result | Unavailable]]:
     """Run every study, one after the other, and draw an overview; yields the result of each as soon as it is there.
 
-    Studies that the same code finished before an interruption are not run again. `show_progress` makes the function
-    that takes a study's progress. The other arguments are those of `run_study`.
+    Studies that the same code finished with the same recordings before an interruption are not run again.
+    `show_progress` makes the function that takes a study's progress. The other arguments are those of `run_study`.
     """
     finished = KeptPieces(out / PIECES / "all")
+    run = code_version(), os.environ.get("TELETACTION_DATA"), quick, seed
     for name in STUDIES:
-        key = hashlib.sha256(repr((code_version(), name, quick, seed)).encode()).hexdigest()
+        key = hashlib.sha256(repr((name, *run)).encode()).hexdigest()
         if (before := finished.find(key)) is not None:
             yield name, pickle.loads(before)
             continue

@@ -189,3 +189,13 @@ def test_another_seed_begins_again(tmp_path: Path) -> None:
     interrupted("--out", str(tmp_path))
     assert main(["study", "--all", "--seed", "2", "--out", str(tmp_path)]) == 0
     assert json.loads((tmp_path / "strict.json").read_text())["seed"] == 2
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("problems")
+def test_other_recordings_begin_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("TELETACTION_DATA")
+    interrupted("--out", str(tmp_path))
+    monkeypatch.setenv("TELETACTION_DATA", str(tmp_path))
+    assert main(["study", "--all", "--out", str(tmp_path)]) == 0
+    assert (tmp_path / "strict.json").exists(), "it may need the recordings"
