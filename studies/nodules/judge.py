@@ -1,8 +1,8 @@
 """Judge any detector of nodules on the random phantoms: AUC in each cell, place, order of size, and calibration.
 
 A nodule's score is the highest probability within its outline, or within 3 mm of its centre. Control sites are circles
-of drawn sizes, well away from all nodules. AUC is the share of pairs of a nodule and a control site, both of one class
-of size, in which the nodule has the higher score. Ties count half.
+of drawn sizes, well away from all nodules. AUC is the share of pairs of a nodule and a control site in which the
+nodule has the higher score; ties count half. In a cell both are of one class of size. The overall AUC has all pairs.
 """
 
 import math

@@ -3,7 +3,7 @@
 It assumes that a reading changes in proportion to the difference between plate and object. The logarithm of the change
 per kelvin is normally distributed for each material, over pieces and contacts; fingers of a hand share a part of it.
 Means and covariances are learned by expectation maximisation, and the posterior of material and temperature follows
-from Bayes' rule. A calibration has a tenth of the touches.
+from Bayes' rule. A calibration has a tenth of the touches or fewer.
 """
 
 from collections.abc import Sequence
