@@ -63,6 +63,7 @@ tables = tables_of("levels", "scenes", "latencies", "taps", "barely")
 COMPARED = (
     Compared("levels", "right", "more", ("noise",), {"method": MACHINE}, absolute=0.005),
     Compared("levels", "wrong_switches", "less", ("noise",), {"method": MACHINE}, absolute=5.0, relative=0.2),
+    Compared("levels", "invented_taps", "less", ("noise",), {"method": MACHINE}, absolute=5.0, relative=0.2),
     Compared("latencies", "p50_s", "less", ("noise", "switch"), {"method": MACHINE}, absolute=0.005, relative=0.2),
 )
 

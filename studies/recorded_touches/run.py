@@ -59,7 +59,11 @@ _SHRINKAGE = 0.003
 inverted."""
 _NAME = re.compile(r"set(\d+)_(\w+)_\d+")
 tables = tables_of("accuracy", "errors", "names")
-COMPARED = (Compared("accuracy", "share", "more", ("method", "sensors", "prior", "t_s"), counted="touches"),)
+COMPARED = (
+    Compared("accuracy", "share", "more", ("method", "sensors", "prior", "t_s"), counted="touches"),
+    Compared("names", "named_6_s", "more", ("method", "caution"), counted="touches"),
+    Compared("names", "wrong", "less", ("method", "caution"), counted="touches"),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,8 @@ _ROW = ("world", "materials", "method", "t_s")
 COMPARED = (
     Compared("accuracy", "right", "more", _ROW, counted="touches"),
     Compared("accuracy", "wrong", "less", _ROW, counted="touches"),
+    Compared("accuracy", "named", "more", _ROW, counted="touches"),
+    Compared("accuracy", "object_stated", "more", _ROW, counted="touches"),
     Compared("accuracy", "object_rms_k", "less", _ROW, absolute=0.05, relative=0.2),
 )
 

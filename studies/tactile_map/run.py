@@ -46,6 +46,7 @@ COMPARED = (
     Compared("targets", "place_error_mm", "less", ("seed", "target"), absolute=1.0),
     Compared("targets", "within_goal", "more", ("seed", "target")),
     Compared("nodules", "probability", "more", ("seed", "nodule"), absolute=0.05),
+    Compared("", "false_outlines", "less"),
 )
 
 

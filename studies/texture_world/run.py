@@ -38,6 +38,7 @@ COMPARED = (
     Compared("accuracy", "top_1", "more", ("method", "seconds"), {"method": SHIPPED}, counted="strokes"),
     Compared("accuracy", "top_3", "more", ("method", "seconds"), {"method": SHIPPED}, counted="strokes"),
     Compared("strangers", "strange_unknown_share", "more", ("known_textures", "seconds"), counted="strange"),
+    Compared("strangers", "own_unknown_share", "less", ("known_textures", "seconds"), counted="own"),
     Compared("quality", "off_db", "less", ("way", "bits_s"), absolute=1.0),
 )
 

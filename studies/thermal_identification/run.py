@@ -56,6 +56,8 @@ tables = tables_of(
 COMPARED = (
     Compared("accuracy", "right", "more", ("materials", "method", "t_s"), counted="touches"),
     Compared("accuracy", "wrong", "less", ("materials", "method", "t_s"), counted="touches"),
+    Compared("accuracy", "named", "more", ("materials", "method", "t_s"), counted="touches"),
+    Compared("accuracy", "object_stated", "more", ("materials", "method", "t_s"), counted="touches"),
     Compared("accuracy", "object_rms_k", "less", ("materials", "method", "t_s"), absolute=0.05, relative=0.2),
     Compared("cost", "ratio_all", "less", ("method",), relative=0.3),
 )

@@ -112,6 +112,29 @@ def test_each_study_declares_what_is_compared(name: str) -> None:
     assert all(each.absolute >= 0.0 and each.relative >= 0.0 for each in study(name).COMPARED)
 
 
+TOUCHES = (("thermal-identification", "accuracy"), ("second-world", "accuracy"), ("other-objects", "shares"))
+TOUCHED = {"touches": 96, "object_stated": 1.0, "named": 0.5}
+WITHHELD = [
+    *((name, table, TOUCHED, TOUCHED | {"object_stated": 0.5}) for name, table in TOUCHES),
+    *((name, table, TOUCHED, TOUCHED | {"named": 0.0}) for name, table in TOUCHES),
+    ("recorded-touches", "names", {"touches": 162, "named_6_s": 0.5}, {"touches": 162, "named_6_s": 0.0}),
+    ("recorded-touches", "names", {"touches": 162, "wrong": 0.0}, {"touches": 162, "wrong": 0.5}),
+    ("texture-world", "strangers", {"own": 2400, "own_unknown_share": 0.5}, {"own": 2400, "own_unknown_share": 1.0}),
+    ("texture", "changes", {"told_but_not_there": 5}, {"told_but_not_there": 500}),
+    ("exploration-modes", "levels", *({"method": "mode machine", "invented_taps": taps} for taps in (0, 100))),
+    ("tactile-map", "", {"false_outlines": 0}, {"false_outlines": 5}),
+]
+"""Study, table, and a row of two runs: the second one withholds its answers, or invents some."""
+
+
+@pytest.mark.parametrize(("name", "table", "old", "new"), WITHHELD)
+def test_a_run_that_withholds_or_invents_answers_is_worse(
+    name: str, table: str, old: dict[str, Any], new: dict[str, Any]
+) -> None:
+    before, after = ({table: [row]} if table else row for row in (old, new))
+    assert [change.verdict for change in compare(name, before, after, study(name).COMPARED)].count("worse") == 1
+
+
 @pytest.fixture
 def folders(tmp_path: Path) -> tuple[Path, Path]:
     """Two runs of two studies, of which one holds another, too."""
