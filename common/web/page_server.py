@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import socket as sockets
+import ssl
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,9 +14,11 @@ import uvicorn
 from starlette.applications import Starlette
 
 from common.config.page_models import WebConfig
+from common.files.whole_file import read_whole
 from common.link.host_name import bracketed, is_ipv6
 from common.runtime.containment import Containment
 from common.timing.interval import Interval
+from common.web.access import AccessProblem
 from common.web.connections import IDLE_S, Connections, most_connections, raise_descriptor_limit
 from common.web.door import Door, Stages
 
@@ -44,13 +47,32 @@ def bound(config: WebConfig) -> sockets.socket:
     """Return a socket that listens at the page's address.
 
     Raises:
+        AccessProblem: the certificate or its key cannot be used.
         OSError: the port is in use.
     """
+    _check_certificate(config)
     family = sockets.AF_INET6 if is_ipv6(config.bind) else sockets.AF_INET
     try:
         return sockets.create_server((config.bind, config.port), family=family, backlog=_BACKLOG)
     except OSError as error:
         raise OSError(f"{config.bind}:{config.port} (page): {error.strerror}; choose another port") from None
+
+
+def _check_certificate(config: WebConfig) -> None:
+    """Raise AccessProblem, which names the file, where the server could not use the certificate or its key."""
+    certificate, key = config.certificate, config.certificate_key
+    if certificate is None or key is None:
+        return
+    try:
+        for file in (certificate, key):
+            read_whole(file)
+        # Without a password, the library would ask for one at the terminal.
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key, password="")
+    except ssl.SSLError as error:
+        why = error.reason.lower().replace("_", " ") if error.reason else "not PEM, or the key has a password"
+        raise AccessProblem(f"{certificate} and {key} are no certificate and its key: {why}") from None
+    except OSError as error:
+        raise AccessProblem(f"{file}: {error.strerror}") from None
 
 
 def address_of(config: WebConfig, socket: sockets.socket) -> str:

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable
 from contextlib import ExitStack, closing
 from pathlib import Path
+from socket import socket
 
 from common.config.file import to_toml
 from common.config.link_models import OperatorLinkConfig
@@ -44,6 +45,7 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
     with ExitStack() as opened:
         access = Access(config)
         keys = load_keys(config.keys)
+        page = opened.enter_context(bound(config))  # first: a start that fails leaves no file
         feed = FeedReader(config.feed_port, keys)
         opened.callback(feed.close)
         site = LocalControlClient(config.desk_port, keys)
@@ -63,7 +65,8 @@ def run_console(config: ConsoleConfig, stop: Callable[[], bool]) -> None:
             sounds = _line("voice", config, config.voice, keys)
             record = config.voice.record and config.record is not None
             voice = opened.enter_context(closing(Voice(sounds, record=record)))
-        _serve(LiveConsole(config, feed, site, journal, camera=camera, voice=voice), config, access, stop, opened)
+        live = LiveConsole(config, feed, site, journal, camera=camera, voice=voice)
+        _serve(live, config, access, page, stop, opened)
 
 
 def _line(
@@ -86,20 +89,21 @@ def run_playback(path: Path, port: int, stop: Callable[[], bool]) -> None:
     """
     config = ConsoleConfig(keys=Path(), port=port)
     with ExitStack() as opened:
-        _serve(PlayedConsole(path, opened), config, Access(config), stop, opened)
+        played = PlayedConsole(path, opened)
+        _serve(played, config, Access(config), opened.enter_context(bound(config)), stop, opened)
 
 
 def _serve(
     shown: LiveConsole | PlayedConsole,
     config: ConsoleConfig,
     access: Access,
+    page: socket,
     stop: Callable[[], bool],
     opened: ExitStack,
 ) -> None:
-    socket = opened.enter_context(bound(config))
     opened.callback(shown.camera_pages.close)
     status = StatusFile(config.status, "console")
-    about = {"address": address_of(config, socket)}
+    about = {"address": address_of(config, page)}
     app = application(access, shown.pages, shown.camera_pages, shown.voice_pages, config.reports)
     contain = shown.pages.contain
     log.info("the page is at %s", about["address"])
@@ -111,4 +115,4 @@ def _serve(
 
     with Supervisor() as supervisor:
         supervisor.ready()
-        serve_page(app, config, socket, contain, Work(stop, shown.step, _LOOK_S, each_second))
+        serve_page(app, config, page, contain, Work(stop, shown.step, _LOOK_S, each_second))
