@@ -5,12 +5,14 @@ writes them. Its file `trusted` has one `NAME PUBLIC_KEY` per line, followed by 
 """
 
 import base64
+import fcntl
 import hashlib
 import logging
 import os
 import re
 import struct
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -238,18 +240,22 @@ class TrustedKeys:
         """
         if not _is_name(name):
             raise KeyProblem(f"{printable(name, _LONGEST_NAME)!r} is no name for a key: use one word")
-        owners = self.owners()
-        self._write({**owners, check_public_key(public_key): Trusted(name, role)})
+        check_public_key(public_key)
+        _make_folder(self.folder)
+        with _locked(self.folder) as folder:
+            owners = self.owners()
+            self._write({**owners, public_key: Trusted(name, role)}, folder)
         return owners.get(public_key)
 
     def revoke(self, name: str) -> int:
         """Remove all keys of a name; return how many. Raises KeyProblem when the name has none."""
-        owners = self.owners()
-        kept = {key: owner for key, owner in owners.items() if owner.name != name}
-        if len(kept) == len(owners):
-            known = ", ".join(sorted({owner.name for owner in owners.values()}))
-            raise KeyProblem(f"{self.file}: trusts no {name!r}; known: {known or 'nobody'}")
-        self._write(kept)
+        names = {owner.name for owner in self.owners().values()}
+        if name not in names:
+            raise KeyProblem(f"{self.file}: trusts no {name!r}; known: {', '.join(sorted(names)) or 'nobody'}")
+        with _locked(self.folder) as folder:
+            owners = self.owners()
+            kept = {key: owner for key, owner in owners.items() if owner.name != name}
+            self._write(kept, folder)
         return len(owners) - len(kept)
 
     def _parsed(self, content: bytes) -> _Owners:
@@ -271,8 +277,8 @@ class TrustedKeys:
                 raise KeyProblem(f"{where}: {problem}") from None
         return owners
 
-    def _write(self, owners: _Owners) -> None:
-        _make_folder(self.folder)
+    def _write(self, owners: _Owners, folder: int) -> None:
+        """Replace the list in the open `folder`, and wait for the disk."""
         text = "".join(
             f"{owner.name} {key}{' observer' if owner.role is Role.OBSERVER else ''}\n" for key, owner in owners.items()
         )
@@ -284,10 +290,27 @@ class TrustedKeys:
                 file.flush()
                 os.fsync(file.fileno())
             temporary.replace(self.file)
+            with suppress(OSError):  # a file system that cannot do this for folders
+                os.fsync(folder)  # otherwise a loss of power brings a revoked key back
         except OSError as error:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
             raise KeyProblem(f"{shown(self.file)}: {error.strerror}") from None
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[int]:
+    """Open a folder for one command at a time: of two at once, the later would undo the change of the other."""
+    try:
+        number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError as error:
+        raise KeyProblem(f"{shown(folder)}: {error.strerror}") from None
+    try:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(number, fcntl.LOCK_EX)
+        yield number
+    finally:
+        os.close(number)
 
 
 def _is_name(text: str) -> bool:

@@ -1,6 +1,8 @@
 import errno
 import os
 import stat
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -124,3 +126,37 @@ def test_a_damaged_list_allows_nobody(tmp_path: Path, key: str, line: str) -> No
     assert not trusted.role(key)
     with pytest.raises(KeyProblem, match=r"trusted:2|no public key"):
         trusted.owners()
+
+
+def test_two_commands_at_once_lose_no_change(tmp_path: Path, key: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = create_keys(tmp_path / "site")
+    TrustedKeys(tmp_path / "site").trust("old", key)
+    written = threading.Event()
+
+    def slow(number: int) -> None:
+        written.set()
+        time.sleep(0.1)
+
+    monkeypatch.setattr(os, "fsync", slow)
+    revoking = threading.Thread(target=TrustedKeys(tmp_path / "site").revoke, args=("old",))
+    revoking.start()
+    assert written.wait(5.0)
+    TrustedKeys(tmp_path / "site").trust("new", other)
+    revoking.join()
+    assert TrustedKeys(tmp_path / "site").owners() == {other: Trusted("new")}
+
+
+def test_a_revoked_key_stays_revoked_after_a_loss_of_power(
+    tmp_path: Path, key: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trusted = TrustedKeys(tmp_path / "site")
+    trusted.trust("old", key)
+    synced: list[tuple[bool, set[str]]] = []
+
+    def note(number: int) -> None:
+        owners = {owner.name for owner in TrustedKeys(trusted.folder).owners().values()}
+        synced.append((stat.S_ISDIR(os.fstat(number).st_mode), owners))
+
+    monkeypatch.setattr(os, "fsync", note)
+    trusted.revoke("old")
+    assert synced == [(False, {"old"}), (True, set())], "the new list, then its name"
