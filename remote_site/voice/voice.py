@@ -220,10 +220,10 @@ def run_voice(config: VoiceConfig, stop: Callable[[], bool]) -> None:
     site = None if config.remote is None else load_config(config.remote, RemoteConfig)
     consents = site is not None and site.consent is not None and site.consent.voice
     with (
+        closing(StreamServer(config.link, "voice")) as server,  # first: a second start replaces no sound file
+        LocalControlSocket(config.desk_port, load_keys(config.link.keys)) as desk,
         closing(open_source(config.source)) as source,
         closing(open_sink(config.sink)) as sink,
-        closing(StreamServer(config.link, "voice")) as server,
-        LocalControlSocket(config.desk_port, load_keys(config.link.keys)) as desk,
         Supervisor() as supervisor,
     ):
         holder = SessionHolder(None if site is None else site.status)

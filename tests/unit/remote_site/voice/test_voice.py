@@ -12,7 +12,7 @@ import zmq
 
 from common.config.link_models import RemoteLinkConfig
 from common.config.stream_models import VoiceConfig
-from common.link.curve import prepare_socket, use_curve
+from common.link.curve import LinkProblem, prepare_socket, use_curve
 from common.link.keys import Role, TrustedKeys, fingerprint, load_keys
 from common.link.local_control import ask_desk
 from common.link.session_state import Refused
@@ -364,3 +364,15 @@ def test_the_process_runs_with_its_desk_its_status_and_the_patients_consent(
     finally:
         over.set()
         thread.join()
+
+
+def test_a_second_start_leaves_the_sound_file_of_the_running_voice(
+    keys: Keys, base_port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(voice_module.os, "nice", lambda by: None)  # it would stay for the other tests
+    sounds = tmp_path / "heard.wav"
+    sounds.write_bytes(b"of the running voice")
+    link = RemoteLinkConfig(base_port=base_port, keys=keys.remote)
+    with closing(StreamServer(link, "voice")), pytest.raises(LinkProblem, match="in use"):
+        run_voice(VoiceConfig(link=link, source="tone:440", sink=sounds, desk_port=base_port + 9), lambda: True)
+    assert sounds.read_bytes() == b"of the running voice"
