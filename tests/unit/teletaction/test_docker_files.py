@@ -87,11 +87,21 @@ def test_the_console_has_the_address_of_its_site(folder: str) -> None:
 def test_only_loops_of_real_sites_may_have_real_time_priority() -> None:
     text = (ROOT / "docker-compose.yml").read_text("utf-8")
     real = text.split("\nx-real: ")[1].split("\n\n")[0]
-    assert 'ulimits: {rtprio: "${REAL_TIME_PRIORITY:-10}"}' in real
+    assert 'ulimits: {core: 0, rtprio: "${REAL_TIME_PRIORITY:-10}"}' in real
     assert text.count("rtprio") == 1
     for name in ("remote", "operator"):
         assert service(name).startswith("    <<: *real\n")
     assert text.count("*real\n") == 2
+
+
+def test_no_process_leaves_a_core_file_which_would_hold_its_secret_key() -> None:
+    text = (ROOT / "docker-compose.yml").read_text("utf-8")
+    assert "ulimits: {core: 0}" in text.split("\nx-process: ")[1].split("\n\n")[0]
+    assert all("core: 0" in limits for limits in re.findall(r"ulimits: (.*)", text)), (
+        "a service's own limits replace them"
+    )
+    services = re.split(r"\n  (?=[\w-]+:\n)", text.partition("\nservices:\n")[2].partition("\nsecrets:\n")[0])
+    assert all("<<: *" in each for each in services)
 
 
 def test_the_simulated_sessions_page_is_on_loopback_only_and_needs_a_token_over_tls() -> None:
