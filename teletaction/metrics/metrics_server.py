@@ -19,6 +19,8 @@ from prometheus_client import CollectorRegistry
 from prometheus_client.exposition import choose_encoder
 from prometheus_client.registry import Collector
 
+from common.files.whole_file import read_whole
+
 log = logging.getLogger(__name__)
 
 LEAST_TOKEN = 16
@@ -38,13 +40,14 @@ def read_token(path: Path) -> str:
 
     Raises:
         ListenProblem: other users can read the file, or the token is too short or no plain ASCII word.
-        OSError: the file cannot be read.
+        OSError: the file cannot be read, or is no regular file.
     """
-    mode = stat.S_IMODE(path.stat().st_mode)
+    content, status = read_whole(path)
+    mode = stat.S_IMODE(status.st_mode)
     if mode & 0o077:
         raise ListenProblem(f"{path}: mode {mode:04o} lets others read the token; `chmod 600` it")
     try:
-        token = path.read_text("ascii").strip()
+        token = content.decode("ascii").strip()
     except UnicodeDecodeError:
         raise ListenProblem(f"{path}: a token is plain ASCII text") from None
     if len(token) < LEAST_TOKEN or len(token.split()) != 1:

@@ -280,6 +280,14 @@ def test_a_wrong_address_is_reported(listen: str) -> None:
         MetricsServer(listen, StatusCollector([]), None)
 
 
+@pytest.mark.timeout(20)
+def test_a_token_file_that_is_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+    pipe = tmp_path / "token"
+    os.mkfifo(pipe, 0o600)
+    with pytest.raises(OSError, match="is no regular file"):
+        read_token(pipe)
+
+
 def test_a_token_readable_by_others_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "token"
     file.write_text(TOKEN + "\n", "utf-8")
