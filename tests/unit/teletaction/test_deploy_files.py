@@ -35,6 +35,14 @@ def test_each_serial_device_of_the_configurations_has_a_rule_and_an_adapter_of_i
         assert "==" in rule.split(", ")[0]
 
 
+def test_the_page_applies_each_rule_to_devices_that_are_already_there() -> None:
+    page = (RULES.parent / "README.md").read_text("utf-8")
+    triggered = next(line.split() for line in page.splitlines() if line.strip().startswith("udevadm trigger"))
+    for subsystem in re.findall(r'SUBSYSTEM=="([^"]+)"', "\n".join(rules())):
+        assert f"--subsystem-match={subsystem}" in triggered
+    assert "--action=add" in triggered, "by default it sends `change`, and a rule is for `add`"
+
+
 @pytest.mark.skipif(shutil.which("udevadm") is None, reason="udevadm is not there")
 def test_udev_accepts_the_rules() -> None:
     known = subprocess.run(["udevadm", "verify", "--help"], capture_output=True, text=True, timeout=20, check=False)
@@ -51,4 +59,6 @@ def test_the_interface_is_the_configurations_and_as_fast_as_the_protocol() -> No
         address = getattr(load_config(HARDWARE / f"{name}.toml", kind), bus)
         assert (address.interface, address.channel) == ("socketcan", parser["Match"]["Name"])
     assert parser["CAN"]["BitRate"] == "1M"
+    # By default it needs an address to count as online, which it never has: a boot may wait two minutes.
+    assert parser["Link"]["RequiredForOnline"] == "carrier"
     assert "bitrate 1000000" in (INTERFACE.parent / "README.md").read_text("utf-8")
