@@ -13,7 +13,7 @@ from functools import partial
 
 from common.config.link_models import TunnelConfig
 from common.files.printable import printable
-from common.link.host_name import bare_host
+from common.link.host_name import Resolver, bare_host
 from common.runtime.status_file import StatusFile
 from common.wire.streams import STREAMS
 from teletaction.tunnel.connection import Connection, close_all
@@ -36,6 +36,8 @@ CONNECT_S = 2.0
 """Maximum time of an attempt, s."""
 ANSWER_S = 4.0
 """Maximum wait for a line of the rendezvous, s; it lets the operator's end wait for half of it."""
+_LOOK_S = 0.05
+"""Interval between two looks for the address of the rendezvous, s."""
 _PORTS = tuple(stream.port for stream in STREAMS.values())
 Address = tuple[str, int]
 """Host and port."""
@@ -171,6 +173,8 @@ class TunnelEnd:
     def __init__(self, config: TunnelConfig, secret: bytes) -> None:
         self.config, self.secret = config, secret
         self.rendezvous = bare_host(config.host), config.port
+        # The event loop would look the name up in a thread for which it waits at its end.
+        self._resolver = Resolver(config.host, config.port)
         self.connections: set[Connection] = set()
         self._problems: dict[Address, str] = {}
         self._ready: set[_Ready] = set()
@@ -209,15 +213,24 @@ class TunnelEnd:
 
     async def connect(self, protocol: Callable[[], Connection], address: Address) -> Connection | None:
         """Open a connection; return None, and note the problem, where that fails."""
-        loop = asyncio.get_running_loop()
+        loop, (host, port) = asyncio.get_running_loop(), address
         try:
             async with asyncio.timeout(CONNECT_S):
-                _, connection = await loop.create_connection(protocol, *address)
+                if address == self.rendezvous:
+                    host = await self._resolved()
+                _, connection = await loop.create_connection(protocol, host, port)
         except (OSError, UnicodeError, TimeoutError) as error:  # UnicodeError: not a valid host name
             refused = isinstance(error, ConnectionRefusedError)
-            self.notice(address, "connection refused" if refused else str(error) or "no answer")
+            unresolved = self._resolver.problem if address == self.rendezvous else ""
+            self.notice(address, "connection refused" if refused else str(error) or unresolved or "no answer")
             return None
         return connection
+
+    async def _resolved(self) -> str:
+        """Return the address of the rendezvous, once it is known."""
+        while (found := self._resolver.address) is None:
+            await asyncio.sleep(_LOOK_S)
+        return found
 
     async def keep_ready(self) -> None:
         """Keep READY connections waiting at the rendezvous until it is cancelled."""
@@ -241,6 +254,7 @@ class TunnelEnd:
 
     async def close(self) -> None:
         """End all connections and all work."""
+        self._resolver.close()
         for server in self._servers:
             server.close()
         for task in tuple(self._tasks):

@@ -2,17 +2,21 @@
 
 import asyncio
 import socket
+import threading
+import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import pytest
 
 from common.config.link_models import TunnelConfig
+from common.link import host_name
 from teletaction.tunnel import tunnel_end
 from teletaction.tunnel.connection import Connection, close_all
 from teletaction.tunnel.greeting import READY, new_hello, read_hello, request
 from teletaction.tunnel.rendezvous import MOST_STRANGERS, SECOND_END, Rendezvous
-from teletaction.tunnel.tunnel_end import TunnelEnd
+from teletaction.tunnel.room_secret import create_secret
+from teletaction.tunnel.tunnel_end import TunnelEnd, run_tunnel
 from tests.conftest import free_ports
 from tests.ports import free_port
 
@@ -275,3 +279,46 @@ def test_what_follows_an_answer_is_carried_and_asks_for_no_further_stream() -> N
                 await end.close()
 
     asyncio.run(main())
+
+
+def test_it_ends_at_once_while_the_name_server_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    over, asked = threading.Event(), threading.Event()
+
+    def look_up(*_: object, **__: object) -> None:
+        asked.set()
+        over.wait(10.0)
+        raise socket.gaierror(socket.EAI_AGAIN, "Temporary failure in name resolution")
+
+    monkeypatch.setattr(socket, "getaddrinfo", look_up)
+    monkeypatch.setattr(host_name, "look_up", look_up)
+    create_secret(tmp_path / "secret")
+    config = TunnelConfig(side="remote", host="rendezvous.example", room=ROOM, secret=tmp_path / "secret")
+    begun_s = time.monotonic()
+    run_tunnel(config, asked.is_set)
+    assert time.monotonic() - begun_s < 5.0
+    over.set()
+
+
+def test_a_name_is_looked_up_and_its_problem_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    port, room = free_port(), Rendezvous({ROOM: SECRET})
+    answers: list[str] = []
+
+    def look_up(*_: object, **__: object) -> list[tuple[object, ...]]:
+        if not answers:
+            raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+        return [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (answer, port)) for answer in answers]
+
+    monkeypatch.setattr(host_name, "look_up", look_up)
+    monkeypatch.setattr(host_name, "AGAIN_S", 0.05)
+
+    async def test(end: TunnelEnd) -> None:
+        await until(lambda: "not known" in end.problem)
+        answers.append("127.0.0.1")
+        server = await asyncio.get_running_loop().create_server(room.visitor, "127.0.0.1", port)
+        try:
+            await until(lambda: end.figures()["ready"] == READY and end.problem == "")
+        finally:
+            server.close()
+            await close_all(room.connections)
+
+    asyncio.run(with_remote_end(port, "rendezvous.example", test))
