@@ -38,13 +38,21 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
 
 
 def write_private(path: Path, content: bytes) -> None:
-    """Write a small file with mode 0600; it replaces an earlier one.
+    """Write a small file with mode 0600; it replaces an earlier one, which stays where the new one does not fit.
 
     Raises:
         OSError: `path` is a symbolic link, or cannot be written.
     """
-    with create_private(path, replace=True) as file:
-        file.write(content)
+    refuse_link(path)
+    made = path if path.is_char_device() else path.with_name(f"{path.name}.part")
+    try:
+        with create_private(made, replace=True) as file:
+            file.write(content)
+        if made != path:
+            made.replace(path)
+    except OSError as error:
+        discard(made)
+        raise OSError(error.errno, error.strerror, str(path)) from None
 
 
 def discard(path: Path) -> None:

@@ -4,6 +4,7 @@ import errno
 import json
 import logging
 import os
+import resource
 import stat
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import IO
 
 import pytest
 
-from common.files.private_file import create_private
+from common.files.private_file import create_private, write_private
 from common.recording.recorder import Recorder
 from common.runtime.status_file import StatusFile
 
@@ -119,3 +120,21 @@ def test_a_file_that_exists_is_kept_and_one_that_is_to_be_replaced_is_a_new_one(
         file.write(b"new")
     assert (mode(victim), victim.read_text("utf-8")) == (0o600, "new")
     assert (tmp_path / "other").read_text("utf-8") == "precious"
+
+
+def test_a_file_that_does_not_fit_on_the_disk_leaves_the_one_before_and_is_named(victim: Path) -> None:
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OSError, match="victim") as caught:
+            write_private(victim, 2000 * b"x")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert caught.value.errno == errno.EFBIG
+    assert victim.read_text("utf-8") == "precious"
+    assert list(victim.parent.iterdir()) == [victim]
+
+
+def test_a_device_is_written_and_stays() -> None:
+    write_private(Path(os.devnull), b"x")
+    assert Path(os.devnull).is_char_device()
