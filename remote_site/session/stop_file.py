@@ -8,7 +8,7 @@ import logging
 import os
 from contextlib import suppress
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Self
 
@@ -21,6 +21,8 @@ log = logging.getLogger(__name__)
 SUFFIX = ".stop"
 """The file has the name of the site's status file, with this suffix."""
 _LONGEST = 64
+AGAIN_S = 1.0
+"""Time after which a change that could not be written is tried again, s."""
 _PATIENCE_S = 2.0
 """Maximum wait for the disk at the end of the process, s."""
 _END = "end"
@@ -70,24 +72,32 @@ class StopFile:
             self._changes.put(stop)
 
     def _write_changes(self) -> None:
-        for stop in iter(self._changes.get, _END):
-            if self._path is None:
-                continue
-            try:
-                _write(self._path, stop)
-                self.problem = ""
-            except OSError as error:
-                if stop is None:
-                    outcome = "latch the cleared stop again"
-                elif self._path.exists():
-                    outcome = "keep the latched stop without its cause"
-                else:
-                    outcome = "clear a latched stop"
-                self._report(f"{outcome}: {self._place}: {error.strerror}")
+        stop = self._changes.get()
+        while stop != _END:
+            written = self._path is None or self._is_written(self._path, stop)
+            with suppress(Empty):  # the same again
+                stop = self._changes.get(timeout=None if written else AGAIN_S)
+
+    def _is_written(self, path: Path, stop: str | None) -> bool:
+        try:
+            _write(path, stop)
+        except OSError as error:
+            if stop is None:
+                outcome = "latch the cleared stop again"
+            elif path.exists():
+                outcome = "keep the latched stop without its cause"
+            else:
+                outcome = "clear a latched stop"
+            self._report(f"{outcome}: {self._place}: {error.strerror}")
+            return False
+        self.problem = ""
+        return True
 
     def _report(self, outcome: str) -> None:
-        self.problem = f"a restart of this site would {outcome}"
-        log.warning("%s", self.problem)
+        problem = f"a restart of this site would {outcome}"
+        if problem != self.problem:
+            log.warning("%s", problem)
+        self.problem = problem
 
     def close(self) -> None:
         """Wait for the last change."""

@@ -2,13 +2,16 @@
 
 import errno
 import os
+import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from common.faults.fault import Fault, FaultCode
 from common.faults.texts import fault_text
 from remote_site.session.stop_file import StopFile
+from tests.waiting import wait_until
 
 
 @pytest.fixture
@@ -98,3 +101,26 @@ def test_where_nothing_can_be_kept_the_site_says_so_and_runs(tmp_path: Path, cap
             assert why in caplog.text
             file.keep(FaultCode.PATIENT_STOP)
         assert "would clear a latched stop" in file.problem
+
+
+@pytest.mark.parametrize("cleared", [False, True])
+def test_what_could_not_be_written_is_written_once_the_disk_takes_it_again(
+    cleared: bool, status: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr("remote_site.session.stop_file.AGAIN_S", 0.02)
+    file = status.with_name("remote.stop")
+    keep(status, FaultCode.PATIENT_STOP if cleared else None)
+    with StopFile(status) as kept:
+        kept.latched()
+        with monkeypatch.context() as disk:
+            for name in ("open", "unlink"):
+                disk.setattr(
+                    f"remote_site.session.stop_file.os.{name}", Mock(side_effect=OSError(errno.EMFILE, "full"))
+                )
+            kept.keep(None if cleared else FaultCode.PATIENT_STOP)
+            wait_until(lambda: bool(kept.problem))
+            time.sleep(0.1)
+        wait_until(lambda: file.exists() is not cleared)
+        wait_until(lambda: not kept.problem)
+    assert len([line for line in caplog.messages if "would" in line]) == 1
+    assert (latched_later(status) is None) is cleared
