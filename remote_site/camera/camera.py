@@ -9,6 +9,7 @@ from contextlib import closing
 
 from common.config.stream_models import CameraConfig
 from common.link.curve import Received
+from common.runtime.containment import Containment
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.timing.interval import Interval
@@ -149,11 +150,12 @@ def run_camera(config: CameraConfig, stop: Callable[[], bool]) -> None:
         camera = Camera(config, link, source)
         status = StatusFile(config.status, "camera")
         supervisor.ready()
-        second = Interval(SECOND_S)
+        contain, second = Containment(), Interval(SECOND_S)
         while not stop():
             link.wait(ASK_S, source.news.fileno())
             camera.step(time.monotonic_ns())
             if second(now_s := time.monotonic()):
-                link.recheck_keys()
-                status.write(now_s, camera.figures())
+                with contain.step("each second", latches=False):  # such as without a free file descriptor
+                    link.recheck_keys()
+                    status.write(now_s, {**camera.figures(), "contained": dict(contain.places)})
                 supervisor.alive(source.problem or "pictures")

@@ -17,6 +17,7 @@ from common.link.keys import load_keys
 from common.link.local_control import LocalControlSocket
 from common.link.session_state import Refused
 from common.link.voice_end import VoiceEnd
+from common.runtime.containment import Containment
 from common.runtime.status_file import StatusFile
 from common.runtime.systemd_notify import Supervisor
 from common.timing.interval import Interval
@@ -230,14 +231,15 @@ def run_voice(config: VoiceConfig, stop: Callable[[], bool]) -> None:
         voice = Voice(server, source, sink, consents=consents, holder=holder)
         status = StatusFile(config.status, "voice")
         supervisor.ready()
-        second = Interval(SECOND_S)
+        contain, second = Containment(), Interval(SECOND_S)
         while not stop():
             server.wait(0.5 * FRAME_S)
             now_ns = time.monotonic_ns()
             voice.step(now_ns)
             desk.serve(now_ns, voice.answer)
             if second(now_s := now_ns * 1e-9):
-                server.recheck_keys()
-                holder.look(now_ns)
-                status.write(now_s, voice.figures())
+                with contain.step("each second", latches=False):  # such as without a free file descriptor
+                    server.recheck_keys()
+                    holder.look(now_ns)
+                    status.write(now_s, {**voice.figures(), "contained": dict(contain.places)})
                 supervisor.alive(source.problem or ("muted" if voice.muted else "voice"))
