@@ -66,8 +66,15 @@ def end_sockets(local_port: int, which: Collection[int]) -> None:
 
 
 def _accepted_at(local_port: int) -> Iterator[sockets.socket]:
-    """Yield a second descriptor of each connection accepted at `local_port`; it is closed after its turn."""
-    for name in os.listdir("/proc/self/fd"):
+    """Yield a second descriptor of each connection accepted at `local_port`; it is closed after its turn.
+
+    Yields none where no descriptor is free, because strangers hold all of them.
+    """
+    try:
+        names = os.listdir("/proc/self/fd")
+    except OSError:
+        return
+    for name in names:
         with _tcp_connection(int(name), local_port) as end:
             if end is not None:
                 yield end

@@ -4,6 +4,7 @@ import stat
 import threading
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 import zmq.auth
@@ -19,6 +20,8 @@ from common.link.keys import (
     fingerprint,
     load_keys,
 )
+from tests.conftest import Keys
+from tests.unit.common.link.links import ask, operator_link, remote_link
 
 
 @pytest.fixture
@@ -160,3 +163,14 @@ def test_a_revoked_key_stays_revoked_after_a_loss_of_power(
     monkeypatch.setattr(os, "fsync", note)
     trusted.revoke("old")
     assert synced == [(False, {"old"}), (True, set())], "the new list, then its name"
+
+
+def test_a_key_is_revoked_while_strangers_hold_all_descriptors(
+    keys: Keys, base_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their connections cannot be counted then."""
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        ask(remote, operator)
+        monkeypatch.setattr(os, "listdir", Mock(side_effect=OSError(errno.EMFILE, "Too many open files")))
+        TrustedKeys(keys.remote).revoke("operator")
+        assert remote.recheck_keys() == {load_keys(keys.operator).public}
