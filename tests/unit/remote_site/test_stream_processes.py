@@ -1,4 +1,4 @@
-"""The processes of the streams go on where the work of a second fails, as when strangers take all descriptors."""
+"""The processes of the streams continue where the work of a second fails, as when strangers take all descriptors."""
 
 import errno
 import json
