@@ -95,5 +95,6 @@ def _given_keys() -> "dict[str, KeyPair]":
     """Return the key pairs of the environment by the names of their files; raises KeyProblem."""
     from common.link.keys import load_key_file  # noqa: PLC0415 - a reader of plain recordings has no link
 
-    names = os.environ.get(KEY_VARIABLE, "").split(os.pathsep)
+    given = os.environ.get(KEY_VARIABLE, "")
+    names = [given] if os.path.exists(given) else given.split(os.pathsep)  # a name may have the separator in it
     return {name: load_key_file(Path(name)) for name in names if name}

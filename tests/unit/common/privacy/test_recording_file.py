@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("nacl")
 
 from common.link.keys import KeyProblem, create_keys, load_key_file
-from common.privacy.key_variable import KEY_VARIABLE
+from common.privacy.key_variable import KEY_VARIABLE, given_key
 from common.privacy.recording_file import create_recording, open_recording, recipient_of
 from common.recording.encrypted_file import CannotDecrypt, is_encrypted
 from common.recording.reader import DamagedRecording, RecordingReader
@@ -157,3 +157,11 @@ def test_nothing_of_the_library_is_loaded_for_plain_recordings() -> None:
     )
     run = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     assert run.stdout == "False\n"
+
+
+def test_a_key_may_lie_in_a_folder_with_a_colon_in_its_name(tmp_path: Path) -> None:
+    folder = tmp_path / "2026-11-30T10:00" / "keys"
+    with create_recording(tmp_path / "plain", create_keys(folder)) as file:
+        file.write(b"felt")
+    with given_key(folder), open_recording(tmp_path / "plain") as file:
+        assert file.read() == b"felt"
