@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_left
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,7 @@ def summarise(
     round_trips_s: list[float],
     *,
     scene: str,
+    things: Sequence[str],
     seed: int,
     fingers: int,
 ) -> dict[str, Any]:
@@ -52,6 +53,7 @@ def summarise(
         wall_s: duration of the exploration, s.
         round_trips_s: round trips of the bare ping, s.
         scene: name or file of the scene.
+        things: names of its objects, in its order.
         seed: seed of the simulation.
         fingers: number of fingers in use, 1..5.
     """
@@ -66,7 +68,7 @@ def summarise(
         "proxy": proxy(network),
         "contacts": contacts(data),
         "modes": modes(data, used),
-        "impulses": impulses(data),
+        "impulses": impulses(data, things),
         "taps": taps(data),
         "vibration_rpm": still_vibration(data, used),
         "latency_ms": {
@@ -157,28 +159,38 @@ def modes(data: SessionData, used: Iterable[int]) -> dict[str, Any]:
     }
 
 
-def impulses(data: SessionData) -> dict[str, Any]:
-    """Compare grooves that the true fingertips crossed with impulses displayed to the operator, also by object."""
+def impulses(data: SessionData, things: Sequence[str]) -> dict[str, Any]:
+    """Compare what the true fingertips crossed with impulses displayed to the operator, also by object.
+
+    An impulse belongs to a groove, or else to an edge, which is a border of two objects; without both it is invented.
+
+    Args:
+        data: the merged recording.
+        things: names of the scene's objects, in its order.
+    """
     sent = _by(data.sent_events, "ident")
     shown = [
         event
         for p in data.played
         if p["kind"] == EventKind.GROOVE and (event := _newest(sent[p["ident"]], p)) is not None
     ]
-    touches, counts = _touches(data), ("crossed", "played", "missed", "invented")
+    counts = ("crossed", "played", "edges", "missed", "invented")
     by_object: dict[str, dict[str, int]] = defaultdict(lambda: dict.fromkeys(counts, 0))
     grooves = _by((event for event in data.truth_events if event["kind"] == "groove"), "finger")
     for finger in range(len(FINGERS)):
         crossed = [(event["time_s"], event["object"]) for event in grooves[finger]]
         played = sorted(e["time_ns"] * 1e-9 for e in shown if e["finger"] == finger)
-        matched, invented_s = _match([t for t, _ in crossed], played)
+        matched, left_s = _match([t for t, _ in crossed], played)
         for (_, thing), hit in zip(crossed, matched, strict=True):
             by_object[thing]["crossed"] += 1
             by_object[thing]["played" if hit else "missed"] += 1
-        for time_s in invented_s:
-            under = _object_under(touches, crossed, finger, time_s)
-            by_object[under]["played"] += 1
-            by_object[under]["invented"] += 1
+        borders = _borders(data, things, finger)
+        matched, invented_s = _match([t for t, _ in borders], left_s)
+        causes = [(thing, "edges") for (_, thing), hit in zip(borders, matched, strict=True) if hit]
+        causes += [(_object_under(data, things, finger, time_s), "invented") for time_s in invented_s]
+        for thing, cause in causes:
+            by_object[thing]["played"] += 1
+            by_object[thing][cause] += 1
     total = {name: sum(row[name] for row in by_object.values()) for name in counts}
     return {**total, "by_object": dict(by_object)}
 
@@ -276,9 +288,9 @@ def _touches(data: SessionData) -> list[Touch]:
 
 
 def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], list[float]]:
-    """Match crossings with played impulses in order of time, each at most once.
+    """Match crossings with impulses in order of time, each at most once.
 
-    Returns for each crossing if it was played, and the times of the impulses without a crossing, s.
+    Returns for each crossing if it has an impulse, and the times of the impulses without a crossing, s.
     """
     left = list(played_s)
     matched = []
@@ -290,16 +302,23 @@ def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], l
     return matched, left
 
 
-def _object_under(touches: list[Touch], crossed: list[tuple[float, str]], finger: int, time_s: float) -> str:
-    """Name the place of an impulse without a groove.
+def _borders(data: SessionData, things: Sequence[str], finger: int) -> list[tuple[float, str]]:
+    """Return when a finger left an object for another, s, to 10 ms, and the name of the object entered."""
+    if not len(data.contact):
+        return []
+    time_s, under = data.contact.time_s, data.contact["object"][:, finger].astype(int)
+    left = np.flatnonzero((under[1:] != under[:-1]) & (under[1:] >= 0) & (under[:-1] >= 0)).tolist()
+    return [(float(time_s[at]), _name(things, under[at + 1])) for at in left]
 
-    It is the grooved zone crossed last in this touch, else the touched object.
-    """
-    touch = next((t for t in touches if t.finger == finger and t.start_s <= time_s <= t.end_s + 0.1), None)
-    if touch is None:
-        return "nothing"
-    before = [thing for t, thing in crossed if touch.start_s <= t <= time_s]
-    return before[-1] if before else touch.thing
+
+def _object_under(data: SessionData, things: Sequence[str], finger: int, time_s: float) -> str:
+    """Name the object that a finger touches at a time, s."""
+    newest = int(np.searchsorted(data.contact.time_s, time_s, side="right")) - 1 if len(data.contact) else -1
+    return _name(things, int(data.contact["object"][newest, finger]) if newest >= 0 else -1)
+
+
+def _name(things: Sequence[str], index: int) -> str:
+    return things[index] if 0 <= index < len(things) else "nothing"
 
 
 def _lasting(condition: "np.ndarray[Any, np.dtype[np.bool_]]", time_s: Floats, least_s: float) -> Any:

@@ -116,7 +116,10 @@ _TRUE = (
     "other values."
 )
 _ACTED = "Time for which each limit of a gate acted on a finger since both sites engaged:"
-_GROOVES = "Impulses shown to the operator against grooves that the true fingertip crossed."
+_GROOVES = (
+    "Impulses shown to the operator against grooves that the true fingertip crossed. An edge is an impulse at a border "
+    "of two objects. One without groove and edge is invented."
+)
 GENERATOR = '<meta name="generator" content="teletaction">'
 """Mark of each report, by which it is recognised as one."""
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"

@@ -165,7 +165,7 @@ def confusion_table(modes: Mapping[str, Any]) -> Element:
 
 def impulses_table(impulses: Mapping[str, Any]) -> Element:
     """Write the table of grooves that the true fingertips crossed and of displayed impulses, by object and in all."""
-    counts = ("crossed", "played", "missed", "invented")
+    counts = ("crossed", "played", "edges", "missed", "invented")
     rows: list[list[Node]] = [
         [shown(thing), *(shown(row.get(name)) for name in counts)]
         for thing, row in (impulses.get("by_object") or {}).items()

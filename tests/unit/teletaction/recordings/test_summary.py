@@ -4,11 +4,12 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from common.exploration.contact_detector import BOUNCE_S
 from common.wire.messages import EventKind
-from teletaction.recordings.session_data import SessionData
+from teletaction.recordings.session_data import Series, SessionData
 from teletaction.recordings.summary import contact_to_motor_s, impulses, taps
 
 
@@ -52,7 +53,7 @@ def test_each_list_is_walked_through_a_fixed_number_of_times() -> None:
         SimpleNamespace(truth_events=truth, motor_switches=switches, sent_events=sent, played=played, contact=()),
     )
     assert contact_to_motor_s(session) == pytest.approx([0.02] * 50)
-    assert impulses(session)["missed"] == 0
+    assert impulses(session, [])["missed"] == 0
     assert (switches.walks, sent.walks) == (1, 1)
 
 
@@ -64,4 +65,21 @@ def test_after_a_restart_the_newest_event_of_a_number_was_played() -> None:
         played=[{"time_s": 2.02, "kind": EventKind.GROOVE, "ident": 1}],
         contact=(),
     )
-    assert impulses(cast(SessionData, session))["missed"] == 0
+    assert impulses(cast(SessionData, session), [])["missed"] == 0
+
+
+def test_an_impulse_at_the_border_of_two_objects_is_an_edge_of_the_object_entered() -> None:
+    """At 1.2 s finger 1 slides from skin to a lump. The impulse at 1.5 s, far from the border, has no cause."""
+    time_s = np.arange(0.0, 2.0, 0.01)
+    under = np.full((len(time_s), 5), -1.0)
+    under[time_s > 0.5, 1] = 0.0
+    under[time_s > 1.2, 1] = 1.0
+    when_s = (1.21, 1.5)
+    session = SimpleNamespace(
+        truth_events=[{**at(0.5, "contact"), "object": "skin", "material": "skin_dermis", "object_c": 33.0}],
+        sent_events=[{"ident": n, "finger": 1, "time_ns": round(1e9 * each_s)} for n, each_s in enumerate(when_s)],
+        played=[{"time_s": each_s + 0.01, "kind": EventKind.GROOVE, "ident": n} for n, each_s in enumerate(when_s)],
+        contact=Series(time_s, {"object": under}),
+    )
+    found = impulses(cast(SessionData, session), ["skin", "lump"])
+    assert found["by_object"] == {"lump": {"crossed": 0, "played": 2, "edges": 1, "missed": 0, "invented": 1}}
