@@ -51,8 +51,8 @@ class CameraView:
         self._still = self._planes()
         self._paint(self._still, (slice(None), slice(None)), _BENCH)
         for number, thing in enumerate(scene.objects):
-            middle_m, across_m = (thing.y_m or 0.0), (thing.width_m or 1.0)
-            area = self._area(thing.x_m + 0.5 * thing.length_m, middle_m, thing.length_m, across_m)
+            near_m, far_m = thing.y_range_m
+            area = self._area(*thing.middle_m, thing.length_m, far_m - near_m)
             self._paint(self._still, area, (110 + 24 * (number % 4), 118 + 5 * (number % 3), 132 + 4 * (number % 5)))
         for plane in self._still[1:]:
             plane[-height // 40 :] = _BENCH[1]  # the stamp is grey

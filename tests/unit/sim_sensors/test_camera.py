@@ -59,6 +59,16 @@ def test_the_picture_shows_where_the_fingers_are_and_which_ones_press() -> None:
     assert stamp[1].tolist() == [False, True, False, False, False]
 
 
+def test_an_object_is_drawn_where_the_fingers_feel_it() -> None:
+    """The phantom reaches from -65 to 65 mm along y; the picture beside it shows the bench."""
+    view = CameraView(load_scene("phantom_nodules"), FINGERS, WIDTH, HEIGHT)
+    luma = luma_of(view.draw(0.0, 0.5, 0.0, NOTHING_N))
+    pixels = [view.place(0.0, y_m) for y_m in (-0.075, -0.060, 0.0, 0.060, 0.075)]
+    bench, *phantom, beyond = (luma[round(row), round(column)] for column, row in pixels)
+    assert bench == beyond
+    assert set(phantom) == {phantom[0]} != {bench}
+
+
 def test_the_face_changes_with_force_only() -> None:
     view = CameraView(load_scene("materials"), FINGERS, WIDTH, HEIGHT)
     calm, pressed = (luma_of(view.draw(1.0, 0.0, 0.0, np.full(5, force_n))) for force_n in (0.0, 5.0))
