@@ -1,7 +1,9 @@
 """Every golden block of docs/protocols.md, both ways through the code that drivers and emulators share."""
 
 import math
+import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -183,6 +185,17 @@ def test_serial(golden: dict[str, bytes], name: str) -> None:
     assert frame == Frame(message_id, sequence, message.encode())
     assert type(message).decode(frame.payload) == message
     assert reader.damaged == 0
+
+
+def test_the_table_of_serial_messages_has_their_lengths() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "protocols.md").read_text("utf-8")
+    stated = {
+        int(number, 16): words for number, words in re.findall(r"^\| (0x\d\d) \| [A-Z_]+ \|.*\| (.*) \|$", page, re.M)
+    }
+    lengths = {message_id: len(message.encode()) for message_id, _, message in SERIAL.values()}
+    del lengths[MessageId.TEXTURE_SAMPLES]  # as many as there are samples
+    lengths[MessageId.PATIENT_SWITCH_STATE] = 5  # without a slider
+    assert {number: int(re.split(r"\D", stated[number])[0]) for number in lengths} == lengths
 
 
 def test_serial_temperatures_agree_with_the_document() -> None:
