@@ -41,7 +41,7 @@ class TactTip(PlateModule):
         self._motor_mv = self._pulse_mv = 0
         self._pulse_from_s = self._pulse_until_s = -math.inf
         self._turn_s = math.inf
-        self._pulse_number = 0
+        self._pulse_number = -1  # none yet
         self.motor_mv = 0
         self.stuck_mv: int | None = None
 

@@ -104,6 +104,13 @@ def test_a_pulse_goes_before_the_voltage_and_is_timed_by_the_module() -> None:
     assert module.take_motor_switches() == [(1.0, 700)]
 
 
+@pytest.mark.parametrize("number", [0, 1, 255])
+def test_the_first_pulse_after_power_up_may_have_any_number(number: int) -> None:
+    module = TactTip(0)
+    module.feed(drive(700, 0, 3000, 15_000, number), 1.0)
+    assert module.motor_mv == 3000
+
+
 def test_a_world_that_is_behind_its_commands_gives_a_pulse_its_length_and_no_more() -> None:
     module, steps = TactTip(0), [1.0 + 0.002 * n for n in range(20)]
     module.feed(drive(500, 0, 3000, 6000, 1), 1.0111)
