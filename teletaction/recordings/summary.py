@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_left
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -196,22 +196,14 @@ def impulses(data: SessionData, things: Sequence[str]) -> dict[str, Any]:
 
 
 def taps(data: SessionData) -> dict[str, int]:
-    """Count contacts of the true fingertips, and those that were displayed to the operator as a tap.
-
-    A contact within BOUNCE_S of the release does not count: the force has only dipped.
-    """
-    made, left_s = [], dict.fromkeys(range(len(FINGERS)), -math.inf)
-    for event in data.truth_events:
-        if event["kind"] == "release":
-            left_s[event["finger"]] = event["time_s"]
-        elif event["kind"] == "contact" and event["time_s"] - left_s[event["finger"]] >= BOUNCE_S:
-            made.append(event)
-    shown = [p for p in data.played if p["kind"] == EventKind.TAP]
-    played = sum(
-        any(p["finger"] == event["finger"] and -_NOISE_S <= p["time_s"] - event["time_s"] < _FOLLOWS_S for p in shown)
-        for event in made
-    )
-    return {"made": len(made), "played": played}
+    """Count contacts of the true fingertips, and those that were displayed to the operator as a tap."""
+    made = _by(_contacts_made(data), "finger")
+    shown = _by((p for p in data.played if p["kind"] == EventKind.TAP), "finger")
+    played = 0
+    for finger, events in made.items():
+        shown_s = [p["time_s"] for p in shown[finger]]
+        played += sum(_match([event["time_s"] for event in events], shown_s, _NOISE_S, _FOLLOWS_S)[0])
+    return {"made": sum(map(len, made.values())), "played": played}
 
 
 def still_vibration(data: SessionData, used: Iterable[int]) -> dict[str, float | None]:
@@ -236,9 +228,7 @@ def contact_to_motor_s(data: SessionData) -> list[float]:
         for finger, switches in _by((each for each in data.motor_switches if each["motor_mv"] > 0), "finger").items()
     }
     delays = []
-    for event in data.truth_events:
-        if event["kind"] != "contact":
-            continue
+    for event in _contacts_made(data):
         times_s = switched_on_s.get(event["finger"], [])
         first = bisect_left(times_s, event["time_s"] - _NOISE_S)
         if first < len(times_s) and times_s[first] - event["time_s"] < _FOLLOWS_S:
@@ -266,6 +256,19 @@ def one_way_s(data: SessionData) -> list[float]:
     return delays
 
 
+def _contacts_made(data: SessionData) -> Iterator[dict[str, Any]]:
+    """Yield the contacts of the true fingertips, in order of time.
+
+    A contact within BOUNCE_S of the release does not count: the force has only dipped.
+    """
+    left_s = dict.fromkeys(range(len(FINGERS)), -math.inf)
+    for event in data.truth_events:
+        if event["kind"] == "release":
+            left_s[event["finger"]] = event["time_s"]
+        elif event["kind"] == "contact" and event["time_s"] - left_s[event["finger"]] >= BOUNCE_S:
+            yield event
+
+
 def _by(events: Iterable[dict[str, Any]], name: str) -> dict[int, list[dict[str, Any]]]:
     """Group events by a field, in order of time."""
     found: dict[int, list[dict[str, Any]]] = defaultdict(list)
@@ -287,15 +290,17 @@ def _touches(data: SessionData) -> list[Touch]:
     return true_touches(data.truth_events, float(data.contact.time_s[-1]) if len(data.contact) else 0.0)
 
 
-def _match(crossed_s: list[float], played_s: list[float]) -> tuple[list[bool], list[float]]:
-    """Match crossings with impulses in order of time, each at most once.
+def _match(
+    true_s: list[float], shown_s: list[float], early_s: float = _GROOVE_EARLY_S, late_s: float = _GROOVE_LATE_S
+) -> tuple[list[bool], list[float]]:
+    """Match true events with displayed ones in order of time, each at most once.
 
-    Returns for each crossing if it has an impulse, and the times of the impulses without a crossing, s.
+    Returns for each true event if it was displayed, and the times of the displayed ones that are left, s.
     """
-    left = list(played_s)
+    left = list(shown_s)
     matched = []
-    for time_s in crossed_s:
-        hit = next((p for p in left if -_GROOVE_EARLY_S <= p - time_s <= _GROOVE_LATE_S), None)
+    for time_s in true_s:
+        hit = next((p for p in left if -early_s <= p - time_s <= late_s), None)
         if hit is not None:
             left.remove(hit)
         matched.append(hit is not None)

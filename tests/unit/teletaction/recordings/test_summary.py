@@ -32,6 +32,21 @@ def test_taps_are_counted(truth: list[dict[str, Any]], made: int) -> None:
     assert taps(session) == {"made": made, "played": 1}
 
 
+def test_a_tap_is_displayed_for_one_contact_only() -> None:
+    truth = [at(1.0, "contact"), at(1.1, "release"), at(1.15, "contact")]
+    played = [{"time_s": 1.2, "kind": EventKind.TAP, "finger": 1}]
+    session = cast(SessionData, SimpleNamespace(truth_events=truth, played=played))
+    assert taps(session) == {"made": 2, "played": 1}
+
+
+def test_a_force_that_dips_has_no_latency() -> None:
+    again_s = 1.004 + 0.2 * BOUNCE_S
+    truth = [at(1.0, "contact"), at(1.004, "release"), at(again_s, "contact")]
+    switches = [{"time_s": 1.003, "finger": 1, "motor_mv": 900}]
+    session = cast(SessionData, SimpleNamespace(truth_events=truth, motor_switches=switches))
+    assert contact_to_motor_s(session) == pytest.approx([0.003])
+
+
 class CountedList(list[dict[str, Any]]):
     """A list that counts how often it is walked through."""
 
