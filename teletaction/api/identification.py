@@ -128,9 +128,12 @@ def identify_texture(
         One answer for each segment of one mode on one surface.
 
     Raises:
+        TypeError: the table is none of surfaces.
         ValueError: the table is of another kind of stroke or of another sensor, the speed is not positive or looks
             like mm/s, or its standard deviation is negative.
     """
+    if table is not None and not isinstance(table, SurfaceTable | SpectrumTable):
+        raise TypeError(f"table must be one of surfaces, from load_surfaces, not {type(table).__name__}")
     if speed_m_s is not None:
         if not 0.0 < speed_m_s < math.inf:
             raise ValueError(f"speed_m_s must be above 0, not {speed_m_s}")

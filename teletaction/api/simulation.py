@@ -4,6 +4,8 @@ import tempfile
 import weakref
 from pathlib import Path
 
+import numpy as np
+
 from remote_site.traces.trace_files import StrokeTrace, ThermalTrace
 from sim_sensors.traces import simulated_stroke, simulated_touch
 from teletaction.api.recording import Recording
@@ -23,7 +25,7 @@ def simulate(
         scene: name of a shipped scene, or path of a scene file.
         seconds: duration of the exploration, s, above 0 and at most 3600.
         fingers: number of fingers, 1..5.
-        seed: seed of the simulated world; the same seed gives the same session.
+        seed: seed of the simulated world, 0 or more; the same seed gives the same session.
         out: folder for configurations and recordings; without one, they are deleted with the returned object.
 
     Raises:
@@ -32,7 +34,9 @@ def simulate(
     """
     if not 0.0 < seconds <= 3600.0:
         raise ValueError(f"seconds must be above 0 and at most 3600, not {seconds}")
-    options = DemoOptions(seconds=seconds, scene=scene, fingers=fingers, seed=seed)
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise ValueError(f"seed must be a whole number of 0 or more, not {seed}")
+    options = DemoOptions(seconds=seconds, scene=scene, fingers=fingers, seed=int(seed))
     if out is not None:
         return Recording(record_session(options, Path(out)))
     folder = tempfile.TemporaryDirectory(prefix="teletaction-")

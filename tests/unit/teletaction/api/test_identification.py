@@ -3,6 +3,7 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,6 +126,13 @@ def test_a_speed_that_is_none_is_refused(speed: dict[str, float], words: str) ->
     stroke = tt.simulate_stroke("foam")
     with pytest.raises(ValueError, match=words):
         tt.identify_texture(tt.StrokeTrace(stroke.time_s, stroke.signals), **speed)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("table", ["surfaces.json", tt.MaterialTable.load(TABLES / "materials.json")])
+def test_a_stroke_with_a_table_of_no_surfaces_is_refused(table: Any) -> None:
+    stroke = tt.StrokeTrace(np.arange(400) / 2000.0, np.zeros(400))
+    with pytest.raises(TypeError, match="table must be one of surfaces, from load_surfaces, not"):
+        tt.identify_texture(stroke, table)
 
 
 def test_the_skin_is_that_of_the_command() -> None:

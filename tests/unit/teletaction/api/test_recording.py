@@ -66,6 +66,12 @@ def test_a_duration_out_of_range_is_refused(seconds: float) -> None:
         tt.simulate(seconds=seconds)
 
 
+@pytest.mark.parametrize("seed", [-1, 1.5])
+def test_a_seed_that_is_none_is_refused_in_one_line(seed: Any) -> None:
+    with pytest.raises(ValueError, match=f"^seed must be a whole number of 0 or more, not {seed}$"):
+        tt.simulate(seconds=0.1, seed=seed)
+
+
 def test_the_package_lists_its_names_and_loads_nothing_before() -> None:
     assert all(hasattr(tt, name) for name in tt.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
