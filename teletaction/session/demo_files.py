@@ -216,7 +216,9 @@ class _Configurations:
     def _simulation(self, process: str) -> dict[str, Any]:
         """Return what both simulators have alike."""
         options = self._options
-        alike = {"fingers": self._fingers, "scene": options.scene, "seed": options.seed, "can_host": HOST}
+        # A relative path would count from the folder in which a process is started.
+        scene = str(Path(options.scene).resolve()) if options.scene.endswith(".toml") else options.scene
+        alike = {"fingers": self._fingers, "scene": scene, "seed": options.seed, "can_host": HOST}
         return alike | {"record": self._recording(process), "status": self._status(process)}
 
     def _site(self, process: str) -> dict[str, Any]:

@@ -7,9 +7,11 @@ import pytest
 from common.config.file import load_config
 from common.config.page_models import ConsoleConfig
 from common.config.recording_models import ConsentConfig
+from common.config.simulation_models import SimOperatorConfig, SimRemoteConfig
 from common.config.site_models import OperatorConfig, RemoteConfig
 from common.config.stream_models import VoiceConfig
 from common.link.keys import load_keys
+from common.scenes.scene import SCENES, load_scene
 from teletaction.session.demo_files import DemoOptions, prepare
 
 
@@ -22,6 +24,15 @@ def test_a_folder_may_be_relative_to_the_working_directory(tmp_path: Path, monke
         load_keys(config.link.keys)
         assert config.record is not None
         assert config.record.parent == tmp_path / "out"
+
+
+def test_a_scene_file_may_be_relative_to_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "own.toml").write_bytes(b'table = "materials"\n' + (SCENES / "materials.toml").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    files = prepare(DemoOptions(fingers=1, scene="own.toml"), tmp_path / "out")
+    monkeypatch.chdir("/")
+    assert load_scene(load_config(files["sim-remote"], SimRemoteConfig).scene).name == "materials"
+    assert load_scene(load_config(files["sim-operator"], SimOperatorConfig).scene).name == "materials"
 
 
 def test_the_made_up_patients_consent_is_the_same_in_all_files_and_decides_what_is_recorded(tmp_path: Path) -> None:
