@@ -111,7 +111,7 @@ class OperatorDevices:
             self._write_truth(now_s, force_n.tolist())
 
     def figures(self) -> dict[str, object]:
-        """Return the content of the status file: the hand's progress, refused commands, and faults in force."""
+        """Return the content of the status file: the hand's progress, refused commands, faults, and the recording."""
         return {
             "scene_seconds": self.hand.total_seconds(),
             "script_s": self.hand.script_s,
@@ -121,6 +121,7 @@ class OperatorDevices:
             "commands_refused": {finger: module.refused for finger, module in self.modules.items()},
             "frames_damaged": {finger: module.reader.damaged for finger, module in self.modules.items()},
             "faults": self.faults.in_force,
+            **self._log.figures(),
         }
 
     def close(self) -> None:

@@ -143,13 +143,14 @@ class RemoteDevices:
         self._write_truth(now_s)
 
     def figures(self) -> dict[str, object]:
-        """Return the content of the status file: CAN clients, refused commands, and faults in force."""
+        """Return the content of the status file: CAN clients, refused commands, faults, and the recording."""
         return {
             "can_clients": self.bus.clients,
             "frames_refused": self.robot.refused,
             "commands_refused": {finger: module.refused for finger, module in self.thermal.items()},
             "frames_damaged": {finger: module.reader.damaged for finger, module in self.thermal.items()},
             "faults": self.faults.in_force,
+            **self._log.figures(),
         }
 
     def close(self) -> None:

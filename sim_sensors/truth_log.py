@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgpack
 
-from common.recording.recorder import Recorder
+from common.recording.recorder import Recorder, recording_figures
 
 _NUMBER = {"type": "number"}
 _WHOLE = {"type": "integer"}
@@ -91,6 +91,10 @@ class TruthLog:
         """Write one entry with its time on the monotonic clock, s."""
         if self._recorder is not None:
             self._recorder.write(stream, round(time_s * 1e9), msgpack.packb(entry))
+
+    def figures(self) -> dict[str, object]:
+        """Return what a status file says of the recording."""
+        return recording_figures(self._recorder)
 
     def close(self) -> None:
         """Finish the file."""

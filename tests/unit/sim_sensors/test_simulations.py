@@ -1,6 +1,7 @@
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from sim_sensors.ports.simulation_loop import MOST_STEPS, STEP_S, StepClock, run
 from sim_sensors.remote_devices import RemoteDevices
 from tests.ports import free_port
 from tests.unit.sim_sensors.stepped import START_S, advance, forces, hear, send_hand
+from tests.waiting import wait_until
 
 
 def entries(path: Path) -> dict[str, list[tuple[int, dict[str, Any]]]]:
@@ -212,3 +214,17 @@ def test_tender_places_move_with_the_patient() -> None:
         devices.close()
     assert pain[0] > 0.0
     assert pain[1] == 0.0
+
+
+@pytest.mark.parametrize("side", [RemoteDevices, OperatorDevices])
+def test_a_full_disk_is_in_the_status(side: Callable[..., RemoteDevices | OperatorDevices]) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    given: dict[str, Any] = {"fingers": ("index",), "can_port": free_port(), "record": Path("/dev/full")}
+    lines = {"index": "pty"}
+    config: SimRemoteConfig | SimOperatorConfig = SimOperatorConfig(**given, tacttip=lines)
+    if side is RemoteDevices:
+        config = SimRemoteConfig(**given, texture=lines, thermal_sensors=lines)
+    with closing(side(config, SelectLoop(lambda: START_S))) as devices:
+        advance(devices, range(2000))
+        wait_until(lambda: devices.figures()["recording_failed"], "the status has no failed recording")
