@@ -33,10 +33,11 @@ class Found:
     y_m: float
 
 
-def find_highest(tactile_map: TactileMap, quantity: str) -> Found | None:
+def find_highest(tactile_map: TactileMap, quantity: str, *, lowest: bool = False) -> Found | None:
     """Find the connected area with the largest total excess over the median; None if nothing was felt with confidence.
 
-    The place is the centre of the target's cells, weighted by their excess.
+    The place is the centre of the target's cells, weighted by their excess. With `lowest`, the excess is that of the
+    median over the cells.
     """
     shown = picture(tactile_map, quantity)
     if shown is None:
@@ -47,7 +48,7 @@ def find_highest(tactile_map: TactileMap, quantity: str) -> Found | None:
     if not sure.any():
         return None
     value = np.log(shown.value) if quantity in LOGARITHMIC else shown.value
-    above = np.where(sure, value - np.median(value[sure]), 0.0)
+    above = np.where(sure, value - np.median(value[sure]), 0.0) * (-1.0 if lowest else 1.0)
     hot = above > STANDS_OUT * np.quantile(above[sure], MOST_DIFFERENT)
     places, count = label(binary_dilation(hot, iterations=GAP_CELLS))
     weights = [np.where((places == number) & hot, above, 0.0) for number in range(1, count + 1)]
@@ -75,7 +76,9 @@ def found_targets(scene: Scene, tactile_map: TactileMap) -> list[dict[str, Any]]
         judged(
             thing,
             tactile_map,
-            find_highest(tactile_map, thing.target) if _was_felt(thing, thing.target, tactile_map) else None,
+            find_highest(tactile_map, thing.target, lowest=_is_low(scene, thing, thing.target))
+            if _was_felt(thing, thing.target, tactile_map)
+            else None,
         )
         for thing in scene.objects
         if thing.target is not None
@@ -96,8 +99,7 @@ def judged(thing: SceneObject, tactile_map: TactileMap, found: Found | None) -> 
     if found is None:
         return row
     here, around = value_near(tactile_map, quantity, found), getattr(tactile_map.around(found.x_m, found.y_m), quantity)
-    # A simulated surface has no true roughness in the sensor's unit.
-    true_value = {"temperature": thing.absolute_c, "stiffness": thing.stiffness}.get(quantity)
+    true_value = _true_value(thing, quantity)
     return row | {
         "place_error_mm": 1e3 * math.dist((found.x_m, found.y_m), thing.middle_m),
         "x_mm": 1e3 * found.x_m,
@@ -109,6 +111,21 @@ def judged(thing: SceneObject, tactile_map: TactileMap, found: Found | None) -> 
         "error": None if true_value is None else here.value - true_value,
         "around": None if around is None else around.value,
     }
+
+
+def _true_value(thing: SceneObject, quantity: str) -> float | None:
+    """Return a quantity of an object; None if unknown."""
+    # A simulated surface has no true roughness in the sensor's unit.
+    return {"temperature": thing.absolute_c, "stiffness": thing.stiffness}.get(quantity)
+
+
+def _is_low(scene: Scene, thing: SceneObject, quantity: str) -> bool:
+    """Return whether a target has less of its quantity than the other objects, such as a cold spot."""
+    own = _true_value(thing, quantity)
+    others = [
+        value for other in scene.objects if other is not thing and (value := _true_value(other, quantity)) is not None
+    ]
+    return own is not None and bool(others) and own < float(np.median(others))
 
 
 def _was_felt(thing: SceneObject, quantity: str, tactile_map: TactileMap) -> bool:

@@ -11,11 +11,11 @@ from teletaction.report.found_targets import find_highest, found_targets, value_
 from teletaction.report.report_words import targets_table
 
 
-def presses(*hot_mm: tuple[int, int]) -> TactileMap:
-    """Presses every 7 mm, stiffer at these."""
+def presses(*hot_mm: tuple[int, int], there_n_m: float = 1800.0) -> TactileMap:
+    """Presses every 7 mm, of another stiffness at these."""
     touched = TactileMap()
     for number, (x, y) in enumerate((x, y) for x in range(0, 56, 7) for y in range(0, 56, 7)):
-        value = math.log(1800.0 if (x, y) in hot_mm else 600.0)
+        value = math.log(there_n_m if (x, y) in hot_mm else 600.0)
         touched.take(Sample("stiffness", (1, number, 0), number, 1, 1e-3 * x, 1e-3 * y, 0.0, value, 0.03**2))
     return touched
 
@@ -68,6 +68,16 @@ def test_a_target_is_judged_by_its_place_and_its_value_and_has_a_row_in_the_repo
     for words in ("&lt;b&gt;stiff&lt;/b&gt;", "<td>1700 N/m</td>", "<td>600 N/m</td>", "<td>+100 ± 50 N/m</td>"):
         assert words in html
     assert "<td>not felt</td>" in html
+
+
+def test_a_target_that_is_softer_than_its_surroundings_is_found() -> None:
+    stiff, _ = scene().objects
+    soft = stiff.model_copy(update={"stiffness_n_m": 200.0})
+    around = stiff.model_copy(update={"name": "around", "x_m": 0.026, "stiffness_n_m": 600.0, "target": None})
+    bench = scene().model_copy(update={"objects": (soft, around)})
+    (row,) = found_targets(bench, presses(*FOUR, there_n_m=200.0))
+    assert row["place_error_mm"] == pytest.approx(math.hypot(0.5, 0.5), abs=0.4)
+    assert row["value"] == pytest.approx(200.0, rel=0.01)
 
 
 def test_an_untouched_target_is_not_found_elsewhere() -> None:
