@@ -61,7 +61,7 @@ class OperatorDevices:
         start_s = serving.now()
         self.modules = {finger: TactTip(FINGERS.index(finger), start_s) for finger in config.fingers}
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
-        self.encoders = {finger: Encoder() for finger in config.fingers}
+        self.encoders = {finger: Encoder(FINGERS.index(finger)) for finger in config.fingers}
         self.hang = Hang()
         self._seconds = config.seconds
         self._started_s: float | None = None

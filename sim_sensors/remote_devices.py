@@ -64,10 +64,10 @@ class RemoteDevices:
         start_s = serving.now()
         self._indices = {finger: FINGERS.index(finger) for finger in config.fingers}
         self.texture = {finger: TextureSensor(index, start_s) for finger, index in self._indices.items()}
-        self.piezos = {finger: Piezo() for finger in config.fingers}
+        self.piezos = {finger: Piezo(index) for finger, index in self._indices.items()}
         self.thermal = {finger: ThermalSensor(index, start_s) for finger, index in self._indices.items()}
         self.thermistors = {finger: Thermistor() for finger in config.fingers}
-        self.encoders = {finger: Encoder() for finger in config.fingers}
+        self.encoders = {finger: Encoder(index) for finger, index in self._indices.items()}
         self.force_sensors = {finger: ForceSensor() for finger in config.fingers}
         switch = config.patient_switch
         self.patient_switch = None if switch is None else PatientSwitch(start_s)

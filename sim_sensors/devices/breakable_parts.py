@@ -58,9 +58,9 @@ class Piezo:
             `cut` reads 0, `loose` reads only the amplifier's noise; None: it is sound.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, seed: int = 0) -> None:
         self.fault: PiezoFault | None = None
-        self._random = np.random.default_rng(0)
+        self._random = np.random.default_rng(seed)
 
     def read(self, counts: NDArray[np.int16]) -> NDArray[np.int16]:
         """Return the converter's readings, -2048..2047, where a sound element would give `counts`."""
@@ -85,9 +85,9 @@ class Encoder:
         last: last sound reading, m.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, seed: int = 0) -> None:
         self.fault: EncoderFault | None = None
-        self._random = np.random.default_rng(0)
+        self._random = np.random.default_rng(seed)
         self.last = 0.0
 
     def read(self, place_m: float) -> float:

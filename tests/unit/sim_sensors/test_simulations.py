@@ -228,3 +228,18 @@ def test_a_full_disk_is_in_the_status(side: Callable[..., RemoteDevices | Operat
     with closing(side(config, SelectLoop(lambda: START_S))) as devices:
         advance(devices, range(2000))
         wait_until(lambda: devices.figures()["recording_failed"], "the status has no failed recording")
+
+
+def test_broken_parts_of_two_fingers_do_not_fail_in_step() -> None:
+    lines = {"index": "pty", "middle": "pty"}
+    config = SimRemoteConfig(
+        fingers=("index", "middle"), can_port=free_port(), texture=lines, thermal_sensors=lines, record=None
+    )
+    with closing(RemoteDevices(config, SelectLoop(lambda: START_S))) as devices:
+        counts, jumps = [], []
+        for finger in config.fingers:
+            devices.piezos[finger].fault, devices.encoders[finger].fault = "loose", "glitch"
+            counts.append(devices.piezos[finger].read(np.zeros(100, np.int16)).tolist())
+            jumps.append([devices.encoders[finger].read(0.001) for _ in range(1000)])
+    assert counts[0] != counts[1]
+    assert jumps[0] != jumps[1]
