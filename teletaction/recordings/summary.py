@@ -4,6 +4,7 @@ import math
 from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from common.exploration.contact_detector import BOUNCE_S
 from common.fingers import FINGERS, chosen_fingers
 from common.limits import MOTOR_STILL_S
+from common.scenes.scene import SceneObject
 from common.wire.messages import EventKind, ExplorationMode, ThermalStatus
 from teletaction.recordings.incidents import faults, incomplete_recordings, interruptions
 from teletaction.recordings.session_data import Floats, SessionData
@@ -39,7 +41,7 @@ def summarise(
     round_trips_s: list[float],
     *,
     scene: str,
-    things: Sequence[str],
+    objects: Sequence[SceneObject],
     seed: int,
     fingers: int,
 ) -> dict[str, Any]:
@@ -53,7 +55,7 @@ def summarise(
         wall_s: duration of the exploration, s.
         round_trips_s: round trips of the bare ping, s.
         scene: name or file of the scene.
-        things: names of its objects, in its order.
+        objects: its objects, in its order.
         seed: seed of the simulation.
         fingers: number of fingers in use, 1..5.
     """
@@ -66,9 +68,9 @@ def summarise(
         "fingers": fingers,
         "network": None if network is None else network["network"],
         "proxy": proxy(network),
-        "contacts": contacts(data),
+        "contacts": contacts(data, objects),
         "modes": modes(data, used),
-        "impulses": impulses(data, things),
+        "impulses": impulses(data, [thing.name for thing in objects]),
         "taps": taps(data),
         "vibration_rpm": still_vibration(data, used),
         "latency_ms": {
@@ -103,10 +105,15 @@ def proxy(status: Mapping[str, Any] | None) -> dict[str, Any] | None:
     return None if status is None else {name: status[name] for name in ("streams", "faults")}
 
 
-def contacts(data: SessionData) -> list[dict[str, Any]]:
-    """List each touch of at least SHORTEST_TOUCH_S with the true and the identified values."""
+def contacts(data: SessionData, objects: Sequence[SceneObject]) -> list[dict[str, Any]]:
+    """List each touch of at least SHORTEST_TOUCH_S with the true and the identified values.
+
+    A touch that slides to another piece is judged by what was identified before.
+    """
     found = []
-    for touch in _touches(data):
+    borders = [_borders(data, finger) for finger in range(len(FINGERS))]
+    for whole in _touches(data):
+        touch = replace(whole, end_s=_leaves_s(whole, borders[whole.finger], objects))
         if touch.end_s - touch.start_s < SHORTEST_TOUCH_S:
             continue
         answers = data.answers(touch.finger, touch.start_s + 0.05, touch.end_s)
@@ -184,9 +191,9 @@ def impulses(data: SessionData, things: Sequence[str]) -> dict[str, Any]:
         for (_, thing), hit in zip(crossed, matched, strict=True):
             by_object[thing]["crossed"] += 1
             by_object[thing]["played" if hit else "missed"] += 1
-        borders = _borders(data, things, finger)
-        matched, invented_s = _match([t for t, _ in borders], left_s)
-        causes = [(thing, "edges") for (_, thing), hit in zip(borders, matched, strict=True) if hit]
+        borders = _borders(data, finger)
+        matched, invented_s = _match([t for t, _, _ in borders], left_s)
+        causes = [(_name(things, index), "edges") for (_, _, index), hit in zip(borders, matched, strict=True) if hit]
         causes += [(_object_under(data, things, finger, time_s), "invented") for time_s in invented_s]
         for thing, cause in causes:
             by_object[thing]["played"] += 1
@@ -307,13 +314,23 @@ def _match(
     return matched, left
 
 
-def _borders(data: SessionData, things: Sequence[str], finger: int) -> list[tuple[float, str]]:
-    """Return when a finger left an object for another, s, to 10 ms, and the name of the object entered."""
+def _borders(data: SessionData, finger: int) -> list[tuple[float, int, int]]:
+    """Return when a finger slid from one object to another, s, to 10 ms, and the indices of both objects."""
     if not len(data.contact):
         return []
     time_s, under = data.contact.time_s, data.contact["object"][:, finger].astype(int)
     left = np.flatnonzero((under[1:] != under[:-1]) & (under[1:] >= 0) & (under[:-1] >= 0)).tolist()
-    return [(float(time_s[at]), _name(things, under[at + 1])) for at in left]
+    return [(float(time_s[at]), int(under[at]), int(under[at + 1])) for at in left]
+
+
+def _leaves_s(touch: Touch, borders: Sequence[tuple[float, int, int]], objects: Sequence[SceneObject]) -> float:
+    """Return when a touch ends or slides to another material or another body, s."""
+    for time_s, before, after in borders:
+        if touch.start_s <= time_s < touch.end_s and max(before, after) < len(objects):
+            one, other = objects[before], objects[after]
+            if one.material != other.material or one.body is None or one.body != other.body:
+                return time_s
+    return touch.end_s
 
 
 def _object_under(data: SessionData, things: Sequence[str], finger: int, time_s: float) -> str:

@@ -81,7 +81,7 @@ def conclude(
         measured.usage,
         measured.wall_s,
         measured.round_trips_s,
-        things=[thing.name for thing in scene.objects],
+        objects=scene.objects,
         **session,
     )
     summary["targets"] = found_targets(scene, examination.felt)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from common.exploration.contact_detector import BOUNCE_S
-from common.wire.messages import EventKind
+from common.scenes.scene import SceneObject
+from common.wire.messages import EventKind, ThermalStatus
 from teletaction.recordings.session_data import Series, SessionData
-from teletaction.recordings.summary import contact_to_motor_s, impulses, taps
+from teletaction.recordings.summary import contact_to_motor_s, contacts, impulses, taps
 
 
 def at(time_s: float, kind: str, finger: int = 1) -> dict[str, Any]:
@@ -30,6 +31,32 @@ def test_taps_are_counted(truth: list[dict[str, Any]], made: int) -> None:
     played = [{"time_s": 1.01, "kind": EventKind.TAP, "finger": 1}]
     session = cast(SessionData, SimpleNamespace(truth_events=truth, played=played))
     assert taps(session) == {"made": made, "played": 1}
+
+
+def test_a_touch_that_slides_to_another_material_is_judged_before_it() -> None:
+    time_s = np.arange(0.0, 5.0, 0.01)
+    under = np.full((len(time_s), 5), -1.0)
+    under[(time_s > 1.0) & (time_s < 4.5), 1] = 0.0
+    under[(time_s > 3.0) & (time_s < 4.5), 1] = 1.0
+    pvc, pine = (
+        SceneObject(name=name, material=name, surface="skin", x_m=x_m, length_m=0.1)
+        for name, x_m in (("pvc", 0.0), ("pine", 0.1))
+    )
+    known = {"status": ThermalStatus.IDENTIFIED, "exponential_material": None}
+    answers = [{**known, "time_s": 2.5, "best": "pvc"}, {**known, "time_s": 4.0, "best": "pine"}]
+    touched = {"object": "pvc", "material": "pvc", "object_c": 23.0}
+    session = SessionData(
+        **dict.fromkeys(("touch", "rendered", "gate", "fingertips", "skin"), cast(Series, ())),
+        contact=Series(time_s, {"object": under}),
+        thermal={1: answers},
+        truth_events=[{**at(1.0, "contact"), **touched}, {**at(4.5, "release"), **touched}],
+        sent_events=[],
+        played=[],
+        motor_switches=[],
+    )
+    (contact,) = contacts(session, [pvc, pine])
+    assert (contact["true_material"], contact["material"]) == ("pvc", "pvc")
+    assert contact["held_s"] == pytest.approx(2.0, abs=0.02)
 
 
 def test_a_tap_is_displayed_for_one_contact_only() -> None:
