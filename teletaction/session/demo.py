@@ -54,8 +54,13 @@ def run_demo(options: DemoOptions) -> str:
     if options.console and find_spec("starlette") is None:
         raise ValueError("the console needs `pip install teletaction[console]`; --headless runs without it")
     out = _output_folder(options)
-    with _held(out):
-        return _run(options, out)
+    try:
+        with _held(out):
+            return _run(options, out)
+    finally:
+        if options.out is None:
+            with suppress(OSError):  # only an empty folder can be removed: nothing began
+                out.rmdir()
 
 
 def _run(options: DemoOptions, out: Path) -> str:

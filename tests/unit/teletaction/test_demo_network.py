@@ -10,6 +10,7 @@ from common.config.site_models import OperatorConfig, RemoteConfig
 from common.wire.streams import STREAMS
 from sim_sensors.network.file import load_network
 from teletaction.recordings.summary import proxy
+from teletaction.session.demo import run_demo
 from teletaction.session.demo_files import NETWORK, PROCESSES, DemoOptions, prepare
 from tests.commands import command, one_line
 
@@ -66,3 +67,10 @@ def test_the_summary_reports_the_network() -> None:
     assert proxy(None) is None
     status = {"network": "lan", "streams": {"motion": {}}, "faults": [{"kind": "cut"}], "pid": 7}
     assert proxy(status) == {"streams": {"motion": {}}, "faults": [{"kind": "cut"}]}
+
+
+def test_a_demo_that_cannot_begin_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    with pytest.raises(ValueError, match="unknown network"):
+        run_demo(DemoOptions(fingers=1, network="nosuch"))
+    assert list((tmp_path / "teletaction").iterdir()) == []
