@@ -20,13 +20,16 @@ class Cable:
 
     Attributes:
         plugged: whether the cable is plugged; otherwise, open ports fail and no port can be opened.
+        pulled: how often it was pulled; a port that was open then stays dead.
     """
 
     plugged = True
+    pulled = 0
 
     def unplug(self) -> None:
         """Pull the cable."""
         self.plugged = False
+        self.pulled += 1
 
     def plug(self) -> None:
         """Put the cable back."""
@@ -95,7 +98,7 @@ class MemoryPort:
         """
         if not line.plugged:
             raise DeviceAbsent(f"{line.address}: unplugged")
-        self._line = line
+        self._line, self._pulled = line, line.pulled
         line.unread.clear()
 
     def wait(self, seconds: float) -> bool:
@@ -126,7 +129,7 @@ class MemoryPort:
         """As `Port.close`; there is nothing to close."""
 
     def _check(self) -> None:
-        if not self._line.plugged:
+        if not self._line.plugged or self._line.pulled != self._pulled:
             raise serial.SerialException("unplugged")
 
 
@@ -160,6 +163,11 @@ class MemoryBus(Cable, NodeBus):
             self._held.append((frame_id, data))
         elif self.plugged and not self.off:
             self._received(frame_id, data, self._now_s())
+
+    def unplug(self) -> None:
+        """As `Cable.unplug`; all drivers are disconnected."""
+        super().unplug()
+        self.connections.clear()
 
     def hold(self) -> None:
         """Stop the nodes' process; frames of drivers wait."""
@@ -199,7 +207,7 @@ class MemoryCan(can.BusABC):
             raise DeviceAbsent("the bus is gone")
         super().__init__("memory")
         self.unread: deque[can.Message] = deque(maxlen=_BACKLOG_FRAMES)
-        self._bus = bus
+        self._bus, self._pulled = bus, bus.pulled
         bus.connections.append(self)
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
@@ -219,5 +227,5 @@ class MemoryCan(can.BusABC):
             self._bus.connections.remove(self)
 
     def _check(self) -> None:
-        if not self._bus.plugged:
+        if not self._bus.plugged or self._bus.pulled != self._pulled:
             raise can.CanOperationError("the bus is gone")
