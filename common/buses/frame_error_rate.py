@@ -4,6 +4,8 @@ CAN's own checksum finds damage on the wire. A frame that arrives with a wrong C
 before it was sent.
 """
 
+import math
+
 from common.faults.fault import Fault, FaultCode
 from common.limits import GAP_S
 
@@ -21,7 +23,7 @@ class FrameErrorRate:
         fault: fault as of the last frame; None without one.
     """
 
-    __slots__ = ("_good_s", "_history", "_name", "_seen", "fault")
+    __slots__ = ("_before_s", "_good_s", "_history", "_name", "_seen", "fault")
 
     def __init__(self, name: str) -> None:
         """Start a new connection; `name` is the frame's name in faults."""
@@ -29,6 +31,8 @@ class FrameErrorRate:
         self._name = name
         self._history = self._seen = 0
         self._good_s: float | None = None
+        self._before_s = math.inf
+        """Time of the frame before, s."""
 
     def step(self, sent_s: float, damaged: bool) -> None:
         """Take a frame.
@@ -39,11 +43,13 @@ class FrameErrorRate:
         """
         if self._seen < WINDOW:
             self._seen += 1
+        before_s, self._before_s = self._before_s, sent_s
         if not (damaged or self._history):  # as nearly always: good, and so were all before it
             self._good_s = sent_s
             return
         self._history = (self._history << 1 | damaged) & _ALL
-        if self._good_s is None or not damaged:
+        # After a silence, as of a node that was switched off, damage counts from its first frame.
+        if self._good_s is None or not damaged or sent_s - before_s > GAP_S:
             self._good_s = sent_s
         if not self._history:
             self.fault = None

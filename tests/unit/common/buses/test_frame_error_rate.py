@@ -42,6 +42,18 @@ def test_a_few_damaged_frames_without_a_good_one_for_the_gap_are_a_fault_of_a_sl
     assert watched.fault is None
 
 
+def test_a_node_that_was_silent_is_not_accused_for_its_first_frame() -> None:
+    """A node that was switched off counts from 0 again; this may be the last counter that was read."""
+    watched = FrameErrorRate("ExoskeletonState")
+    for n in range(100):
+        watched.step(n * FRAME_S, damaged=n == 70)
+    for back_s in (10.0, 10.03, 10.06, 10.09):
+        watched.step(back_s, damaged=True)
+        assert watched.fault is None, "a silence is no time in which damaged frames arrive"
+    watched.step(10.12, damaged=True)
+    assert watched.fault is not None
+
+
 def test_all_damaged_is_found_within_25_ms_and_30_percent_within_the_gap() -> None:
     for every, within_s in ((1, 0.025), (3, GAP_S)):
         watched, n = FrameErrorRate("FingerHeights"), 0
