@@ -12,6 +12,7 @@ from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
 from common.limits import (
     GAP_S,
+    MODULE_TIMEOUT_S,
     MOTOR_FLOOR_RPM,
     MOTOR_MAX_RPM,
     PLATE_COOLING_K_S,
@@ -156,6 +157,8 @@ class OperatorGate:
         self._inspect(wanted, last_input_age_s)
         known = [0.0 <= age <= TEMPERATURE_AGE_S for age in measurement_age_s]
         if dt_s < math.inf:
+            if dt_s > MODULE_TIMEOUT_S:  # the modules have turned their drives off by themselves
+                self._follow = [PlateFollowing() for _ in FINGERS]
             self._watch_plates(t_s, known, plate_measured_c)
         self._watch_forces(t_s, z_m, height_age_s)
         if dt_s > TICK_AGE_S:

@@ -19,6 +19,7 @@ from common.limits import (
     FORCE_RAMP_UP_N_S,
     FORCE_SAFE_S,
     GAP_S,
+    MODULE_TIMEOUT_S,
     MOTOR_FLOOR_RPM,
     MOTOR_MAX_RPM,
     PLATE_COOLING_K_S,
@@ -629,6 +630,23 @@ def test_single_fault_is_found_and_stays_below_the_peak(fault, start_c, goal_c):
     elif (fault, start_c, goal_c) != ("dead", 40.0, 20.0):  # there it cools by itself as if driven, and nothing acts
         assert found_s is not None
         assert found_s < 2.0
+
+
+@pytest.mark.parametrize("stood_s", [0.15, 0.6, 1.0, 1.4])
+@pytest.mark.parametrize("drive", [1.0, -1.0])
+def test_a_plate_that_returns_to_its_finger_during_a_standstill_has_no_fault(drive, stood_s):
+    """The module turns the drive off by itself after 100 ms, and the plate follows its finger."""
+    rig, plate = Rig(WIDE), Plate(33.0)
+    for _ in range(700):
+        rig.step(peltier_drive=drive, plate_measured_c=plate.reading_c)
+        plate.step(drive)
+    for tick in range(round(stood_s / DT)):
+        plate.step(drive if tick * DT < MODULE_TIMEOUT_S else 0.0)
+        plate.plate_c += 1.5 * DT * (33.0 - plate.plate_c)
+    rig.t_s += stood_s
+    for _ in range(1000):
+        assert rig.step(peltier_drive=0.0, plate_measured_c=plate.reading_c).fault is None
+        plate.step(0.0)
 
 
 @pytest.mark.parametrize("read_c", [(41.5, 34.0), (34.0, 41.5)], ids=["before", "after"])
