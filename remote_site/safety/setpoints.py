@@ -25,7 +25,7 @@ from remote_site.safety.servo import SERVO_N_M
 PLANE_RANGE_M = REMOTE_PLANE_M
 """Largest coordinate of the hand along the bench that the telemanipulator's frames can hold, m."""
 PLANE_SPEED_M_S = 0.30
-"""Speed limit of the hand in each direction along the bench, m/s."""
+"""Speed limit of the hand along the bench, m/s."""
 HEIGHT_LOW_M = REMOTE_LOW_M
 """Lowest set-point of a finger, m; the telemanipulator's frames hold no lower one."""
 HEIGHT_HIGH_M = 0.01022
@@ -136,9 +136,14 @@ class PlaneSetpoint:
         """Follow the operator's hand, m, for one tick, s; return `Limit` bits of what acted."""
         target_x_m, target_y_m = _within(wanted_x_m, PLANE_RANGE_M), _within(wanted_y_m, PLANE_RANGE_M)
         reach_m = self._approach.limit_m_s * tick_s
-        self.x_m += _within(target_x_m - self.x_m, reach_m)
-        self.y_m += _within(target_y_m - self.y_m, reach_m)
-        left_m = max(abs(target_x_m - self.x_m), abs(target_y_m - self.y_m))
+        x_m, y_m = target_x_m - self.x_m, target_y_m - self.y_m
+        away_m = math.hypot(x_m, y_m)
+        if away_m > reach_m:
+            self.x_m += x_m * (reach_m / away_m)
+            self.y_m += y_m * (reach_m / away_m)
+        else:
+            self.x_m, self.y_m = target_x_m, target_y_m
+        left_m = max(0.0, away_m - reach_m)
         self._approach.step(tick_s, left_m)
         acted = 0 if self._approach.met else APPROACH
         if target_x_m != wanted_x_m or target_y_m != wanted_y_m:
