@@ -145,8 +145,8 @@ class PatientGate:
         if pain is not None and known:
             self._follow_pain(measured_x_m, measured_y_m, force_n, pain)
         self._watch_forces(dt_s, known, measured_z_m, force_n)
-        for number, plate_c in enumerate(sensor_c):
-            if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C:
+        for number, (plate_c, age_s) in enumerate(zip(sensor_c, sensor_age_s, strict=True)):
+            if SENSOR_PLATE_C < plate_c <= SENSOR_HIGH_C and age_s <= GAP_S:
                 self.trip(Fault(FaultCode.SENSOR_PLATE_TOO_HOT, FINGERS[number], value=plate_c, limit=SENSOR_PLATE_C))
         leave = self._patient_stops(patient_switch)
         live = engaged and known and 0.0 <= motion_age_s <= GAP_S and self._fault is None and not leave
@@ -154,7 +154,8 @@ class PatientGate:
         # After the patient's stop, the retreat begins in this tick.
         self._stopped_s = 0.0 if live else max(self._stopped_s + dt_s, STOP_S if leave else 0.0)
         if dt_s > TICK_AGE_S:
-            self._live = False  # after a standstill the telemanipulator may have stopped by itself, and risen
+            # After a standstill the devices may have become safe by themselves, and the fingers may have risen.
+            self._live, self._drive = False, [0.0] * len(FINGERS)
             for heater in self._heaters:
                 heater.repeated.interrupt()
         if known and (not self._ready or (live and not self._live)):

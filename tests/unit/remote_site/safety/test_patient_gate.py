@@ -388,6 +388,15 @@ def test_hot_sensor_plate_is_a_fault():
             assert out.heater_drive == [0.0] * 5
 
 
+def test_a_hot_reading_that_is_old_is_no_new_fault():
+    rig = Rig()
+    for age_s, hot_now in ((GAP_S, True), (GAP_S + 0.001, False), (math.inf, False)):
+        out = rig.step(sensor_c=one(43.0, 33.0), sensor_age_s=one(age_s, 0.01))
+        assert (out.fault is not None) == hot_now
+        assert out.heater_drive[1] == 0.0
+        rig.gate.clear_fault()
+
+
 def test_heater_is_off_on_contact():
     for force in dense(0.0, TOUCHING_N, step=0.005):
         out = Rig().step(force_n=force, heater_drive=0.5)
@@ -640,6 +649,15 @@ def test_set_points_begin_at_the_hand_after_a_standstill():
         assert out.z_m[0] == begin_z_m
 
 
+def test_a_standstill_while_a_plate_is_heated_demands_no_test():
+    """The sensor turns its heater off by itself meanwhile, so its reading owes no answer to this time."""
+    for stood_s in (0.5, 1.0, 1.4):
+        rig = Rig()
+        rig.run(100, heater_drive=1.0, sensor_c=33.0)
+        assert not rig.step(dt=stood_s, heater_drive=1.0, sensor_c=33.0).limited[0] & Limit.HEATER_TEST
+        assert rig.step(heater_drive=1.0, sensor_c=33.0).heater_drive == [1.0] * 5
+
+
 def come_back(rig: Rig, ticks: int, **wanted) -> list:
     """Engaged after a release, with a hand that went elsewhere meanwhile."""
     rig.met()
@@ -661,8 +679,18 @@ def test_a_hand_that_moved_meanwhile_is_approached_without_a_jump():
         assert bool(out.limited[1] & Limit.APPROACH) != there
     assert places[-1] == pytest.approx((0.08, -0.03, -0.002))
     took_s = next(tick for tick, place in enumerate(places) if place == pytest.approx(places[-1])) * DT
-    assert took_s == pytest.approx(0.08 / APPROACH_PLANE_M_S + 0.008 / APPROACH_DOWN_M_S, abs=4 * DT)
+    assert took_s == pytest.approx(math.hypot(0.08, 0.03) / APPROACH_PLANE_M_S + 0.008 / APPROACH_DOWN_M_S, abs=4 * DT)
     assert "approach" in limit_names(outs[0].limited[0])
+
+
+def test_a_hand_that_moved_aslant_is_approached_no_faster_and_straight():
+    rig = Rig()
+    before = (0.0, 0.0)
+    for out in come_back(rig, 400, wanted_x_m=0.06, wanted_y_m=-0.03):
+        assert math.dist(before, (out.x_m, out.y_m)) <= APPROACH_PLANE_M_S * DT + 1e-12
+        assert out.y_m == pytest.approx(-0.5 * out.x_m)
+        before = (out.x_m, out.y_m)
+    assert before == pytest.approx((0.06, -0.03))
 
 
 def test_once_met_the_hand_is_followed_ever_faster_and_without_a_jerk():
