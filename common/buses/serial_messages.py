@@ -387,25 +387,36 @@ class FrameReader:
     lost: int = 0
     """Number of frames that were sent, by the sequence numbers, and not read."""
     repeated: int = 0
-    """Number of frames with the sequence number of the frame before: the sender's buffer or counter stands still."""
+    """Number of frames with the sequence number of the frame before, and of reports with the device time of the report
+    before: the sender's buffer, counter or measurement stands still."""
     malformed: int = 0
     """Number of undamaged frames with a report of invalid content."""
     _pending: bytes = b""
     _sequence: int | None = None
+    _device_time_us: int | None = None
 
     def feed(self, chunk: bytes) -> list[Frame]:
         """Take a chunk of any length; return the frames that it completes."""
         return [Frame(body[0], body[1], body[2:]) for body in self._bodies(chunk)]
 
     def reports(self, chunk: bytes, kind: type[Report]) -> list[Report]:
-        """Take a chunk of any length; return the reports of one kind that it completes, and skip all other frames."""
+        """Take a chunk of any length; return the reports of one kind that it completes, and skip all other frames.
+
+        A report with the device time of the one before is skipped, too, because it contains no new measurement.
+        """
         found = []
         for body in self._bodies(chunk):
             if body[0] == kind.ID:
                 try:
-                    found.append(kind.decode(body[2:]))
+                    report = kind.decode(body[2:])
                 except BadPayload:
                     self.malformed += 1
+                    continue
+                if report.device_time_us == self._device_time_us:
+                    self.repeated += 1
+                    continue
+                self._device_time_us = report.device_time_us
+                found.append(report)
         return found
 
     def _bodies(self, chunk: bytes) -> list[bytes]:

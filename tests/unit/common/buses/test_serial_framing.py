@@ -110,7 +110,7 @@ def test_an_invalid_frame_is_not_encoded(message_id: int, sequence: int, payload
 
 
 def test_reports_of_one_kind_are_decoded_and_bad_ones_are_counted() -> None:
-    good = ThermalReading(7, 2000, 1500, 0, -250)
+    good, later = (ThermalReading(time_us, 2000, 1500, 0, -250) for time_us in (7, 10_007))
     line = b"".join(
         encode_frame(message_id, sequence, payload)
         for sequence, (message_id, payload) in enumerate(
@@ -119,14 +119,23 @@ def test_reports_of_one_kind_are_decoded_and_bad_ones_are_counted() -> None:
                 (MessageId.TEXTURE_SAMPLES, TextureSamples(7, bytes(20)).encode()),
                 (MessageId.THERMAL_READING, b"short"),
                 (0x7F, b"unknown"),
-                (MessageId.THERMAL_READING, good.encode()),
+                (MessageId.THERMAL_READING, later.encode()),
             ]
         )
     )
     reader = FrameReader()
     found = [report for at in range(0, len(line), 5) for report in reader.reports(line[at : at + 5], ThermalReading)]
-    assert found == [good, good]
+    assert found == [good, later]
     assert (reader.malformed, reader.damaged, reader.lost) == (1, 0, 0)
+
+
+def test_a_report_of_the_same_measurement_is_counted_and_skipped() -> None:
+    reader, found = FrameReader(), []
+    for sequence, time_us in enumerate((0xFFFFFFFF, 0xFFFFFFFF, 0, 0, 0, 10_000, 5)):
+        payload = ThermalReading(time_us, 2000, 1500, 0, sequence).encode()
+        found += reader.reports(encode_frame(MessageId.THERMAL_READING, sequence, payload), ThermalReading)
+    assert [report.heater_permille for report in found] == [0, 2, 5, 6]
+    assert (reader.repeated, reader.lost) == (3, 0)
 
 
 def test_repeated_frames_are_counted_and_are_no_lost_ones() -> None:

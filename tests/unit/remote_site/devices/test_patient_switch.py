@@ -72,6 +72,13 @@ def test_before_its_first_report_the_switch_stops_without_a_fault() -> None:
     line.until(lambda reading: not stops(reading))
 
 
+def test_reports_of_one_measurement_are_no_fresh_ones(line: Line, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module whose measurement hangs would hide a press, although its frames count on."""
+    hung_s = line.t_s
+    monkeypatch.setattr(Emulator, "_time_us", lambda emulator, now_s: round(1e6 * hung_s))
+    assert line.until(lambda reading: code(reading) is FaultCode.PATIENT_SWITCH_FAILED) < 3.0 * REPORT_S
+
+
 def test_at_rest_nothing_is_wrong(line: Line) -> None:
     readings = line.run(10.0)
     assert {reading[::2] for reading in readings} == {(True, "")}
