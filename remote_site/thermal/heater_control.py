@@ -4,7 +4,7 @@ Kron & Schmidt 2003, section 4.2: the plate is heated before a contact and not d
 the drive; this controller requests nothing that the gate would refuse.
 """
 
-from common.limits import SENSOR_PLATE_C
+from common.limits import DOSE_ABOVE_C, SENSOR_PLATE_C
 from common.wire.messages import ThermalReason
 
 OFFSETS_K = (10.0, 17.0, 3.0)
@@ -17,7 +17,7 @@ All others are cooler than the first, because plates warm up between two touches
 contact shows little. There are two cooler offsets, because after a cold object only these plates have come to rest.
 """
 MARGIN_K = 0.5
-"""Minimum distance of set-points below the plate's limit, K."""
+"""Minimum distance of a chosen offset's temperature below the plate's limit, K."""
 STALE_S = 0.10
 """Age from which a reading drives no heater, s."""
 GAIN_PER_K = 0.8
@@ -37,7 +37,8 @@ SLOPE_S = 0.10
 def next_offset_k(offset_k: float, ambient_c: float) -> float:
     """Return the offset to try after `offset_k` gave no difference, K; an offset beyond the plate's limit is skipped.
 
-    If even the smallest offset is beyond the limit, the answer is the smallest, and the controller holds the limit.
+    If even the smallest offset is beyond the limit, the answer is the smallest. The controller holds no plate above
+    DOSE_ABOVE_C.
     """
     start = OFFSETS_K.index(offset_k) if offset_k in OFFSETS_K else 0
     for k in range(1, len(OFFSETS_K) + 1):
@@ -90,7 +91,7 @@ class HeaterControl:
         else:
             dt_s = 0.0
         self._before_s, self._before_c = t_s, sensor_c
-        target_c = min(ambient_c + self.offset_k, SENSOR_PLATE_C - MARGIN_K)
+        target_c = min(ambient_c + self.offset_k, DOSE_ABOVE_C)  # a waiting plate must take no dose
         error_k = target_c - (sensor_c + LEAD_S * self._slope_k_s)
         if abs(error_k) < INTEGRATE_WITHIN_K:
             integral = self._integral + INTEGRAL_PER_K_S * error_k * dt_s

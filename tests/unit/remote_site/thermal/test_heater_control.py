@@ -5,6 +5,8 @@ from itertools import pairwise
 import pytest
 
 from common.fingers import FINGERS
+from common.limits import DOSE_ABOVE_C
+from common.safety.thermal_dose import ThermalDose
 from common.wire.messages import ThermalReason
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K, HeaterControl, next_offset_k
 from tests.unit.remote_site.made_touches import AMBIENT_C
@@ -13,13 +15,17 @@ PREHEATS_K = [OFFSETS_K[0] + stagger_k for stagger_k in STAGGER_K]
 """Of the first, second, ... finger in use."""
 
 
-def plate(control: HeaterControl, seconds: float, lag_s: float) -> tuple[float, float]:
+def plate(
+    control: HeaterControl, seconds: float, lag_s: float, ambient_c: float = AMBIENT_C, dose: ThermalDose | None = None
+) -> tuple[float, float]:
     """Last and highest temperature of a plate of 5.2 K/s at full drive, 2 mW/K to air, read through a lag."""
-    true = read = AMBIENT_C
+    true = read = ambient_c
     worst = 0.0
     for n in range(round(100 * seconds)):
-        drive = control.step(0.01 * n, read, AMBIENT_C, False)
-        true += 0.01 * (5.2 * drive - 0.03 * (true - AMBIENT_C))
+        drive = control.step(0.01 * n, read, ambient_c, False)
+        if dose is not None:
+            assert not dose.step(0.01 * n, read), f"the dose is spent after {0.01 * n:.1f} s"
+        true += 0.01 * (5.2 * drive - 0.03 * (true - ambient_c))
         read += 0.01 / lag_s * (true - read)
         worst = max(worst, true)
     return true, worst
@@ -31,6 +37,14 @@ def test_the_plate_reaches_its_offset_without_overshoot(offset_k: float, lag_s: 
     true, worst = plate(HeaterControl(offset_k), 6.0, lag_s)
     assert true == pytest.approx(AMBIENT_C + offset_k, abs=0.15)
     assert worst < AMBIENT_C + offset_k + 0.6
+
+
+@pytest.mark.parametrize("offset_k", OFFSETS_K)
+@pytest.mark.parametrize("ambient_c", [24.4, 31.0, 35.0, 39.0])
+def test_in_a_warm_room_the_waiting_plate_takes_no_dose(ambient_c: float, offset_k: float) -> None:
+    """A spent dose would turn the heater off, and the plate would be as warm as the room for most of the time."""
+    true, _ = plate(HeaterControl(offset_k), 60.0, 0.3, ambient_c, ThermalDose())
+    assert true == pytest.approx(min(ambient_c + offset_k, DOSE_ABOVE_C), abs=0.15)
 
 
 def test_the_heater_is_off_in_contact_and_when_uncertain() -> None:
