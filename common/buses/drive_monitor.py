@@ -1,6 +1,7 @@
 """Compares the outputs that a device reports with the commands, and finds outputs that were not commanded.
 
-No output at all is always right, because the device's own time-out and limits may turn it off.
+No output at all is always right, because the device's own time-out and limits may turn it off. A device that reports
+for long that no command is in force receives none.
 """
 
 import math
@@ -10,6 +11,7 @@ from dataclasses import dataclass, field
 
 from common.faults.fault import UNITS, Fault, FaultCode
 from common.fingers import FINGERS
+from common.limits import MODULE_TIMEOUT_S
 
 MEMORY_S = 0.15
 """Time that a command may act after the next one was sent, s: line, device, ramp, and the report back."""
@@ -21,6 +23,8 @@ FORGIVEN = 0.5
 """Share of the time of right reports that is subtracted, so that an alternating output is also found."""
 NEAR_N = 0.1
 """Maximum difference between a right force and the commanded one, N."""
+UNHEARD_S = 0.3
+"""Duration of reports without a command in force, s, after which a device receives no commands."""
 UNREPORTED_FRAMES = 250
 """Number of place frames without a state frame, 0.5 s, after which a CAN node is faulty."""
 
@@ -122,6 +126,31 @@ class ForceMonitor:
             if _near(applied_n, low_n, high_n):
                 break
         return (low_n, high_n) if self._commanded else (0.0, 0.0)
+
+
+@dataclass(slots=True)
+class CommandMonitor:
+    """Watches that a device receives the commands that are sent to it. Pure: times, s, in.
+
+    Attributes:
+        deaf: whether it has reported for UNHEARD_S that no command is in force, although commands were sent.
+    """
+
+    deaf: bool = False
+    _sent_s: float = -math.inf
+    _since_s: float | None = None
+
+    def commanded(self, t_s: float) -> None:
+        """Note that a command was sent."""
+        self._sent_s = t_s
+
+    def reported(self, t_s: float, received: bool) -> None:
+        """Take a report, and whether it says that a command is in force."""
+        if received or not 0.0 <= t_s - self._sent_s <= MODULE_TIMEOUT_S:
+            self._since_s = None
+        elif self._since_s is None:
+            self._since_s = t_s
+        self.deaf = self._since_s is not None and t_s - self._since_s >= UNHEARD_S
 
 
 @dataclass(slots=True)

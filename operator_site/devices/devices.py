@@ -53,13 +53,17 @@ class OperatorDevices:
         if not line.connected:
             return str(line.problem or "opening")
         here = self.tick.began_s - self.exoskeleton.hand.oldest_s <= GAP_S
-        return "" if here else f"CAN {line.address} is open, but no positions come"
+        if not here:
+            return f"CAN {line.address} is open, but no positions come"
+        return "it reports, but its drives stay off" if self.exoskeleton.commands.deaf else ""
 
     def _no_module(self, module: TactTip) -> str:
         """Return why a module is missing; empty when it is not."""
         if not module.line.connected:
             return str(module.line.problem or "opening")
-        return "" if self.tick.began_s - module.measured_s <= GAP_S else "the line is open, but no reports come"
+        if not self.tick.began_s - module.measured_s <= GAP_S:
+            return "the line is open, but no reports come"
+        return "it reports, but receives no commands" if module.commands.deaf else ""
 
     def problems(self) -> list[Exception]:
         """Return the reasons why devices are not open, of those that have failed at least once."""

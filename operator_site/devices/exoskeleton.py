@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
 from common.buses.can_port import CanPort
-from common.buses.drive_monitor import DriveMonitor, ForceMonitor, ReportMonitor
+from common.buses.drive_monitor import CommandMonitor, DriveMonitor, ForceMonitor, ReportMonitor
 from common.buses.encoder_glitches import FINGER_M_S, HAND_M_S, EncoderGlitches
 from common.buses.wiring import SYSTEM, Wiring
 from common.faults.fault import AXES, Fault, FaultCode
@@ -70,6 +70,7 @@ class Exoskeleton:
         self._forces_obey = ForceMonitor()
         self._enabled_obeys = DriveMonitor(FaultCode.DRIVES_UNASKED)
         self._state_comes = ReportMonitor()
+        self.commands = CommandMonitor()
         self._disobeys: list[Fault] = []
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Hand:
@@ -107,6 +108,7 @@ class Exoskeleton:
     def _take_state(self, t_s: float, force_n: tuple[float, ...], enabled: bool) -> None:
         """Compare the reported outputs with the commands."""
         self.pushing = Pushing(force_n, enabled, t_s)
+        self.commands.reported(t_s, enabled)
         unasked = self._enabled_obeys.reported(t_s, enabled)
         self._disobeys = self._forces_obey.reported(t_s, force_n)
         if unasked:
@@ -144,4 +146,6 @@ class Exoskeleton:
         """Send the force on each finger, N; without an engaged session, the drives stay off."""
         self._forces_obey.commanded(t_s, force_n if enabled else [0.0] * len(FINGERS))
         self._enabled_obeys.commanded(t_s, enabled)
+        if enabled:
+            self.commands.commanded(t_s)
         self.line.send(self._forces.next_frame([*force_n, float(enabled)]))

@@ -3,7 +3,7 @@
 import math
 
 from common.buses.device_clock import DeviceClock
-from common.buses.drive_monitor import DriveMonitor
+from common.buses.drive_monitor import CommandMonitor, DriveMonitor
 from common.buses.serial_device import SerialDevice
 from common.buses.serial_messages import (
     DRIVE_FULL,
@@ -26,7 +26,7 @@ _LEAST_INTERVAL_S = 0.004
 _BYTES_PER_S = 100 * 19
 """Bytes per second of a module's reports on its line, 1/s."""
 _NEVER = -math.inf
-_CUT_OUT = DeviceFlag.THERMAL_CUT_OUT.value
+_CUT_OUT, _TIMEOUT = DeviceFlag.THERMAL_CUT_OUT.value, DeviceFlag.COMMAND_TIMEOUT.value
 
 
 class TactTip:
@@ -48,6 +48,7 @@ class TactTip:
         """Last reported drives of the motor, mV, and of the Peltiers, thousandths."""
         self._sensor, self._hot_side = PlateSensor(), HotSide()
         self._motor, self._peltier = DriveMonitor(FaultCode.MOTOR_UNASKED), DriveMonitor(FaultCode.PELTIER_UNASKED)
+        self.commands = CommandMonitor()
         self._motor_drive = MotorDrive()
         self._turning = False
         self._witness = DeviceClock(self.line, clock)
@@ -69,6 +70,7 @@ class TactTip:
             reading = self._sensor.step(t_s, state.plate_counts)
             self.plate_c, self.measured_s = reading.plate_c, t_s
             self.applied = (state.motor_mv, state.peltier_permille)
+            self.commands.reported(t_s, not state.flags & _TIMEOUT)
             motor = self._motor.reported(t_s, state.motor_mv)
             peltier = self._peltier.reported(t_s, state.peltier_permille)
             found = [
@@ -110,6 +112,7 @@ class TactTip:
             return
         self.line.send(MessageId.TACTTIP_COMMAND, command)
         self._sent, self._sent_s, self._turning = command, t_s, motor_rpm > 0.0
+        self.commands.commanded(t_s)
         self._motor.commanded(t_s, motor.hold_mv)
         pulse_mv, pulse_us, _ = motor.pulse
         if pulse_us:

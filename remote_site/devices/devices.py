@@ -66,6 +66,11 @@ class RemoteDevices:
                 return f"{sensor.line.name}: the line is open, but no reports come"
         if not began_s - self.telemanipulator.measured.oldest_s <= GAP_S:
             return f"telemanipulator: CAN {self.telemanipulator.line.address} is open, but no measurements come"
+        if self.telemanipulator.commands.deaf:
+            return "telemanipulator: it reports, but receives no set-points"
+        for sensor in self.thermal.values():
+            if sensor.commands.deaf:
+                return f"{sensor.line.name}: it reports, but receives no commands"
         return ""
 
     def problems(self) -> list[Exception]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from common.buses.can_address import CanAddress
 from common.buses.can_frames import FrameReceiver, FrameSender
 from common.buses.can_port import CanPort
-from common.buses.drive_monitor import DriveMonitor, ReportMonitor
+from common.buses.drive_monitor import CommandMonitor, DriveMonitor, ReportMonitor
 from common.buses.wiring import SYSTEM, Wiring
 from common.faults.fault import Fault, FaultCode
 from common.fingers import FINGERS
@@ -79,6 +79,7 @@ class Telemanipulator:
         self._heights = FrameSender("HeightSetpoint")
         self._release_obeys = DriveMonitor(FaultCode.NOT_RELEASED)
         self._state_comes = ReportMonitor()
+        self.commands = CommandMonitor()
         self._disobeys: Fault | None = None
 
     def read(self, t_s: float, *, stood_still: bool = False) -> Measured:
@@ -110,6 +111,7 @@ class Telemanipulator:
         if states := came.get("TelemanipulatorState"):
             released, hand_alive, heights_alive = states[-1][1]
             self.following = Following(released > 0.0, hand_alive > 0.0, heights_alive > 0.0, reported_s=t_s)
+            self.commands.reported(t_s + self.stood_still_s, hand_alive > 0.0 and heights_alive > 0.0)
             self._disobeys = self._release_obeys.reported(t_s + self.stood_still_s, not self.following.released)
         return measured
 
@@ -143,4 +145,5 @@ class Telemanipulator:
         heights = self._heights.next_frame([*[height_m * _MM for height_m in z_m], float(released)])
         self._watched.commanded(t_s, z_m, released)
         self._release_obeys.commanded(t_s, not released)
+        self.commands.commanded(t_s)
         self.line.send(hand, heights)

@@ -3,7 +3,7 @@
 import math
 
 from common.buses.device_clock import DeviceClock
-from common.buses.drive_monitor import DriveMonitor
+from common.buses.drive_monitor import CommandMonitor, DriveMonitor
 from common.buses.serial_device import SerialDevice
 from common.buses.serial_messages import (
     DRIVE_FULL,
@@ -20,7 +20,7 @@ from common.timing.standstill import HostClock
 from common.wire.messages import ThermalReason
 from remote_site.devices.sensor_frame import PlateReading
 
-_CUT_OUT = int(DeviceFlag.THERMAL_CUT_OUT)
+_CUT_OUT, _TIMEOUT = int(DeviceFlag.THERMAL_CUT_OUT), int(DeviceFlag.COMMAND_TIMEOUT)
 _BYTES_PER_S = 100 * 17
 """Data rate of a sensor's readings on its serial line, bytes/s."""
 MAX_RATE_K_S = 40.0
@@ -50,6 +50,7 @@ class ThermalSensor:
         self.disobeys: Fault | None = None
         """Fault of a heater whose drive was not commanded; None without one."""
         self._obeys = DriveMonitor(FaultCode.HEATER_UNASKED)
+        self.commands = CommandMonitor()
         self._check = ThermometerCheck()
         self._permille = 0
         self._witness = DeviceClock(self.line, clock)
@@ -66,6 +67,7 @@ class ThermalSensor:
         newest = readings[-1]
         t_s += self.stood_still_s
         self.measured_s, self.applied_permille = t_s, newest.heater_permille
+        self.commands.reported(t_s, not newest.flags & _TIMEOUT)
         self.disobeys = self._obeys.reported(t_s, newest.heater_permille)
         fault = self._check.step(t_s, newest.plate_counts, self._permille / DRIVE_FULL)
         # A sensor without a plausible reading cuts out, too; then only this finger goes without heat.
@@ -90,6 +92,7 @@ class ThermalSensor:
         """Send a heater drive, -1..1 of full power; positive heats."""
         self._permille = round(drive * DRIVE_FULL)
         self._obeys.commanded(t_s, self._permille)
+        self.commands.commanded(t_s)
         self.line.send(MessageId.HEATER_COMMAND, HeaterCommand(self._permille).encode())
 
 

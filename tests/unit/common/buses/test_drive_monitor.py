@@ -9,7 +9,9 @@ from common.buses.drive_monitor import (
     MEMORY_S,
     NEAR_N,
     PERSIST_S,
+    UNHEARD_S,
     UNREPORTED_FRAMES,
+    CommandMonitor,
     Doubt,
     DriveMonitor,
     ForceMonitor,
@@ -47,6 +49,25 @@ def test_a_stuck_drive_is_found_soon_and_a_single_wrong_report_is_not() -> None:
     wrong_by_turns = DriveMonitor(HEATER)
     wrong_by_turns.commanded(0.0, 0)
     assert any(wrong_by_turns.reported(tick * TICK_S, 1000 if tick % 2 else 0) for tick in range(500))
+
+
+def test_a_device_is_deaf_that_reports_no_command_although_commands_are_sent() -> None:
+    """Not while none is sent, nor after a standstill of the site, in which the device rightly timed out."""
+    commands = CommandMonitor()
+    for tick in range(1000):
+        commands.reported(tick * TICK_S, received=False)
+        assert not commands.deaf
+    found_s, begun_s = None, 1000 * TICK_S
+    for tick in range(1000, 1500):
+        commands.commanded(tick * TICK_S)
+        commands.reported(tick * TICK_S, received=False)
+        found_s = tick * TICK_S if commands.deaf and found_s is None else found_s
+    assert found_s == pytest.approx(begun_s + UNHEARD_S, abs=TICK_S)
+    commands.reported(1500 * TICK_S + MODULE_TIMEOUT_S, received=False)
+    assert not commands.deaf
+    commands.commanded(5.0)
+    commands.reported(5.0, received=True)
+    assert not commands.deaf
 
 
 Reports = list[tuple[float, bool]]
