@@ -20,6 +20,10 @@ SILENT_WORK_S = 0.6
 """Drive above HOLDING_DRIVE after which the reading must have changed by SILENT_K, s of full drive."""
 SILENT_K = 0.3
 """Smallest change of the reading that counts as an answer to the drive, K."""
+AGAINST_WORK_S = 1.5
+"""Drive above HOLDING_DRIVE after which the reading must have followed it by SILENT_K, s of full drive.
+
+The slowest sensor still follows a cold object for up to 0.7 s when it is heated again."""
 TEST_DRIVE = 0.15
 """Drive of the test pulse, 0..1."""
 TEST_LEAST_K = 0.12
@@ -43,7 +47,7 @@ class HeaterLimits:
         self._plate_c = self._mark_c = math.nan
         self._rate_k_s = 0.0
         self._dose = ThermalDose()
-        self._work_s = 0.0
+        self._work_s = self._against_s = 0.0
         self.repeated = RepeatedFault(TEST_DRIVE, TEST_LEAST_K)
         self._implausible = False
 
@@ -64,17 +68,21 @@ class HeaterLimits:
         if not self.known:
             self.known, self._implausible = True, False
             self._plate_c = self._mark_c = plate_c
-            self._rate_k_s = self._work_s = 0.0
+            self._rate_k_s = self._work_s = self._against_s = 0.0
         if dt_s > 0.0:
             rate = (plate_c - self._plate_c) / dt_s
             self._rate_k_s += (rate - self._rate_k_s) * dt_s / (RATE_LAG_S + dt_s)
             self._plate_c = plate_c
-        if not -SILENT_K < plate_c - self._mark_c < SILENT_K:
+        moved_k = plate_c - self._mark_c
+        if not -SILENT_K < moved_k < SILENT_K:
             self._mark_c, self._work_s = plate_c, 0.0
-        if drive or self._work_s:
-            self._work_s = max(0.0, self._work_s + (abs(drive) - HOLDING_DRIVE) * dt_s)
-            if self._work_s > SILENT_WORK_S:
-                self._work_s = 0.0
+            if moved_k * drive >= 0.0:
+                self._against_s = 0.0
+        if drive or self._work_s or self._against_s:
+            work_s = (abs(drive) - HOLDING_DRIVE) * dt_s
+            self._work_s, self._against_s = max(0.0, self._work_s + work_s), max(0.0, self._against_s + work_s)
+            if self._work_s > SILENT_WORK_S or self._against_s > AGAINST_WORK_S:
+                self._work_s = self._against_s = 0.0
                 self.repeated.demand_test()
         self.spent = self._dose.step(t_s, plate_c)
         rate_k_s = self._rate_k_s

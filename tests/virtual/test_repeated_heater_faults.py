@@ -25,8 +25,8 @@ pytestmark = pytest.mark.long
 BAD, SOUND = FINGERS.index("index"), FINGERS.index("middle")
 CLEARED_EVERY_S = 3.0
 WATCHED_S = 120.0
-FIRST_S = 8.0
-"""Full drive before a sensor needs its test, s: a reversed heater cools it to the end of its range, twice."""
+FIRST_S = 2.5
+"""Full drive before a sensor needs its test, s: a reversed heater moves its plate the wrong way meanwhile."""
 PULSES_S = 2.0 * 0.5 * TEST_DRIVE * (WATCHED_S / TEST_EVERY_S + 1.0)
 FREE_M = 0.006
 

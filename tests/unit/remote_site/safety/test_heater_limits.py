@@ -7,6 +7,7 @@ import pytest
 from common.limits import GAP_S, SENSOR_PLATE_C
 from common.safety.repeated_fault import REPEATED_S
 from remote_site.safety.heater_limits import (
+    AGAINST_WORK_S,
     HOLDING_DRIVE,
     LOOK_AHEAD_S,
     RATE_LAG_S,
@@ -101,6 +102,25 @@ def test_drive_without_an_answer_of_the_reading_demands_a_test(answers_k: float)
     plate.step(answers_k, SILENT_WORK_S / 0.3 - 0.02, -drive)
     assert plate.limits.repeated.needs_test is not answered
     assert plate.step(answers_k, 0.02, drive).repeated.needs_test is True
+
+
+@pytest.mark.parametrize("drive", [1.0, -1.0])
+def test_a_plate_that_runs_away_from_its_drive_demands_a_test(drive: float) -> None:
+    """A Peltier element that is wired in reverse would cool the plate to below 0 C, or heat it to its limit."""
+    plate, tick_s = Plate(), 0.01
+    for tick in range(200):
+        demanded = plate.step(30.0 - drive * 5.0 * tick * tick_s, tick_s, drive).repeated.needs_test
+        driven_s = (tick + 1) * tick_s * (abs(drive) - HOLDING_DRIVE)
+        if abs(driven_s - AGAINST_WORK_S) > tick_s:
+            assert demanded is (driven_s > AGAINST_WORK_S)
+
+
+def test_a_plate_that_follows_its_drive_after_a_lag_needs_no_test() -> None:
+    plate, plate_c = Plate(), 30.0
+    for seconds, rate_k_s, drive in ((0.7, -5.0, 1.0), (5.0, 5.0, 1.0), (0.7, 5.0, -1.0), (2.0, -5.0, -1.0)):
+        for _ in range(round(100 * seconds)):
+            plate_c += 0.01 * rate_k_s
+            assert not plate.step(plate_c, 0.01, drive).repeated.needs_test
 
 
 def test_drive_that_holds_a_temperature_needs_no_answer_and_makes_up_for_more() -> None:
