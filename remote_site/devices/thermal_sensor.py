@@ -16,6 +16,7 @@ from common.buses.serial_messages import (
 from common.buses.thermometry import COUNT_MAX, ssr_c
 from common.buses.wiring import SYSTEM, Wiring
 from common.faults.fault import Fault, FaultCode
+from common.limits import GAP_S
 from common.timing.standstill import HostClock
 from common.wire.messages import ThermalReason
 from remote_site.devices.sensor_frame import PlateReading
@@ -116,7 +117,7 @@ class ThermometerCheck:
         """
         before, before_s = self._counts, self._t_s
         self._counts, self._t_s = counts, t_s
-        if before is None or counts != before or abs(drive) < DRIVEN:
+        if before is None or counts != before or abs(drive) < DRIVEN or t_s - before_s > GAP_S:
             self._since_s = t_s
         if not counts > 0:
             return ThermalReason.SENSOR_SHORTED

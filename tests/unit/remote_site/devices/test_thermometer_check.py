@@ -15,3 +15,12 @@ def test_implausible_sensors_are_named():
     assert last([2000, 2200]) is ThermalReason.SENSOR_JUMPS
     assert last([2000] * 150, drive=1.0) is ThermalReason.SENSOR_FROZEN
     assert last([2000] * 150) is ThermalReason.NONE
+
+
+def test_a_count_that_returns_after_a_gap_was_not_repeated() -> None:
+    """The sensor was unplugged, or the site stood still, and nobody read it meanwhile."""
+    check = ThermometerCheck()
+    assert check.step(0.0, 2000, 1.0) is ThermalReason.NONE
+    for n in range(100):
+        assert check.step(5.0 + 0.01 * n, 2000, 1.0) is ThermalReason.NONE
+    assert check.step(6.02, 2000, 1.0) is ThermalReason.SENSOR_FROZEN
