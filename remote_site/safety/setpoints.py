@@ -246,7 +246,8 @@ class HeightSetpoint:
             z_m = before_m + (step_m if step_m > -down_m else -down_m)
         missed_m = z_m - target_m
         if not approach.settled:
-            approach.step(tick_s, abs(missed_m))
+            if hand_met:  # a height that agrees elsewhere is no agreement at the wanted place
+                approach.step(tick_s, abs(missed_m))
             if not approach.met:
                 acted |= APPROACH
         if held and missed_m > ROUNDING_M:

@@ -693,6 +693,20 @@ def test_a_hand_that_moved_aslant_is_approached_no_faster_and_straight():
     assert before == pytest.approx((0.06, -0.03))
 
 
+def test_a_finger_that_agreed_before_the_hand_had_come_is_lowered_slowly():
+    """Under the hand is another place then, and the operator has lowered the finger since."""
+    rig = Rig()
+    come_back(rig, 100, wanted_x_m=0.08, wanted_z_m=0.006)
+    heights, arrived = [0.006], False
+    for _ in range(1000):
+        out = rig.step(wanted_x_m=0.08, wanted_z_m=-0.002)
+        heights.append(out.z_m[1])
+        assert heights[-2] - heights[-1] <= APPROACH_DOWN_M_S * DT + 1e-12
+        arrived = arrived or out.x_m == pytest.approx(0.08)
+        assert arrived or heights[-1] == 0.006
+    assert heights[-1] == pytest.approx(-0.002)
+
+
 def test_once_met_the_hand_is_followed_ever_faster_and_without_a_jerk():
     rig = Rig()
     come_back(rig, 1, wanted_x_m=0.08)

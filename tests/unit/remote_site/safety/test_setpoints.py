@@ -76,7 +76,8 @@ def test_a_set_point_retreats_after_a_stop_or_a_hard_press(pressed_n: float, sto
 @pytest.mark.parametrize(
     ("begins_m", "wanted_m", "measured_m", "pressed_n", "hand_met", "left_j", "expected_m", "limits"),
     [
-        pytest.param(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0, id="where it is wanted"),
+        pytest.param(0.0, 0.0, 0.0, 0.0, True, 0.0, 0.0, 0, id="where it is wanted"),
+        pytest.param(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, APPROACH, id="where it is wanted, hand not there"),
         pytest.param(0.0, -ROUNDING_M, 0.0, BRAKE_N, True, 0.0, 0.0, 0, id="rounding when braked"),
         pytest.param(0.0, -2e-9, 0.0, BRAKE_N, True, 0.0, 0.0, FORCE, id="more than rounding when braked"),
         pytest.param(0.0, -0.01, 0.0, 0.0, True, 0.0, -DOWN_M, APPROACH | HEIGHT_SPEED, id="down"),
