@@ -104,6 +104,30 @@ def test_engaging_takes_a_held_press_or_two(stage: Stage, open_page: Open) -> No
     page.mouse.up()
 
 
+def test_releasing_a_held_engage_does_not_pause(stage: Stage, open_page: Open) -> None:
+    page = open_page("ready")
+    page.hover("#act-button")
+    page.mouse.down()
+    page.wait_for_selector("#act-button:has-text('Pause')")
+    page.mouse.up()
+    page.wait_for_timeout(300)  # a request would have come
+    assert [ask["verb"] for ask in stage.asks] == ["engage"]
+    page.click("#act-button")
+    wait_for(stage, "disengage")
+
+
+def test_a_held_enter_is_one_press(stage: Stage, open_page: Open) -> None:
+    page = open_page("ready")
+    page.focus("#act-button")
+    for _ in range(5):
+        page.keyboard.down("Enter")  # from the second on with key repeat
+    page.keyboard.up("Enter")
+    page.wait_for_selector("#act-button:has-text('Confirm engage')")
+    assert stage.asks == []
+    page.keyboard.press("Enter")
+    wait_for(stage, "engage")
+
+
 def test_pausing_is_one_press_and_a_fault_is_cleared_by_holding(stage: Stage, open_page: Open) -> None:
     page = open_page("engaged")
     page.click("#act-button")

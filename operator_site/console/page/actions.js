@@ -5,18 +5,17 @@ import { open } from "./sheets.js";
 import { FIXED, WORDS } from "./words.js";
 
 const HOLD_MS = 1000, CONFIRM_MS = 5000, STEP_MS = 50;
-let connection = null, say = null, held = null, confirming = null;
+let connection = null, say = null, held = null, confirming = null, begun = null; // what the button did when it was pressed
 
 export function startActions(link, speak) {
   connection = link;
   say = speak;
   const button = byId("act-button");
-  button.addEventListener("pointerdown", () => { const act = current(); if (act.hold) hold(act.verb); });
+  button.addEventListener("pointerdown", () => { begun = current(); if (begun.hold) hold(begun.verb); });
   for (const kind of ["pointerup", "pointercancel", "pointerleave"]) button.addEventListener(kind, event => release(event.type === "pointerup"));
   button.addEventListener("click", event => {
-    const act = current();
-    if (!act.hold) act.press();
-    else if (event.detail === 0) twice(act.verb); // from the keyboard or assistive software
+    const act = current(), alone = event.detail === 0; // from the keyboard or assistive software
+    if (act.hold) { if (alone) twice(act.verb); } else if (alone || act.text === begun.text) act.press(); // a released hold is no press of what follows
   });
   button.addEventListener("contextmenu", event => event.preventDefault());
 }

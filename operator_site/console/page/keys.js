@@ -39,6 +39,7 @@ export function startKeys({ choose, details, listed }) {
   window.addEventListener("keydown", event => {
     if (stops(event)) { swallow(event); if (!event.repeat) press(); return; }
     if (event.key === PEDAL) { event.preventDefault(); if (!event.repeat) holdClutch(); return; }
+    if (event.repeat && event.key === "Enter" && !document.activeElement?.matches("textarea")) { event.preventDefault(); return; } // it presses a button once
     if (event.ctrlKey || event.metaKey || typing()) return;
     if (playback() && !menu() && playbackKey(event)) return;
     if (document.activeElement !== byId("map-surface") || marked()) if (markingKey(event)) return;
