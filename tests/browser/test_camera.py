@@ -310,3 +310,20 @@ def test_the_map_is_laid_over_the_camera_by_touched_marks(stage: Stage, open_pag
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
     page.wait_for_selector("#photo-said:has-text('No finger touches')")
     page.click("#photo-remove")
+
+
+@pytest.mark.parametrize("way", ["#photo-remove", "#photo-adjust", "#photo-button"])
+def test_a_registration_that_was_begun_can_be_given_up(open_page: Open, way: str) -> None:
+    page = open_page("watching")
+    page.wait_for_selector(LIVE_TEXT)
+    page.click("#photo-button")
+    page.click("#photo-camera")
+    page.click("#photo-marks")
+    page.wait_for_selector("#map-view[data-camera=large]")
+    page.click(way)
+    page.wait_for_selector("#map-view[data-camera=small]")
+    assert page.text_content("#photo-said") == ""
+    page.click("#camera")
+    page.wait_for_selector("#map-view[data-camera=large]")
+    page.click("#camera")
+    page.wait_for_selector("#map-view[data-camera=off]")

@@ -43,6 +43,13 @@ function pick({ clientX, clientY }) {
   if (Math.abs(u - 0.5) <= 0.5 && Math.abs(v - 0.5) <= 0.5) picks(u, v);
 }
 
+// Returns whether places were still asked for.
+export function endPicking() {
+  const asked = picks !== null;
+  if (asked) pickInPicture(null);
+  return asked;
+}
+
 export function nextSize() {
   if (byId("camera").hidden) return;
   size = (size + 1) % SIZES.length;

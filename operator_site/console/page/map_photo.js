@@ -1,6 +1,6 @@
 // A picture under the map: a still one from a file, which stays in this page, or the camera's. While it is adjusted, a drag
 // moves and a pinch scales it. The camera's may be registered by marks instead.
-import { frozen } from "./camera.js";
+import { endPicking, frozen } from "./camera.js";
 import { askMarks } from "./camera_marks.js";
 import { byId, write } from "./dom.js";
 import { now } from "./now.js";
@@ -39,7 +39,9 @@ export function offerCamera() {
   for (const id of ["photo-camera", "photo-marks"]) byId(id).hidden = !now.state?.camera;
 }
 
+// Anything else that is done with a picture ends a registration that was begun.
 function adjust(on) {
+  if (endPicking()) write(byId("photo-said"), "");
   adjusting = on && photo !== null;
   if (adjusting) photo.matrix = null;
   byId("photo-marks").disabled = !photo?.live;
