@@ -359,3 +359,47 @@ def test_a_late_answer_keeps_the_reason_of_another_withdrawal(stage: Stage, open
     del stage.answers["withdraw"]
     page.click("#withdrawing .first", timeout=3000)
     assert wait_for(stage, "withdraw", 2)[-1]["details"] == {"finding": 2, "reason": "an edge"}
+
+
+def test_a_place_on_the_body_goes_with_no_other_finding(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.keyboard.press("f")
+    page.click("#finding-body")
+    page.click("#body-regions button")
+    stage.scenario.state["session"]["pseudonym"] = "P-0418"
+    page.wait_for_selector("#marking", state="hidden")
+    page.click("#finding-button")
+    page.click("#body-use")
+    page.click("#finding-save")
+    assert "body" not in wait_for(stage, "finding")[0]["details"]
+
+
+def test_a_note_opens_without_the_answer_to_the_note_before(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.keyboard.press("n")
+    page.fill("#note-text", "feels like a pea")
+    page.click("#noting .first")
+    page.wait_for_selector("#noting", state="hidden")
+    page.keyboard.press("n")
+    assert page.input_value("#note-text") == "feels like a pea"
+    assert page.inner_text("#note-said") == ""
+
+
+def test_two_clicks_on_undo_are_one_undo(stage: Stage, open_page: Open) -> None:
+    stage.answers["undo"] = lambda _: {"ok": None}
+    stage.show("engaged").state["undo"] = 1
+    page = open_page()
+    page.dblclick("[data-undo='1']")
+    page.keyboard.press("p")
+    wait_for(stage, "disengage")
+    assert [ask["verb"] for ask in stage.asks].count("undo") == 1
+
+
+def test_two_clicks_on_begin_are_one_examination(stage: Stage, open_page: Open) -> None:
+    stage.answers["begin"] = lambda _: {"ok": None}
+    page = open_page("connected")
+    page.fill("#begin-pseudonym", "P-0417")
+    page.dblclick("#begin-form .first")
+    page.click("#sound-refused")
+    wait_for(stage, "sound")
+    assert [ask["verb"] for ask in stage.asks].count("begin") == 1

@@ -73,6 +73,16 @@ export function penOf(canvas) {
   return pen;
 }
 
+// Returns a function that does nothing while it is not done yet, such as on the second click of two.
+export function once(act) {
+  let doing = false;
+  return async () => {
+    if (doing) return;
+    doing = true;
+    try { await act(); } finally { doing = false; }
+  };
+}
+
 export function typing() {
   return document.activeElement?.matches("input:not([type=range]), textarea");
 }

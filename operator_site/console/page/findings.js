@@ -1,12 +1,13 @@
 // The list of findings, always in view, the newest first: jump, edit, withdraw with a reason, undo.
 import { ask } from "./actions.js";
-import { byId, make, remake, write } from "./dom.js";
+import { byId, make, once, remake, write } from "./dom.js";
 import { lookAt } from "./map.js";
 import { edit, marked } from "./marking.js";
 import { acts, live, now, playback } from "./now.js";
 import { jumpToFinding } from "./playback.js";
 import { WORDS } from "./words.js";
 
+const undoLast = once(() => ask("undo"));
 let withdrawing = null;
 
 export function startFindings() {
@@ -62,7 +63,7 @@ function row(found, mayEdit, mayUndo) {
     if (playback()) jumpToFinding(found.id);
   });
   const undo = make("button", { "data-undo": found.id, "aria-label": WORDS.undoOf(found.id) }, WORDS.undo);
-  undo.addEventListener("click", () => ask("undo"));
+  undo.addEventListener("click", undoLast);
   const change = make("button", { "data-edit": found.id, "aria-label": WORDS.editOf(found.id) }, WORDS.edit);
   change.addEventListener("click", () => { if (placed) lookAt(found.x_mm, found.y_mm); edit(found); });
   return make("li", {}, jump, ...(mayUndo ? [undo] : []), ...(mayEdit && !found.withdrawn ? [change] : []));

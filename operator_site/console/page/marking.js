@@ -23,9 +23,15 @@ export function startMarking(link, speak, openWithdraw) {
   byId("finding-button").addEventListener("click", begin);
   byId("finding-save").addEventListener("click", save);
   byId("finding-discard").addEventListener("click", discard);
-  byId("finding-body").addEventListener("click", () => openBody(finding.body, place => { finding.body = place; finding.bodyChosen = true; showMarking(); }));
+  byId("finding-body").addEventListener("click", chooseBody);
   byId("finding-note").addEventListener("click", () => leave(openNote));
   byId("finding-withdraw").addEventListener("click", () => leave(withdraw));
+}
+
+// The place is of the finding for which the diagram was opened.
+function chooseBody() {
+  const placed = finding;
+  openBody(placed.body, body => { Object.assign(placed, { body, bodyChosen: true }); showMarking(); });
 }
 
 // Closes the tray and opens another one for the same finding.

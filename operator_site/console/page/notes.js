@@ -43,6 +43,7 @@ const draftKey = () => `${now.state.session.pseudonym} ${byId("note-finding").va
 function showText() {
   const found = now.state.findings.find(each => String(each.id) === byId("note-finding").value);
   byId("note-text").value = drafts.get(draftKey()) ?? found?.note ?? "";
+  write(byId("note-said"), "");
 }
 
 function closeNote() {

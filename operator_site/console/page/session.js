@@ -1,6 +1,6 @@
 // The session sheet: study number, place on the body, check list, sound, end, report.
 import { ask } from "./actions.js";
-import { byId, make, remake, write } from "./dom.js";
+import { byId, make, once, remake, write } from "./dom.js";
 import { bodyText, openBody } from "./body.js";
 import { acts, known, live, now, playback } from "./now.js";
 import { close, open } from "./sheets.js";
@@ -12,7 +12,8 @@ let body = null, ending = null, offered = false, played = false, hadSession = fa
 
 export function startSession() {
   for (const id of ["begin-top", "begin-right"]) byId(id).append(...SIDES.map(side => make("option", { value: side, text: side || "–" })));
-  byId("begin-form").addEventListener("submit", event => { event.preventDefault(); begin(); });
+  const beginOnce = once(begin);
+  byId("begin-form").addEventListener("submit", event => { event.preventDefault(); beginOnce(); });
   byId("sound-play").addEventListener("click", () => { wakeSound(); played = true; setTimeout(() => { burst("medium"); showSound(); }, 100); });
   byId("sound-heard").addEventListener("click", () => ask("sound", { answer: "heard" }));
   byId("sound-refused").addEventListener("click", () => ask("sound", { answer: "refused" }));
