@@ -145,6 +145,25 @@ def test_a_page_without_its_process_says_so(bedside: Bedside, page: Any) -> None
     page.get_by_role("status").get_by_text("Not connected. The examination cannot continue.").wait_for()
 
 
+SOCKETS = """window.sockets = [];
+  window.WebSocket = class extends WebSocket {
+    constructor(address) { super(address); sockets.push(this); }
+    addEventListener(kind, act) { super.addEventListener(kind, event => { if (!this.deaf) act(event); }); }
+  };"""
+
+
+def test_a_page_whose_network_has_gone_connects_again(bedside: Bedside, page: Any) -> None:
+    page.add_init_script(SOCKETS)
+    page.reload()
+    page.get_by_role("status").get_by_text(READY).wait_for()
+    page.evaluate("() => { sockets[0].deaf = true; }")
+    page.get_by_role("status").get_by_text("Not connected. The examination cannot continue.").wait_for()
+    wait_until(lambda: bedside.age_s() > SWITCH_LOST_S)
+    page.get_by_role("status").get_by_text(READY).wait_for()
+    wait_until(lambda: bedside.age_s() < SWITCH_SILENCE_S)
+    assert page.evaluate("() => sockets.map(socket => socket.readyState > WebSocket.OPEN)") == [True, False]
+
+
 def test_another_tablet_stops_too(bedside: Bedside, page: Any, browser: Any) -> None:
     page.get_by_role("slider").fill("4")
     context = browser.new_context()

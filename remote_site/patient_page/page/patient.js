@@ -2,6 +2,7 @@
 // seen: a page that is hidden or hangs is silent, and silence stops the fingers.
 
 const LOST_MS = 300;
+const SILENT_MS = 3000;
 const LOOK_MS = 100;
 const AGAIN_MS = 500;
 const STOPPED_MS = 10000;
@@ -25,6 +26,7 @@ const WORDS = {
 let socket = null;
 let asked = null;
 let heardMs = -Infinity;
+let openedMs = -Infinity;
 let stoppedMs = -Infinity;
 let refused = false;
 let placed = false;
@@ -32,8 +34,11 @@ const holds = new Set();
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
-  socket = new WebSocket(`${scheme}://${location.host}/patient`);
-  socket.addEventListener("message", ({ data }) => {
+  const opened = new WebSocket(`${scheme}://${location.host}/patient`);
+  socket = opened;
+  openedMs = performance.now();
+  opened.addEventListener("message", ({ data }) => {
+    if (opened !== socket) return;
     asked = JSON.parse(data);
     heardMs = performance.now();
     refused = false;
@@ -42,10 +47,18 @@ function connect() {
     if (document.visibilityState === "visible") answer();
     show();
   });
-  socket.addEventListener("close", ({ code }) => {
+  opened.addEventListener("close", ({ code }) => {
+    if (opened !== socket) return;
     refused = code === 4401;
     setTimeout(connect, AGAIN_MS);
   });
+}
+
+// A connection whose network has gone stays open in the browser for minutes: another one takes its place.
+function renew() {
+  if (socket.readyState > WebSocket.OPEN || performance.now() - Math.max(heardMs, openedMs) <= SILENT_MS) return;
+  socket.close();
+  connect();
 }
 
 // A page that was loaded again has the slider where the patient has set it, and so has a page that is not in use.
@@ -123,5 +136,6 @@ document.addEventListener("visibilitychange", () => {
   if (document.visibilityState === "visible") stayAwake();
 });
 setInterval(show, LOOK_MS);
+setInterval(renew, LOOK_MS);
 stayAwake();
 connect();
