@@ -1,5 +1,6 @@
 """The page's end of the websocket: credit, reconnecting, reloading, two tabs, sleeping, silence, and broken frames."""
 
+import math
 import random
 import time
 from typing import Any
@@ -218,3 +219,26 @@ def test_a_wrong_head_is_a_bad_picture(open_page: Open, offset: int) -> None:
     data = bytearray(synthetic.picture(42, 2000, synthetic.engaged()))
     data[offset] ^= 0x55
     assert page.evaluate(DECODE, list(data)) == ["bad"]
+
+
+SLOW_TIMERS = """
+  const every = window.setInterval.bind(window);
+  window.setInterval = (act, ms) => every(() => { if (!window.throttled) act(); }, ms);
+  window.bursts = 0;
+  const start = OscillatorNode.prototype.start;
+  OscillatorNode.prototype.start = function (at_s) { window.bursts += 1; start.call(this, at_s); };
+"""
+"""A browser runs the timers of a page that is hidden for five minutes once a minute. Its messages still arrive."""
+
+
+@pytest.mark.real_time(stall_s=math.inf)
+def test_a_page_hidden_for_minutes_sounds_an_alarm_at_once_and_stays_awake(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged", script=HIDEABLE + SLOW_TIMERS)
+    page.click("#map-surface")  # a browser plays sound only after a person has used the page
+    page.wait_for_function("() => import('/page/sound.js').then(sound => sound.soundPossible())")
+    page.evaluate("window.hide(true); window.throttled = true")
+    client = only(stage)
+    heard = len(client.alive)
+    stage.scenario.alarm("module-ring", "medium", "Ring module lost. Ring feels nothing.")
+    until(lambda: page.evaluate("window.bursts") >= 3)
+    until(lambda: len(client.alive) >= heard + 3)

@@ -28,6 +28,7 @@ export class Connection {
     this.wait_ms = FIRST_WAIT_MS;
     this.timer = null;
     this.last_ms = -Infinity;
+    this.alive_ms = -Infinity;
     this.drawn = 0;
   }
 
@@ -101,7 +102,11 @@ export class Connection {
   text(data) {
     let message;
     try { message = JSON.parse(data); } catch { return; }
-    if (message.kind === "state") this.heard.state(message);
+    if (message.kind === "state") {
+      this.heard.state(message);
+      // Timers of a page that is hidden for minutes run once a minute; its messages come all the time.
+      if (performance.now() - this.alive_ms > HEARTBEAT_MS) this.alive();
+    }
     else if (message.kind === "answer") {
       const answer = this.waiting.get(message.id);
       this.waiting.delete(message.id);
@@ -121,6 +126,7 @@ export class Connection {
   }
 
   alive() {
+    this.alive_ms = performance.now();
     this.send({ kind: "alive", visible: !document.hidden, sequence: this.drawn });
   }
 

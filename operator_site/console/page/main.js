@@ -93,6 +93,7 @@ function showState() {
 
 function showNow() {
   showState();
+  soundAlarms(); // with each state, too: timers of a page that is hidden for minutes run once a minute
   showStop();
   showActions();
   showClutch();
@@ -112,7 +113,6 @@ function showNumbers() {
   showNotes();
   showStripTable();
   showMapTable();
-  soundAlarms();
   readOut(performance.now() < said.until_ms ? said.text : "");
 }
 
