@@ -1,5 +1,6 @@
 """A recording on the page: it says that it is one, offers no live order, and its time line says what happened when."""
 
+import math
 from typing import Any
 
 import pytest
@@ -129,3 +130,19 @@ def test_a_limit_of_a_later_moment_is_not_shown_after_a_jump_back(stage: Stage, 
     stage.scenario.limited = set()
     stage._started += 60.0
     page.wait_for_selector("#finger-table .limit", state="detached", timeout=2500)
+
+
+@pytest.mark.real_time(stall_s=math.inf)
+def test_a_jump_into_another_contact_begins_the_chart_anew(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    page.wait_for_function("() => import('/page/now.js').then(({ now }) => now.state.fingers[1].contact_s > 0.5)")
+    stage.scenario.converges = False
+    stage.scenario.state["session"]["playback"]["at_s"] = 500.0
+    for finger in stage.scenario.state["fingers"]:
+        finger |= {"contact_s": 6.0, "candidates": [["rubber", 0.97]]}
+    page.wait_for_function("() => import('/page/now.js').then(({ now }) => now.state.fingers[1].contact_s === 6)")
+    page.keyboard.press("d")
+    page.keyboard.press("2")
+    page.focus("#chart .equal")
+    page.wait_for_selector("#chart-table:has-text('97 %')")
+    assert page.locator("#chart-table tr").all_inner_texts()[1:] == ["6.0\trubber\t97 %"]

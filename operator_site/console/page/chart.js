@@ -1,4 +1,5 @@
 // Region E, chart of the first 8 s of contact: stacked probabilities, and the object's temperature with its sd.
+import { siteTime_s } from "./camera.js";
 import { byId, equal, penOf } from "./dom.js";
 import { now } from "./now.js";
 import { FINGER_COUNT } from "./picture.js";
@@ -6,8 +7,8 @@ import { colour, onTheme } from "./theme.js";
 import { FIXED, percent, WORDS } from "./words.js";
 
 const LENGTH_S = 8, BANDS = ["#1F5FA8", "#F2B134", "#8FD0C0", "#8B2F5F"], INKS = ["#FFFFFF", "#000000", "#000000", "#FFFFFF"], REST = "#6D7680";
-const RANGE_C = [15, 45], FONT = "500 16px system-ui, sans-serif", LEFT = 30, FOOT = 20, SPLIT = 0.66;
-const histories = Array.from({ length: FINGER_COUNT }, () => ({ samples: [], names: [] }));
+const RANGE_C = [15, 45], FONT = "500 16px system-ui, sans-serif", LEFT = 30, FOOT = 20, SPLIT = 0.66, SAME_S = 1;
+const histories = Array.from({ length: FINGER_COUNT }, () => ({ samples: [], names: [], began_s: NaN }));
 
 export function startChart() {
   onTheme(drawChart);
@@ -15,10 +16,13 @@ export function startChart() {
 }
 
 export function followChart(state) {
+  const at_s = state.session.playback?.at_s ?? siteTime_s();
   for (const [number, finger] of state.fingers.entries()) {
     const history = histories[number], newest = history.samples.at(-1);
     if (finger.contact_s === null || finger.contact_s === undefined) continue; // the last contact is shown until the next one
-    if (newest && finger.contact_s < newest.s) { history.samples = []; history.names = []; }
+    const began_s = at_s - finger.contact_s; // of another contact after a jump in a recording, or after a gap
+    if (newest && (finger.contact_s < newest.s || Math.abs(began_s - history.began_s) > SAME_S)) { history.samples = []; history.names = []; }
+    history.began_s = began_s;
     if (finger.contact_s > LENGTH_S || (newest && finger.contact_s === newest.s && history.samples.length)) continue;
     for (const [name] of finger.candidates) if (!history.names.includes(name) && history.names.length < BANDS.length) history.names.push(name);
     history.samples.push({ s: finger.contact_s, of: new Map(finger.candidates), unknown: finger.decision === "UNKNOWN", object_c: finger.object_c, sd: finger.object_c_sd });
