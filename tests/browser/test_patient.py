@@ -53,3 +53,10 @@ def test_a_tender_finding_is_offered_only_with_the_patients_consent(open_page: O
 def test_a_movement_of_the_patient_is_said(open_page: Open) -> None:
     page = open_page("shifted")
     page.wait_for_selector("#patient:has-text('Patient moved by about 5 mm towards the hand.')")
+
+
+def test_without_data_the_patient_is_not_said_to_be_silent(stage: Stage, open_page: Open) -> None:
+    page = open_page("painful")
+    page.wait_for_selector("#patient:has-text('Pain 6.0 of 10')")
+    stage.scenario.sends = False
+    page.wait_for_selector("#patient:has-text('Pain: not live')")

@@ -9,6 +9,6 @@ export function showPatient() {
   line.hidden = !patient && !moved;
   if (line.hidden) return;
   const pain = known() ? patient?.pain : null;
-  write(line, [patient && WORDS.pain(pain, patient.age_s), patient?.limit, patient?.ends, patient?.tender?.text, moved].filter(Boolean).join("\n"));
+  write(line, [patient && (known() ? WORDS.pain(pain, patient.age_s) : WORDS.painNotLive), patient?.limit, patient?.ends, patient?.tender?.text, moved].filter(Boolean).join("\n"));
   line.dataset.painful = String(pain > 0);
 }

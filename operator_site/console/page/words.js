@@ -42,7 +42,7 @@ export const WORDS = {
   engage: "Engage", confirmEngage: "Confirm engage", resume: "Resume", confirmResume: "Confirm resume", pause: "Pause",
   clear: "Clear fault", confirmClear: "Confirm clear", startSession: "Begin", hold: "hold 1 s",
   clutch: "Clutch", closeClutch: "Close clutch", coupling: (open, scale, edges) => [...(scale > 1 ? [`1:${scale}`] : []), ...(open ? ["clutch open"] : []), ...(edges.length ? [`edge: ${edges.join(", ")}`] : [])],
-  pain: (pain, age_s) => (typeof pain === "number" ? `Pain ${pain.toFixed(1)} of 10, ${age_s.toFixed(1)} s old` : "Pain: no answer"), tenderCircle: "most tender, 95 %",
+  pain: (pain, age_s) => (typeof pain === "number" ? `Pain ${pain.toFixed(1)} of 10, ${age_s.toFixed(1)} s old` : "Pain: no answer"), painNotLive: "Pain: not live", tenderCircle: "most tender, 95 %",
   stopping: "STOPPING. Waiting for the devices.", stopNotSent: "STOP NOT SENT. Use the hardware switch.",
   stopConfirmed: (count, seconds) => `STOPPED. All ${count} devices confirmed in ${seconds.toFixed(2)} s.`,
   stopNotConfirmed: names => `STOP NOT CONFIRMED: ${names}. Use the hardware switch.`,
@@ -152,7 +152,7 @@ export function marks(names) {
 export function delay(link) {
   if (typeof link?.delay_ms !== "number") return "--";
   const sd = link.delay_sd_ms;
-  if (typeof sd === "number" && link.delay_ms < sd) return `< ${sd.toFixed(0)} ms`;
+  if (typeof sd === "number" && link.delay_ms < sd) return `< ${Math.ceil(sd)} ms`;
   return `${withSd(link.delay_ms, sd, 0)} ms`;
 }
 
