@@ -33,7 +33,9 @@ def values_at(surface: TactileMap, quantity: str, details: dict[str, Any], now_s
         shown["material"] = f"{texts.named(here.material[0])} {texts.percent(here.material[1])}"
     name = quantity if quantity in measured else next(iter(measured), None)
     text = texts.NOTHING_HERE
-    if name is not None:
+    if quantity == "material" and quantity in shown:
+        text = shown[quantity]
+    elif name is not None:
         value = measured[name]
         differs = compare(name, here, surface.around(x_m, y_m), scale)
         text = texts.place(shown[name], value.touches, max(0.0, now_s - value.last_s), differs)

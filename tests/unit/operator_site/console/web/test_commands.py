@@ -300,6 +300,13 @@ def test_the_values_at_a_place_are_answered_with_their_uncertainty(workplace: Wo
     assert not workplace.ask("place", x_mm="here").ok
 
 
+def test_the_map_of_materials_names_the_material_of_a_place(workplace: Workplace) -> None:
+    workplace.console.tactile_map.take(sample("material", 1, 0.01, 0.0, 0.8, 1.0)._replace(name="pvc"))
+    workplace.observer.quantities = ("material",)
+    answers = [workplace.ask("place", workplace.observer, x_mm=x_mm, y_mm=0.0).text for x_mm in (10.0, 90.0)]
+    assert answers == ["PVC > 99 %", "Nothing was felt here."]
+
+
 def test_a_pressed_place_has_the_probability_of_a_lump(workplace: Workplace) -> None:
     for number, (column, line) in enumerate(product(range(-4, 5), repeat=2), 100):
         x_m, y_m = 0.3 + 0.005 * column, 0.005 * line
