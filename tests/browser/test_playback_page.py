@@ -53,7 +53,7 @@ def test_brackets_jump_from_mark_to_mark_and_say_it(stage: Stage, open_page: Ope
     page.keyboard.press("]")
     (sought,) = wait_for(stage, "seek")
     assert sought["details"] == {"at_s": 402.0}
-    assert page.inner_text("#mark-said") == "00:06:42 finding: 2 stiff, 4000 ± 400 N/m"
+    assert page.inner_text("#mark-said") == "00:06:42 finding: 2: stiff, 4000 ± 400 N/m"
     page.keyboard.press("]")
     wait_for(stage, "seek", 2)
     assert page.inner_text("#mark-said") in ("00:08:20 fault: index plate 45.2 °C, over 45.0", "00:08:20 state: FAULT")
@@ -94,6 +94,16 @@ def test_a_finding_of_the_list_is_jumped_to_in_place_and_time(stage: Stage, open
     del stage.scenario.state["findings"][0]  # when it was marked, it was not saved
     page.wait_for_selector("[data-jump='1']", state="detached")
     assert page.evaluate("document.activeElement.id") == "ticks", "keys continue there"
+
+
+def test_a_finding_of_a_later_examination_is_jumped_to(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    stage.scenario.state["session"]["playback"]["marks"].append(
+        {"at_s": 700.0, "kind": "finding", "text": "1: cold, 28.0 ± 0.2 °C"}
+    )
+    stage.scenario.state["findings"][0].update(at_s=700.0, kind="cold", text="cold, 28.0 ± 0.2 °C")
+    page.click("[data-jump='1']:has-text('cold')")
+    assert wait_for(stage, "seek")[0]["details"] == {"at_s": 700.0}
 
 
 def test_a_finding_without_a_place_is_jumped_to_in_time(stage: Stage, open_page: Open) -> None:

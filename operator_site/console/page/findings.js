@@ -60,7 +60,7 @@ function row(found, mayEdit, mayUndo) {
   const jump = make("button", { "data-jump": found.id, class: "jump" }, text, make("span", { class: "small", text: found.withdrawn ? WORDS.withdrawn(found.withdrawn) : more }));
   jump.addEventListener("click", () => {
     if (placed) lookAt(found.x_mm, found.y_mm);
-    if (playback()) jumpToFinding(found.id);
+    if (playback()) jumpToFinding(found);
   });
   const undo = make("button", { "data-undo": found.id, "aria-label": WORDS.undoOf(found.id) }, WORDS.undo);
   undo.addEventListener("click", undoLast);

@@ -38,9 +38,9 @@ function jump(mark) {
   describe(mark);
 }
 
-// Jumps to the moment at which a finding was marked.
-export function jumpToFinding(id) {
-  const mark = now.state.session.playback.marks.find(found => found.kind === "finding" && found.text.startsWith(`${id}: `));
+// Jumps to the moment at which a finding was marked. Each examination of a recording numbers its findings from 1.
+export function jumpToFinding({ id, at_s }) {
+  const mark = now.state.session.playback.marks.findLast(found => found.kind === "finding" && found.text.startsWith(`${id}: `) && found.at_s <= at_s + 0.01);
   if (mark) jump(mark);
 }
 
