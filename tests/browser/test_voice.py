@@ -110,6 +110,17 @@ def test_while_it_is_held_the_microphone_is_heard(stage: Stage, open_page: Open,
     print(f"beep at {loudest_hz(samples[first : first + 960].astype(np.int16)):.0f} Hz, {np.abs(samples).max():.0f}")
 
 
+def test_talk_is_pressed_by_keyboard_alone(open_page: Open) -> None:
+    page = listening(open_page)
+    page.wait_for_selector(SAID.format("you are muted"))
+    page.focus("#talk")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(SAID.format("you are talking"))
+    assert page.get_attribute("#talk", "aria-pressed") == "true"
+    page.keyboard.press("Enter")
+    page.wait_for_selector(SAID.format("you are muted"))
+
+
 def test_an_open_microphone_is_heard_until_it_is_closed(stage: Stage, open_page: Open) -> None:
     page = listening(open_page)
     page.keyboard.press("o")

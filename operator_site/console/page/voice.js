@@ -113,6 +113,7 @@ export function toggleTalk() {
 
 export function startVoice() {
   byId("talk").addEventListener("pointerdown", holdTalk);
+  byId("talk").addEventListener("click", event => { if (event.detail === 0) toggleTalk(); }); // a keyboard or assistive software cannot hold it
   for (const kind of ["pointerup", "pointercancel", "blur"]) window.addEventListener(kind, releaseTalk);
   byId("talk-open").addEventListener("click", toggleTalk);
   setInterval(alive, ALIVE_MS);
