@@ -2,7 +2,7 @@
 // A window that scrolls shows all of them already.
 import { byId } from "./dom.js";
 
-const FOLDED = window.matchMedia("(min-width: 64em) and (min-height: 48em), (min-width: 48em) and (min-height: 60em)");
+const FOLDED = window.matchMedia("(min-width: 64em) and (min-height: 48em), (min-width: 50em) and (min-height: 70em)");
 let shown = false;
 
 export function startDetails(redraw) {
