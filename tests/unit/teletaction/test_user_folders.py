@@ -73,13 +73,18 @@ def test_keys_are_in_a_folder_of_the_user_alone(folder: Path, tmp_path: Path) ->
 def test_a_demo_writes_into_the_state_of_the_user(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def enough(*_: object) -> None:
+    sessions: list[Path] = []
+
+    def enough(_: object, out: Path) -> None:
+        (out / "begun").touch()
+        sessions.append(out)
         raise ValueError("enough")
 
     monkeypatch.setattr("teletaction.session.demo.prepare", enough)
     monkeypatch.chdir(tmp_path)
     assert one_line(command("demo", "--headless", "--rates", "250,500"), 2) == "teletaction: enough"
     (session,) = (tmp_path / "state" / "teletaction").iterdir()
+    assert sessions == [session]
     assert session.name.startswith("session-")
     assert mode(session.parent) == 0o700
     assert [path.name for path in tmp_path.iterdir()] == ["state"]
