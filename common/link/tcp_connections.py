@@ -8,9 +8,8 @@ from collections.abc import Collection, Iterator
 
 _BYTES_RECEIVED = 128
 """Offset of tcpi_bytes_received, 8 bytes, in struct tcp_info, bytes, on every Linux from 4.1 on."""
-
-
 _DESCRIPTOR_BITS = 32
+"""Number of low bits of a connection's number that hold its descriptor; above them is the number of its socket."""
 
 
 def connection_number(descriptor: int) -> int:

@@ -24,7 +24,7 @@ from studies.compared import Compared
 from studies.pieces import HERE, Piece, Work, results_of
 from studies.running import Progress, tables_of
 from teletaction.report.found_lumps import found_lumps
-from teletaction.report.found_targets import Found, find_highest, judged
+from teletaction.report.found_targets import Found, find_target, judged
 from teletaction.testbed.remote_fingers import RemoteFingers
 from teletaction.testbed.rendered_fingers import TICK_S
 
@@ -83,7 +83,7 @@ def _session(quick: bool, seed: int) -> dict[str, Any]:
     sweep = Sweep(scene, seed, MEASURING if quick else FINGERS)
     seconds, tactile = _durations(sweep.explore(scene.script)), sweep.map
     quantities = {name: str(thing.target) for name, thing in TARGETS.items()}
-    found = {name: find_highest(tactile, quantity) for name, quantity in quantities.items()}
+    found = {name: find_target(tactile, quantity) for name, quantity in quantities.items()}
     maps = {quantity: _shown(tactile, quantity) for quantity in quantities.values()}
     if (warm := found["warm_spot"]) is not None:
         sweep.measure(warm)

@@ -33,7 +33,7 @@ class Found:
     y_m: float
 
 
-def find_highest(tactile_map: TactileMap, quantity: str, *, lowest: bool = False) -> Found | None:
+def find_target(tactile_map: TactileMap, quantity: str, *, lowest: bool = False) -> Found | None:
     """Find the connected area with the largest total excess over the median; None if nothing was felt with confidence.
 
     The place is the centre of the target's cells, weighted by their excess. With `lowest`, the excess is that of the
@@ -76,7 +76,7 @@ def found_targets(scene: Scene, tactile_map: TactileMap) -> list[dict[str, Any]]
         judged(
             thing,
             tactile_map,
-            find_highest(tactile_map, thing.target, lowest=_is_low(scene, thing, thing.target))
+            find_target(tactile_map, thing.target, lowest=_is_low(scene, thing, thing.target))
             if _was_felt(thing, thing.target, tactile_map)
             else None,
         )

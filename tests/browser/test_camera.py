@@ -287,11 +287,17 @@ def test_four_marks_register_the_picture_and_say_the_error(open_page: Open, off_
     assert page.evaluate(FITTED, marks[:3]) is None
 
 
-def test_the_map_is_laid_over_the_camera_by_touched_marks(stage: Stage, open_page: Open) -> None:
+def with_the_map_over_the_camera(open_page: Open) -> Any:
+    """A page whose map is about to be laid over the camera's picture."""
     page = open_page("watching")
     page.wait_for_selector(LIVE_TEXT)
     page.click("#photo-button")
     page.click("#photo-camera")
+    return page
+
+
+def test_the_map_is_laid_over_the_camera_by_touched_marks(stage: Stage, open_page: Open) -> None:
+    page = with_the_map_over_the_camera(open_page)
     page.wait_for_selector("#photo-adjust[aria-pressed=true]")
     page.click("#photo-marks")
     page.wait_for_selector("#map-view[data-camera=large]")
@@ -314,10 +320,7 @@ def test_the_map_is_laid_over_the_camera_by_touched_marks(stage: Stage, open_pag
 
 @pytest.mark.parametrize("way", ["#photo-remove", "#photo-adjust", "#photo-button"])
 def test_a_registration_that_was_begun_can_be_given_up(open_page: Open, way: str) -> None:
-    page = open_page("watching")
-    page.wait_for_selector(LIVE_TEXT)
-    page.click("#photo-button")
-    page.click("#photo-camera")
+    page = with_the_map_over_the_camera(open_page)
     page.click("#photo-marks")
     page.wait_for_selector("#map-view[data-camera=large]")
     page.click(way)

@@ -1,10 +1,12 @@
 """One finger from approach to lift: modes, events and thermal answer."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from common.exploration.hand_motion import HandMotion
 from common.fingers import FINGERS
@@ -17,7 +19,7 @@ from remote_site.identification.touch_events import TouchEvents
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.thermal_result import ThermalResult
-from sim_sensors.traces.simulated_stroke import simulate_stroke
+from sim_sensors.traces.simulated_stroke import StrokeTrace, simulate_stroke
 from tests.unit.remote_site.made_touches import AMBIENT_C, MATERIALS, made_touches, measured, pressed, true_table
 from tests.unit.remote_site.made_touches import SENSOR as MADE_SENSOR
 from tests.unit.remote_site.shipped_tables import SURFACES
@@ -206,6 +208,25 @@ def test_general_constants_come_before_the_name_of_the_material_and_its_own_afte
     assert len({constants(touch) for touch in named}) == 1
 
 
+def stroked(
+    finger: FingerIdentification,
+    hand: HandMotion,
+    events: TouchEvents,
+    made: StrokeTrace,
+    x_m: NDArray[np.float64],
+    counts: NDArray[np.signedinteger[Any]],
+) -> Iterator[None]:
+    """Step a finger over a stroke, in chunks of ten samples at these places, m; pause after each chunk."""
+    for first in range(0, len(counts) - 9, 10):
+        t_s, x, force_n = float(made.time_s[first + 9]), float(x_m[first + 9]), float(made.force_n[first + 9])
+        chunk = (counts[first : first + 10].tobytes(),) * COUNT
+        sensed = SensorFrame(t_s, x, 0.0, (0.0,) * COUNT, (force_n,) * COUNT, chunk, (None,) * COUNT, None)
+        hand.step(t_s, x, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+        yield
+
+
 def test_no_distance_of_grooves_spans_a_fault_of_the_sensor(knowledge: ThermalKnowledge) -> None:
     stroke = simulate_stroke("widely_grooved_pvc", 7, 80.0, 1.0, length_m=0.07)
     counts = (stroke.pressure_v / VOLTS_PER_COUNT).round().astype("<i2")
@@ -215,13 +236,7 @@ def test_no_distance_of_grooves_spans_a_fault_of_the_sensor(knowledge: ThermalKn
     hand, events = HandMotion(), TouchEvents()
     finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
     grooves, faulty = 0, False
-    for first in range(0, len(counts) - 9, 10):
-        t_s, x, force_n = float(stroke.time_s[first + 9]), float(x_m[first + 9]), float(stroke.force_n[first + 9])
-        chunk = (counts[first : first + 10].tobytes(),) * COUNT
-        sensed = SensorFrame(t_s, x, 0.0, (0.0,) * COUNT, (force_n,) * COUNT, chunk, (None,) * COUNT, None)
-        hand.step(t_s, x, 0.0)
-        events.step(sensed)
-        finger.step(sensed)
+    for _ in stroked(finger, hand, events, stroke, x_m, counts):
         grooves += sum(event.kind is EventKind.GROOVE for event in events.new)
         faulty = faulty or finger.texture_fault is not None
     assert faulty
@@ -235,13 +250,8 @@ def test_the_way_around_a_turn_is_no_distance_of_grooves(knowledge: ThermalKnowl
     x_m = np.cumsum(direction * 1e-3 * made.speed_mm_s) / 2000.0
     hand, events = HandMotion(), TouchEvents()
     finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
-    for first in range(0, len(counts) - 9, 10):
-        t_s, x, force_n = float(made.time_s[first + 9]), float(x_m[first + 9]), float(made.force_n[first + 9])
-        chunk = (counts[first : first + 10].tobytes(),) * COUNT
-        sensed = SensorFrame(t_s, x, 0.0, (0.0,) * COUNT, (force_n,) * COUNT, chunk, (None,) * COUNT, None)
-        hand.step(t_s, x, 0.0)
-        events.step(sensed)
-        finger.step(sensed)
+    for _ in stroked(finger, hand, events, made, x_m, counts):
+        pass
     period = finger.period.estimate()
     assert period is not None
     assert not period.irregular

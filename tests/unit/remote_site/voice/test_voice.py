@@ -328,11 +328,17 @@ voice = true
 """
 
 
+@pytest.fixture
+def own_priority(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the priority of this process, which would stay for the other tests."""
+    monkeypatch.setattr(voice_module.os, "nice", lambda by: None)
+
+
 @pytest.mark.long
+@pytest.mark.usefixtures("own_priority")
 def test_the_process_runs_with_its_desk_its_status_and_the_patients_consent(
-    keys: Keys, base_port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    keys: Keys, base_port: int, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(voice_module.os, "nice", lambda by: None)  # it would stay for the other tests
     remote = tmp_path / "remote.toml"
     remote.write_text(f'fingers = ["index"]\n{REMOTE.format(keys=keys.remote)}')
     desk, status, over = free_ports(), tmp_path / "voice.json", threading.Event()
@@ -366,10 +372,8 @@ def test_the_process_runs_with_its_desk_its_status_and_the_patients_consent(
         thread.join()
 
 
-def test_a_second_start_leaves_the_sound_file_of_the_running_voice(
-    keys: Keys, base_port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(voice_module.os, "nice", lambda by: None)  # it would stay for the other tests
+@pytest.mark.usefixtures("own_priority")
+def test_a_second_start_leaves_the_sound_file_of_the_running_voice(keys: Keys, base_port: int, tmp_path: Path) -> None:
     sounds = tmp_path / "heard.wav"
     sounds.write_bytes(b"of the running voice")
     link = RemoteLinkConfig(base_port=base_port, keys=keys.remote)

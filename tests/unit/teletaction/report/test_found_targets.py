@@ -7,7 +7,7 @@ import pytest
 from common.scenes.scene import Scene, SceneObject, load_scene
 from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.tactile_map import TactileMap
-from teletaction.report.found_targets import find_highest, found_targets, value_near
+from teletaction.report.found_targets import find_target, found_targets, value_near
 from teletaction.report.report_words import targets_table
 
 
@@ -30,15 +30,15 @@ def test_a_target_is_the_centre_of_the_largest_outstanding_place(
     hot_mm: tuple[tuple[int, int], ...], middle_m: tuple[float, float]
 ) -> None:
     touched = presses(*hot_mm)
-    found = find_highest(touched, "stiffness")
+    found = find_target(touched, "stiffness")
     assert found is not None
     assert (found.x_m, found.y_m) == pytest.approx(middle_m, abs=0.3e-3)
     assert value_near(touched, "stiffness", found).value == pytest.approx(1800.0, rel=1e-3)
 
 
 def test_nothing_is_found_on_an_untouched_map() -> None:
-    assert find_highest(TactileMap(), "roughness") is None
-    assert find_highest(presses(), "temperature") is None
+    assert find_target(TactileMap(), "roughness") is None
+    assert find_target(presses(), "temperature") is None
 
 
 def scene() -> Scene:
