@@ -1,8 +1,10 @@
 import errno
+import math
 import os
 import socket
-from collections.abc import Callable
-from contextlib import ExitStack, suppress
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any, cast
 
 import pytest
@@ -386,16 +388,51 @@ def test_a_key_that_sends_messages_in_parts_is_refused_and_the_operator_is_serve
         exchange(remote, operator)
 
 
+@contextmanager
+def cut_short(port: int, most_bytes: int) -> Iterator[int]:
+    """Yield the port of a relay to `port` that passes on only the first bytes of its client."""
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.create_connection(("127.0.0.1", port)) as there:
+        accepted: list[socket.socket] = []
+
+        def pass_on() -> None:
+            here, _ = server.accept()
+            accepted.append(here)
+            back = threading.Thread(target=_copy, args=(there, here, math.inf))
+            back.start()
+            _copy(here, there, most_bytes)
+            back.join()
+
+        relay = threading.Thread(target=pass_on)
+        relay.start()
+        try:
+            yield server.getsockname()[1]
+        finally:
+            for end in (*accepted, there):
+                with suppress(OSError):
+                    end.shutdown(socket.SHUT_RDWR)
+            relay.join()
+            for end in accepted:
+                end.close()
+
+
+def _copy(source: socket.socket, sink: socket.socket, most_bytes: float) -> None:
+    passed = 0
+    with suppress(OSError):
+        while passed < most_bytes and (chunk := source.recv(65536)):
+            sink.sendall(chunk)
+            passed += len(chunk)
+
+
 @pytest.mark.parametrize("stream", ["control", "heartbeat"])
 def test_a_message_without_an_end_ends_its_connection_alone(keys: Keys, base_port: int, stream: str) -> None:
     port = base_port + SITE_STREAMS[stream].port
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator, zmq.Context() as context:
         exchange(remote, operator)
         (before,) = received_bytes(port)
-        with context.socket(zmq.DEALER) as sender:
+        with cut_short(port, 3 << 20) as relay, context.socket(zmq.DEALER) as sender:
             prepare_socket(sender)
             use_curve(sender, load_keys(keys.operator), load_keys(keys.remote).public)
-            sender.connect(f"tcp://127.0.0.1:{port}")
+            sender.connect(f"tcp://127.0.0.1:{relay}")
             sender.send_multipart([bytes(5000)] * 1000)
             wait_until(lambda: max(received_bytes(port).values()) > 2 << 20)  # nothing of it is read meanwhile
 
