@@ -41,7 +41,7 @@ CHUNK = 5
 """Number of judged touches of a piece of work."""
 _LEARNING, _JUDGED, _CALIBRATION = 20, 2, 10
 _PER_KIND, _FIRST_A = 1000, 10**9
-"""Number of seeds of a kind of world A, and the first one; other studies use smaller ones."""
+"""Number of seeds of a kind, and the first one of world A; other studies use smaller ones."""
 
 
 def calibration_hands(
@@ -56,11 +56,11 @@ def calibration_hands(
 ) -> list[Hand]:
     """Return touches of one finger, `seconds` each, from number `first` on; each unit makes a fifth of them."""
     if world == "A":
-        return _touched_a(name, _seed(kind, _CALIBRATION), first + touches, (preheat_k,), seconds, objects)[first:]
+        return _touched_a(name, _seed_a(kind, _CALIBRATION), first + touches, (preheat_k,), seconds, objects)[first:]
     drawn, numbers = Kind.draw(kind), range(first // UNITS, (first + touches) // UNITS)
     return [
         hand
-        for seed, unit in enumerate(drawn.units, start=_CALIBRATION)
+        for seed, unit in enumerate(drawn.units, start=_seed_b(kind, _CALIBRATION))
         for hand in _touched_b(Kind(drawn.sensor, (unit,)), name, seed, numbers, (preheat_k,), seconds, objects)
     ]
 
@@ -68,10 +68,10 @@ def calibration_hands(
 def learning_hands(world: World, kind: int, name: str, turn: int, touches: int, seconds: float) -> list[Hand]:
     """Return touches of five fingers; units change their places with `turn`, 0..4, so that each is each finger."""
     if world == "A":
-        return _touched_a(name, _seed(kind, _LEARNING + turn), touches, STAGGERED_K, seconds)
+        return _touched_a(name, _seed_a(kind, _LEARNING + turn), touches, STAGGERED_K, seconds)
     drawn = Kind.draw(kind)
     turned = Kind(drawn.sensor, drawn.units[turn:] + drawn.units[:turn])
-    return _touched_b(turned, name, _LEARNING + turn, range(touches), STAGGERED_K, seconds)
+    return _touched_b(turned, name, _seed_b(kind, _LEARNING + turn), range(touches), STAGGERED_K, seconds)
 
 
 def judged_hands(
@@ -79,9 +79,9 @@ def judged_hands(
 ) -> list[Hand]:
     """Return touches of five fingers, which neither calibrated nor taught anything; each has a number."""
     if world == "A":
-        seed = _seed(kind, 100 * _JUDGED + numbers[0])
+        seed = _seed_a(kind, 100 * _JUDGED + numbers[0])
         return _touched_a(name, seed, len(numbers), STAGGERED_K, seconds, objects)
-    return _touched_b(Kind.draw(kind), name, _JUDGED, numbers, STAGGERED_K, seconds, objects)
+    return _touched_b(Kind.draw(kind), name, _seed_b(kind, _JUDGED), numbers, STAGGERED_K, seconds, objects)
 
 
 def _touched_a(
@@ -115,5 +115,10 @@ def _touched_b(
     )
 
 
-def _seed(kind: int, part: int) -> int:
-    return _FIRST_A + _PER_KIND * kind + part
+def _seed_a(kind: int, part: int) -> int:
+    return _FIRST_A + _seed_b(kind, part)
+
+
+def _seed_b(kind: int, part: int) -> int:
+    """Return a seed that each kind has for itself: no two kinds touch the same pieces."""
+    return _PER_KIND * kind + part

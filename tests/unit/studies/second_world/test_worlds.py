@@ -31,6 +31,12 @@ def test_no_touch_is_used_twice(world: World) -> None:
     assert len({reading for hand in hands for reading in read_c(hand)}) > len(hands)
 
 
+@pytest.mark.parametrize("world", ["A", "B"])
+def test_kinds_of_sensors_touch_different_pieces(world: World) -> None:
+    pieces_c = {judged_hands(world, kind, "pvc", range(1), 0.1)[0].object_c for kind in range(3)}
+    assert len(pieces_c) == 3
+
+
 @pytest.mark.long
 def test_worlds_differ() -> None:
     one, other = (judged_hands(world, 3, "pvc", range(1), 0.5)[0] for world in ("A", "B"))
