@@ -46,7 +46,7 @@ A constant drive holds a constant temperature. So only the drive beyond its rang
 STILL_MEMORY_S = 3.0
 """Time constant with which that change is forgotten, s."""
 STILL_HEATED_S = 3.0
-"""Longest unchanged reading under a heating drive, s.
+"""Longest time of a heating drive without a change of the reading, s.
 
 As its finger warms, a plate becomes hotter under a constant drive, and a sound converter has noise of half a count.
 """
@@ -94,6 +94,7 @@ class PlateFollowing:
         self._doubt_s = 0.0
         self._still_c = 0.0
         self._still_s = 0.0
+        self._still_heated_s = 0.0
         self._holding_k_s = (0.0, 0.0)
         self._held_k = 0.0
         self.rate_k_s = 0.0
@@ -128,12 +129,14 @@ class PlateFollowing:
             return FaultCode.PLATE_AGAINST_DRIVE
 
         if abs(plate_c - self._still_c) > STILL_K:
-            self._still_c, self._still_s = plate_c, 0.0
+            self._still_c, self._still_s, self._still_heated_s = plate_c, 0.0, 0.0
             # A change of the count moves the drive, and the mean follows later; the range between both is normal.
             mean, now = self._expected.mean_k_s, self._drive_k_s
             self._holding_k_s, self._held_k = (min(mean, now), max(mean, now)), 0.0
         else:
             self._still_s += dt_s
+            if self._drive_k_s > 0.0:
+                self._still_heated_s += dt_s
             low, high = self._holding_k_s
             beyond = self._drive_k_s - min(high, max(low, self._drive_k_s))
             self._held_k += (beyond - self._held_k / STILL_MEMORY_S) * dt_s
@@ -143,7 +146,7 @@ class PlateFollowing:
             return FaultCode.PLATE_STILL_DRIVEN
         if self._still_s >= STILL_HOT_S and plate_c > DOSE_ABOVE_C:
             return FaultCode.PLATE_STILL_HOT
-        if self._still_s >= STILL_HEATED_S and self._drive_k_s > 0.0:
+        if self._still_heated_s >= STILL_HEATED_S and self._drive_k_s > 0.0:
             return FaultCode.PLATE_STILL_HEATED
 
         enough = EXPECTED_HEATING_K

@@ -134,6 +134,15 @@ def test_a_reading_is_the_same_that_differs_by_no_more_than_noise():
         assert (STILL_HEATED in faults) == still
 
 
+def test_a_quiet_plate_that_was_at_rest_for_long_may_be_heated():
+    follow, heated_s, plate_c = PlateFollowing(), 10.0, 33.0
+    for tick in range(1200):
+        since_s = tick * CHECK_S - heated_s
+        if since_s > 0.1:
+            plate_c = 33.0 + 0.4 * (since_s - 0.1)
+        assert follow.step(CHECK_S, 0.1 if since_s >= 0.0 else 0.0, plate_c) is None
+
+
 def test_the_rate_follows_the_reading_with_a_tenth_of_a_second():
     follow = PlateFollowing()
     assert not follow.started
