@@ -50,6 +50,8 @@ log = logging.getLogger(__name__)
 
 _HAND_AGE_S = 0.020
 """Maximum age of a pose that is sent, s; after a longer gap the remote site stops."""
+ENGAGE_PATIENCE_S = 5.0
+"""Maximum wait of a person's request to engage, s; nothing may start to act long after it, with nobody there."""
 _GATE_RESTS_S = 2.0 * TICK_AGE_S
 """Time for which a gate that raised is not stepped, s; after more than TICK_AGE_S it starts from neutral."""
 
@@ -92,6 +94,9 @@ class OperatorSite:
         self.coupling = MotionCoupling(client.session.note)
         self._desk = desk
         self._gap_s = config.link.gap_s
+        self._engages_itself = config.engage
+        self._asked_ns = 0
+        """Time of the person's request to engage that is not fulfilled yet; without one, that of this tick, ns."""
         self.contain = containment(client.session.latch)
         self.rendering = GatedRendering(config.rendering, 1.0 / config.rate_hz, config.link.gap_s, self.contain)
         self._feed = feed
@@ -144,11 +149,21 @@ class OperatorSite:
         if why := self.attendance.step(now_ns, client.session.engaged):
             client.disengage(now_ns, why)
         client.step(now_ns, not_ready, self._devices.unconfirmed)
+        self._end_old_request(now_ns)
         session, hand = client.session, self._hand
         self.coupling.step(session.engaged, session.ident, hand.x_m, hand.y_m, hand.z_m)
         if self.coupling.now.open and session.silent and session.engaged:
             # The remote fingers have retreated, and no hand lowers them.
             client.disengage(now_ns, "the link was silent while the clutch was open")
+
+    def _end_old_request(self, now_ns: int) -> None:
+        """End a person's request to engage that could not be fulfilled in time."""
+        client = self.client
+        if self._engages_itself or client.session.engaged or not client.want_engaged:
+            self._asked_ns = now_ns
+        elif not 0 <= now_ns - self._asked_ns <= ENGAGE_PATIENCE_S * 1e9:
+            log.warning("not engaged within %g s: the request has ended", ENGAGE_PATIENCE_S)
+            client.disengage(now_ns)
 
     def _answer_desk(self, now_ns: int, not_ready: str, verb: str, details: dict[str, Any]) -> dict[str, Any]:
         with self.contain.request("desk"):

@@ -284,6 +284,7 @@ class SessionClient:
             if self.session.state is not LinkState.FAULT:
                 return
         self.session.clear()
+        self._withdraw()
 
     def annotate(self, now_ns: int, text: str) -> None:
         """Request a note in the remote site's recording."""

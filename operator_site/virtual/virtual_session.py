@@ -112,8 +112,9 @@ class VirtualSession:
         self.session.disengage(why)
 
     def clear(self, now_ns: int) -> None:
-        """Clear the latched fault; raise Refused without one."""
+        """Clear the latched fault; raise Refused without one. Engaging needs a new request."""
         self.session.clear()
+        self.want_engaged = False
 
     def annotate(self, now_ns: int, text: str) -> None:
         """Record a note."""

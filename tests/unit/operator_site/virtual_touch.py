@@ -91,7 +91,7 @@ class Working:
         self.devices = Devices()
         environment = VirtualEnvironment(load_scene(scene), CONFIG.fingers, 0)
         self.client = VirtualSession(environment, scene, engage)
-        config = CONFIG.model_copy(update={"console_required_s": required_s})
+        config = CONFIG.model_copy(update={"console_required_s": required_s, "engage": engage})
         self.site = OperatorSite(config, self.client, cast(OperatorDevices, self.devices), recorder, feed=feed)
         self.now_ns = 1_000 * MS
         self.be_at(0.0, 0.006)

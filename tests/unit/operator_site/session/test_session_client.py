@@ -235,6 +235,19 @@ def test_an_engage_that_is_granted_after_a_person_has_disengaged_or_stopped_has_
 
 
 @pytest.mark.parametrize("engages_itself", [False, True])
+def test_clearing_a_fault_needs_a_new_request_even_before_the_next_tick(pair: Pair, engages_itself: bool) -> None:
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.run(300)
+    pair.answer("engage", max_age_s=0.15)
+    pair.remote.state = LinkState.ENGAGED
+    pair.run(300)
+    pair.client.session.latch(Fault(FaultCode.MODULE_CUT_OUT, "index"))
+    pair.client.clear(pair.remote.now_ns)
+    assert pair.asked("engage", 300) == 0
+    assert pair.client.session.state is LinkState.CONNECTED
+
+
+@pytest.mark.parametrize("engages_itself", [False, True])
 def test_a_remote_site_that_has_disengaged_is_asked_again_only_without_a_required_request(
     pair: Pair, engages_itself: bool
 ) -> None:

@@ -4,11 +4,13 @@ import math
 
 import pytest
 
+from common.faults.fault import Fault, FaultCode
 from common.limits import FORCE_SAFE_S
 from common.link.session_state import Refused
 from common.wire.packets import LinkState
 from operator_site.force.passive_contact import LENT_J, RESTED_J
 from operator_site.safety.gated_output import GatedOutput
+from operator_site.site import ENGAGE_PATIENCE_S
 from tests.unit.operator_site.virtual_touch import INDEX, Working
 
 ALUMINIUM_M = -0.17
@@ -59,6 +61,40 @@ def test_an_emergency_stop_latches_until_it_is_cleared_and_reports_the_devices()
     working.ask("estop")
     working.go(1.0)
     assert working.ask("status")["estop"].endswith("by exoskeleton: no report")
+
+
+def test_a_fault_that_is_cleared_before_the_next_tick_also_needs_a_new_request() -> None:
+    working = Working()
+    working.press(ALUMINIUM_M)
+    working.devices.cut = [Fault(FaultCode.MODULE_CUT_OUT, "index")]
+    working.go(0.002)
+    working.devices.cut = []
+    assert working.ask("clear_fault")["state"] == "connected"
+    assert neutral(working.go(0.2)[-1])
+    assert working.state is LinkState.CONNECTED
+
+
+def test_a_request_to_engage_that_waits_too_long_for_a_device_lapses() -> None:
+    working = Working(engage=False)
+    working.devices.lacking = "exoskeleton: gone"
+    working.go(0.01)
+    working.ask("engage")
+    working.go(ENGAGE_PATIENCE_S + 0.1)
+    assert not working.ask("status")["wanted"]
+    working.devices.lacking = ""
+    assert all(map(neutral, working.go(0.2)))
+    assert working.state is LinkState.CONNECTED
+    working.ask("engage")
+    assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+
+
+def test_a_fulfilled_request_does_not_lapse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("operator_site.site.ENGAGE_PATIENCE_S", 0.5)
+    working = Working(engage=False)
+    working.go(0.01)
+    working.ask("engage")
+    working.press(ALUMINIUM_M)
+    assert working.state is LinkState.ENGAGED
 
 
 def test_an_unmeasured_hand_touches_nothing() -> None:
