@@ -23,7 +23,7 @@ from common.wire.packets import SCHEMA_VERSION, LinkState
 from common.wire.session_messages import Answer, Request
 from operator_site.session.session_client import SessionClient
 from remote_site.session.session_server import SILENCE_NS, SessionServer
-from teletaction.testbed.network import Network, OperatorEnd, RemoteEnd
+from teletaction.testbed.network import TO_REMOTE, Network, OperatorEnd, RemoteEnd
 from tests.conftest import Keys
 
 SECOND = 1_000_000_000
@@ -101,7 +101,7 @@ class MemoryPair(Pair):
     """A pair on virtual time."""
 
     def __init__(self, fingers: tuple[list[str], list[str]], engage: bool) -> None:
-        network = Network(seed=0, now_s=1000.0)
+        self.network = network = Network(seed=0, now_s=1000.0)
         super().__init__(
             cast(RemoteLink, RemoteEnd(network)), cast(OperatorLink, OperatorEnd(network)), fingers, engage
         )
@@ -352,6 +352,34 @@ def test_an_operator_who_lets_go_brings_the_remote_site_back_to_connected(make: 
     pair.client.session.disengage()
     pair.until(lambda: not pair.server.both_engaged)
     pair.until(lambda: pair.server.session.state is LinkState.CONNECTED)
+
+
+@pytest.mark.parametrize("fault", [False, True])
+def test_an_engage_on_its_way_while_the_remote_site_stops_acting_has_no_effect(
+    make: Callable[..., Pair], fault: bool
+) -> None:
+    """The operator's site repeats a request until it is granted, so that one may arrive late."""
+    pair = make(engage=False)
+    pair.until(lambda: pair.client.clock.uncertainty_ns)
+    pair.ask("engage")
+    pair.until(lambda: both_engaged(pair))
+    session = pair.server.session
+    cast(MemoryPair, pair).network.impair(TO_REMOTE, "control", delay_s=0.1)
+    pair.ask("engage")
+    pair.turn()
+    if fault:
+        session.latch(HOT)
+        pair.turn()
+        session.clear()
+    else:
+        session.disengage("asked for at the remote site")
+    for _ in range(200):
+        pair.turn()
+        pair.wait(0.001)
+        assert session.state is LinkState.CONNECTED
+    pair.until(lambda: not pair.client.session.engaged)
+    pair.ask("engage")
+    pair.until(lambda: both_engaged(pair))
 
 
 def test_an_operator_without_touch_moves_nothing_and_stays_engaged(make: Callable[..., Pair]) -> None:

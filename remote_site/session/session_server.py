@@ -35,6 +35,7 @@ from remote_site.session.operator_connections import OperatorConnections
 
 log = logging.getLogger(__name__)
 
+_LONG_AGO_NS = -(10**18)
 SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """Time without a heartbeat that ends the session, ns; then another operator may connect."""
 SETTLED_NS = 1_500_000_000
@@ -88,6 +89,10 @@ class SessionServer:
     _awaits_beat: bool = False
     """Whether the operator has sent no heartbeat in this session yet, so that it may not know of it."""
     _now_ns: int = 0
+    _state: LinkState = LinkState.DISCONNECTED
+    """State at the end of the last step."""
+    _left_ns: int = _LONG_AGO_NS
+    """Time when a person here last disengaged or cleared a fault, ns; a request from before engages nothing."""
     _agreed_ns: int = 0
     """Time when both sites last were engaged, or this one was asked to engage, ns."""
     _offset_ns: int = 0
@@ -108,8 +113,10 @@ class SessionServer:
             unconfirmed: returns for each device why its outputs may not be off since a time, s.
         """
         if now_ns < self._now_ns:
-            self._heard_ns = min(self._heard_ns, now_ns)  # the clock was set back
+            self._heard_ns, self._left_ns = min(self._heard_ns, now_ns), _LONG_AGO_NS  # the clock was set back
         self._now_ns = now_ns
+        if self._state is not LinkState.CONNECTED and self.session.state is LinkState.CONNECTED:
+            self._left_ns = now_ns
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
             self._end("the operator is silent")
         if self.observers:
@@ -132,6 +139,7 @@ class SessionServer:
         if self._operator_let_go():
             self.session.disengage("the operator's site is no longer engaged")
         self._confirm_stop(now_ns, unconfirmed)
+        self._state = self.session.state
 
     @property
     def both_engaged(self) -> bool:
@@ -336,6 +344,9 @@ class SessionServer:
             case "engage":
                 if not_ready:
                     raise Refused(f"not ready: {not_ready}")
+                earliest_ns = request.time_ns + self._offset_ns - (self._uncertainty_ns or 0)
+                if earliest_ns <= self._left_ns:  # repeated until it was granted, and late
+                    raise Refused("asked before the remote site disengaged: engage again")
                 agreed_s = details["max_age_s"] = self._agree_on_age(request)
                 session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
                 self._agreed_ns = now_ns
@@ -394,7 +405,7 @@ class SessionServer:
         self._connections.begin(sender, now_ns)
         self.link.forgive(key)
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
-        self.motion = None
+        self.motion, self._left_ns = None, _LONG_AGO_NS
         self._hand = DeadReckoning()
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
