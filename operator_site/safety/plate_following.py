@@ -135,8 +135,7 @@ class PlateFollowing:
             self._holding_k_s, self._held_k = (min(mean, now), max(mean, now)), 0.0
         else:
             self._still_s += dt_s
-            if self._drive_k_s > 0.0:
-                self._still_heated_s += dt_s
+            self._still_heated_s += dt_s if self._drive_k_s > 0.0 else 0.0
             low, high = self._holding_k_s
             beyond = self._drive_k_s - min(high, max(low, self._drive_k_s))
             self._held_k += (beyond - self._held_k / STILL_MEMORY_S) * dt_s

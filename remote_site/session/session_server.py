@@ -115,8 +115,7 @@ class SessionServer:
         if now_ns < self._now_ns:
             self._heard_ns, self._left_ns = min(self._heard_ns, now_ns), _LONG_AGO_NS  # the clock was set back
         self._now_ns = now_ns
-        if self._state is not LinkState.CONNECTED and self.session.state is LinkState.CONNECTED:
-            self._left_ns = now_ns
+        self._note_leaving()
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
             self._end("the operator is silent")
         if self.observers:
@@ -140,6 +139,11 @@ class SessionServer:
             self.session.disengage("the operator's site is no longer engaged")
         self._confirm_stop(now_ns, unconfirmed)
         self._state = self.session.state
+
+    def _note_leaving(self) -> None:
+        """Note the time when a person here has disengaged or cleared a fault since the last step."""
+        if self._state is not LinkState.CONNECTED and self.session.state is LinkState.CONNECTED:
+            self._left_ns = self._now_ns
 
     @property
     def both_engaged(self) -> bool:
