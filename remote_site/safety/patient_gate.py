@@ -74,9 +74,14 @@ class PatientGate:
         return self._force_limit_n if self._force_limit_n < self._contact_force_n else None
 
     def end_pain_limit(self) -> None:
-        """Return to the default force limit, by a deliberate act of a person who has asked the patient."""
+        """Return to the default force limit, by a deliberate act of a person who has asked the patient.
+
+        The operator's fingers may be far below the remote ones, which approach them slowly.
+        """
         self.pain_limit.end()
         self._limit_force(self._contact_force_n)
+        for finger in self._fingers:
+            finger.lower_slowly()
 
     def trip(self, fault: Fault) -> None:
         """Latch a fault; the first one is kept, but the patient's stop takes the place of any other.

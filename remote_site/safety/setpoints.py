@@ -179,6 +179,10 @@ class HeightSetpoint:
         self.z_m = min(HEIGHT_HIGH_M, max(HEIGHT_LOW_M, z_m))
         self._approach.let_go()
 
+    def lower_slowly(self) -> None:
+        """Lower the finger at the approach speed until it has met the operator's again."""
+        self._approach.let_go()
+
     def believe_again(self) -> None:
         """Forget earlier oscillation: a person has cleared the fault."""
         self._oscillation.restart()

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from common.limits import CONTACT_FORCE_N, PAIN_SHARE
+from common.limits import APPROACH_DOWN_M_S, CONTACT_FORCE_N, PAIN_SHARE
 from remote_site.safety.limit_flags import Limit
 from tests.unit.remote_site.safety.test_patient_gate import DT, Rig, one
 
@@ -68,6 +68,16 @@ def test_only_an_act_returns_to_the_default():
     assert rig.gate.patient_limit_n is None
     peak_n, _, _ = rig.press(4.0)
     assert 4.0 < peak_n <= CONTACT_FORCE_N
+
+
+def test_a_finger_that_presses_is_lowered_slowly_once_the_limit_ends():
+    rig = painful()
+    _, _, before_n = rig.press(2.0)
+    rig.gate.end_pain_limit()
+    _, _, soon_n = rig.press(0.05)
+    assert before_n < soon_n <= before_n + 1000.0 * APPROACH_DOWN_M_S * 0.05 + 1e-9
+    _, _, later_n = rig.press(1.0)
+    assert later_n > 4.0
 
 
 def test_a_lower_default_is_never_raised():
