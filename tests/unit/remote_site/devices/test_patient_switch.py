@@ -106,6 +106,16 @@ def test_a_press_within_a_silence_is_not_lost(line: Line) -> None:
     line.until(lambda reading: code(reading) is FaultCode.PATIENT_STOP, patience_s=2.0 * REPORT_S)
 
 
+def test_a_press_that_is_over_when_a_late_site_reads_counts(line: Line) -> None:
+    line.emulator.press(line.t_s)
+    until_s = line.t_s + SWITCH_HOLD_S + 3.0 * REPORT_S
+    while line.t_s < until_s:
+        line.t_s += DT_S
+        line.server.pump(line.t_s)
+    assert code(line.step()) is FaultCode.PATIENT_STOP
+    line.until(lambda reading: not stops(reading))
+
+
 def test_silence_stops_then_is_a_fault(line: Line) -> None:
     line.server.silent = True
     assert line.until(stops) <= SWITCH_SILENCE_S + DT_S
