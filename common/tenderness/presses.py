@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 WORST_PAIN = 10.0
 """End of the scale of pain answers."""
 PAINFUL = 0.5
-"""Lowest pain answer that counts as pain, on the scale 0..10."""
+"""Lowest pain answer that counts as pain, on the scale 0..10; smallest increase of a pain from before a press."""
 PRESSED_N, LEFT_N = 0.3, 0.15
 """Forces at which a press begins and ends, N."""
 SOONEST_S, LATEST_S = 0.3, 1.2
@@ -71,13 +71,13 @@ class PressFinder:
         self.presses: deque[Press] = deque(maxlen=presses)
         self.open = self._painful = False
         self._reported: Press | None = None
-        self._by_a_press = False
-        """Whether the present report began during a press, or shortly after one."""
+        self._before = 0.0
+        """Answer that no press has caused."""
 
     @property
     def hurts(self) -> bool:
-        """Whether a finger presses while the patient reports pain, unless the report began before every press."""
-        return self.open and self._painful and self._by_a_press
+        """Whether a finger presses while the patient reports more pain than before every press."""
+        return self.open and self._painful
 
     def step(
         self, t_s: float, force_n: Sequence[float], x_m: Sequence[float], y_m: Sequence[float], answer: float
@@ -97,15 +97,22 @@ class PressFinder:
         """Take an answer alone, 0..10 or NaN, given at a time, s; return as `step` does."""
         if self._reported is not None and answer > self._reported.answer:
             self._reported.answer = answer
-        if math.isnan(answer) or (answer >= PAINFUL) == self._painful:
+        if math.isnan(answer):
             return None
-        self._painful = answer >= PAINFUL
-        if self._painful:
-            self._reported = self._reported_at(t_s)
-            self._by_a_press = self.open or self._reported is not None
-            if self._reported is not None:
-                self._reported.risen_s, self._reported.answer = t_s, answer
-            return self._reported
+        self._before = min(self._before, answer)
+        painful = answer >= self._before + PAINFUL
+        if painful == self._painful:
+            return None
+        if painful:
+            reported = self._reported_at(t_s)
+            if reported is None and not self.open:
+                self._before = answer
+                return None
+            self._painful, self._reported = True, reported
+            if reported is not None:
+                reported.risen_s, reported.answer = t_s, answer
+            return reported
+        self._painful = False
         ended, self._reported = self._reported, None
         if ended is not None:
             ended.fallen_s = t_s

@@ -133,5 +133,21 @@ def test_the_next_press_lowers_it_while_the_pain_of_an_earlier_one_is_still_repo
     assert again_n == pytest.approx(PAIN_SHARE * lifted_n)
 
 
+def test_more_pain_than_before_every_press_lowers_it_until_it_is_as_before():
+    def force_n(t_s):
+        return 2.0 if 5.0 < t_s < 9.0 else 0.0
+
+    def pain(t_s):
+        return 6.0 if 7.0 < t_s < 9.5 else 3.0
+
+    limit = PainLimit()
+    assert pressed(limit, force_n, pain, 7.1) == pytest.approx(PAIN_SHARE * 2.0)
+    lowered_n = pressed(limit := PainLimit(), force_n, pain, 9.4)
+    assert lowered_n == pytest.approx(PAIN_SHARE**2 * 2.0), "once more 1.2 s later"
+    (report,) = limit.reports
+    assert report.answer == 6.0
+    assert pressed(PainLimit(), lambda t_s: max(force_n(t_s), 1.0 * (t_s > 12.0)), pain) == lowered_n
+
+
 def test_pain_from_before_every_press_says_nothing_about_a_press():
     assert pressed(PainLimit(), lambda t_s: 2.0 * (t_s > 5.0), lambda t_s: 3.0) == math.inf
