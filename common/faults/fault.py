@@ -77,9 +77,8 @@ STOPS = frozenset((FaultCode.OPERATOR_STOP, FaultCode.REMOTE_STOP))
 PERSONS_STOPS = (FaultCode.OPERATOR_STOP, FaultCode.REMOTE_STOP, FaultCode.UNKNOWN, FaultCode.PATIENT_STOP)
 """Codes of the stops that survive a restart of the remote site, because a person requested them; a later one takes the
 place of an earlier one. UNKNOWN is a stop whose file is damaged."""
-OF_THE_PATIENT = frozenset((FaultCode.PATIENT_STOP, FaultCode.PATIENT_SWITCH_FAILED))
-"""Codes of the patient's stop. Such a fault takes the place of another latched fault, and only a person at the remote
-site may clear it."""
+OF_THE_PATIENT = (FaultCode.PATIENT_SWITCH_FAILED, FaultCode.PATIENT_STOP)
+"""Codes of the patient's stop; see `replaces`. Only a person at the remote site may clear such a fault."""
 OF_A_PLATE = frozenset(
     (
         FaultCode.PLATE_NOT_BELIEVED,
@@ -174,6 +173,15 @@ class Fault(NamedTuple):
 
 
 _CODES = frozenset(FaultCode)
+
+
+def replaces(code: FaultCode, latched: FaultCode) -> bool:
+    """Return whether a fault takes the place of a latched one, as the patient's does.
+
+    A press takes the place of a failed switch.
+    """
+    order = OF_THE_PATIENT
+    return code in order and (latched not in order or order.index(code) > order.index(latched))
 
 
 def contained(name: str) -> Fault:

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from common.faults.fault import OF_THE_PATIENT, PERSONS_STOPS, Fault, FaultCode
+from common.faults.fault import OF_THE_PATIENT, PERSONS_STOPS, Fault, FaultCode, replaces
 from common.faults.texts import fault_text
 from common.files.printable import printable, printable_lines
 from common.recording.recorded_row import Row, Whole
@@ -138,11 +138,10 @@ class Session:
             fault: the fault.
             cleared_here_only: whether a person at this site latched it; then the far side must not clear it.
         """
-        patient = fault.code in OF_THE_PATIENT
         if fault.code in PERSONS_STOPS and (self.stop is None or _later(fault.code, self.stop)):
             self.stop = fault.code
-        self.cleared_here_only = self.cleared_here_only or cleared_here_only or patient
-        if self.fault is None or (patient and self.fault.code not in OF_THE_PATIENT):
+        self.cleared_here_only = self.cleared_here_only or cleared_here_only or fault.code in OF_THE_PATIENT
+        if self.fault is None or replaces(fault.code, self.fault.code):
             self.fault = fault.bounded()
             self.state = LinkState.FAULT
             self.note("fault", fault=self.fault)

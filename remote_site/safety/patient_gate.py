@@ -9,7 +9,7 @@ not obey is a fault. Pure: numbers and a time in, numbers out. A fault latches; 
 import math
 from collections.abc import Sequence
 
-from common.faults.fault import OF_THE_PATIENT, TELEMANIPULATOR, Fault, FaultCode
+from common.faults.fault import TELEMANIPULATOR, Fault, FaultCode, replaces
 from common.fingers import FINGER_Y_M, FINGERS
 from common.limits import CONTACT_FORCE_N, GAP_S, SENSOR_PLATE_C
 from common.timing.timeouts import TICK_AGE_S
@@ -94,7 +94,7 @@ class PatientGate:
             self._named.add(plate)
             if self._heaters[plate].repeated.named(self._t_s):
                 fault = fault._replace(needs_test=True)
-        if self._fault is None or (fault.code in OF_THE_PATIENT and self._fault.code not in OF_THE_PATIENT):
+        if self._fault is None or replaces(fault.code, self._fault.code):
             self._fault = fault
 
     def clear_fault(self) -> None:

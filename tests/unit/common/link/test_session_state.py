@@ -168,7 +168,15 @@ def test_faults_and_stops_stand_out_in_the_log(caplog: pytest.LogCaptureFixture)
     }
 
 
-@pytest.mark.parametrize("code", sorted(OF_THE_PATIENT))
+def test_a_press_takes_the_place_of_a_failed_switch_and_is_a_persons_stop() -> None:
+    session = Session()
+    for code in (FaultCode.PATIENT_SWITCH_FAILED, FaultCode.PATIENT_STOP, FaultCode.PATIENT_SWITCH_FAILED):
+        session.latch(Fault(code))
+    assert session.fault == Fault(FaultCode.PATIENT_STOP)
+    assert session.stop is FaultCode.PATIENT_STOP
+
+
+@pytest.mark.parametrize("code", OF_THE_PATIENT)
 def test_the_patients_stop_takes_the_place_of_another_fault_and_is_cleared_here_only(code: FaultCode) -> None:
     session, stop = Session(), Fault(code, detail="is silent")
     session.latch(HOT)

@@ -190,15 +190,22 @@ def test_a_short_silence_stops_at_once_and_ends_by_itself() -> None:
     assert not rig.sent[-1][1]
 
 
-@pytest.mark.parametrize("code", sorted(OF_THE_PATIENT))
+@pytest.mark.parametrize("code", OF_THE_PATIENT)
 def test_the_patients_stop_takes_the_place_of_another_fault_and_the_first_of_its_own_is_kept(code: FaultCode) -> None:
     gate = PatientGate()
     gate.trip(Fault(FaultCode.ENCODER_JUMPED, "index", value=6.0))
     gate.trip(Fault(code, detail="is silent"))
     assert gate.fault == Fault(code, detail="is silent")
-    for other in (*OF_THE_PATIENT, FaultCode.ENCODER_JUMPED):
+    for other in (FaultCode.PATIENT_SWITCH_FAILED, code, FaultCode.ENCODER_JUMPED):
         gate.trip(Fault(other))
         assert gate.fault == Fault(code, detail="is silent")
+
+
+def test_a_press_takes_the_place_of_a_failed_switch() -> None:
+    rig = Pressing(0.002, 0.0, 800.0)
+    assert rig.step(switch=SwitchReading(True, 0.0, "sends wrong frames")) == failed("sends wrong frames")
+    assert rig.step(switch=PRESSED) == STOPPED
+    assert rig.step(switch=SwitchReading(True, 9.0, "")) == STOPPED
 
 
 def test_without_the_patients_stop_a_retreat_waits() -> None:
