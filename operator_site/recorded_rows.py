@@ -16,7 +16,7 @@ class RenderingInput(Row):
     fault_cleared: bool
     """Whether a person has cleared the fault since the last tick."""
     engaged: bool
-    """Whether both sites permit outputs to act."""
+    """Whether both sites permit outputs to act, and the exoskeleton reports that its drives are on."""
     gap_ns: Whole | None
     """Time since the last accepted touch packet, ns; None before the first of the session."""
     touch: Whole | None

@@ -237,7 +237,8 @@ class OperatorSite:
             client.session.ident,
             # A person has cleared the session, and with it the gate.
             self.rendering.fault is not None and client.session.state is not LinkState.FAULT,
-            client.both_engaged,
+            # Drives that went off by themselves, as without commands, begin from zero force.
+            client.both_engaged and self._devices.pushes,
             None if touch is None else client.acceptance.gap_ns(now_ns),
             None if touch is None else touch.sequence,
             hand.x_m,

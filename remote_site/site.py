@@ -285,7 +285,8 @@ class RemoteSite:
         hand_x, hand_y = (wanted[HAND].x_m, wanted[HAND].y_m) if wanted else (now.x_m, now.y_m)
         return self.gate.step(
             now.time_s,
-            self.server.both_engaged and followed is not None,
+            # Without set-points the telemanipulator stops by itself, and begins again where it is.
+            self.server.both_engaged and followed is not None and devices.follows,
             age_s,
             wanted_x_m=hand_x,
             wanted_y_m=hand_y,

@@ -90,6 +90,7 @@ Faults that take too long in real time, or that no process can be given, are tes
 | a TactTip's cooling water lost for good while it cools its plate | latched within 20 s, by the hot side that moves |
 | a TactTip's thermistor broken, or its Peltiers reversed, from nine states | latched; plate and skin within limits |
 | a telemanipulator that ignores its release | latched within 0.5 s of the release |
+| a CAN node that receives no commands for a while | safe and resumes: force from zero, fingers lowered at 20 mm/s |
 | a bad TactTip's faults, cleared for 10 min | latched twice; then that plate alone is off until mended |
 | a thermal sensor frozen or reversed for 10 min | its heater alone is off until mended |
 | anything of this page at random, several at once | within the hold times; nothing while latched; works at the end |

@@ -82,6 +82,12 @@ class OperatorDevices:
         self.tick.stood_still(max(stood_still_s, self.exoskeleton.stood_still_s))
         return hand
 
+    @property
+    def pushes(self) -> bool:
+        """Whether the exoskeleton reports that its drives are on; else no force acts, whatever is commanded."""
+        pushing = self.exoskeleton.pushing
+        return pushing.enabled and self.tick.began_s - pushing.reported_s <= GAP_S
+
     def plates(self, t_s: float) -> tuple[list[float], list[float]]:
         """Return each plate's last temperature, C, NaN where it is implausible, and its age, s."""
         plate_c, age_s = [math.nan] * len(FINGERS), [math.inf] * len(FINGERS)

@@ -120,6 +120,13 @@ class RemoteDevices:
             if sensed.plates[finger] is not None and self.tick.in_time():
                 sensor.heat(sensed.time_s, command.heater_drive[finger])
 
+    @property
+    def follows(self) -> bool:
+        """Whether the telemanipulator reports that set-points reach it; else it has stopped by itself."""
+        following = self.telemanipulator.following
+        reached = following.hand_alive and following.heights_alive
+        return reached and self.tick.began_s - following.reported_s <= GAP_S
+
     def switch_reading(self, t_s: float) -> SwitchReading | None:
         """Return what is known of the patient's stop switch at `t_s`, s; None at a site without one."""
         return None if self.patient_switch is None else self.patient_switch.reading(t_s)

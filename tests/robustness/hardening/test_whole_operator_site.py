@@ -92,6 +92,7 @@ class Devices:
 
     hand: Hand = field(default_factory=Hand)
     output: GatedOutput | None = None
+    pushes: bool = True
     tick: TickAge = field(default_factory=TickAge)
 
     def read(self, t_s: float) -> Hand:

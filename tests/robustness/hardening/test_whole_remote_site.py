@@ -106,6 +106,7 @@ class Devices:
     sensor_s: list[float] = field(default_factory=lambda: [0.0] * len(FINGERS))
     tick: TickAge = field(default_factory=TickAge)
     command: GatedCommand | None = None
+    follows: bool = True
     ticks: int = 0
 
     def read(self, t_s: float, hand: HandPlace | None = None) -> SensorFrame:

@@ -40,6 +40,7 @@ class Devices:
 
     hand: Hand = field(default_factory=Hand)
     seen: bool = True
+    pushes: bool = True
     lacking: str = ""
     cut: list[Fault] = field(default_factory=list)
     on: dict[str, str] = field(default_factory=dict)

@@ -1,11 +1,12 @@
 """The session with a virtual environment, and the operator site in it: states, the desk, the E-stop, a lost hand."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
 from common.faults.fault import Fault, FaultCode
-from common.limits import FORCE_SAFE_S
+from common.limits import FORCE_RAMP_UP_N_S, FORCE_SAFE_S
 from common.link.session_state import Refused
 from common.wire.packets import LinkState
 from operator_site.force.passive_contact import LENT_J, RESTED_J
@@ -110,6 +111,18 @@ def test_an_unmeasured_hand_touches_nothing() -> None:
     assert all(neutral(output) for output in lost[round(FORCE_SAFE_S / 0.002) :])
     working.devices.seen = True
     assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+
+
+def test_drives_that_went_off_by_themselves_begin_from_zero_force() -> None:
+    working = Working()
+    assert working.press(ALUMINIUM_M)[-1].force_n[INDEX] > 1.0
+    working.devices.pushes = False
+    assert neutral(working.go(0.2)[-1])
+    assert working.state is LinkState.ENGAGED
+    working.devices.pushes = True
+    forces = [0.0, *(output.force_n[INDEX] for output in working.go(0.1))]
+    assert forces[-1] > 0.3
+    assert max(after - before for before, after in pairwise(forces)) <= FORCE_RAMP_UP_N_S * 0.002 + 1e-9
 
 
 def test_notes_are_kept_and_wrong_ones_refused() -> None:
