@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from common.limits import PAIN_LEAST_N, PAIN_SHARE
 from common.tenderness.pain_report import MOST_REPORTS, PainReport
-from common.tenderness.presses import LATEST_S, Press, PressFinder
+from common.tenderness.presses import LATEST_S, PRESSED_N, Press, PressFinder
 from common.tenderness.reaction import ReactionTime
 
 REPORTED_SHARE, ENDED_SHARE = 0.9, 0.5
@@ -45,8 +45,9 @@ class PainLimit:
         press = self.finder.step(t_s, force_n, x_m, y_m, answer)
         if press is None:
             if self.finder.hurts and t_s - self._lowered_s >= LATEST_S:
-                # A report that is too early for its press has set no limit; the present force is the only one known.
-                self._lower(t_s, max(force_n) if self.limit_n == math.inf else self.limit_n)
+                # A report that is too early for its press has set no limit; the present forces are the only ones known.
+                lightest_n = min((newton for newton in force_n if newton >= PRESSED_N), default=0.0)
+                self._lower(t_s, lightest_n if self.limit_n == math.inf else self.limit_n)
             return
         share = REPORTED_SHARE
         if not math.isnan(press.fallen_s):

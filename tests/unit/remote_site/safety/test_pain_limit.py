@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from common.limits import PAIN_LEAST_N, PAIN_SHARE
 from common.tenderness.presses import LONGEST_S
+from common.tenderness.reaction import ReactionTime
 from remote_site.safety.pain_limit import PainLimit
 from tests.unit.common.tenderness.made import press
 
@@ -37,6 +38,7 @@ def test_the_limit_follows_the_patients_threshold():
     assert max(reported_n) > ended_n, "at the report the reaction time is not known yet"
     assert max(reported_n) <= PAIN_SHARE * 2.6, "it is below the force at the report"
     assert ended_n == pytest.approx(PAIN_SHARE * 2.0, abs=0.2)
+    assert limit.reaction.sd_s < ReactionTime().sd_s, "the end has shown it"
 
 
 def test_a_higher_threshold_does_not_raise_it_and_a_lower_one_lowers_it():
@@ -115,6 +117,13 @@ def test_a_report_that_is_too_early_for_its_press_lowers_it_too():
     limit = PainLimit()
     assert pressed(limit, lambda t_s: 3.0, lambda t_s: 6.0 * (t_s > 0.2), 1.0) == pytest.approx(PAIN_SHARE * 3.0)
     assert pressed(PainLimit(), lambda t_s: 3.0, lambda t_s: 6.0 * (t_s > 0.2)) == PAIN_LEAST_N
+
+
+def test_of_several_fingers_the_lightest_counts_in_a_report_that_is_too_early_too():
+    limit = PainLimit()
+    for tick in range(100):
+        limit.step(0.01 * tick, [3.0, 1.0, 0.1], [0.0] * 3, [0.0] * 3, 6.0 * (tick > 20))
+    assert limit.limit_n == pytest.approx(PAIN_SHARE * 1.0)
 
 
 def test_a_second_report_during_one_press_lowers_it_again():
