@@ -520,6 +520,7 @@ def test_a_silent_operator_ends_the_session_and_can_return(make: Callable[..., P
     pair.operator_shift_ns += SILENCE_NS + 1
     pair.until(lambda: both_engaged(pair))
     assert pair.server.session.ident != first
+    assert pair.server.acceptance.refused["sequence"] == 0, "motion is counted from its beginning"
 
 
 def test_a_silent_remote_site_ends_the_session_and_is_found_again(make: Callable[..., Pair]) -> None:
