@@ -1,6 +1,7 @@
 """The remote site's end of the session: requests, heartbeats, observers, and accepted motion."""
 
 import logging
+import math
 import secrets
 from collections import Counter
 from collections.abc import Callable
@@ -35,7 +36,7 @@ from remote_site.session.operator_connections import OperatorConnections
 
 log = logging.getLogger(__name__)
 
-_LONG_AGO_NS = -(10**18)
+_NEVER_NS = -math.inf
 SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """Time without a heartbeat that ends the session, ns; then another operator may connect."""
 SETTLED_NS = 1_500_000_000
@@ -91,7 +92,7 @@ class SessionServer:
     _now_ns: int = 0
     _state: LinkState = LinkState.DISCONNECTED
     """State at the end of the last step."""
-    _left_ns: int = _LONG_AGO_NS
+    _left_ns: float = _NEVER_NS
     """Time when a person here last disengaged or cleared a fault, ns; a request from before engages nothing."""
     _agreed_ns: int = 0
     """Time when both sites last were engaged, or this one was asked to engage, ns."""
@@ -113,7 +114,7 @@ class SessionServer:
             unconfirmed: returns for each device why its outputs may not be off since a time, s.
         """
         if now_ns < self._now_ns:
-            self._heard_ns, self._left_ns = min(self._heard_ns, now_ns), _LONG_AGO_NS  # the clock was set back
+            self._heard_ns, self._left_ns = min(self._heard_ns, now_ns), _NEVER_NS  # the clock was set back
         self._now_ns = now_ns
         self._note_leaving()
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
@@ -409,7 +410,7 @@ class SessionServer:
         self._connections.begin(sender, now_ns)
         self.link.forgive(key)
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
-        self.motion, self._left_ns = None, _LONG_AGO_NS
+        self.motion, self._left_ns = None, _NEVER_NS
         self._hand = DeadReckoning()
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
