@@ -2,6 +2,8 @@
 
 import errno
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
@@ -37,21 +39,36 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
     return os.fdopen(number, "wb")
 
 
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give the path of a file to make; once it is whole, it replaces the one at `path`. A failure leaves that one.
+
+    A device at `path` is given as it is.
+
+    Raises:
+        OSError: `path` is a symbolic link, or cannot be replaced.
+    """
+    refuse_link(path)
+    made = path if path.is_char_device() else path.with_name(f"{path.name}.part")
+    try:
+        yield made
+        if made != path:
+            made.replace(path)
+    except BaseException:
+        discard(made)
+        raise
+
+
 def write_private(path: Path, content: bytes) -> None:
     """Write a small file with mode 0600; it replaces an earlier one, which stays where the new one does not fit.
 
     Raises:
         OSError: `path` is a symbolic link, or cannot be written.
     """
-    refuse_link(path)
-    made = path if path.is_char_device() else path.with_name(f"{path.name}.part")
     try:
-        with create_private(made, replace=True) as file:
+        with replacing(path) as made, create_private(made, replace=True) as file:
             file.write(content)
-        if made != path:
-            made.replace(path)
     except OSError as error:
-        discard(made)
         raise OSError(error.errno, error.strerror, str(path)) from None
 
 

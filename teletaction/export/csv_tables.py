@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from io import TextIOWrapper
 from pathlib import Path
 
-from common.files.private_file import create_private
+from common.files.private_file import create_private, replacing
 from teletaction.export.columns import TIME_COLUMNS, columns_of, row_of, table_name
 from teletaction.export.named_recording import NamedRecording
 
@@ -16,7 +16,8 @@ def write_csv(recording: NamedRecording, out: Path) -> dict[str, int]:
     with ExitStack() as files:
         tables = {}
         for topic in recording.topics:
-            file = files.enter_context(create_private(out / f"{table_name(topic)}.csv", replace=True))
+            made = files.enter_context(replacing(out / f"{table_name(topic)}.csv"))
+            file = files.enter_context(create_private(made, replace=True))
             text = files.enter_context(TextIOWrapper(file, encoding="utf-8", newline=""))
             tables[topic] = csv.writer(text)
             tables[topic].writerow([*TIME_COLUMNS, *columns_of(topic)])

@@ -29,7 +29,7 @@ from pydicom.sr.coding import Code
 from pydicom.uid import ComprehensiveSRStorage, ExplicitVRLittleEndian
 
 from common.files.printable import printable
-from common.files.private_file import create_private
+from common.files.private_file import create_private, replacing
 from common.version import software_version
 from operator_site.console.examination.findings import KINDS
 from teletaction.export.body_site import BodySite
@@ -68,7 +68,7 @@ def write_dicom_sr(recording: NamedRecording, out: Path, body_site: BodySite | N
         )
     document = _document(examination, f"findings {body_site} {software_version()}")
     document.update(_report(examination, body_site))
-    with create_private(out / "findings.dcm", replace=True) as file:
+    with replacing(out / "findings.dcm") as made, create_private(made, replace=True) as file:
         document.save_as(file, enforce_file_format=True)
     return {"findings": len(examination.findings)}
 

@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from common.files.private_file import create_private
+from common.files.private_file import write_private
 from teletaction.export.body_site import BodySite
 from teletaction.export.clinical_findings import (
     PSEUDONYMS,
@@ -39,8 +39,8 @@ def write_fhir(recording: NamedRecording, out: Path, body_site: BodySite | None 
         "timestamp": _time(writer.examination.recorded[0]),
         "entry": [{"fullUrl": f"urn:uuid:{each['id']}", "resource": each} for each in resources],
     }
-    with create_private(out / "findings.fhir.json", replace=True) as file:
-        file.write(json.dumps(bundle, ensure_ascii=False, indent=1, allow_nan=False).encode() + b"\n")
+    content = json.dumps(bundle, ensure_ascii=False, indent=1, allow_nan=False).encode() + b"\n"
+    write_private(out / "findings.fhir.json", content)
     return {"DiagnosticReport": 1, "Observation": len(observations)}
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from mcap.writer import CompressionType, Writer
 
-from common.files.private_file import create_private, write_private
+from common.files.private_file import create_private, replacing, write_private
 from teletaction.export.log_entries import LOG_SCHEMA, log_entry
 from teletaction.export.map_images import IMAGE_SCHEMA, map_images
 from teletaction.export.named_fields import Named, Schema, finite
@@ -38,7 +38,7 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
     """
     counts: dict[str, int] = {}
     write_private(out / "layout.json", LAYOUT.read_bytes())
-    with create_private(out / "session.mcap", replace=True) as file:
+    with replacing(out / "session.mcap") as made, create_private(made, replace=True) as file:
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="", library="teletaction")
         for name, facts in recording.facts.items():

@@ -7,7 +7,7 @@ from typing import Any
 import pyarrow as pa
 from pyarrow.parquet import ParquetWriter
 
-from common.files.private_file import create_private
+from common.files.private_file import create_private, replacing
 from teletaction.export.columns import TIME_COLUMNS, columns_of, row_of, table_name
 from teletaction.export.named_fields import Schema
 from teletaction.export.named_recording import NamedRecording
@@ -22,7 +22,8 @@ def write_parquet(recording: NamedRecording, out: Path) -> dict[str, int]:
     with ExitStack() as files:
         tables = {}
         for topic in recording.topics:
-            file = files.enter_context(create_private(out / f"{table_name(topic)}.parquet", replace=True))
+            made = files.enter_context(replacing(out / f"{table_name(topic)}.parquet"))
+            file = files.enter_context(create_private(made, replace=True))
             tables[topic] = files.enter_context(_Table(file, topic))
         for message in recording.messages():
             row = dict(zip(TIME_COLUMNS, (message.wall_ns, message.monotonic_ns), strict=True))

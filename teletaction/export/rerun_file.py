@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 
-from common.files.private_file import write_private
+from common.files.private_file import replacing, write_private
 from teletaction.export.columns import columns_of, row_of
 from teletaction.export.log_entries import log_entry
 from teletaction.export.named_recording import NamedMessage, NamedRecording
@@ -21,9 +21,12 @@ _GROUP = 20_000
 def write_rerun(recording: NamedRecording, out: Path) -> dict[str, int]:
     """Write `session.rrd` into `out`: scalars such as `/remote/touch/index/object_c`, and a text log."""
     counts = dict.fromkeys(recording.topics, 0)
-    with rr.RecordingStream("teletaction", recording_id=recording.path.stem) as stream:
-        write_private(out / "session.rrd", b"")  # Rerun opens this file and keeps its mode.
-        stream.save(out / "session.rrd")
+    with (
+        replacing(out / "session.rrd") as made,
+        rr.RecordingStream("teletaction", recording_id=recording.path.stem) as stream,
+    ):
+        write_private(made, b"")  # Rerun opens this file and keeps its mode.
+        stream.save(made)
         curves = Curves(stream, recording.topics)
         ahead_ns = recording.anchor.wall_time_ns(0)
         for message in recording.messages():

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from common.files.private_file import create_private, write_private
+from common.files.private_file import create_private, replacing, write_private
 from operator_site.console.map.lump_areas import LUMP, Cells, cells, lumps_in, searched
 from operator_site.console.map.map_tiles import MapPicture, confidence_of, picture
 from operator_site.console.map.tactile_map import TactileMap
@@ -44,7 +44,11 @@ def write_map(mapped: MappedPresses, out: Path, probe_radius_m: float) -> dict[s
     out.mkdir(parents=True, exist_ok=True)
     stiffness = mapped.surface.stiffness
     shown = None if stiffness.field is None else cells(stiffness.field, searched(stiffness.field))
-    with create_private(out / "map.csv", replace=True) as file, TextIOWrapper(file, "utf-8", newline="") as text:
+    with (
+        replacing(out / "map.csv") as made,
+        create_private(made, replace=True) as file,
+        TextIOWrapper(file, "utf-8", newline="") as text,
+    ):
         writer = csv.writer(text)
         writer.writerow(COLUMNS)
         if shown is not None:
@@ -99,7 +103,7 @@ def _draw(mapped: MappedPresses, shown: Cells | None, summary: dict[str, Any], p
             _draw_lumps(axes.pop(0), shown, summary)
         for name, one in zip(others, axes, strict=True):
             _draw_layer(one, mapped.surface, name)
-        with create_private(path, replace=True) as file:
+        with replacing(path) as made, create_private(made, replace=True) as file:
             figure.savefig(file, format="png", dpi=130, bbox_inches="tight")
 
 

@@ -14,6 +14,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
 from common.files.each_once import require_each_once
+from common.files.private_file import replacing
 from common.link.session_state import Happening
 from common.privacy.recording_file import create_recording, open_recording, recipient_of
 from common.recording.reader import RecordingReader
@@ -67,7 +68,8 @@ def merge_recordings(recordings: list[Path], out: Path) -> dict[str, int]:
         opened = [files.enter_context(open_recording(path)) for path in recordings]
         sources = [_open(path, file) for path, file in zip(recordings, opened, strict=True)]
         clocks = _Clocks(sources)
-        file = files.enter_context(create_recording(out, recipient_of(opened), replace=True))
+        made = files.enter_context(replacing(out))
+        file = files.enter_context(create_recording(made, recipient_of(opened), replace=True))
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="teletaction", library="teletaction")
         if clocks.line is not None:

@@ -7,7 +7,8 @@ calibrated tables. On the machine that recorded, the results are identical to th
 import csv
 import json
 import math
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from io import TextIOWrapper
 from pathlib import Path
 from typing import IO, Annotated, Any
@@ -16,7 +17,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from common.config.site_models import OperatorConfig, RenderingConfig
 from common.faults.texts import fault_text
-from common.files.private_file import create_private, write_private
+from common.files.private_file import create_private, replacing, write_private
 from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.privacy.recording_file import open_recording
@@ -82,8 +83,10 @@ def replay(path: Path, out: Path, progress: Progress = unseen) -> dict[str, Any]
     return result
 
 
-def _private_text(path: Path) -> TextIOWrapper:
-    return TextIOWrapper(create_private(path, replace=True), "utf-8", newline="")
+@contextmanager
+def _private_text(path: Path) -> Iterator[TextIOWrapper]:
+    with replacing(path) as made, TextIOWrapper(create_private(made, replace=True), "utf-8", newline="") as text:
+        yield text
 
 
 class _Done:

@@ -148,6 +148,23 @@ def test_a_missing_package_names_its_extra(monkeypatch: pytest.MonkeyPatch, tmp_
         export(GOLDEN, "parquet", tmp_path)
 
 
+@pytest.mark.parametrize("to", ["csv", "foxglove"])
+def test_an_export_that_fails_leaves_the_files_of_the_one_before(to: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    export(_notes(tmp_path / "whole.mcap", b"\xa2hi"), to, out)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    with pytest.raises(ValueError, match="remote/note"):
+        export(_notes(tmp_path / "damaged.mcap", b"\xa2hi", b"\xc1"), to, out)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def _notes(path: Path, *payloads: bytes) -> Path:
+    with Recorder(path, {"remote/note": {"type": "string"}}, {}) as recorder:
+        for payload in payloads:
+            recorder.write("remote/note", ClockAnchor.now().monotonic_ns, payload)
+    return path
+
+
 def test_a_recorder_anchors_its_recording(tmp_path: Path) -> None:
     path = tmp_path / "one.mcap"
     with Recorder(path, {"remote/note": {"type": "string"}}, {"key": "curve:abc"}) as recorder:
