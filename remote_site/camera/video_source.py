@@ -11,7 +11,9 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 import av
-from av.error import FFmpegError
+from av.format import Flags
+
+from remote_site.camera.picture_lag import PictureLag
 
 log = logging.getLogger(__name__)
 
@@ -19,6 +21,10 @@ AGAIN_S = 1.0
 """Time between two attempts to open the camera, s."""
 _OPEN_S, _SILENT_S = 5.0, 2.0
 """Longest wait for a camera that opens, and for its next picture, s."""
+_HANGS_S = 3.0
+"""Time without a picture after which a camera counts as lost, s; a driver that hangs ends no wait."""
+_COUNTED = "yuv4mpegpipe"
+"""Format of cameras at `tcp:` addresses, which has no time stamps: the library only counts its pictures."""
 _BEHIND_S = 0.5
 """Time after opening in which pictures are dropped, s: the library read them to learn the format."""
 
@@ -58,8 +64,10 @@ class VideoSource:
             self._format = "v4l2"
             self._options = {"video_size": f"{size[0]}x{size[1]}", "framerate": f"{rate_hz:g}"}
         elif source.startswith("tcp:"):
-            self._format = "yuv4mpegpipe"
+            self._format = _COUNTED
         self._newest: Captured | None = None
+        self._arrived_s = 0.0
+        """When the newest picture came, s of the monotonic clock."""
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._read, name="camera", daemon=True)
         self._thread.start()
@@ -69,6 +77,8 @@ class VideoSource:
         with suppress(BlockingIOError):
             self.news.recv(4096)
         newest, self._newest = self._newest, None
+        if not self.problem and time.monotonic() - self._arrived_s > _HANGS_S:
+            self._lost(f"{self._source}: sends no picture")
         return newest
 
     def close(self) -> None:
@@ -82,7 +92,7 @@ class VideoSource:
                 try:
                     self._read_pictures()
                     self._lost("the camera has ended its pictures")
-                except (FFmpegError, OSError, ValueError) as error:
+                except Exception as error:  # of any kind: without this thread there are no more pictures
                     self._lost(f"{self._source}: {getattr(error, 'strerror', None) or error}")
                 self._stopping.wait(AGAIN_S)
 
@@ -96,14 +106,17 @@ class VideoSource:
         with av.open(self._source, format=self._format, **keywords) as container:
             if not container.streams.video:
                 raise ValueError("has no pictures")
-            opened_s = time.monotonic()
+            stamped = self._format != _COUNTED and not container.format.flags & Flags.no_timestamps.value
+            opened_s, lag, lag_s = time.monotonic(), PictureLag(), 0.0
             for frame in container.decode(video=0):
                 now_ns = time.monotonic_ns()
                 if self._stopping.is_set():
                     return
+                if stamped and frame.time is not None:
+                    lag_s = lag.take(now_ns * 1e-9, frame.time)
                 if now_ns * 1e-9 - opened_s < _BEHIND_S:
                     continue
-                self.problem = ""
-                self._newest = Captured(now_ns - self._delay_ns, frame)
+                self._newest = Captured(now_ns - self._delay_ns - round(lag_s * 1e9), frame)
+                self._arrived_s, self.problem = now_ns * 1e-9, ""
                 with suppress(OSError):  # full, or closed on the other side
                     self._wake.send(b"\0")
