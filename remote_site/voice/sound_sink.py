@@ -12,7 +12,6 @@ from typing import Protocol
 
 import av
 import numpy as np
-from av.error import FFmpegError
 
 from common.files.private_file import create_private
 from common.wire.voice_messages import RATE_HZ, SAMPLES
@@ -29,6 +28,8 @@ _PAUSE_S = 0.1
 """Pause after which silence goes ahead of a sound, s: the device has run dry."""
 _AHEAD = 2
 """Number of silent sounds that go ahead."""
+_HANGS_S = 1.0
+"""Time without the end of a write after which nobody hears the device, s."""
 
 
 class SoundSink(Protocol):
@@ -71,7 +72,8 @@ class WavSink:
         self.problem = ""
         self._path = path
         self._made = create_private(path, replace=True)
-        self._file = wave.open(self._made, "wb")  # noqa: SIM115 - closed by close
+        # Without a buffer, a sound that did not fit is not written again by close.
+        self._file = wave.open(open(self._made.fileno(), "wb", buffering=0, closefd=False), "wb")  # noqa: SIM115
         self._file.setnchannels(1)
         self._file.setsampwidth(2)
         self._file.setframerate(RATE_HZ)
@@ -106,14 +108,20 @@ class DeviceSink:
         self.problem = "the loudspeaker was not opened yet"
         self._name = name
         self._waiting: queue.Queue[Samples | None] = queue.Queue(_MOST_WAITING)
+        self._given_s = 0.0
+        """When the device was given its newest sound, s of the monotonic clock."""
         self._stopping = threading.Event()
         threading.Thread(target=self._write, name="loudspeaker", daemon=True).start()
 
     def play(self, samples: Samples) -> None:
         """Give one sound to the device; it is dropped where too many wait, or while the device does not play."""
-        if not self.problem:
-            with suppress(queue.Full):
-                self._waiting.put_nowait(samples)
+        if self.problem:
+            return
+        try:
+            self._waiting.put_nowait(samples)
+        except queue.Full:
+            if time.monotonic() - self._given_s > _HANGS_S:
+                self._lost("takes no sound")
 
     def close(self) -> None:
         """End the thread with its next sound or error, without waiting for it."""
@@ -126,13 +134,16 @@ class DeviceSink:
             try:
                 with av.open(self._name, "w", format="alsa") as container:
                     self._play_all(container)
-            except (FFmpegError, OSError, ValueError) as error:
-                problem = f"alsa:{self._name}: {getattr(error, 'strerror', None) or error}"
-                if problem != self.problem:
-                    log.warning("nobody hears: %s", problem)
-                self.problem = problem
-                self._waiting = queue.Queue(_MOST_WAITING)  # what waits now is old when the device comes back
+            except Exception as error:  # of any kind: without this thread nothing is heard any more
+                self._lost(getattr(error, "strerror", None) or str(error))
             self._stopping.wait(AGAIN_S)
+
+    def _lost(self, why: str) -> None:
+        problem = f"alsa:{self._name}: {why}"
+        if problem != self.problem:
+            log.warning("nobody hears: %s", problem)
+        self.problem = problem
+        self._waiting = queue.Queue(_MOST_WAITING)  # what waits now is old when the device comes back
 
     def _play_all(self, container: av.container.OutputContainer) -> None:
         stream = container.add_stream("pcm_s16le", rate=RATE_HZ, layout=LAYOUT)
@@ -140,10 +151,11 @@ class DeviceSink:
         numbers, played_s = itertools.count(), 0.0
         self.problem = ""
         while (samples := self._waiting.get()) is not None and not self._stopping.is_set():
-            dry = time.monotonic() - played_s > _PAUSE_S
+            self._given_s = time.monotonic()
+            dry = self._given_s - played_s > _PAUSE_S
             for block in [np.zeros(SAMPLES, np.int16)] * (_AHEAD if dry else 0) + [samples]:
                 container.mux(stream.encode(frame_of(block, next(numbers))))
-            played_s = time.monotonic()
+            played_s, self.problem = time.monotonic(), ""
 
 
 def open_sink(place: str | Path) -> SoundSink:

@@ -27,6 +27,8 @@ AGAIN_S = 1.0
 _FRAME_NS = round(FRAME_S * 1e9)
 _MOST_WAITING = 4
 """Maximum number of sounds of a device that wait for the loop; further ones replace the oldest."""
+_HANGS_NS = 1_000_000_000
+"""Time without a sound after which a device gives none, ns; one that works gives silence, too."""
 _BEHIND = 10
 """Number of sounds by which a paced source may be late; it then drops the rest."""
 
@@ -88,6 +90,8 @@ class DeviceSource:
         self.problem = "the microphone was not opened yet"
         self._name = name
         self._found: deque[Captured] = deque(maxlen=_MOST_WAITING)
+        self._heard_ns = 0
+        """When the newest sound came, ns of the monotonic clock."""
         self._stopping = threading.Event()
         threading.Thread(target=self._read, name="microphone", daemon=True).start()
 
@@ -97,6 +101,8 @@ class DeviceSource:
         with suppress(IndexError):
             while True:
                 found.append(self._found.popleft())
+        if not self.problem and now_ns - self._heard_ns > _HANGS_NS:
+            self._lost(f"alsa:{self._name}: gives no sound")
         return found
 
     def close(self) -> None:
@@ -111,10 +117,10 @@ class DeviceSource:
                     for samples in _blocks(container):
                         if self._stopping.is_set():
                             return
-                        self.problem = ""
-                        self._found.append(Captured(time.monotonic_ns() - _FRAME_NS, samples))
+                        self._heard_ns, self.problem = time.monotonic_ns(), ""
+                        self._found.append(Captured(self._heard_ns - _FRAME_NS, samples))
                 self._lost("the microphone has ended")
-            except (FFmpegError, OSError, ValueError) as error:
+            except Exception as error:  # of any kind: without this thread nothing is heard any more
                 self._lost(f"alsa:{self._name}: {getattr(error, 'strerror', None) or error}")
             self._stopping.wait(AGAIN_S)
 

@@ -1,16 +1,21 @@
 """Sources and sinks: tones, files and devices. The device of the tests is ALSA's `null`, which every machine has."""
 
 import itertools
+import resource
+import threading
+import time
 import wave
+from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import av
 import numpy as np
 import pytest
 
 from remote_site.voice.alsa import FOLDER
+from remote_site.voice.opus_codec import Samples
 from remote_site.voice.sound_sink import DeviceSink, NoSink, WavSink, open_sink
 from remote_site.voice.sound_source import LOUDNESS, DeviceSource, open_source, tone
 from tests.voice_sounds import loudest_hz
@@ -114,6 +119,64 @@ def test_a_loudspeaker_of_alsa_plays_and_a_missing_one_says_why() -> None:
     missing.close()
 
 
+def test_a_loudspeaker_that_hangs_is_named_and_plays_nothing_of_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = MagicMock()
+    goes_on, hung = threading.Event(), threading.Event()
+
+    def write(_: object) -> None:
+        hung.set()
+        goes_on.wait()
+
+    device.__enter__.return_value.mux = write
+    monkeypatch.setattr("remote_site.voice.sound_sink.av.open", lambda *_, **__: device)
+    monkeypatch.setattr("remote_site.voice.sound_sink._HANGS_S", 0.1)
+    sink = DeviceSink("stuck")
+    wait_until(lambda: sink.problem == "")
+    sink.play(next(tone(440.0)))
+    wait_until(hung.is_set)
+    wait_until(lambda: sink.play(next(tone(440.0))) or sink.problem == "alsa:stuck: takes no sound")
+    goes_on.set()
+    wait_until(lambda: sink.problem == "")
+    assert sink._waiting.qsize() == 0
+    sink.close()
+
+
+def test_a_microphone_that_hangs_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    goes_on = threading.Event()
+
+    def blocks(_: object) -> Iterator[Samples]:
+        yield next(tone(440.0))
+        goes_on.wait()
+        yield next(tone(440.0))
+        threading.Event().wait()
+
+    monkeypatch.setattr("remote_site.voice.sound_source.av.open", lambda *_, **__: nullcontext())
+    monkeypatch.setattr("remote_site.voice.sound_source._blocks", blocks)
+    source = DeviceSource("stuck")
+    wait_until(lambda: source.take(time.monotonic_ns()))
+    assert source.problem == ""
+    source.take(time.monotonic_ns() + 2_000_000_000)
+    assert source.problem == "alsa:stuck: gives no sound"
+    goes_on.set()
+    wait_until(lambda: source.take(time.monotonic_ns()))
+    assert source.problem == ""
+    source.close()
+
+
+@pytest.mark.parametrize("kind", [DeviceSource, DeviceSink])
+def test_a_device_is_opened_again_after_any_error(
+    kind: type[DeviceSource | DeviceSink], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = Mock(side_effect=TypeError("surprise"))
+    monkeypatch.setattr("remote_site.voice.sound_sink.av.open", opened)
+    for module in ("sound_sink", "sound_source"):
+        monkeypatch.setattr(f"remote_site.voice.{module}.AGAIN_S", 0.01)
+    device = kind("strange")
+    wait_until(lambda: opened.call_count > 1)
+    assert device.problem == "alsa:strange: surprise"
+    device.close()
+
+
 @pytest.mark.parametrize("unplugged", [False, True], ids=["missing", "unplugged"])
 def test_a_loudspeaker_that_comes_plays_nothing_of_before(unplugged: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     def unplug(sink: DeviceSink, container: object) -> None:
@@ -156,6 +219,21 @@ def test_a_full_disk_is_a_problem_of_the_sink_and_ends_nothing(tmp_path: Path, m
     sink.play(third)
     assert not sink.problem
     sink.close()
+
+
+def test_a_file_on_a_full_disk_ends_without_an_error(tmp_path: Path) -> None:
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    sink = open_sink(tmp_path / "heard.wav")
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
+    try:
+        for samples in itertools.islice(tone(440.0), 60):
+            sink.play(samples)
+        assert sink.problem
+        sink.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with wave.open(str(tmp_path / "heard.wav")) as file:
+        assert len(file.readframes(100_000)) > 40_000
 
 
 def test_a_sink_that_is_none_is_refused(tmp_path: Path) -> None:
