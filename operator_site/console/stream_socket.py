@@ -43,10 +43,12 @@ class StreamSocket:
         self._most_bytes, self._port = most_bytes, base_port + STREAMS[stream].port
         self._resolver = Resolver(host, self._port)
         self._context = zmq.Context()
+        self._socket: zmq.Socket[bytes] | None = None
+        self._monitor: zmq.Socket[bytes] | None = None
         self._open()
 
     def _open(self) -> None:
-        socket = self._context.socket(zmq.DEALER)
+        socket = self._socket = self._context.socket(zmq.DEALER)
         prepare_socket(socket, self._most_bytes)
         socket.setsockopt(zmq.SNDHWM, _WAITING)
         # A packet to an absent process must fail now: later, its times would be wrong.
@@ -57,19 +59,30 @@ class StreamSocket:
         if self._address is not None:
             socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
             socket.connect(tcp_endpoint(self._address, self._port))
-        self._socket, self._inbox = socket, Inbox(socket)
+        self._inbox = Inbox(socket)
+
+    def _disconnect(self) -> None:
+        if self._socket is not None:
+            self._socket.disable_monitor()
+            self._socket.close(linger=0)
+        if self._monitor is not None:
+            self._monitor.close()
+        self._socket = self._monitor = None
 
     def reconnect(self) -> None:
         """Connect again: the library gives up after a refusal and after bytes that are no packet."""
-        self._socket.disable_monitor()
-        self._monitor.close()
-        self._socket.close(linger=0)
-        self._open()
+        self._disconnect()
+        try:
+            self._open()
+        except zmq.ZMQError:  # such as without a free file descriptor; another attempt follows
+            self._disconnect()
 
     def receive(self) -> list[bytes]:
         """Return the parts of the next message; empty if none waits."""
         if self._address != self._resolver.address:  # the name server has answered
             self.reconnect()
+        if self._socket is None or self._monitor is None:
+            return []
         while self._monitor.poll(0):
             event = zmq.utils.monitor.recv_monitor_message(self._monitor)
             refused = event["event"] == zmq.EVENT_HANDSHAKE_FAILED_AUTH and event["value"] == _FINAL
@@ -78,15 +91,15 @@ class StreamSocket:
 
     def send(self, packet: bytes) -> None:
         """Send a packet; it is dropped where no process is connected."""
-        with contextlib.suppress(zmq.Again):
-            self._socket.send(packet, zmq.DONTWAIT)
-        self._inbox.stale()
+        if self._socket is not None:
+            with contextlib.suppress(zmq.Again):
+                self._socket.send(packet, zmq.DONTWAIT)
+            self._inbox.stale()
 
     def close(self) -> None:
         """Disconnect."""
         self._resolver.close()
-        self._socket.disable_monitor()
-        self._monitor.close()
+        self._disconnect()
         self._context.destroy(linger=0)
 
 

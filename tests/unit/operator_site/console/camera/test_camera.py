@@ -1,8 +1,11 @@
 """The console's end of the stream `camera` over real Curve: loss, restart, refused key, damage, size, silence."""
 
+import errno
 from collections.abc import Iterator
+from unittest.mock import Mock
 
 import pytest
+import zmq
 
 from common.limits import FROZEN_S
 from common.link.keys import TrustedKeys, load_keys
@@ -100,6 +103,21 @@ def test_a_lost_camera_is_frozen_then_silent_and_its_next_start_is_followed(both
     until(lambda: both.sees(Seen.FROZEN))
     assert both.reader.now.age_s < 0.6
     until(lambda: both.sees(Seen.SILENT))
+    process = both.start()
+    until(both.asked)
+    process.send(1)
+    until(lambda: both.sees(Seen.LIVE))
+
+
+@pytest.mark.long
+def test_a_camera_is_seen_again_after_a_time_without_a_free_descriptor(
+    both: Both, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    until(lambda: both.sees(Seen.SILENT))
+    with monkeypatch.context() as full:
+        full.setattr(both.line._context, "socket", Mock(side_effect=zmq.ZMQError(errno.EMFILE)))
+        both.line.reconnect()
+        both.step()
     process = both.start()
     until(both.asked)
     process.send(1)
