@@ -290,5 +290,7 @@ def _judge_temperatures(finding: Finding, truth: Truth, done: Done) -> None:
         ("sensor's plate", truth.patient_s, truth.sensor_plate_c, SENSOR_PLATE_C),
     ):
         then = (time_s >= done.begin_s) & (time_s < done.next_s)
-        if then.any() and plate_c[then].max() > most_c:
+        if not then.any():
+            finding.wrong.append(f"{name}: nothing was recorded")
+        elif not plate_c[then].max() <= most_c:
             finding.wrong.append(f"{name} at {plate_c[then].max():.2f} C")

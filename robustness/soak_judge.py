@@ -128,7 +128,7 @@ def _noticed(fault: Fault, status: Mapping[str, Any], before: Mapping[str, Any])
     if status["fault"]:
         return True
     named = [each for each in target if each not in _VALUES and not each.isdigit()]
-    on_can = word in ("bus_off", "disobey") or named[:1] == ["can"]
+    on_can = word in ("bus_off", "disobey", "intrude") or named[:1] == ["can"]
     device = _ON_CAN[fault.where] if on_can else " ".join(named)
     if status["missing"].startswith(device):
         return True

@@ -168,6 +168,13 @@ def test_a_fault_is_reported_by_the_processes_that_must_know_it_and_no_other(
     assert wrong({}, key) == [f"{named(key).name}: left no trace"]
 
 
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.key)
+def test_a_calm_session_shows_no_trace_of_any_fault(fault: Fault) -> None:
+    calm = {process: each for name in (*PROCESSES, "network") for process, each in seen(name).items()}
+    unseen = fault.begin == "burn" or fault.begin.startswith("water") or fault.begin.endswith("frozen")
+    assert unseen or f"{fault.name}: left no trace" in wrong(calm, fault.key)
+
+
 def test_a_stopped_site_need_not_report_a_fault() -> None:
     stopped = seen("remote", overruns=4)
     assert wrong(stopped, "remote-stop-3-s", "sim-remote-silence-middle-texture") == []

@@ -163,3 +163,10 @@ def test_a_plate_above_its_limit_is_wrong_under_any_fault(name: str, most_c: flo
 
     assert judged(lambda truth: warmed(truth, most_c)).wrong == []
     assert said in judged(lambda truth: warmed(truth, most_c + 0.01)).wrong[0]
+    assert said in judged(lambda truth: warmed(truth, np.nan)).wrong[0]
+
+
+def test_a_plate_that_was_not_recorded_is_wrong() -> None:
+    early = {name: getattr(stroking(0.0, 0.0), name) - NEXT_S for name in ("finger_s", "patient_s")}
+    wrong = judged(lambda truth: replace(truth, **early)).wrong
+    assert {f"{name} plate: nothing was recorded" for name in ("operator's", "sensor's")} <= set(wrong)
