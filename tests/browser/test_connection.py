@@ -3,6 +3,7 @@
 import math
 import random
 import time
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from operator_site.console.state.signals import SPAN_S
 from operator_site.console.web.clients import CREDIT
 from tests.browser import synthetic
 from tests.browser.conftest import Open
+from tests.browser.lossy_way import LossyWay
 from tests.browser.stage import Client, Stage
 
 pytestmark = pytest.mark.console
@@ -67,6 +69,21 @@ def test_a_lost_connection_is_shown_and_comes_back_by_itself(stage: Stage, open_
     stage.mend()
     page.wait_for_selector("body[data-shown=engaged]")
     page.wait_for_selector("#alarm[data-priority=none]")
+
+
+@pytest.mark.real_time(stall_s=math.inf)
+def test_the_picture_comes_back_with_the_session_after_connections_were_lost_silently(
+    stage: Stage, open_page: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with closing(LossyWay(stage.url)) as way:
+        monkeypatch.setattr(Stage, "url", way.url)
+        page = open_page("watching")
+        page.wait_for_selector("#camera-said:has-text('Picture 0.')")
+        way.lose()
+        page.wait_for_selector("#camera-said:has-text('frozen')")
+        page.wait_for_selector("body[data-shown=unknown]")
+        page.wait_for_selector("#camera-said:has-text('Picture 0.')")
+        assert page.get_attribute("body", "data-shown") != "unknown"
 
 
 def test_a_console_that_falls_silent_raises_the_pages_own_alarm(stage: Stage, open_page: Open) -> None:

@@ -2,6 +2,7 @@
 
 import math
 import time
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from common.wire.voice_messages import BIT_S, FRAME_S
 from tests.browser.conftest import SIZES, Open
+from tests.browser.lossy_way import LossyWay
 from tests.browser.stage import Stage
 from tests.browser.test_every_state import LOOK, axe_findings
 from tests.voice_sounds import coded_tone, decoded, loudest_hz
@@ -64,6 +66,19 @@ def test_a_tone_is_heard_in_order_and_soon(stage: Stage, open_page: Open) -> Non
     assert set(starts[:, 2].round(3)) <= {1.0, 1.02}
     stage.tone = []
     page.wait_for_function(f"() => ({PITCH})() === 0")
+
+
+def test_a_tone_is_heard_again_after_connections_were_lost_silently(
+    stage: Stage, open_page: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stage.tone = coded_tone(440.0, 250)
+    with closing(LossyWay(stage.url)) as way:
+        monkeypatch.setattr(Stage, "url", way.url)
+        page = listening(open_page)
+        page.wait_for_function(f"() => Math.abs(({PITCH})() - 440) < 12")
+        way.lose()
+        page.wait_for_function(f"() => ({PITCH})() === 0")
+        page.wait_for_function(f"() => Math.abs(({PITCH})() - 440) < 12")
 
 
 def test_old_sounds_are_not_played(stage: Stage, open_page: Open) -> None:

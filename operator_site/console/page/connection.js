@@ -4,9 +4,21 @@ import { WORDS } from "./words.js";
 
 const HEARTBEAT_MS = 1000, SILENT_MS = 2500, ASLEEP_MS = 1500, ANSWER_MS = 1000, FIRST_WAIT_MS = 100, LONGEST_WAIT_MS = 2000, AGAIN_MS = 2000, NO_TOKEN = 4401, REPLACED = 4409;
 
+const beside = new Set(); // ends each socket beside the session's, without waiting for its close
+
 export function openBeside(path, handlers, closed) {
   const socket = Object.assign(openSocket(path), handlers);
-  socket.addEventListener("close", event => { if (event.code !== NO_TOKEN) setTimeout(closed, AGAIN_MS); });
+  const end = () => {
+    socket.onopen = socket.onmessage = socket.onclose = null;
+    beside.delete(end);
+    socket.close();
+    handlers.onclose?.();
+    closed();
+  };
+  beside.add(end);
+  socket.addEventListener("close", event => {
+    if (beside.delete(end) && event.code !== NO_TOKEN) setTimeout(closed, AGAIN_MS);
+  });
   return socket;
 }
 
@@ -55,6 +67,7 @@ export class Connection {
   open() {
     clearTimeout(this.timer);
     if (this.socket) this.drop(this.socket);
+    for (const end of beside) end(); // what is lost with the session's network is seen by nobody else
     const socket = openSocket("session");
     this.socket = socket;
     this.last_ms = performance.now();
