@@ -9,7 +9,6 @@ of [number of the stream, ns, payload]; null at the end. The process sends repor
 stream, reason of a failure or null, whether the disk is full, whether this report is the last].
 """
 
-import errno
 import os
 import select
 import socket
@@ -20,6 +19,8 @@ from typing import IO
 
 import msgpack
 from mcap.writer import CompressionType, Writer
+
+from common.files.no_room import NO_ROOM
 
 CHUNK_BYTES = 256 * 1024
 """Maximum size of a chunk, bytes: more than one flush interval contains, because the library keeps an index entry in
@@ -123,7 +124,7 @@ def write_recording(owner: socket.socket, file: IO[bytes]) -> None:
         why, full = None, False
     except Exception as error:  # any error ends the recording, and the owner must get the reason
         why = str(error) or type(error).__name__
-        full = isinstance(error, OSError) and error.errno == errno.ENOSPC
+        full = isinstance(error, OSError) and error.errno in NO_ROOM
     with suppress(OSError):  # the owner may be gone
         owner.sendall(_report(writer, why, full=full, last=True))
 

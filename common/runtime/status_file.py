@@ -1,6 +1,5 @@
 """Writes the status file of a process: figures of its loop and its own, as JSON."""
 
-import errno
 import json
 import logging
 import os
@@ -8,6 +7,7 @@ import resource
 import time
 from pathlib import Path
 
+from common.files.no_room import NO_ROOM
 from common.files.private_file import create_private, refuse_link
 from common.runtime.periodic_loop import PeriodicLoop
 from common.timing.timeouts import NOTICE_S
@@ -69,7 +69,7 @@ class StatusFile:
                     file.write(content)
             except OSError as error:
                 part.unlink(missing_ok=True)
-                if error.errno != errno.ENOSPC or not _overwrite(self._path, content):
+                if error.errno not in NO_ROOM or not _overwrite(self._path, content):
                     raise
             else:
                 part.replace(self._path)

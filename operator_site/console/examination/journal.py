@@ -4,7 +4,6 @@ After a failure the journal opens a new file and writes all unsaved records to i
 again. A console that restarts during an examination continues that examination.
 """
 
-import errno
 import logging
 import math
 from collections import Counter
@@ -13,6 +12,7 @@ from typing import Any
 
 import msgpack
 
+from common.files.no_room import NO_ROOM
 from common.files.unique_path import free_name
 from common.recording.clock_anchor import boot_id
 from common.recording.recorder import Recorder
@@ -66,7 +66,6 @@ _MOST_MEDIA = 4_000
 
 With the unsaved records they fit into the recorder's queue, which would refuse a finding when it is full.
 """
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Journal:
@@ -108,7 +107,7 @@ class Journal:
             try:
                 self._open(path)
             except OSError as error:
-                if error.errno not in _NO_ROOM:
+                if error.errno not in NO_ROOM:
                     raise
                 log.warning("%s: %s", path, error.strerror)
 

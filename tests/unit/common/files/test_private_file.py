@@ -79,14 +79,15 @@ def test_a_status_file_is_not_written_through_a_link_and_a_later_link_is_reporte
     assert json.loads(path.read_text("utf-8"))["process"] == "s"
 
 
+@pytest.mark.parametrize("reason", [errno.ENOSPC, errno.EDQUOT])
 def test_a_status_file_on_a_full_disk_is_overwritten(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    reason: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Recording and status share a disk: the status says why the recording stopped."""
 
     def full(path: Path) -> IO[bytes]:
         path.touch()
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        raise OSError(reason, os.strerror(reason), str(path))
 
     path = tmp_path / "s.json"
     status = StatusFile(path, "s")
@@ -98,7 +99,7 @@ def test_a_status_file_on_a_full_disk_is_overwritten(
     assert (mode(path), list(tmp_path.iterdir()), caplog.messages) == (0o600, [path], [])
     status.write(2.0, {"long": 50_000 * "x"})
     assert path.read_text("utf-8") == written, "no room for it"
-    assert "No space left on device" in caplog.text
+    assert os.strerror(reason) in caplog.text
 
 
 def test_a_link_in_place_of_the_temporary_file_is_not_followed(tmp_path: Path, victim: Path) -> None:

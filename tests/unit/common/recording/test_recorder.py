@@ -1,4 +1,5 @@
 import contextlib
+import errno
 import json
 import os
 import signal
@@ -11,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, cast
+from unittest.mock import Mock
 
 import msgpack
 import pytest
@@ -273,6 +275,16 @@ def test_an_owner_that_never_listens_does_not_stop_the_writer(monkeypatch: pytes
             last = [last, *reports][-1]
         writer.join(30.0)
     assert last == [[2000], None, False, True]
+
+
+@pytest.mark.parametrize(("reason", "full"), [(errno.ENOSPC, True), (errno.EDQUOT, True), (errno.EIO, False)])
+def test_a_writer_reports_whether_there_is_no_room(reason: int, full: bool) -> None:
+    ours, theirs = socket.socketpair()
+    head = {"metadata": {}, "schemas": {"touch": b"{}"}, "attachments": {}, "durable": False}
+    with ours, theirs:
+        ours.sendall(msgpack.packb(head))
+        writer_process.write_recording(theirs, Mock(write=Mock(side_effect=OSError(reason, os.strerror(reason)))))
+        assert msgpack.unpackb(ours.recv(1 << 16))[2:] == [full, True]
 
 
 def test_an_unknown_stream_is_the_callers_error_and_the_recording_continues(tmp_path: Path) -> None:
