@@ -14,6 +14,7 @@ from starlette.websockets import WebSocketDisconnect
 from common.link.rate_limiter import RateLimiter
 from common.runtime.containment import Containment
 from common.web.access import Visitor
+from operator_site.console.web.clients import AWAKE_S
 from operator_site.console.web.pages import (
     FULL,
     MESSAGES_AT_ONCE,
@@ -44,6 +45,9 @@ class StreamPages(ABC, Generic[Page]):
         """Begin without pages; `contain` contains errors of one page, so that the others are served."""
         self._contain, self._clock_s = contain, clock_s
         self._pages: dict[Page, asyncio.Event] = {}
+        self._heard_s: dict[Page, float] = {}
+        """Time of the newest message of each page, or of its coming, s."""
+        self._reading: dict[Page, asyncio.Task[None]] = {}
 
     @abstractmethod
     def _new(self, visitor: Visitor) -> Page:
@@ -62,24 +66,38 @@ class StreamPages(ABC, Generic[Page]):
 
     async def serve(self, socket: PageSocket, visitor: Visitor) -> None:
         """Serve one page of an accepted visitor until the page leaves."""
-        same = sum(page.visitor.role == visitor.role for page in self._pages)
-        if same >= (ACTING_PLACES if visitor.role == "act" else OBSERVING_PLACES):
+        if not self._make_place(visitor):
             await socket.close(FULL)
             return
         page, ready = self._new(visitor), asyncio.Event()
-        self._pages[page] = ready
+        self._pages[page], self._heard_s[page] = ready, self._clock_s()
         what = type(self).__name__
-        sides = [
-            asyncio.create_task(self._side(f"{what}, reading", self._read(socket, page))),
-            asyncio.create_task(self._side(f"{what}, writing", self._write(socket, page, ready))),
-        ]
+        reading = asyncio.create_task(self._side(f"{what}, reading", self._read(socket, page)))
+        writing = asyncio.create_task(self._side(f"{what}, writing", self._write(socket, page, ready)))
+        self._reading[page] = reading
         try:
-            await asyncio.wait(sides, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((reading, writing), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for side in sides:
-                side.cancel()
-            del self._pages[page]
-            self._left(page)
+            reading.cancel()
+            writing.cancel()
+            if page in self._pages:
+                self._leave(page)
+
+    def _make_place(self, visitor: Visitor) -> bool:
+        """Return whether there is a place for a new page; the one that was silent longest leaves it, asleep or lost."""
+        same = [page for page in self._pages if page.visitor.role == visitor.role]
+        if len(same) < (ACTING_PLACES if visitor.role == "act" else OBSERVING_PLACES):
+            return True
+        silent = min(same, key=self._heard_s.__getitem__)
+        if self._clock_s() - self._heard_s[silent] <= AWAKE_S:
+            return False
+        self._reading[silent].cancel()
+        self._leave(silent)
+        return True
+
+    def _leave(self, page: Page) -> None:
+        del self._pages[page], self._heard_s[page], self._reading[page]
+        self._left(page)
 
     async def _side(self, what: str, doing: Coroutine[Any, Any, None]) -> None:
         # RuntimeError: closed during a send
@@ -90,6 +108,7 @@ class StreamPages(ABC, Generic[Page]):
         messages = RateLimiter(MESSAGES_PER_S, MESSAGES_AT_ONCE)
         while True:
             message = await message_of(socket)
+            self._heard_s[page] = self._clock_s()
             if not messages.allows(self._clock_s()):
                 await socket.close(TOO_MUCH, "too many messages")
                 return

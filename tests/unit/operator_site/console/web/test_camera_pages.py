@@ -13,6 +13,7 @@ from common.runtime.containment import Containment
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.camera.stills import STILL_S, Stills
 from operator_site.console.web.camera_pages import CameraPages
+from operator_site.console.web.clients import AWAKE_S
 from operator_site.console.web.pages import FULL, MESSAGES_AT_ONCE, NOT_UNDERSTOOD, TOO_MUCH
 from operator_site.console.web.places import OBSERVING_PLACES
 from operator_site.console.web.viewer import CREDIT
@@ -158,6 +159,25 @@ def test_a_page_that_says_too_much_leaves() -> None:
     page = Socket(*[json.dumps({"kind": "drawn", "sequence": []})] * (MESSAGES_AT_ONCE + 1))
     asyncio.run(room.pages.serve(page, OR_1))
     assert page.closed == TOO_MUCH
+
+
+def test_a_page_that_was_silent_longest_leaves_its_place_to_a_new_one() -> None:
+    async def watch() -> None:
+        room = Watching()
+        pages = [await room.enter() for _ in range(OBSERVING_PLACES)]
+        room.now_s += AWAKE_S + 1.0
+        for page in (*pages[:3], *pages[4:]):
+            page.said.put_nowait(json.dumps({"kind": "drawn"}))
+            await settled(page.said.empty)
+        new = await room.enter()
+        room.pages.show(picture(1, is_key=True))
+        await settled(lambda: new.pictures == 1)
+        assert [page.pictures for page in pages] == [1] * 3 + [0] + [1] * (OBSERVING_PLACES - 4)
+        last = await room.enter()
+        await settled(lambda: last.closed == FULL)
+        await room.end()
+
+    run(watch())
 
 
 def test_observers_leave_places_for_those_who_act() -> None:
