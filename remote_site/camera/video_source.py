@@ -23,6 +23,8 @@ _OPEN_S, _SILENT_S = 5.0, 2.0
 """Longest wait for a camera that opens, and for its next picture, s."""
 _HANGS_S = 3.0
 """Time without a picture after which a camera counts as lost, s; a driver that hangs ends no wait."""
+_LATE_S = 2.0
+"""Lag of the pictures, s, and time for which it lasts, after which the camera is opened again: old ones then drop."""
 _COUNTED = "yuv4mpegpipe"
 """Format of cameras at `tcp:` addresses, which has no time stamps: the library only counts its pictures."""
 _BEHIND_S = 0.5
@@ -107,16 +109,22 @@ class VideoSource:
             if not container.streams.video:
                 raise ValueError("has no pictures")
             stamped = self._format != _COUNTED and not container.format.flags & Flags.no_timestamps.value
-            opened_s, lag, lag_s = time.monotonic(), PictureLag(), 0.0
+            lag, lag_s, opened_s = PictureLag(), 0.0, time.monotonic()
+            timely_s = opened_s
             for frame in container.decode(video=0):
                 now_ns = time.monotonic_ns()
+                now_s = now_ns * 1e-9
                 if self._stopping.is_set():
                     return
                 if stamped and frame.time is not None:
-                    lag_s = lag.take(now_ns * 1e-9, frame.time)
-                if now_ns * 1e-9 - opened_s < _BEHIND_S:
+                    lag_s = lag.take(now_s, frame.time)
+                if lag_s <= _LATE_S:
+                    timely_s = now_s
+                elif now_s - timely_s > _LATE_S:
+                    raise ValueError(f"its pictures stay more than {_LATE_S:g} s late")
+                if now_s - opened_s < _BEHIND_S:
                     continue
                 self._newest = Captured(now_ns - self._delay_ns - round(lag_s * 1e9), frame)
-                self._arrived_s, self.problem = now_ns * 1e-9, ""
+                self._arrived_s, self.problem = now_s, ""
                 with suppress(OSError):  # full, or closed on the other side
                     self._wake.send(b"\0")

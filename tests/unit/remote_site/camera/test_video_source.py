@@ -73,6 +73,13 @@ def test_pictures_that_waited_on_their_way_are_as_old_as_they_are(stalling: str)
     assert min(ages_s) < 0.5 * STALLED_S
 
 
+@pytest.mark.long
+def test_a_camera_whose_pictures_stay_late_is_opened_again(stalling: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(video_source, "_LATE_S", 0.5 * STALLED_S)
+    with closing(VideoSource(stalling, (64, 48), RATE_HZ, 0.0)) as source:
+        wait_until(lambda: source.problem.endswith(" s late"), lambda: source.problem)
+
+
 @pytest.mark.parametrize("error", [TypeError("surprise"), MemoryError()])
 def test_a_camera_is_opened_again_after_any_error(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = []
