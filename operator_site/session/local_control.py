@@ -60,8 +60,10 @@ def answer_desk(
             client.annotate(now_ns, note_text(details))
         case "clutch" | "scale":
             coupling.ask(verb, details)
+        case "restore_force":
+            raise Refused("only the remote site can do this: give its --config")
         case _:
-            raise Refused(f"{verb} is not for the desk to ask")
+            raise Refused(f"the operator site takes no command {verb}")
     return {
         **desk_answer(verb, client, not_ready),
         "time_ns": now_ns,

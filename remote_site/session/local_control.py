@@ -48,5 +48,5 @@ def answer_desk(
         case "mute_voice" | "unmute_voice":
             raise Refused(f"{verb} is for the voice's process: teletaction session {verb.replace('_', '-')}")
         case _:
-            raise Refused(f"{verb} is for the operator's site to ask")
+            raise Refused("only the operator site can do this: give its --config")
     return desk_answer(verb, server, not_ready) | server.patient()

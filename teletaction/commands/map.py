@@ -13,7 +13,7 @@ app = typer.Typer()
 def map_command(
     recorded: Annotated[
         list[Path],
-        typer.Argument(metavar="PRESSES...", help="Files of presses, or of lines with roughness_v or object_c."),
+        typer.Argument(metavar="PRESSES", help="Files of presses, or of lines with roughness_v or object_c."),
     ],
     out: Annotated[Path, typer.Option(help="Folder for map.csv, map.png and map.json.")],
     probe_radius_mm: Annotated[

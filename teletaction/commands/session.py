@@ -129,4 +129,5 @@ def _ask(desk: "tuple[int, KeyPair]", verb: str, details: dict[str, object] | No
     try:
         return ask_desk(*desk, verb, details)
     except Refused as refusal:
-        raise Failed(f"{verb}: {refusal}") from None
+        command = "note" if verb == "annotate" else verb.replace("_", "-")
+        raise Failed(f"{command}: {refusal}") from None

@@ -40,7 +40,7 @@ def simulate_thermal_command(
         offset_c=offset_c,
         block=block,
     )
-    typer.echo(f"wrote {touches} touches of {material} to {out}", err=True)
+    typer.echo(f"wrote {touches} {'touch' if touches == 1 else 'touches'} of {material} to {out}", err=True)
 
 
 @app.command("stroke")
@@ -56,4 +56,4 @@ def simulate_stroke_command(
     from sim_sensors.traces.simulate import simulate_stroke_set
 
     simulate_stroke_set(surface, strokes, speed_mm_s=speed, force_n=force, seed=seed, out=out)
-    typer.echo(f"wrote {strokes} strokes of {surface} to {out}", err=True)
+    typer.echo(f"wrote {strokes} {'stroke' if strokes == 1 else 'strokes'} of {surface} to {out}", err=True)

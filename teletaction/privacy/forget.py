@@ -87,7 +87,7 @@ def _judge(path: Path, choice: Choice, now_s: float, older_than_days: float | No
     if stat.S_ISLNK(status.st_mode):
         choice.kept.append((path, "a link"))
     elif (kind := kind_of(path)) is None:
-        choice.kept.append((path, "not a file of this program"))
+        choice.kept.append((path, "forget deletes no such file"))
     elif older_than_days is not None and now_s - status.st_mtime < older_than_days * _DAY_S:
         choice.kept.append((path, f"changed within {older_than_days:g} days"))
     else:

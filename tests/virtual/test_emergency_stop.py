@@ -219,7 +219,7 @@ def test_a_stop_of_the_remote_site_cannot_be_cleared_by_the_operator(story: Stor
     clear, engage, engage_there = stop.refused
     assert clear == f"{AT_REMOTE}: to be cleared where it was latched"
     assert f"a fault is latched ({AT_REMOTE})" in engage
-    assert "for the operator's site to ask" in engage_there
+    assert "only the operator site can do this" in engage_there
 
 
 @pytest.mark.parametrize("name", ["operator", "remote"])

@@ -47,7 +47,7 @@ def test_pain_lowers_the_limit_reaches_the_operator_and_a_person_ends_it(working
         working.ask_desk("remote", "restore_force")
     slide(working, 0.0)
     working.run(1.0)
-    with pytest.raises(Refused, match="is not for the desk"):
+    with pytest.raises(Refused, match="only the remote site can do this"):
         working.ask_desk("operator", "restore_force")
     assert gate.patient_limit_n is not None
     working.ask_desk("remote", "restore_force")

@@ -152,7 +152,9 @@ def test_success_prints_nothing_and_a_refusal_is_one_line_and_a_failure(
     assert ask(verb, configs["operator"]).said == (0, "", "")
     assert site.asked[0] == asked
     site.do = refuse
-    assert one_line(ask(verb, configs["operator"]), 1).endswith(": a fault is latched (hot plate): clear it first")
+    assert one_line(ask(verb, configs["operator"]), 1).endswith(
+        f" {verb}: a fault is latched (hot plate): clear it first"
+    )
 
 
 @pytest.mark.parametrize("verb", ["mute-voice", "unmute-voice"])
@@ -279,7 +281,7 @@ def test_a_note_that_cannot_be_recorded_is_refused_instead_of_lost() -> None:
     operator = OperatorSite(CONFIG, client, cast(OperatorDevices, Devices()), desk=cast(LocalControlSocket, desk))
     desk.asks = [("annotate", {"text": "a rough spot"}), ("hello", {})]
     operator.tick(1_000_000_000)
-    assert desk.refused == ["there is no session to note anything in", "hello is not for the desk to ask"]
+    assert desk.refused == ["there is no session to note anything in", "the operator site takes no command hello"]
     operator.client.session.connect(7)
     desk.asks = [("annotate", {"text": text}) for text in ("", "x" * (LONGEST_NOTE + 1), 7, "x" * LONGEST_NOTE)]
     operator.tick(1_002_000_000)

@@ -90,7 +90,7 @@ def test_foreign_files_are_named_and_kept(tmp_path: Path) -> None:
     done = forget(tmp_path, "--yes")
     assert files(tmp_path) == set(FOREIGN)
     for name in FOREIGN.keys() - {FORGOTTEN}:
-        assert f"keep   {tmp_path / name} (not a file of this program)" in done.err
+        assert f"keep   {tmp_path / name} (forget deletes no such file)" in done.err
     assert done.err.endswith("nothing to delete\n")
 
 
