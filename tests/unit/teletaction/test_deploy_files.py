@@ -6,7 +6,9 @@ import shutil
 import subprocess
 
 import pytest
+from pydantic import BaseModel
 
+from common.config import link_models, site_models
 from common.config.file import load_config
 from common.config.site_models import OperatorConfig, RemoteConfig
 from tests.places import ROOT
@@ -33,6 +35,19 @@ def test_each_serial_device_of_the_configurations_has_a_rule_and_an_adapter_of_i
     for rule in rules():
         assert all(_PART.fullmatch(part) for part in rule.split(", ")), rule
         assert "==" in rule.split(", ")[0]
+
+
+def fields(kind: type[BaseModel]) -> set[str]:
+    """Names of the fields of a configuration and of its tables."""
+    below = {each for field in kind.model_fields.values() for each in re.findall(r"\w+Config", str(field.annotation))}
+    tables = [getattr(module, name) for name in below for module in (site_models, link_models) if hasattr(module, name)]
+    return set(kind.model_fields).union(*(table.model_fields for table in tables))
+
+
+@pytest.mark.parametrize(("name", "kind"), [("remote", RemoteConfig), ("operator", OperatorConfig)])
+def test_the_file_of_a_site_names_each_field(name: str, kind: type[BaseModel]) -> None:
+    text = (HARDWARE / f"{name}.toml").read_text("utf-8")
+    assert {field for field in fields(kind) if not re.search(rf"(?m)^(# )?\[?{field}\b", text)} == set()
 
 
 def test_the_page_applies_each_rule_to_devices_that_are_already_there() -> None:
