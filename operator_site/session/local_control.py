@@ -60,10 +60,8 @@ def answer_desk(
             client.annotate(now_ns, note_text(details))
         case "clutch" | "scale":
             coupling.ask(verb, details)
-        case "restore_force":
-            raise Refused("only the remote site can do this: give its --config")
         case _:
-            raise Refused(f"the operator site takes no command {verb}")
+            raise Refused("only the remote site can do this: give its --config")
     return {
         **desk_answer(verb, client, not_ready),
         "time_ns": now_ns,

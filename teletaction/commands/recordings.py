@@ -67,7 +67,7 @@ def export_command(
         datetime | None,
         typer.Option(
             formats=["%Y-%m-%dT%H:%M:%S%z"],
-            help="Time of the first message, such as 2026-11-27T10:00:00+00:00; needed for a recording of version 0.1.0.",
+            help="Time of the first message, such as 2026-11-27T10:00:00+00:00; for a recording of version 0.1.0.",
         ),
     ] = None,
     body_site: Annotated[

@@ -281,7 +281,10 @@ def test_a_note_that_cannot_be_recorded_is_refused_instead_of_lost() -> None:
     operator = OperatorSite(CONFIG, client, cast(OperatorDevices, Devices()), desk=cast(LocalControlSocket, desk))
     desk.asks = [("annotate", {"text": "a rough spot"}), ("hello", {})]
     operator.tick(1_000_000_000)
-    assert desk.refused == ["there is no session to note anything in", "the operator site takes no command hello"]
+    assert desk.refused == [
+        "there is no session to note anything in",
+        "only the remote site can do this: give its --config",
+    ]
     operator.client.session.connect(7)
     desk.asks = [("annotate", {"text": text}) for text in ("", "x" * (LONGEST_NOTE + 1), 7, "x" * LONGEST_NOTE)]
     operator.tick(1_002_000_000)
