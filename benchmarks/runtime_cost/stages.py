@@ -39,8 +39,6 @@ class StageClock(Containment):
 
 
 class _TimedStep(Step):
-    __slots__ = ("_begun_ns", "_clock", "_stage")
-
     def __init__(self, clock: StageClock, name: str, latches: bool, passes: tuple[type[Exception], ...]):
         super().__init__(clock, name, latches, passes)
         self._clock, self._stage = clock, name

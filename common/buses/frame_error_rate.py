@@ -23,8 +23,6 @@ class FrameErrorRate:
         fault: fault as of the last frame; None without one.
     """
 
-    __slots__ = ("_before_s", "_good_s", "_history", "_name", "_seen", "fault")
-
     def __init__(self, name: str) -> None:
         """Start a new connection; `name` is the frame's name in faults."""
         self.fault: Fault | None = None

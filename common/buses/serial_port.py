@@ -62,8 +62,6 @@ class SystemPort:
     on a full line.
     """
 
-    __slots__ = ("_port", "descriptor")
-
     def __init__(self, port: serial.SerialBase) -> None:
         self._port = port
         self.descriptor: int | None = port.fileno()

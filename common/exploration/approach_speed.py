@@ -9,8 +9,6 @@ WINDOW_S = 0.012
 class ApproachSpeed:
     """Approach speed of one fingertip, from the mean heights in the first and the last third of the window."""
 
-    __slots__ = ("_recent",)
-
     def __init__(self) -> None:
         self._recent = SampleWindow(WINDOW_S)
 

@@ -39,8 +39,6 @@ class ContactDetector:
         force_n: averaged force, N.
     """
 
-    __slots__ = ("_ended_s", "_recent", "began", "began_s", "ended", "force_n", "touching")
-
     def __init__(self) -> None:
         self.touching = self.began = self.ended = False
         self.began_s = 0.0

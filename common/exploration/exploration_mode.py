@@ -48,23 +48,6 @@ class ModeDetector:
         ended: whether the last step ended a contact.
     """
 
-    __slots__ = (
-        "_approach",
-        "_contact",
-        "_fall_m_s",
-        "_hand",
-        "_mode_s",
-        "_offset",
-        "_since_s",
-        "_slow_s",
-        "_tap_m",
-        "approach_m_s",
-        "began",
-        "contact",
-        "ended",
-        "mode",
-    )
-
     def __init__(self, hand: HandMotion) -> None:
         """Detect the mode of a finger of `hand`; step the hand first."""
         self.mode = ExplorationMode.FREE

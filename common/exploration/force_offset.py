@@ -26,8 +26,6 @@ class ForceOffset:
         offset_n: offset, N; 0 until the finger has moved in the air.
     """
 
-    __slots__ = ("_at_m", "_count", "_from_s", "_mean_n", "offset_n")
-
     def __init__(self) -> None:
         self.offset_n = 0.0
         self._at_m = (0.0, 0.0, 0.0)

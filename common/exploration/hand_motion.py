@@ -13,8 +13,6 @@ class HandMotion:
         spread: spread of the positions in the last quarter of a second.
     """
 
-    __slots__ = ("_estimate", "speed_m_s", "spread", "x_m", "y_m")
-
     def __init__(self) -> None:
         self.x_m = self.y_m = self.speed_m_s = 0.0
         self.spread = PositionSpread()

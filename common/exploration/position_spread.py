@@ -15,8 +15,6 @@ EVERY_S = 0.010
 class PositionSpread:
     """Positions during the last SPREAD_WINDOW_S. Each finger chooses the time from which they count."""
 
-    __slots__ = ("_found", "_t_s", "_x_m", "_y_m")
-
     def __init__(self) -> None:
         self._t_s: list[float] = []
         self._x_m: list[float] = []

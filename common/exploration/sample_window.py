@@ -13,8 +13,6 @@ OLD_S = LONGEST_S + ROUNDED_S
 class SampleWindow:
     """Samples of the last `window_s`, s, at most LONGEST_S, each with its time first."""
 
-    __slots__ = ("_samples", "_window_s")
-
     def __init__(self, window_s: float) -> None:
         self._window_s = window_s + ROUNDED_S
         self._samples: deque[tuple[float, ...]] = deque()

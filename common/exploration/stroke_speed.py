@@ -19,8 +19,6 @@ class HandSpeed:
         speed_m_s: tangential speed half a window ago, m/s, >= 0.
     """
 
-    __slots__ = ("_recent", "speed_m_s")
-
     def __init__(self) -> None:
         self._recent = SampleWindow(WINDOW_S)
         self.speed_m_s = 0.0

@@ -108,8 +108,6 @@ class Inbox:
         rest_of: a part of a message that has too many, until its end was read; None without one.
     """
 
-    __slots__ = ("_look", "_most_parts", "_news", "_socket", "rest_of")
-
     def __init__(self, socket: "zmq.Socket[bytes]") -> None:
         """Read from a socket that has no other reader."""
         self._socket = socket

@@ -102,8 +102,6 @@ class Deadband:
         spared: number of ticks without a packet.
     """
 
-    __slots__ = ("_again", "_quiet_s", "_repeats", "_sent_s", "spared")
-
     def __init__(self, period_s: float, repeats: int = REPEATS) -> None:
         """Decide for a loop with this period, s, and repeat each change `repeats` times."""
         self._quiet_s = REFRESH_S - _EARLY * period_s
@@ -126,8 +124,6 @@ class Deadband:
 
 class DeadReckoning:
     """Extrapolates from the last places at the speed between them."""
-
-    __slots__ = ("_last", "_last_s", "_speeds", "_taken")
 
     def __init__(self) -> None:
         self._taken: deque[tuple[float, Places]] = deque()

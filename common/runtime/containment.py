@@ -96,8 +96,6 @@ class Containment:
 class Step:
     """Context of `Containment.step`."""
 
-    __slots__ = ("_containment", "_latches", "_name", "_passes")
-
     def __init__(self, containment: Containment, name: str, latches: bool, passes: tuple[type[Exception], ...]):
         self._containment, self._name, self._latches, self._passes = containment, name, latches, passes
 

@@ -24,18 +24,6 @@ SAME_PERIOD, SAME_SWING = 2.0, 0.5
 class OscillationDetector:
     """Detects an oscillation of one finger's force."""
 
-    __slots__ = (
-        "_extreme_n",
-        "_extreme_s",
-        "_fed",
-        "_fed_cycles",
-        "_peaks_s",
-        "_period_s",
-        "_rising",
-        "_swing_n",
-        "_trough_n",
-    )
-
     def __init__(self) -> None:
         self._peaks_s: deque[float] = deque(maxlen=SWING_CYCLES + 1)
         """Times of the peaks of the present oscillation, s; the first is the start of its first cycle."""

@@ -31,8 +31,6 @@ _RETRY_S = 0.1
 class Accepted:
     """An accepted connection."""
 
-    __slots__ = ("_serving", "_socket", "_transport")
-
     def __init__(self, socket: sockets.socket):
         self._socket = socket
         self._transport: asyncio.Transport | None = None

@@ -24,8 +24,6 @@ class ForceCeiling:
         force_n: the ceiling, N.
     """
 
-    __slots__ = ("_open", "force_n")
-
     def __init__(self) -> None:
         self.begin_session()
 

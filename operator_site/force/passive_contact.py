@@ -45,19 +45,6 @@ class PassiveContact:
         account_j: energy that the finger put in and the spring does not store, J; updates keep it at -LENT_J or above.
     """
 
-    __slots__ = (
-        "_held_j",
-        "_stiffest_n_m",
-        "_t_s",
-        "_wall",
-        "_z_m",
-        "account_j",
-        "capped",
-        "force_n",
-        "stiffness_n_m",
-        "surface_m",
-    )
-
     def __init__(self, wall: SampledWall) -> None:
         """Begin without a surface, within the bounds of `wall`; the device's own damping counts as dissipation."""
         self.show(wall)

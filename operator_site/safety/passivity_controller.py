@@ -38,19 +38,6 @@ class PassivityController:
         most_produced_j: largest generated energy since this attribute was last set to 0, J.
     """
 
-    __slots__ = (
-        "_damping_n_s_m",
-        "_delay_s",
-        "_forces",
-        "_kept_j",
-        "_t_s",
-        "_top_m",
-        "_twice_n_m",
-        "_z_m",
-        "account_j",
-        "most_produced_j",
-    )
-
     def __init__(self, stiffest_n_m: float, kept_j: float, *, damping_n_s_m: float = 0.0, delay_s: float = 0.0) -> None:
         """Begin with an empty account.
 

@@ -57,8 +57,6 @@ STILL_HOT_S = 1.0
 class _Band:
     """Band-pass of a rate, K/s in, K out."""
 
-    __slots__ = ("change_k", "mean_k_s")
-
     def __init__(self) -> None:
         self.mean_k_s = 0.0
         self.change_k = 0.0
@@ -70,8 +68,6 @@ class _Band:
 
 class _Recent:
     """Recent change by a rate, K/s in, K out."""
-
-    __slots__ = ("change_k",)
 
     def __init__(self) -> None:
         self.change_k = 0.0

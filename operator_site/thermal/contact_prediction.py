@@ -29,8 +29,6 @@ _SKIN_EFFUSIVITY = math.sqrt(_EPIDERMIS.conductivity_w_mk * _EPIDERMIS.density_k
 class ContactPrediction:
     """Estimates the downward speed of one finger from its quantised heights, of which 5 um in 2 ms are 2.5 mm/s."""
 
-    __slots__ = ("_t_s", "_z_m", "m_s")
-
     def __init__(self) -> None:
         self._t_s = self._z_m = math.nan
         self.m_s = 0.0

@@ -27,8 +27,6 @@ PERSIST_S = 0.10
 class ForceSensorFault:
     """Watches one finger: `step` for each reading, `commanded` for each set-point."""
 
-    __slots__ = ("_following_s", "_force_n", "_same_s", "_set_m", "_t_s", "_wrong_s")
-
     def __init__(self) -> None:
         self._set_m = SlidingExtrema()
         self._following_s: float | None = None

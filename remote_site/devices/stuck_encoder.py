@@ -25,8 +25,6 @@ class StuckEncoder:
         fault: fault as of the last reading; None without one.
     """
 
-    __slots__ = ("_bent_m", "_from", "_height_m", "_same_s", "_set_m", "_wrong_s", "fault")
-
     def __init__(self) -> None:
         self.fault: Fault | None = None
         self._height_m: float | None = None

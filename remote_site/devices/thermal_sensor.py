@@ -100,8 +100,6 @@ class ThermalSensor:
 class ThermometerCheck:
     """Detects faults of the spreading-resistance thermometer: open, short, jumping, or frozen while driven."""
 
-    __slots__ = ("_counts", "_since_s", "_t_s")
-
     def __init__(self) -> None:
         self._counts: int | None = None
         self._t_s = 0.0

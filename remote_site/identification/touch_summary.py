@@ -26,8 +26,6 @@ class TouchSummaries:
         summaries: present summary of each finger; the same object until a summary changes.
     """
 
-    __slots__ = ("_made_s", "summaries")
-
     def __init__(self) -> None:
         """Begin with empty summaries."""
         self._made_s = -math.inf

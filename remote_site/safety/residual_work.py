@@ -16,8 +16,6 @@ from common.limits import LEFT_J, LEFT_W
 class ResidualWork:
     """Residual work of one finger; `left_j` is the work left beyond the permitted permanent power, J."""
 
-    __slots__ = ("_force_n", "_z_m", "left_j")
-
     def __init__(self) -> None:
         self._z_m = self._force_n = math.nan
         self.left_j = 0.0

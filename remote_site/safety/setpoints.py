@@ -87,8 +87,6 @@ class ApproachLimiter:
         settled: whether it has met and the limit is the full speed; then a step changes nothing.
     """
 
-    __slots__ = ("_approach_m_s", "_full_m_s", "limit_m_s", "met", "settled")
-
     def __init__(self, approach_m_s: float, full_m_s: float) -> None:
         """Begin with an approach.
 

@@ -20,8 +20,6 @@ class SlidingExtrema:
         highest, lowest: the extrema; infinite before the first `add`.
     """
 
-    __slots__ = ("_depth", "_high", "highest", "lowest")
-
     def __init__(self) -> None:
         self._high: _Falling = deque()
         self._depth: _Falling = deque()

@@ -70,27 +70,6 @@ class HuntCrossleyFit:
         met_other: whether the last sample showed that the stroking finger has reached another object.
     """
 
-    __slots__ = (
-        "_began_s",
-        "_cov",
-        "_force_n",
-        "_most_n",
-        "_moving",
-        "_passing_m",
-        "_press_s",
-        "_pressed",
-        "_seen",
-        "_t_s",
-        "_way_m",
-        "_z_m",
-        "compliance_m_n",
-        "damping_s_m",
-        "highest_m",
-        "met_other",
-        "moved_m",
-        "surface_m",
-    )
-
     def __init__(self, t_s: float, force_n: float, z_m: float) -> None:
         """Begin with the first sample of a contact: time, s, force, N, and height, m."""
         c = self.compliance_m_n = 0.5 / SOFTEST_N_M

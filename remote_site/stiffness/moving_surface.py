@@ -34,8 +34,6 @@ Array = NDArray[np.float64]
 class MovingSurface:
     """Filter of one contact, from the time at which its surface was found to move."""
 
-    __slots__ = ("_cov", "_state", "_t_s")
-
     def __init__(self, t_s: float, force_n: float, surface_m: float, compliance_m_n: float, variance: float) -> None:
         """Begin at a time, s, with a force, N, a surface height, m, and a compliance, m/N, with its variance, m2/N2."""
         self._t_s = t_s

@@ -25,8 +25,6 @@ class PressedSamples:
         followed_m: motion of the surface since contact, m.
     """
 
-    __slots__ = ("_z_m", "followed_m", "kept")
-
     def __init__(self, z_m: float) -> None:
         """Begin a press at a height, m."""
         self.kept: list[PressedSample] = []

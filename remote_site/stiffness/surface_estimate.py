@@ -41,27 +41,6 @@ class SurfaceEstimate:
         slope_x, slope_y: slope of the surface along a stroke; 0 if unknown.
     """
 
-    __slots__ = (
-        "_damping_known",
-        "_drift_m2_s",
-        "_fit",
-        "_forces_n",
-        "_height",
-        "_heights_m",
-        "_known_n_m",
-        "_lower_m",
-        "_offset_n",
-        "_onset_z_m",
-        "_pressed_m",
-        "_recent",
-        "damping_n_s_m",
-        "slope_x",
-        "slope_y",
-        "stiffness_ln_sd",
-        "stiffness_n_m",
-        "surface_z_m",
-    )
-
     def __init__(self) -> None:
         self._onset_z_m: float | None
         self._fit: HuntCrossleyFit | None

@@ -24,8 +24,6 @@ class SurfaceHeight:
         slope_x, slope_y: slope of the surface.
     """
 
-    __slots__ = ("_sx", "_sy", "_xx", "_xy", "_yy", "height_m", "slope_x", "slope_y", "variance_m2")
-
     def __init__(self, height_m: float, variance_m2: float) -> None:
         """Begin at a height, m, with this variance, m2, and an unknown slope."""
         self.height_m, self.variance_m2 = height_m, variance_m2

@@ -18,8 +18,6 @@ _MEMORY = 40
 class CurvatureNoise:
     """Power of the curvature of white noise of 1 V rms after the lag that undoes the contact's viscosity."""
 
-    __slots__ = ("_power",)
-
     def __init__(self, viscous_s: float) -> None:
         """Take the time constant of the contact's viscosity, s >= 0."""
         keep = math.exp(-1.0 / (RATE_HZ * viscous_s)) if viscous_s > 0.0 else 0.0

@@ -43,8 +43,6 @@ class Impulse(NamedTuple):
 class _Rank:
     """Magnitude below which the fraction RANK of the recent cells lies."""
 
-    __slots__ = ("_cells", "_ranked", "_recent")
-
     def __init__(self, cells: int) -> None:
         self._cells = cells
         self._recent: deque[float] = deque()
@@ -68,8 +66,6 @@ class _Rank:
 
 class GrooveDetector:
     """Finds impulses in the curvature for one newton, cell by cell."""
-
-    __slots__ = ("_before_v", "_deepest", "_last_m", "_least_v", "_ranks", "_sides_v")
 
     def __init__(self, least_v: float) -> None:
         """Begin; `least_v` is the minimum curvature of a groove for one newton, V."""

@@ -44,8 +44,6 @@ class GroovePeriod:
     MOST = 64
     """Number of the latest gaps that are kept."""
 
-    __slots__ = ("_gaps_m", "_last")
-
     def __init__(self) -> None:
         self._last: tuple[float, tuple[float, float]] | None = None
         self._gaps_m: deque[float] = deque(maxlen=self.MOST)

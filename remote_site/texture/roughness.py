@@ -47,8 +47,6 @@ class Roughness:
         changed: whether the last step restarted the mean on another surface.
     """
 
-    __slots__ = ("_count", "_groove_m", "_late", "_new", "_new_noise", "_new_power", "_noise", "_power", "changed")
-
     def __init__(self) -> None:
         self.forget()
 

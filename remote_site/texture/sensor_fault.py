@@ -59,24 +59,6 @@ class SensorFault:
         fault: name of the fault; None while the sensor is sound.
     """
 
-    __slots__ = (
-        "_block_s",
-        "_clipped",
-        "_count",
-        "_force_n",
-        "_keep",
-        "_means_v",
-        "_noise_v2",
-        "_presses_n",
-        "_rail_v",
-        "_railed",
-        "_rested",
-        "_samples",
-        "_spans_v",
-        "_stuck",
-        "fault",
-    )
-
     def __init__(self, samples: int, rail_v: float = RAIL_V) -> None:
         """Begin; a block has this number of samples, and from the magnitude `rail_v`, V, a sample is at an end."""
         self._rail_v = rail_v

@@ -37,18 +37,6 @@ class SurfaceFilter:
         probabilities: of the table's surfaces, in its order; they add up to one.
     """
 
-    __slots__ = (
-        "_each",
-        "_gap",
-        "_known",
-        "_log_density",
-        "_log_survival",
-        "_power",
-        "_sd",
-        "_table",
-        "probabilities",
-    )
-
     def __init__(self, table: SurfaceTable) -> None:
         self._table = table
         self._each = np.arange(len(table.surfaces))

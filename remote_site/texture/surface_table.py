@@ -89,8 +89,6 @@ class StrokeLaw:
     roughest surface, the constants of these are used.
     """
 
-    __slots__ = ("_centres",)
-
     def __init__(self, table: SurfaceTable) -> None:
         groups: list[list[Surface]] = []
         for surface in sorted(table.surfaces, key=lambda surface: surface.ln_roughness):

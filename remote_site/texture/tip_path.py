@@ -43,8 +43,6 @@ class Curve(NamedTuple):
 class TipPath:
     """Converts samples at RATE_HZ to a curvature every CELL_M of path."""
 
-    __slots__ = ("_cells", "_count", "_filled", "_integral_v", "_lag", "_leak", "_path_v", "_sum_v", "_way")
-
     def __init__(self, viscous_s: float, leak_hz: float = LEAK_HZ) -> None:
         """Take the contact's time constant, s, and the corner of the integrator, Hz; 0 means none."""
         self._leak = 2.0 * math.pi * leak_hz / RATE_HZ

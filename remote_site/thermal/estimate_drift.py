@@ -20,8 +20,6 @@ HELD_S = 0.3
 class EstimateDrift:
     """Estimates of one touch, or of all fingers on one object."""
 
-    __slots__ = ("_earlier", "_near_s", "_next_s")
-
     def __init__(self) -> None:
         self._earlier: list[tuple[float, float]] = []
         self._near_s, self._next_s = 0.0, FROM_S

@@ -33,8 +33,6 @@ class ExponentialFit:
 class ExponentialResponse:
     """Running fit of one touch; its cost per sample depends only on the grid, not on the number of samples."""
 
-    __slots__ = ("_cross", "_n", "_new", "_square", "_start_c", "_sum", "_y", "_yy")
-
     def __init__(self, start_c: float) -> None:
         """Begin at contact; `start_c` is the temperature of the plate, C, an offset that keeps the sums small."""
         self._start_c = start_c

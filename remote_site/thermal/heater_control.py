@@ -51,8 +51,6 @@ def next_offset_k(offset_k: float, ambient_c: float) -> float:
 class HeaterControl:
     """Controller of one finger's heater; step it at 100 Hz or faster."""
 
-    __slots__ = ("_before_c", "_before_s", "_integral", "_slope_k_s", "offset_k")
-
     def __init__(self, offset_k: float = OFFSETS_K[0]) -> None:
         """Begin with an offset above ambient temperature, K; `offset_k` may be changed at any time."""
         self.offset_k = offset_k

@@ -113,19 +113,6 @@ def undecided(prior: Mapping[str, float]) -> ThermalResult:
 class ThermalConclusion:
     """Turns posteriors of one touch, or of all fingers on one object, into answers."""
 
-    __slots__ = (
-        "_drift",
-        "_drifted",
-        "_held_since_s",
-        "_latest_s",
-        "_named",
-        "_names",
-        "_plate_j_m2k",
-        "_rule",
-        "_seen",
-        "_sources",
-    )
-
     def __init__(
         self,
         names: Sequence[str],
