@@ -20,9 +20,8 @@ import math
 from common.exploration.approach_speed import ApproachSpeed
 from common.exploration.contact_detector import FREE_N, TAP_S, ContactDetector
 from common.exploration.force_offset import ForceOffset
-from common.exploration.hand_motion import HandMotion
+from common.exploration.hand_motion import WINDOW_S, HandMotion
 from common.exploration.position_spread import SPREAD_WINDOW_S
-from common.exploration.stroke_speed import WINDOW_S
 from common.wire.messages import ExplorationMode
 
 STROKE_DISTANCE_M = 2e-3

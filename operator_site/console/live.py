@@ -24,8 +24,7 @@ from operator_site.console.examination.resume import Unfinished
 from operator_site.console.map.finger_samples import samples_of
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
-from operator_site.console.state.site_time import SiteTime
-from operator_site.console.state.wall_clock import WallClock
+from operator_site.console.state.site_time import SiteTime, WallClock
 from operator_site.console.voice.voice import Voice
 from operator_site.console.voice.voice_sound import VoiceSound
 from operator_site.console.web.camera_pages import CameraPages

@@ -89,8 +89,7 @@ def calibrate_texture_command(
     """Make a surface look-up table from labelled strokes."""
     from remote_site.texture.calibration.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled
     from remote_site.texture.calibration.texture_calibration import calibrate_texture
-    from teletaction.report.spectrum_report import spectrum_text
-    from teletaction.report.texture_report import texture_text
+    from teletaction.report.calibration_report import spectrum_text, texture_text
 
     _require_place(out)
     if not of_slow_strokes(strokes, signal):

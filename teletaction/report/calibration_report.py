@@ -1,10 +1,14 @@
-"""Describes a thermal calibration: results and quality of fit, as text and a figure."""
+"""Describes a calibration: results, recognition rates and quality of fit, as text, and as a figure for thermal ones."""
+
+from math import exp
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from remote_site.texture.calibration.spectrum_calibration import SpectrumFit
+from remote_site.texture.calibration.texture_calibration import TextureFit
 from remote_site.thermal.calibration.thermal_calibration import ThermalFit
 from remote_site.thermal.material_table import MaterialTable
 from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, STYLE, shown_name
@@ -80,3 +84,77 @@ def _draw_materials(axes: Axes, table: MaterialTable) -> None:
         title="Materials, with one standard deviation",
     )
     axes.legend(fontsize=8)
+
+
+def texture_text(fit: TextureFit) -> str:
+    """Return the sensor's law, one line for each surface with its confusions, and warnings."""
+    table, law = fit.table, fit.table.law
+    usual = " (usual, not fitted)"
+    lines = [
+        f"sensor {table.sensor_serial}, {table.made_on or 'no date'}",
+        f"curvature = roughness * force^{law.force_exponent:.2f}{'' if fit.law.force_known else usual} "
+        f"* speed^{law.speed_exponent:+.2f}{'' if fit.law.speed_known else usual}",
+        f"viscosity {1e3 * law.viscous_s:.2f} ms{'' if fit.law.speed_known else usual}, "
+        f"noise {1e3 * law.noise_v:.1f} mV{'' if fit.law.noise_known else usual}, "
+        f"left within surfaces {100.0 * fit.law.left_ln:.0f} %",
+        "",
+        f"{'surface':<26}{'strokes':>8}{'roughness mV':>14}{'+- %':>6}{'grooves mm':>12}{'recognised':>12}",
+    ]
+    for surface in table.surfaces:
+        taken = fit.taken_for[surface.name]
+        grooves = "-" if surface.period_mm is None else f"{surface.period_mm:.2f}"
+        lines.append(
+            f"{surface.name:<26}{fit.strokes[surface.name]:>8}{1e3 * exp(surface.ln_roughness):>14.2f}"
+            f"{100.0 * fit.scatter[surface.name]:>6.0f}{grooves:>12}"
+            f"{f'{taken.get(surface.name, 0)}/{sum(taken.values())}':>12}"
+        )
+        lines += [f"    {times} taken for {other}" for other, times in sorted(taken.items()) if other != surface.name]
+    if table.spectra is not None:
+        lines.append("recorded strokes: surfaces by their spectra; live strokes: by roughness and grooves")
+    if (scale := table.roughness_scale) is not None:
+        lines.append(
+            f"roughness in um: {exp(scale.ln_um):.3g} * (roughness in V)^{scale.exponent:.2f} +- "
+            f"{100.0 * scale.ln_sd:.0f} %, {1e3 * scale.least_v:.2f} to {1e3 * scale.most_v:.2f} mV, "
+            f"{fit.scaled} strokes"
+        )
+    return "\n".join([*lines, *(f"warning: {warning}" for warning in fit.warnings)])
+
+
+ALONG = {"m": "mm", "s": "s", "stroke": "strokes"}
+"""Printed unit of wavelength for each axis of a model."""
+
+
+def spectrum_text(fit: SpectrumFit) -> str:
+    """Return wavelength bands, misfits and the confusion table of the strokes left out.
+
+    Rows are true surfaces, columns identified ones.
+    """
+    table = fit.table
+    lines = [f"sensor {table.sensor_serial}, {table.made_on or 'no date'}; {table.signals} signals"]
+    for model in table.models:
+        scale = 1e3 if model.along == "m" else 1.0
+        lines.append(
+            f"wavelengths {scale / model.edges[-1]:.3g} to {scale / model.edges[0]:.3g} {ALONG[model.along]} "
+            f"in {len(model.edges) - 1} bands, misfit {model.misfit:.2f}"
+        )
+    if not fit.left_out:
+        return "\n".join(
+            [*lines, "warning: no stroke could be left out: the recognition rate of these surfaces is not known"]
+        )
+    right = sum(label == said for label, said in fit.left_out)
+    what = "all strokes of its load (or itself, of a surface with one load)" if fit.by_load else "itself"
+    lines += [
+        "",
+        f"each stroke identified by a table made without {what}: {right} of {len(fit.left_out)} right",
+        f"{'is':<16}" + "".join(f"{shown_name(name, 11):>12}" for name in table.surfaces),
+    ]
+    for label in table.surfaces:
+        said = [answer for truth, answer in fit.left_out if truth == label]
+        lines.append(f"{shown_name(label, 15):<16}" + "".join(f"{said.count(name):>12}" for name in table.surfaces))
+    if not fit.by_load:
+        lines.append("warning: no surface has two loads: the effect of another pressure is not known")
+    if len(table.models) < 2:
+        lines.append(
+            "speeds are not known: all strokes are assumed to be made in the same way (labels.csv: speed_mm_s)"
+        )
+    return "\n".join(lines)

@@ -17,8 +17,7 @@ from operator_site.console.live import STATE_S
 from operator_site.console.model import Console
 from operator_site.console.playback.checkpoints import Checkpoints
 from operator_site.console.playback.playback import CAMERA, VOICE, Playback, Recording
-from operator_site.console.playback.played_pictures import PlayedPictures
-from operator_site.console.playback.played_sounds import PlayedSounds
+from operator_site.console.playback.played_media import PlayedPictures, PlayedSounds
 from operator_site.console.voice.voice_now import Heard, VoiceNow
 from operator_site.console.web.camera_pages import CameraPages
 from operator_site.console.web.commands import Commands

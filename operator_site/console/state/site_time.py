@@ -1,4 +1,7 @@
-"""Estimates the operator site's clock in the console's process on the same machine."""
+"""Estimates the operator site's clock in the console's process, and converts its times to the time of day."""
+
+import math
+from datetime import datetime, timedelta
 
 RESTARTED_S = 2.0
 """Drop of the site's lead that shows a restart of its clock, s."""
@@ -24,3 +27,28 @@ class SiteTime:
     def now_s(self, here_s: float) -> float:
         """Return the time on the site's clock, s."""
         return here_s + self.ahead_s
+
+
+STEPPED_S = 0.5
+"""Smallest step of the time of day against the site's clock that is followed, s; less is jitter."""
+
+
+class WallClock:
+    """Holds the offset between both clocks, so that a past time does not change from state to state. Pure."""
+
+    def __init__(self) -> None:
+        """Begin without an offset."""
+        self._zero: datetime | None = None
+        """Time of day at time 0 of the site's clock."""
+
+    def take(self, now_s: float, here: datetime) -> None:
+        """Take a time of the site's clock, s, and the time of day at that time."""
+        if not math.isfinite(now_s):
+            return
+        zero = here - timedelta(seconds=now_s)
+        if self._zero is None or abs((zero - self._zero).total_seconds()) > STEPPED_S:
+            self._zero = zero
+
+    def at(self, at_s: float) -> str:
+        """Return the time of day at a time of the site's clock, s, such as `14:07:03`; `--` before the first `take`."""
+        return "--" if self._zero is None else f"{self._zero + timedelta(seconds=at_s):%H:%M:%S}"

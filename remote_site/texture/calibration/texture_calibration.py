@@ -14,8 +14,7 @@ from remote_site.texture.calibration.law_fit import LabelledStroke, LawFit, anyt
 from remote_site.texture.calibration.motion_spectrum_fit import MotionFit, fit_spectra
 from remote_site.texture.calibration.roughness_fit import KnownRoughness, fit_scale
 from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, even_stroke
-from remote_site.texture.recorded.stroke_segment import Segment
-from remote_site.texture.recorded.stroke_segments import even_segments
+from remote_site.texture.recorded.stroke_segments import Segment, even_segments
 from remote_site.texture.surface_table import Surface, SurfaceTable
 from remote_site.texture.texture_law import TextureLaw, ln_roughness
 from remote_site.traces.trace_files import read_labels, read_stroke

@@ -11,8 +11,7 @@ from common.runtime.parallel_map import Progress, in_order, unseen
 from remote_site.texture.motion_spectrum import UNKNOWN, MotionSpectra
 from remote_site.texture.recorded.spectrum_table import Recognised, SpectrumTable
 from remote_site.texture.recorded.stroke_playback import FAST_HZ
-from remote_site.texture.recorded.stroke_segment import Segment
-from remote_site.texture.recorded.stroke_segments import segments
+from remote_site.texture.recorded.stroke_segments import Segment, segments
 from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
 from remote_site.texture.texture_law import ln_roughness
 from remote_site.traces.trace_files import StrokeTrace, read_stroke

@@ -1,19 +1,56 @@
 """Cuts a recorded stroke where the mode or the surface changes, and identifies each part."""
 
 from collections import Counter
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
 from common.wire.messages import ExplorationMode
-from remote_site.texture.groove_period import GroovePeriod
-from remote_site.texture.recorded.slow_stroke import slow_stroke
+from remote_site.texture.groove_period import GroovePeriod, Period
+from remote_site.texture.motion_spectrum import StrokeSpectrum
+from remote_site.texture.recorded.spatial_period import spatial_period
+from remote_site.texture.recorded.stroke_path import longest_way
 from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, StrokeBlock, even_stroke, felt
-from remote_site.texture.recorded.stroke_segment import Segment
 from remote_site.texture.recorded.stroke_spectrum import stroke_spectrum
 from remote_site.texture.surface_table import SurfaceTable
 from remote_site.texture.tip_path import RATE_HZ
 from remote_site.traces.trace_files import StrokeTrace
+
+
+@dataclass(slots=True)
+class Segment:
+    """Part of a stroke in one mode on one surface.
+
+    Attributes:
+        mode: exploration mode.
+        start_s: begin, s.
+        end_s: end, s.
+        roughness_v: roughness without grooves, V (or the signal's own unit); None if unknown.
+        force_n: mean force, N; None if not recorded.
+        speed_m_s: mean speed in either direction, m/s, of a slow recording only where it moves; None if unknown.
+        impulses_s: times of grooves and edges, s.
+        strengths_v: curvatures of these grooves and edges for one newton, V.
+        period: spatial period; None without a period or a known speed.
+        surface: name of the likeliest surface; None without a table or a stroke.
+        spectrum: spectrum of the vibration; None without a stroke of 0.128 s or more.
+        changed: whether the segment begins where the stroke reached another surface.
+        fault: fault of the sensor; None without a fault.
+    """
+
+    mode: ExplorationMode
+    start_s: float
+    end_s: float
+    roughness_v: float | None = None
+    force_n: float | None = None
+    speed_m_s: float | None = None
+    impulses_s: list[float] = field(default_factory=list)
+    strengths_v: list[float] = field(default_factory=list)
+    period: Period | None = None
+    surface: str | None = None
+    spectrum: StrokeSpectrum | None = None
+    changed: bool = False
+    fault: str | None = None
 
 
 def segments(
@@ -87,3 +124,38 @@ def _segment(part: list[StrokeBlock], stroke: EvenStroke) -> Segment:
             period.interrupt()  # after a fault, the path begins again
     segment.period = period.estimate()
     return segment
+
+
+TREND = 4
+"""Degree of the polynomial that models tilt, drift and the arm's slow swing, which are not roughness."""
+
+
+def slow_stroke(trace: StrokeTrace, speed_m_s: float | None, whole: StrokeTrace | None = None) -> Segment:
+    """Return one stroking segment for a recording too slow for the online identification.
+
+    Args:
+        trace: the recording. Of several signals, the one with the clearest line is used; without a line, the one that
+            varies most.
+        speed_m_s: speed if the recording has none, m/s.
+        whole: all signals of the sensor, where `trace` has their mean; they show a motion of the whole sensor.
+    """
+    path = longest_way(trace, speed_m_s)
+    found, speed = None, speed_m_s
+    if path is not None:
+        every = None if whole is None else whole.signals[path[1]]
+        found = spatial_period(path[0], trace.signals[path[1]], every)
+        if trace.speed_m_s is not None:
+            speed = float(np.abs(trace.speed_m_s[path[1]]).mean())
+    along = np.linspace(-1.0, 1.0, len(trace.time_s))
+    trend = np.polynomial.legendre.legvander(along, TREND)
+    lively = np.abs(trace.signals - trend @ np.linalg.lstsq(trend, trace.signals, rcond=None)[0]).mean(axis=0)
+    chosen = int(np.argmax(lively)) if found is None else found[1]
+    return Segment(
+        ExplorationMode.STROKING,
+        float(trace.time_s[0]),
+        float(trace.time_s[-1]),
+        roughness_v=float(lively[chosen]),
+        force_n=None if trace.force_n is None else float(trace.force_n.mean()),
+        speed_m_s=speed,
+        period=None if found is None else found[0],
+    )

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from common.exploration.contact_detector import CONTACT_OFF_N, TAP_S
 from common.exploration.exploration_mode import DWELL_S, REST_S, STROKE_DISTANCE_M, STROKE_ON_M_S, ModeDetector
-from common.exploration.hand_motion import HandMotion
-from common.exploration.stroke_speed import WINDOW_S
+from common.exploration.hand_motion import WINDOW_S, HandMotion
 from common.wire.messages import ExplorationMode
 
 FREE, TAPPING, QUIESCENT, STROKING = ExplorationMode

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from common.exploration.approach_speed import ApproachSpeed
+from common.exploration.hand_motion import HandMotion
 from common.exploration.position_spread import EVERY_S, SPREAD_WINDOW_S, PositionSpread
-from common.exploration.stroke_speed import HandSpeed
 
 TICK_S = 0.002
 
 
 @pytest.mark.parametrize("step_m", [20e-6, 60e-6])
 def test_stroke_speed_survives_quantisation(step_m: float) -> None:
-    motion, speeds = HandSpeed(), []
+    motion, speeds = HandMotion(), []
     for tick in range(100):
         time_s = TICK_S * tick
         motion.step(time_s, round(0.03 * time_s / step_m) * step_m, round(-0.04 * time_s / step_m) * step_m)
@@ -23,7 +23,7 @@ def test_stroke_speed_survives_quantisation(step_m: float) -> None:
 
 
 def test_a_still_hand_is_slow_with_three_times_the_noise() -> None:
-    draw, motion, speeds = np.random.default_rng(0), HandSpeed(), []
+    draw, motion, speeds = np.random.default_rng(0), HandMotion(), []
     for tick in range(5000):
         x_m, y_m = np.round(30e-6 * draw.standard_normal(2) / 60e-6) * 60e-6
         motion.step(TICK_S * tick, x_m, y_m)
@@ -46,7 +46,7 @@ def test_the_approach_speed_tolerates_repeated_and_late_readings(speed_m_s: floa
 
 
 def test_late_ticks_and_a_clock_set_back() -> None:
-    motion, descent = HandSpeed(), ApproachSpeed()
+    motion, descent = HandMotion(), ApproachSpeed()
     for time_s in (0.0, 0.002, 0.004, 0.060):
         motion.step(time_s, 0.05 * time_s, 0.0)
         descent.step(time_s, -0.05 * time_s)

@@ -12,7 +12,7 @@ from common.recording.recorder import Recorder
 from operator_site.console.camera.camera_picture import Picture
 from operator_site.console.examination.journal import SCHEMAS
 from operator_site.console.playback.playback import CAMERA, Recording
-from operator_site.console.playback.played_pictures import PlayedPictures
+from operator_site.console.playback.played_media import PlayedPictures
 from operator_site.console.voice.voice_sound import VoiceSound
 from teletaction.export.export import export
 from teletaction.recordings.merge import merge_recordings

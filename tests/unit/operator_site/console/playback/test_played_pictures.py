@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from common.recording.recorder import Recorder
 from operator_site.console.camera.camera_picture import Picture, follows
 from operator_site.console.playback.playback import CAMERA, Recording
-from operator_site.console.playback.played_pictures import PlayedPictures
+from operator_site.console.playback.played_media import PlayedPictures
 
 START_NS, S = 7_000_000_000, 1_000_000_000
 HZ, SECONDS, KEY_EVERY, LOST, LATE_KEY = 15, 30, 30, 100, 200

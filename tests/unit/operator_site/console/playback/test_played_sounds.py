@@ -7,7 +7,7 @@ import pytest
 
 from common.recording.recorder import Recorder
 from operator_site.console.playback.playback import VOICE, Recording
-from operator_site.console.playback.played_sounds import PlayedSounds
+from operator_site.console.playback.played_media import PlayedSounds
 from operator_site.console.voice.voice_sound import Direction, VoiceSound
 
 START_NS, S, FRAME_NS = 7_000_000_000, 1_000_000_000, 20_000_000

@@ -1,14 +1,17 @@
-"""Ages on the page are true after the site's clock was put forward by a standstill of its host."""
+"""Ages on the page are true after the site's clock was put forward by a standstill of its host; so are times of day."""
 
+import math
+from datetime import datetime, timedelta
 from itertools import count
 
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
-from operator_site.console.state.site_time import SiteTime
+from operator_site.console.state.site_time import SiteTime, WallClock
 from tests.unit.operator_site.console.fed import S, rendered
 
 BATCH_S = 0.03
 LATE_S = 0.01
+NOON = datetime(2026, 11, 3, 12, 0, 0)
 
 
 def heard_of(console: Console, time: SiteTime, here_s: float, ahead_s: float) -> None:
@@ -38,3 +41,20 @@ def test_a_site_that_was_started_again_is_on_the_consoles_clock() -> None:
     assert time.now_s(101.0) == 131.0, "a late message is no slower clock"
     time.heard(102.0, 101.99)
     assert time.now_s(102.0) == 102.0
+
+
+def test_a_past_time_keeps_its_time_of_day_through_jitter() -> None:
+    wall = WallClock()
+    assert wall.at(100.0) == "--"
+    wall.take(math.nan, NOON)
+    wall.take(100.0, NOON)
+    for late_s in (-0.4, 0.0, 0.4):
+        wall.take(160.0, NOON + timedelta(seconds=60.0 + late_s))
+        assert wall.at(100.0) == "12:00:00"
+
+
+def test_a_step_of_the_time_of_day_is_followed() -> None:
+    wall = WallClock()
+    wall.take(100.0, NOON)
+    wall.take(101.0, NOON + timedelta(hours=1, seconds=1))
+    assert wall.at(100.0) == "13:00:00"

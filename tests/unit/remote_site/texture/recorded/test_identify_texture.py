@@ -9,7 +9,7 @@ from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
 from remote_site.traces.trace_files import StrokeTrace
 from sim_sensors.traces.simulate import simulate_stroke_set, write_stroke_csv
 from sim_sensors.traces.simulated_stroke import simulate_stroke
-from teletaction.report.texture_report import texture_text
+from teletaction.report.calibration_report import texture_text
 
 pytestmark = pytest.mark.long
 
