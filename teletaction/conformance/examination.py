@@ -21,9 +21,8 @@ from teletaction.conformance.module_talk import ModuleTalk, PortEnd
 from teletaction.conformance.motor import TACTTIP
 from teletaction.conformance.node_on_trial import ExoskeletonOnTrial, TelemanipulatorOnTrial
 from teletaction.conformance.node_talk import KINDS, BusEnd, NodeName, NodeTalk, name_of
-from teletaction.conformance.patient_switch_module import PATIENT_SWITCH
+from teletaction.conformance.sensor_modules import PATIENT_SWITCH, TEXTURE
 from teletaction.conformance.telemanipulator_node import TELEMANIPULATOR
-from teletaction.conformance.texture_module import TEXTURE
 
 CHECKLISTS: tuple[Checklist[Any], ...] = (
     MODULE,
