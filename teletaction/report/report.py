@@ -1,4 +1,4 @@
-"""Writes a session's report as one self-contained HTML file, and the figure of one finger."""
+"""Writes a session's report as one self-contained HTML file."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -29,7 +29,7 @@ from teletaction.report.figures import (
 )
 from teletaction.report.found_lumps import found_lumps
 from teletaction.report.report_limits import acted_table, extremes_table
-from teletaction.report.report_parts import annex, fact_list, figure, png, section
+from teletaction.report.report_parts import annex, fact_list, figure, section
 from teletaction.report.report_style import CSS
 from teletaction.report.report_words import (
     NONE,
@@ -145,12 +145,6 @@ def write_report(
     session = SessionCurves.of(data, summary.get("fingers") or _fingers(examination))
     with mpl.rc_context(STYLE):
         write_private(out, str(_page(session, summary, examination)).encode())
-
-
-def write_figure(data: SessionData, out_png: Path) -> None:
-    """Write the figure of the index finger over the session, 1600 x 1000 pixels; raises OSError."""
-    with mpl.rc_context(STYLE):
-        write_private(out_png, png(session_figure(SessionCurves.of(data), FINGERS.index("index")), 100))
 
 
 def _page(session: SessionCurves, summary: Mapping[str, Any], examination: Examination | None) -> Element:

@@ -11,7 +11,7 @@ import pytest
 
 from common.wire.messages import ThermalStatus
 from teletaction.recordings.session_data import Series, SessionData
-from teletaction.report.report import write_figure, write_report
+from teletaction.report.report import write_report
 from teletaction.report.report_limits import reached
 from teletaction.report.report_words import contacts_table, histogram_table, tally_table
 from teletaction.report.session_curves import Curve, SessionCurves, held_s, spans
@@ -214,7 +214,6 @@ def test_an_empty_session_is_reported_as_empty(tmp_path: Path, figures: dict[str
     assert not page.pictures
     for title in FIGURES:
         assert f"{title} none" in page.text
-    write_figure(nothing(), tmp_path / "session.png")
 
 
 @pytest.mark.long
@@ -226,15 +225,12 @@ def test_streams_may_be_missing(tmp_path: Path, streams: tuple[str, ...]) -> Non
     data = SessionData(**(parts | {name: {} if name == "thermal" else EMPTY for name in streams}))
     _, page = report(tmp_path, data, summary(fingers=1))
     assert len(page.pictures) == len(FIGURES) + 1 - ("thermal" in streams)
-    write_figure(data, tmp_path / "session.png")
 
 
 @pytest.mark.long
-def test_picture_is_1600_by_1000_and_leaves_no_settings_behind(tmp_path: Path) -> None:
+def test_it_leaves_no_settings_of_figures_behind(tmp_path: Path) -> None:
     before = dict(mpl.rcParams)
-    write_figure(session(), tmp_path / "session.png")
-    header = (tmp_path / "session.png").read_bytes()[16:24]
-    assert (int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")) == (1600, 1000)
+    report(tmp_path, session(), {})
     assert dict(mpl.rcParams) == before
 
 
