@@ -28,7 +28,6 @@ from common.wire.packets import BadPacket
 from common.wire.session_messages import LONGEST_REFUSAL, Answer, Request
 
 HOST = "127.0.0.1"
-_DOMAIN = "desk"
 _PATIENCE_S = 1.0
 """Maximum wait for an answer, s."""
 _OUTCOME_S = 2.0
@@ -49,10 +48,10 @@ class LocalControl(Protocol):
         """Carry out and answer the requests since the last call."""
 
 
-class LocalControlSocket:
-    """The site's side. Never blocks."""
+class OwnerSocket:
+    """A socket on loopback that admits only the owner of the site's secret key. Never blocks."""
 
-    def __init__(self, port: int, keys: KeyPair):
+    def __init__(self, kind: int, port: int, keys: KeyPair, domain: str):
         """Bind.
 
         Raises:
@@ -61,14 +60,37 @@ class LocalControlSocket:
         self._context = zmq.Context()
         # Handshakes are not limited, so that frequent requests for the status never keep out an emergency stop.
         self._authenticator = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
-        self._socket = self._context.socket(zmq.ROUTER)
+        self._socket: zmq.Socket[bytes] = self._context.socket(kind)
         prepare_socket(self._socket)
-        serve_curve(self._socket, keys, _DOMAIN)
+        self._prepare(port)
+        serve_curve(self._socket, keys, domain)
         try:
             self._socket.bind(f"tcp://{HOST}:{port}")
         except zmq.ZMQError as error:
             self.close()
-            raise LinkProblem(f"{HOST}:{port} (desk): {error.strerror}; choose another desk_port") from None
+            raise LinkProblem(f"{HOST}:{port} ({domain}): {error.strerror}; choose another {domain}_port") from None
+
+    def _prepare(self, port: int) -> None:
+        """Set further options of the socket, before it is bound."""
+
+    def close(self) -> None:
+        """Release the port."""
+        self._authenticator.close()
+        self._context.destroy(linger=0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class LocalControlSocket(OwnerSocket):
+    """The site's side."""
+
+    def __init__(self, port: int, keys: KeyPair):
+        """Bind; raises LinkProblem."""
+        super().__init__(zmq.ROUTER, port, keys, "desk")
         self._inbox = Inbox(self._socket)
 
     def serve(self, now_ns: int, do: Do) -> None:
@@ -85,17 +107,6 @@ class LocalControlSocket:
                 refused = str(error)[:LONGEST_REFUSAL]
             send_answer(self._socket, sender.who, Answer(0, request.sequence, now_ns, refused, details).encode())
             self._inbox.stale()
-
-    def close(self) -> None:
-        """Release the port."""
-        self._authenticator.close()
-        self._context.destroy(linger=0)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def stop_from_desk(port: int, keys: KeyPair) -> str:

@@ -5,15 +5,14 @@ that is slow, asleep or gone loses messages and delays no other, because a publi
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol
 
 import msgpack
 import zmq
 
-from common.link.authenticator import Authenticator
-from common.link.curve import LinkProblem, prepare_publisher, prepare_socket, serve_curve, use_curve
+from common.link.curve import prepare_publisher, prepare_socket, use_curve
 from common.link.keys import KeyPair
-from common.link.local_control import HOST
+from common.link.local_control import HOST, OwnerSocket
 from common.link.subscriptions import Subscriptions
 
 STREAMS = frozenset(
@@ -23,7 +22,6 @@ STREAMS = frozenset(
 """Streams that consoles receive."""
 BATCH_S = 1.0 / 30.0
 """Interval between two messages, s."""
-_DOMAIN = "feed"
 _LARGEST = 1 << 20
 """Largest message, bytes; one tick adds about 1.5 kB."""
 _WAITING = 8
@@ -55,30 +53,19 @@ class FeedSource(Protocol):
         """Yield the messages since the last call, oldest first."""
 
 
-class ConsoleFeedSocket:
-    """The site's end; never blocks."""
+class ConsoleFeedSocket(OwnerSocket):
+    """The site's end."""
 
     def __init__(self, port: int, keys: KeyPair):
-        """Bind the port.
-
-        Raises:
-            LinkProblem: the port is in use.
-        """
+        """Bind the port; raises LinkProblem."""
         self._batch: list[Fed] = []
         self._sent_ns = 0
-        self._context = zmq.Context()
-        self._authenticator = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)
-        self._socket = self._context.socket(zmq.PUB)
-        prepare_socket(self._socket)
+        super().__init__(zmq.PUB, port, keys, "feed")
+
+    def _prepare(self, port: int) -> None:
         prepare_publisher(self._socket)
         self._socket.setsockopt(zmq.SNDHWM, _WAITING)
         self._subscribers = Subscriptions(self._socket, port)
-        serve_curve(self._socket, keys, _DOMAIN)
-        try:
-            self._socket.bind(f"tcp://{HOST}:{port}")
-        except zmq.ZMQError as error:
-            self.close()
-            raise LinkProblem(f"{HOST}:{port} (feed): {error.strerror}; choose another feed_port") from None
 
     def write(self, stream: str, time_ns: int, payload: bytes) -> None:
         """Add one message to the next batch, if its stream is in STREAMS."""
@@ -93,17 +80,6 @@ class ConsoleFeedSocket:
         self._socket.send(msgpack.packb(self._batch))
         self._subscribers.step()
         self._batch = []
-
-    def close(self) -> None:
-        """Release the port."""
-        self._authenticator.close()
-        self._context.destroy(linger=0)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class FeedReader:
