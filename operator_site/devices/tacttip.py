@@ -2,9 +2,8 @@
 
 import math
 
-from common.buses.device_clock import DeviceClock
 from common.buses.drive_monitor import CommandMonitor, DriveMonitor
-from common.buses.serial_device import SerialDevice
+from common.buses.serial_driver import SerialDriver
 from common.buses.serial_messages import (
     DRIVE_FULL,
     DeviceFlag,
@@ -23,25 +22,21 @@ from operator_site.vibration.motor_drive import MotorDrive
 
 _LEAST_INTERVAL_S = 0.004
 """Minimum time between two commands, s; switching the motor on or off never waits."""
-_BYTES_PER_S = 100 * 19
-"""Bytes per second of a module's reports on its line, 1/s."""
-_NEVER = -math.inf
 _CUT_OUT, _TIMEOUT = DeviceFlag.THERMAL_CUT_OUT.value, DeviceFlag.COMMAND_TIMEOUT.value
 
 
-class TactTip:
+class TactTip(SerialDriver):
     """One module. `plate_c`, C, is NaN without a plausible reading."""
+
+    KIND = DeviceKind.TACTTIP
+    BYTES_PER_S = 100 * 19
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the module at `address` in the background; `clock` gives the times of `read`."""
-        self.line = SerialDevice(address, DeviceKind.TACTTIP, finger, wiring)
+        super().__init__(finger, address, clock, wiring)
         self._finger = finger
         self.name = f"{finger} tacttip"
         self.plate_c = math.nan
-        self.measured_s = _NEVER
-        """Arrival time of the last reading, s; -inf before the first."""
-        self.stood_still_s = 0.0
-        """Duration of a standstill of the host's clock before the last `read`, by the module's clock, s."""
         self.faults: list[Fault] = []
         """All faults as of the last report."""
         self.applied = (0, 0)
@@ -51,10 +46,9 @@ class TactTip:
         self.commands = CommandMonitor()
         self._motor_drive = MotorDrive()
         self._turning = False
-        self._witness = DeviceClock(self.line, clock)
         self._sent = b""
         """Payload of the last command; empty before the first."""
-        self._sent_s = _NEVER
+        self._sent_s = -math.inf
 
     def read(self, t_s: float) -> None:
         """Take the reports since the last call at `t_s`, s; the time of a standstill is added."""
@@ -64,7 +58,7 @@ class TactTip:
         states = self.line.poll(TactTipState)
         if not states:
             return
-        self.stood_still_s = self._witness.step([state.device_time_us for state in states])
+        self.stood_still_s = self._standstill_s([state.device_time_us for state in states])
         t_s += self.stood_still_s
         for state in states:
             reading = self._sensor.step(t_s, state.plate_counts)
@@ -81,17 +75,10 @@ class TactTip:
             ]
             self.faults = [fault._replace(where=self._finger) for fault in found if fault is not None]
 
-    @property
-    def unread_s(self) -> float:
-        """Time that the module took to send the unread reports, s."""
-        return self.line.unread_bytes() / _BYTES_PER_S
-
     def unconfirmed(self, since_s: float) -> str:
         """Return why its drives may still be on; empty when a report after `since_s`, s, excludes it."""
-        if not self.line.connected:
-            return "not connected"
-        if not self.measured_s > since_s:
-            return "no report"
+        if silence := self._no_report(since_s):
+            return silence
         motor, peltier = self.applied
         return f"motor at {motor} mV, Peltier drive {peltier / DRIVE_FULL:g}" if motor or peltier else ""
 

@@ -1,10 +1,7 @@
 """Driver of one finger's thermal sensor: plate and ambient readings in, heater drive out."""
 
-import math
-
-from common.buses.device_clock import DeviceClock
 from common.buses.drive_monitor import CommandMonitor, DriveMonitor
-from common.buses.serial_device import SerialDevice
+from common.buses.serial_driver import SerialDriver
 from common.buses.serial_messages import (
     DRIVE_FULL,
     DeviceFlag,
@@ -22,8 +19,6 @@ from common.wire.messages import ThermalReason
 from remote_site.devices.sensor_frame import PlateReading
 
 _CUT_OUT, _TIMEOUT = int(DeviceFlag.THERMAL_CUT_OUT), int(DeviceFlag.COMMAND_TIMEOUT)
-_BYTES_PER_S = 100 * 17
-"""Data rate of a sensor's readings on its serial line, bytes/s."""
 MAX_RATE_K_S = 40.0
 """Maximum rate of a plate, K/s; no contact changes it faster."""
 LEAST_JUMP_K = 0.3
@@ -34,16 +29,15 @@ DRIVEN = 0.3
 """Minimum heater drive of a driven plate, 0..1."""
 
 
-class ThermalSensor:
+class ThermalSensor(SerialDriver):
     """Reads at the sensor's own 100 Hz; the heater's command expires in the sensor after 100 ms."""
+
+    KIND = DeviceKind.THERMAL_SENSOR
+    BYTES_PER_S = 100 * 17
 
     def __init__(self, finger: str, address: str, clock: HostClock | None = None, wiring: Wiring = SYSTEM):
         """Open the sensor at `address` in the background; `clock` gives the times passed to `read`."""
-        self.line = SerialDevice(address, DeviceKind.THERMAL_SENSOR, finger, wiring)
-        self.measured_s = -math.inf
-        """Time of arrival of the last reading, s; -inf before the first."""
-        self.stood_still_s = 0.0
-        """Standstill of the host's clock before the last `read`, s, measured by the sensor's own clock."""
+        super().__init__(finger, address, clock, wiring)
         self.applied_permille = 0
         """Drive of the heater in the last reading, thousandths of full drive."""
         self.cut_out = False
@@ -54,7 +48,6 @@ class ThermalSensor:
         self.commands = CommandMonitor()
         self._check = ThermometerCheck()
         self._permille = 0
-        self._witness = DeviceClock(self.line, clock)
 
     def read(self, t_s: float) -> PlateReading | None:
         """Return the newest reading since the last call, checked for plausibility at `t_s`, s; None without one."""
@@ -62,7 +55,7 @@ class ThermalSensor:
             self.stood_still_s = 0.0
             return None
         readings = self.line.poll(ThermalReading)
-        self.stood_still_s = self._witness.step([reading.device_time_us for reading in readings])
+        self.stood_still_s = self._standstill_s([reading.device_time_us for reading in readings])
         if not readings:
             return None
         newest = readings[-1]
@@ -76,17 +69,10 @@ class ThermalSensor:
         plate_c, ambient_c = ssr_c(newest.plate_counts), ssr_c(newest.ambient_counts)
         return PlateReading(plate_c, ambient_c, fault.code, newest.device_time_us, newest.heater_permille)
 
-    @property
-    def unread_s(self) -> float:
-        """Duration of the readings that wait to be read, s."""
-        return self.line.unread_bytes() / _BYTES_PER_S
-
     def unconfirmed(self, since_s: float) -> str:
         """Return why the heater may be on; empty if the last reading came after `since_s`, s, and shows no drive."""
-        if not self.line.connected:
-            return "not connected"
-        if not self.measured_s > since_s:
-            return "no report"
+        if silence := self._no_report(since_s):
+            return silence
         return f"heater drive {self.applied_permille / DRIVE_FULL:g}" if self.applied_permille else ""
 
     def heat(self, t_s: float, drive: float) -> None:
