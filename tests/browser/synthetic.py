@@ -207,6 +207,11 @@ class Scenario:
         ]
         return self.state | {"fingers": fingers}
 
+    def shows(self, **changed: Any) -> "Scenario":
+        """Change parts of the state."""
+        self.state.update(changed)
+        return self
+
     def session(self, **changed: Any) -> "Scenario":
         """Change the session's part of the state."""
         self.state["session"].update(changed)
@@ -270,23 +275,17 @@ def engaged() -> Scenario:
 
 def clutched() -> Scenario:
     """The clutch is open at a scale of 1:5, close to two edges of the remote hand's workspace."""
-    scenario = engaged()
-    scenario.state["coupling"] = {"open": True, "scale": 5, "edges": ["x+", "low"]}
-    return scenario
+    return engaged().shows(coupling={"open": True, "scale": 5, "edges": ["x+", "low"]})
 
 
 def watching() -> Scenario:
     """The camera's picture is seen, reduced for touch."""
-    scenario = engaged()
-    scenario.state["camera"] = {"seen": "live", "reduced": True, "stills": True}
-    return scenario
+    return engaged().shows(camera={"seen": "live", "reduced": True, "stills": True})
 
 
 def talking() -> Scenario:
     """The remote site is heard, and the sound of both sides is recorded."""
-    scenario = engaged()
-    scenario.state["voice"] = {"heard": "live", "hears": True, "recorded": True, "talker": ""}
-    return scenario
+    return engaged().shows(voice={"heard": "live", "hears": True, "recorded": True, "talker": ""})
 
 
 def unheard() -> Scenario:
@@ -299,27 +298,29 @@ def unheard() -> Scenario:
 
 def unseen() -> Scenario:
     """The remote site has no camera, and the configuration requires one."""
-    scenario = paused()
-    scenario.state["camera"] = {"seen": "no_camera", "reduced": False, "stills": True}
-    return scenario.alarm("camera", "medium", "No camera at the remote site. Session pauses.")
+    return (
+        paused()
+        .shows(camera={"seen": "no_camera", "reduced": False, "stills": True})
+        .alarm("camera", "medium", "No camera at the remote site. Session pauses.")
+    )
 
 
 def painful() -> Scenario:
     """The patient has reported pain, and the force is limited."""
-    scenario = engaged()
-    scenario.state["patient"] = {
-        "pain": 6.0,
-        "age_s": 0.2,
-        "limit": "Force limited to 2.1 N by the patient's threshold.",
-        "ends": "Remote side asks patient, then: teletaction session restore-force.",
-        "reports": [[20.0, 10.0, 2.6, 6.0]],
-        "tender": {
-            "text": "Most tender near x 14 y 4 mm, ± 3 mm; pain from about 2.1 N; reaction about 0.6 s.",
-            "circle": [14.0, 4.0, 7.4],
-        },
-        "agreed": True,
-    }
-    return scenario
+    return engaged().shows(
+        patient={
+            "pain": 6.0,
+            "age_s": 0.2,
+            "limit": "Force limited to 2.1 N by the patient's threshold.",
+            "ends": "Remote side asks patient, then: teletaction session restore-force.",
+            "reports": [[20.0, 10.0, 2.6, 6.0]],
+            "tender": {
+                "text": "Most tender near x 14 y 4 mm, ± 3 mm; pain from about 2.1 N; reaction about 0.6 s.",
+                "circle": [14.0, 4.0, 7.4],
+            },
+            "agreed": True,
+        }
+    )
 
 
 def shifted() -> Scenario:
@@ -408,25 +409,23 @@ def stop_of(times: dict[str, float | None], *, late: bool) -> dict[str, Any]:
 
 def stopping() -> Scenario:
     """STOP is on its way: four devices have answered."""
-    scenario = _at_work("engaged")
-    scenario.state["stop"] = stop_of(dict.fromkeys(DEVICES[:4], 0.06), late=False)
-    return scenario
+    return _at_work("engaged").shows(stop=stop_of(dict.fromkeys(DEVICES[:4], 0.06), late=False))
 
 
 def stopped() -> Scenario:
     """STOP, confirmed by all seven devices."""
-    scenario = _at_work("stopped")
-    scenario.state["stop"] = stop_of({name: 0.05 + 0.006 * number for number, name in enumerate(DEVICES)}, late=False)
-    return scenario
+    return _at_work("stopped").shows(
+        stop=stop_of({name: 0.05 + 0.006 * number for number, name in enumerate(DEVICES)}, late=False)
+    )
 
 
 def stop_not_confirmed() -> Scenario:
     """STOP, and two devices do not answer."""
-    scenario = _at_work("fault")
-    scenario.state["stop"] = stop_of(
-        {name: 0.06 for name in DEVICES if name not in ("index", "remote hand")}, late=True
+    return (
+        _at_work("fault")
+        .shows(stop=stop_of({name: 0.06 for name in DEVICES if name not in ("index", "remote hand")}, late=True))
+        .alarm("stop", "high", "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch.")
     )
-    return scenario.alarm("stop", "high", "STOP NOT CONFIRMED: Index, remote hand. Use the hardware switch.")
 
 
 def missing_devices() -> Scenario:
@@ -444,16 +443,12 @@ def missing_devices() -> Scenario:
 
 def observer() -> Scenario:
     """Looking on: nothing here acts."""
-    scenario = engaged()
-    scenario.state["you"] = {"role": "observe", "in_control": False, "control": "OR-2"}
-    return scenario
+    return engaged().shows(you={"role": "observe", "in_control": False, "control": "OR-2"})
 
 
 def elsewhere() -> Scenario:
     """Another console acts."""
-    scenario = ready()
-    scenario.state["you"] = {"role": "act", "in_control": False, "control": "OR-2"}
-    return scenario
+    return ready().shows(you={"role": "act", "in_control": False, "control": "OR-2"})
 
 
 def playback() -> Scenario:
