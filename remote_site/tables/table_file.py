@@ -7,21 +7,16 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from common.files.read_files import read_json
+from common.files.strict_model import StrictModel
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 
-class TablePart(BaseModel):
-    """A part of a table: only its own fields, and only finite numbers."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class TableFile(TablePart):
+class TableFile(StrictModel):
     """A table in a file with a kind and a version.
 
     Attributes:

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from remote_site.tables.table_file import Positive, TablePart
+from common.files.strict_model import StrictModel
+from remote_site.tables.table_file import Positive
 
 Array = NDArray[np.float64]
 
@@ -54,7 +55,7 @@ class Ranking:
         return int(self.probabilities.argmax())
 
 
-class MotionSpectra(TablePart):
+class MotionSpectra(StrictModel):
     """Spectra of calibrated surfaces, as functions of speed and force.
 
     A vector of coefficients has TERMS x bands values, the bands of each term beside each other.

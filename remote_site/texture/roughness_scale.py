@@ -2,11 +2,12 @@
 
 import math
 
+from common.files.strict_model import StrictModel
 from common.wire.roughness_um import RoughnessUm
-from remote_site.tables.table_file import Positive, TablePart
+from remote_site.tables.table_file import Positive
 
 
-class RoughnessScale(TablePart):
+class RoughnessScale(StrictModel):
     """ln(roughness in um) = ln_um + exponent * ln(roughness in V).
 
     Attributes:

@@ -10,8 +10,9 @@ from typing import Literal
 
 from pydantic import Field
 
+from common.files.strict_model import StrictModel
 from common.scenes.surfaces import surface_kind
-from remote_site.tables.table_file import NotNegative, Positive, TableFile, TablePart
+from remote_site.tables.table_file import NotNegative, Positive, TableFile
 from remote_site.texture.motion_spectrum import MotionSpectra
 from remote_site.texture.roughness_scale import RoughnessScale
 from remote_site.texture.texture_law import TextureLaw
@@ -27,7 +28,7 @@ GROOVE_RAD_S, GROOVE_DECAY_PER_S = _GROOVED.impulse_rad_s, _GROOVED.decay_per_s
 """Amplitude, rad/s, and decay rate, 1/s, of the damped impulse J(t) of a groove as deep as the calibrated ones."""
 
 
-class Surface(TablePart):
+class Surface(StrictModel):
     """One calibrated surface.
 
     Attributes:

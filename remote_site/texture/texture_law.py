@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from remote_site.tables.table_file import TablePart
+from common.files.strict_model import StrictModel
 from remote_site.texture.tip_path import LEAK_HZ
 
 NOMINAL_FORCE_N = 1.0
@@ -18,7 +18,7 @@ LEAST_SPEED_M_S = 2e-3
 """Smallest speed in the law, m/s; it keeps the roughness finite when a finger hardly moves."""
 
 
-class TextureLaw(TablePart):
+class TextureLaw(StrictModel):
     """curvature = roughness * force^a * speed^b in nominal units, plus noise, after the contact's viscosity is undone.
 
     Attributes:

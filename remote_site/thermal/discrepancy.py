@@ -14,13 +14,14 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from remote_site.tables.table_file import NotNegative, Positive, TablePart
+from common.files.strict_model import StrictModel
+from remote_site.tables.table_file import NotNegative, Positive
 
 BY_TIME = ("times_s", "by_plate", "by_object", "by_object_sd", "spread", "stated_sd", "sharpness")
 """Fields with one value, or one row, for each time."""
 
 
-class Discrepancy(TablePart):
+class Discrepancy(StrictModel):
     """Discrepancy of one kind of sensor, by time after contact; lists of t values, or t lists of m materials.
 
     Attributes:

@@ -10,15 +10,16 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from common.files.strict_model import StrictModel
 from common.wire.packets import MAX_TEXT
-from remote_site.tables.table_file import Positive, TableFile, TablePart
+from remote_site.tables.table_file import Positive, TableFile
 from remote_site.thermal.discrepancy import Discrepancy
 
 RATE_TIMES_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 """Times after contact at which the paper's rate is tabulated, s."""
 
 
-class MaterialEntry(TablePart):
+class MaterialEntry(StrictModel):
     """One material as measured by this sensor.
 
     Attributes:

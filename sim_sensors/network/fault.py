@@ -2,8 +2,9 @@
 
 from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
+from common.files.strict_model import StrictModel
 from common.wire.streams import Direction
 
 Way = Literal[Direction.TO_REMOTE, Direction.TO_OPERATOR]
@@ -12,13 +13,7 @@ FaultKind = Literal["stall", "partition", "cut", "half_open"]
 LONGEST_S = 3600.0
 
 
-class Strict(BaseModel):
-    """Base of the parts of a network's file: no unknown fields, and only finite numbers."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Fault(Strict):
+class Fault(StrictModel):
     """One fault of a network.
 
     - `stall`: nothing arrives for `seconds`, then everything arrives at once; no segment is retransmitted.

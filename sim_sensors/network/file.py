@@ -12,9 +12,10 @@ from pydantic import Field, model_validator
 
 from common.config.file import load_config
 from common.files.printable import printable
+from common.files.strict_model import StrictModel
 from common.files.whole_file import read_whole
 from sim_sensors.network.conditions import Conditions, ConditionsOverTime, phased, recorded
-from sim_sensors.network.fault import Fault, Strict
+from sim_sensors.network.fault import Fault
 
 NETWORKS = Path(__file__).parents[1] / "networks"
 MOST_MS = 60_000.0
@@ -32,7 +33,7 @@ class Network:
     faults: tuple[Fault, ...] = ()
 
 
-class _Phase(Strict):
+class _Phase(StrictModel):
     from_s: float = Field(ge=0.0)
     delay_ms: float = Field(default=0.0, ge=0.0, le=MOST_MS)
     jitter_ms: float = Field(default=0.0, ge=0.0)
@@ -50,7 +51,7 @@ class _Phase(Strict):
         return Conditions(1e-3 * self.delay_ms, 1e-3 * self.jitter_ms, self.loss, rate_bit_s)
 
 
-class _NetworkFile(Strict):
+class _NetworkFile(StrictModel):
     phase: tuple[_Phase, ...] = ()
     round_trips: Path | None = None
     fault: tuple[Fault, ...] = ()

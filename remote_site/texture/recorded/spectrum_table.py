@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.stats import chi2
 
-from remote_site.tables.table_file import NotNegative, Positive, TableFile, TablePart
+from common.files.strict_model import StrictModel
+from remote_site.tables.table_file import NotNegative, Positive, TableFile
 from remote_site.texture.motion_spectrum import UNKNOWN
 from remote_site.texture.recorded.surface_spectrum import Along, spectrum, unevenness
 from remote_site.traces.trace_files import StrokeTrace
@@ -34,7 +35,7 @@ class Recognised:
     probability: float
 
 
-class SpectrumModel(TablePart):
+class SpectrumModel(StrictModel):
     """Unevenness of all surfaces along one measure of the path.
 
     Attributes:
