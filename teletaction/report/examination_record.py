@@ -15,7 +15,7 @@ from teletaction.recordings.summary import one_way_s
 from teletaction.report.examination import Examination
 from teletaction.report.examination_page import confidence, covered_by, place_of
 from teletaction.report.report_parts import section
-from teletaction.report.report_words import shown, table
+from teletaction.report.report_words import cells, shown, table
 
 
 def record(examination: Examination, data: SessionData, summary: Mapping[str, Any]) -> Node:
@@ -89,14 +89,7 @@ def _devices(examination: Examination) -> Element:
 
 def _calibration(examination: Examination) -> Element:
     rows = [
-        [
-            shown(each["name"]),
-            shown(each["kind"]),
-            shown(each["made_on"]),
-            shown(each["sensor_serial"]),
-            shown(each["touches"]),
-            h.small(".hash")[shown(each["hash"])],
-        ]
+        [*cells(each, "name", "kind", "made_on", "sensor_serial", "touches"), h.small(".hash")[shown(each["hash"])]]
         for each in examination.tables
     ]
     return table(("table", "kind", "made on", "sensor", "touches or strokes", "hash"), rows)
@@ -154,8 +147,7 @@ def _alarms(examination: Examination, zero_s: float) -> Node:
     rows = [
         [
             _time(alarm.get("since_s"), zero_s),
-            shown(alarm.get("priority")),
-            shown(alarm.get("text")),
+            *cells(alarm, "priority", "text"),
             _time(alarm.get("ended_s"), zero_s),
             shown(alarm.get("cleared_by")),
         ]
@@ -165,15 +157,7 @@ def _alarms(examination: Examination, zero_s: float) -> Node:
 
 
 def _faults(data: SessionData, zero_s: float) -> Node:
-    rows = [
-        [
-            _time(entry.get("time_s"), zero_s),
-            shown(entry.get("site")),
-            shown(entry.get("what")),
-            shown(entry.get("text")),
-        ]
-        for entry in data.happenings
-    ]
+    rows = [[_time(entry.get("time_s"), zero_s), *cells(entry, "site", "what", "text")] for entry in data.happenings]
     return [h.h3["Session events of both sites"], table(("at (s)", "site", "what", ""), rows)]
 
 
@@ -181,8 +165,7 @@ def _acts(examination: Examination, zero_s: float) -> Element:
     rows = [
         [
             _time(act.get("at_s"), zero_s),
-            shown(act.get("who")),
-            shown(act.get("verb")),
+            *cells(act, "who", "verb"),
             h.small(".hash")[shown(_short(act.get("details")))],
             "not answered" if act.get("ok") is None else "yes" if act["ok"] else "refused",
             shown(act.get("answer")),

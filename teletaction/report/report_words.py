@@ -28,6 +28,11 @@ def shown(value: Any, digits: int = 2) -> str:
     return str(value)
 
 
+def cells(entry: Mapping[str, Any], *names: str) -> list[Node]:
+    """Return the values of these names as text."""
+    return [shown(entry.get(name)) for name in names]
+
+
 def table(head: Sequence[str], rows: Iterable[Sequence[Node]], name: str | None = None) -> Element:
     """Write a table; "none" without rows."""
     body = [h.tr[[h.td[cell] for cell in row]] for row in rows]
@@ -108,16 +113,10 @@ def contacts_table(contacts: Sequence[Mapping[str, Any]]) -> Element:
         status, reason, spread = shown(contact.get("status")), contact.get("reason"), contact.get("object_c_sd")
         rows.append(
             [
-                shown(contact.get("finger")),
-                shown(contact.get("object")),
-                shown(contact.get("true_material")),
+                *cells(contact, "finger", "object", "true_material"),
                 _judged(contact, "material"),
                 [status, " ", h.small[f"({_why(reason)})"]] if reason else status,
-                shown(contact.get("best")),
-                shown(contact.get("probability")),
-                shown(contact.get("seconds")),
-                shown(contact.get("held_s")),
-                shown(contact.get("true_object_c")),
+                *cells(contact, "best", "probability", "seconds", "held_s", "true_object_c"),
                 shown(contact.get("object_c")) + _plus_minus(spread),
                 _judged(contact, "paper_material"),
             ]
@@ -167,8 +166,7 @@ def impulses_table(impulses: Mapping[str, Any]) -> Element:
     """Write the table of grooves that the true fingertips crossed and of displayed impulses, by object and in all."""
     counts = ("crossed", "played", "edges", "missed", "invented")
     rows: list[list[Node]] = [
-        [shown(thing), *(shown(row.get(name)) for name in counts)]
-        for thing, row in (impulses.get("by_object") or {}).items()
+        [shown(thing), *cells(row, *counts)] for thing, row in (impulses.get("by_object") or {}).items()
     ]
     if any(impulses.get(name) for name in counts) or rows:
         rows.append([h.b["all"], *(h.b[shown(impulses.get(name))] for name in counts)])
@@ -199,7 +197,7 @@ def latency_table(latency_ms: Mapping[str, Any]) -> Element:
         "bare_curve_ping": "bare CURVE ping of the same size, there and back",
     }
     rows = [
-        [names.get(key) or shown(key), *(shown(row.get(part), 2) for part in ("p50", "p99", "max", "count"))]
+        [names.get(key) or shown(key), *cells(row, "p50", "p99", "max", "count")]
         for key, row in latency_ms.items()
         if row
     ]
@@ -234,9 +232,7 @@ def process_table(summary: Mapping[str, Any]) -> Node:
 def packets_table(packets: Mapping[str, Any]) -> Element:
     """Write the table of the counters of both ends of the link."""
     counts = ("sent", "received", "superseded", "refused")
-    return table(
-        ("stream", *counts), ([shown(name), *(shown(row.get(c)) for c in counts)] for name, row in packets.items())
-    )
+    return table(("stream", *counts), ([shown(name), *cells(row, *counts)] for name, row in packets.items()))
 
 
 def _why(code: object) -> str:
