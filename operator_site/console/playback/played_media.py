@@ -4,7 +4,7 @@ Times are ns of the recording's clock. Pictures appear when they had arrived, so
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Generic, TypeVar
 
@@ -17,27 +17,27 @@ _BACK_S = (2.0, 10.0, 60.0, 600.0)
 """Parts of the recording before a moment in which a key picture is searched, s; the first with one is taken."""
 _TURN_S = 2.5 * FRAME_S
 """Time after a sound of a page in which the remote site's sounds are left out, s: a page plays one talker at a time."""
-Medium = TypeVar("Medium", Picture, VoiceSound)
+Medium = TypeVar("Medium")
 
 
 class _Records(Generic[Medium]):
     """Readable records of one stream, from a moment on."""
 
-    def __init__(self, recording: Recording, stream: str, kind: type[Medium], from_ns: int) -> None:
+    def __init__(self, recording: Recording, stream: str, read: Callable[[bytes], Medium], from_ns: int) -> None:
         self._messages = recording.messages(from_ns, (stream,))
-        self._kind = kind
-        self._next = self._read()
+        self._read = read
+        self._next = self._following()
 
     def until(self, now_ns: int) -> Iterator[Medium]:
         """Yield what was recorded since the last call, oldest first."""
         while self._next is not None and self._next[0] <= now_ns:
-            found, self._next = self._next[1], self._read()
+            found, self._next = self._next[1], self._following()
             yield found
 
-    def _read(self) -> tuple[int, Medium] | None:
+    def _following(self) -> tuple[int, Medium] | None:
         for _, time_ns, payload in self._messages:
             with suppress(ValueError):
-                return time_ns, self._kind.of_record(payload)
+                return time_ns, self._read(payload)
         return None
 
 
@@ -47,6 +47,7 @@ class PlayedPictures:
     def __init__(self, recording: Recording) -> None:
         """Begin at the start."""
         self._recording = recording
+        self._sequence: int | None = None
         self._enter(recording.start_ns)
 
     def play(self, now_ns: int) -> list[Picture]:
@@ -71,8 +72,8 @@ class PlayedPictures:
         return found[last:]
 
     def _enter(self, from_ns: int) -> None:
-        self._sequence: int | None = None
-        self._records = _Records(self._recording, CAMERA, Picture, from_ns)
+        self._sequence = None
+        self._records = _Records(self._recording, CAMERA, Picture.of_record, from_ns)
 
 
 class PlayedSounds:
@@ -86,7 +87,7 @@ class PlayedSounds:
     def jump(self, now_ns: int) -> None:
         """Read from a moment on."""
         self._said_s = -math.inf
-        self._records = _Records(self._recording, VOICE, VoiceSound, now_ns)
+        self._records = _Records(self._recording, VOICE, VoiceSound.of_record, now_ns)
 
     def play(self, now_ns: int) -> list[VoiceSound]:
         """Return the sounds since the last call, oldest first."""
