@@ -10,6 +10,8 @@ from remote_site.traces.trace_files import ThermalTrace
 
 READING_S = 0.01
 """Period of the thermal sensor's readings, s."""
+FASTER = 0.4
+"""Median step of a trace, in READING_S, below which its samples are averaged over READING_S."""
 BEFORE = 5
 """Number of readings in the mean before contact if there are too few for a slope (50 ms)."""
 SHORT, WARMING = 25, 50
@@ -71,11 +73,34 @@ def _line(time_s: NDArray[np.float64], reading_c: NDArray[np.float64]) -> tuple[
     return float(reading_c.mean() + slope_k_s * time_s[-1]), slope_k_s, noise_k / spread**0.5
 
 
+def _at_reading_rate(trace: ThermalTrace) -> ThermalTrace:
+    """Return the trace, or means over READING_S of a much faster one: the model's noise is that of such a reading."""
+    time_s = trace.time_s
+    period = np.floor((time_s - time_s[0]) / READING_S + 1e-6)
+    first = np.flatnonzero(np.diff(period, prepend=-1.0))
+    if float(np.median(np.diff(time_s))) >= FASTER * READING_S or len(first) < 2:
+        return trace
+    count = np.diff(first, append=len(time_s))
+
+    def means(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.add.reduceat(values, first) / count)
+
+    return replace(
+        trace,
+        time_s=means(time_s),
+        sensor_c=means(trace.sensor_c),
+        force_n=means(trace.force_n),
+        ambient_c=None if trace.ambient_c is None else means(trace.ambient_c),
+        reference_c=None if trace.reference_c is None else means(trace.reference_c),
+    )
+
+
 def find_touch(trace: ThermalTrace) -> RecordedTouch | None:
     """Return the first contact of a trace; None without one.
 
     Without a measured ambient temperature, the unheated sensor before contact replaces it.
     """
+    trace = _at_reading_rate(trace)
     first = trace.contact()
     if first is None:
         return None

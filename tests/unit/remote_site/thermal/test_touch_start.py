@@ -5,6 +5,7 @@ import pytest
 
 from remote_site.thermal.touch_start import READING_S, SHORT, WARMING, find_touch, reading_at_contact
 from remote_site.traces.trace_files import ThermalTrace
+from tests.unit.remote_site.made_touches import made_touches
 
 NOISE_K = 0.02
 BEFORE_S = (READING_S * np.arange(1 - WARMING, 1)).tolist()
@@ -50,3 +51,16 @@ def test_the_slope_is_in_kelvin_a_second_at_any_rate_of_a_recording(step_s: floa
     assert found is not None
     assert found.slope_k_s == pytest.approx(-1.0, abs=1e-6)
     assert found.start_c == pytest.approx(30.0, abs=1.5 * step_s)
+
+
+def test_a_logger_that_repeats_each_reading_ten_times_gives_the_same_touch() -> None:
+    """Ten times as many samples are no more readings, and 50 of them no half second of warming."""
+    (made,) = made_touches("metal", 1, 1, 2.0)
+    slow = ThermalTrace(made.time_s, made.sensor_c, 1.1 * made.force_n, np.full(len(made.time_s), 23.0))
+    columns = (slow.sensor_c, slow.force_n, slow.ambient_c)
+    fast = ThermalTrace(READING_S / 10.0 * np.arange(10 * len(slow.time_s)), *(np.repeat(each, 10) for each in columns))
+    expected, found = find_touch(slow), find_touch(fast)
+    assert expected is not None
+    assert found is not None
+    assert (found.start_c, found.slope_k_s) == pytest.approx((expected.start_c, expected.slope_k_s), abs=1e-6)
+    assert np.array(list(found.readings())) == pytest.approx(np.array(list(expected.readings())), abs=1e-9)
