@@ -7,7 +7,7 @@ from pathlib import Path
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.thermal.calibration.discrepancy_fit import EARLY_END, Labelled, Seen, courses, learn
-from remote_site.thermal.calibration.thermal_calibration import check_difference, touch_of
+from remote_site.thermal.calibration.usable_touch import begins_in_contact, check_difference, touch_of
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_start import reference_touch
 from remote_site.traces.trace_files import ThermalTrace, read_labels, read_thermal
@@ -26,11 +26,13 @@ class TemperatureFit:
         before: the table that was given.
         table: the table with the new errors.
         seen: evidence of the touches without discrepancy, by time after contact, s.
+        in_contact: names of the traces that begin in contact.
     """
 
     before: MaterialTable
     table: MaterialTable
     seen: dict[float, list[Seen]] = field(repr=False)
+    in_contact: list[str] = field(default_factory=list)
 
     @property
     def warnings(self) -> list[str]:
@@ -41,7 +43,7 @@ class TemperatureFit:
             objects_c = [one.object_c for one in first if one.material == number and one.object_c is not None]
             if objects_c:
                 ranges[name] = max(objects_c) - min(objects_c)
-        return [
+        return [begins_in_contact(name) for name in self.in_contact] + [
             f"{name}: its references span {range_k:.1f} K; references over {NARROW_K:.0f} K or more "
             "show how the error changes with the object's temperature"
             for name, range_k in ranges.items()
@@ -146,7 +148,7 @@ def learn_temperature(
             others = [one._replace(touch=reference_touch(one.touch)) for one in touches]
             fit = replace(fit, table=fit.table.model_copy(update={"reference": _learned(beside, others, mapped).table}))
         progress(1.0)
-    return fit
+    return replace(fit, in_contact=[one.touch.trace.name for one in touches if one.touch.first == 0])
 
 
 def _have_reference(touches: list[Labelled]) -> bool:

@@ -16,10 +16,17 @@ from remote_site.thermal.calibration.calibration_touches import (
 )
 from remote_site.thermal.calibration.discrepancy_fit import Labelled, Seen, courses, learn
 from remote_site.thermal.calibration.population_fit import Population, fit_populations
+from remote_site.thermal.calibration.usable_touch import (
+    begins_in_contact,
+    check_difference,
+    check_gaps,
+    contact_length_s,
+    touch_of,
+)
 from remote_site.thermal.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.thermal.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
 from remote_site.thermal.touch_model import PLATE_J_M2K
-from remote_site.thermal.touch_start import READING_S, RecordedTouch, find_touch, reference_touch
+from remote_site.thermal.touch_start import READING_S, RecordedTouch, reference_touch
 from remote_site.traces.trace_files import ThermalTrace, read_labels, read_thermal
 
 Array = NDArray[np.float64]
@@ -36,14 +43,18 @@ LONGEST_S = 6.0
 """Duration after contact from which readings are used, s; later ones show more of what the model leaves out."""
 USUAL_LEAK_PER_S = 0.04
 """Leak if no free cool-down was recorded, 1/s."""
+LEAST_LEAK_PER_S, LARGEST_LEAK_PER_S = 0.001, 0.5
+"""Range of the leak that a free cool-down can show, 1/s."""
 LEAST_OFFSET_SD_K = 1.0
 """Minimum standard deviation of object minus ambient temperature in the table, K."""
-LEAST_DIFFERENCE_K = 1.0
-"""Minimum difference between plate and object in a calibration touch, K."""
 LARGEST_NOISE_K, LARGEST_LN_SD = 1.0, 100.0
 """Largest noise of a reading, K, and scatter of ln effusivity of a material in a fit; few touches leave metals open."""
 MISFIT = 2.0
 """Mean square of the residuals, over the noise's variance, above which the model does not fit the sensor."""
+UNLIKE = 3.0
+"""Rms residual of a touch over the median of all touches, above which its recording is in doubt."""
+SCATTERED_LN_SD = 1.0
+"""Scatter of ln effusivity of a material above which one of its labels is in doubt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +68,8 @@ class ThermalFit:
         residual_k: (touches, k) residuals of the model, K; those of a mean are scaled to one reading.
         seen: evidence of the touches without discrepancy, by time after contact, s.
         shortest: name of the shortest trace.
+        in_contact: names of the traces that begin in contact.
+        unlike: names of the traces that the model fits much worse than the others.
     """
 
     table: MaterialTable
@@ -65,6 +78,8 @@ class ThermalFit:
     residual_k: Array
     seen: dict[float, list[Seen]] = field(repr=False)
     shortest: str = ""
+    in_contact: list[str] = field(default_factory=list)
+    unlike: list[str] = field(default_factory=list)
 
     @property
     def before(self) -> MaterialTable:
@@ -85,6 +100,18 @@ class ThermalFit:
                 f"{self.shortest} lasts only {self.table.lasts_s:.2f} s after contact: later readings of all touches "
                 f"were not used, and an object is judged for {self.table.lasts_s:.2f} s; {LONGEST_S:g} s are better"
             )
+        found += [begins_in_contact(name) for name in self.in_contact]
+        found += [
+            f"{name}: the model fits this touch much worse than the others; check its readings, label and object_c, or "
+            "leave it out"
+            for name in self.unlike
+        ]
+        found += [
+            f"{entry.name}: its touches differ in effusivity by a factor of {np.exp(scatter):.1f}; check their labels, "
+            "or touch it more often"
+            for entry in self.table.materials
+            if (scatter := entry.covariance[0][0] ** 0.5) > SCATTERED_LN_SD
+        ]
         return found + [
             f"{entry.name}: only {entry.touches} touches; its scatter needs {GOOD} or more"
             for entry in self.table.materials
@@ -168,12 +195,22 @@ def _leak_per_s(trace: ThermalTrace) -> float:
     # the heater may hold the plate at first; in the last three quarters it is free
     free = trace.time_s >= trace.time_s[0] + 0.25 * (trace.time_s[-1] - trace.time_s[0])
     above = (trace.sensor_c - around)[free]
+    if trace.contact() is not None:
+        raise ValueError(
+            f"{trace.name}: column force_n: a free cool-down touches nothing, this one does; check its label"
+        )
     if not above.min() > 0.5:
         raise ValueError(
             f"{trace.name}: column sensor_c: a free cool-down stays 0.5 K above ambient, this one does not"
         )
     slope = float(np.polyfit(trace.time_s[free], np.log(above), 1)[0])
-    return min(max(-slope, 0.001), 0.5)
+    if not LEAST_LEAK_PER_S <= -slope <= LARGEST_LEAK_PER_S:
+        raise ValueError(
+            f"{trace.name}: column sensor_c: a free cool-down loses {100 * LEAST_LEAK_PER_S:g} to "
+            f"{100 * LARGEST_LEAK_PER_S:g} % of its height above ambient in a second, this one {-100.0 * slope:.2g} %; "
+            "record it with the heater off"
+        )
+    return -slope
 
 
 def fit_thermal(
@@ -202,25 +239,25 @@ def fit_thermal(
         if len(listed) < FEWEST:
             raise ValueError(f"{where}: column material: {label} has {len(listed)} touch, needs {FEWEST} or more")
     everyone = [touch for listed in touches.values() for touch, _ in listed]
-    shortest = min(everyone, key=_length_s)
-    name, length_s = shortest.trace.name, _length_s(shortest)
+    shortest = min(everyone, key=contact_length_s)
+    name, length_s = shortest.trace.name, contact_length_s(shortest)
     if length_s < SHORTEST_S:
         raise ValueError(f"{where}: {name} lasts {length_s:.2f} s after contact, needs {SHORTEST_S} s or more")
+    for touch in everyone:
+        check_gaps(touch, min(length_s, LONGEST_S))
+    in_contact = [touch.trace.name for touch in everyone if touch.first == 0]
     if any(touch.trace.reference_c is None for touch in everyone):
         fit, _ = _fit(where, touches, leak_per_s, length_s, None, mapped, progress)
-        return replace(fit, shortest=name)
+        return replace(fit, shortest=name, in_contact=in_contact)
     beside = {
         label: [(reference_touch(touch), object_c) for touch, object_c in listed] for label, listed in touches.items()
     }
     reference, other = _fit(where, beside, USUAL_LEAK_PER_S, length_s, None, mapped, lambda share: progress(share / 2))
     # a sensor that starts at ambient gives the best temperature of the object
     fit, _ = _fit(where, touches, leak_per_s, length_s, other, mapped, lambda share: progress((1 + share) / 2))
-    return replace(fit, table=fit.table.model_copy(update={"reference": reference.table}), shortest=name)
-
-
-def _length_s(touch: RecordedTouch) -> float:
-    """Return the time from contact to the end of the trace, s."""
-    return float(touch.trace.time_s[-1]) - touch.contact_s
+    return replace(
+        fit, table=fit.table.model_copy(update={"reference": reference.table}), shortest=name, in_contact=in_contact
+    )
 
 
 def _fit(
@@ -294,32 +331,10 @@ def _fit(
     table = table.model_copy(update={"discrepancy": learn(table, seen)})
     names = list(touches)
     residual_k = population.residual_k * np.sqrt(means.count)
+    rms_k = np.sqrt(np.mean(residual_k**2, axis=1))
+    unlike = [one.touch.trace.name for one, k in zip(labelled, rms_k, strict=True) if k > UNLIKE * np.median(rms_k)]
     labels = [names[touch.material] for touch in each]
-    return ThermalFit(table, labels, means.times_s, residual_k, seen), population
-
-
-def touch_of(trace: ThermalTrace) -> RecordedTouch:
-    """Return the touch in a trace.
-
-    Raises:
-        ValueError: there is no contact.
-    """
-    touch = find_touch(trace)
-    if touch is None:
-        raise ValueError(f"{trace.name}: column force_n: no contact (0.30 N held for 50 ms)")
-    return touch
-
-
-def check_difference(touch: RecordedTouch, object_c: float) -> None:
-    """Refuse a touch whose plate is too close to its object.
-
-    Raises:
-        ValueError: they differ by less than LEAST_DIFFERENCE_K.
-    """
-    if abs(touch.start_c - object_c) < LEAST_DIFFERENCE_K:
-        raise ValueError(
-            f"{touch.trace.name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate"
-        )
+    return ThermalFit(table, labels, means.times_s, residual_k, seen, unlike=unlike), population
 
 
 def _calibration_touch(

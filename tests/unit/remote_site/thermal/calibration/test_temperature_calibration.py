@@ -56,6 +56,15 @@ def forgetful(table: MaterialTable) -> MaterialTable:
     return table.model_copy(update={"discrepancy": table.discrepancy.model_copy(update=unknown)})
 
 
+def test_a_reference_that_begins_in_contact_is_named(calibrated: tuple[MaterialTable, Path], tmp_path: Path) -> None:
+    first, *others = references()
+    (tmp_path / "touches").mkdir()
+    folder = folder_of([first.where(first.time_s > -0.005), *others], tmp_path / "touches")
+    fit = calibrate_temperature(calibrated[1], folder, tmp_path / "new.json")
+    (warning,) = fit.warnings
+    assert warning.startswith(f"{folder / '0.csv'}: begins in contact")
+
+
 def test_the_table_follows_the_references_and_keeps_the_rest(
     calibrated: tuple[MaterialTable, Path], tmp_path: Path
 ) -> None:
