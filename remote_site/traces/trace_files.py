@@ -19,13 +19,14 @@ from common.exploration.contact_detector import CONTACT_ON_N
 from common.files.printable import printable
 from common.wire.packets import MAX_TEXT
 from remote_site.traces.units import (
+    wrong_ambient,
     wrong_forces,
     wrong_pressures,
+    wrong_reading,
     wrong_roughness,
     wrong_speeds,
     wrong_speeds_m_s,
     wrong_stroke_times,
-    wrong_temperature,
     wrong_times,
 )
 
@@ -42,7 +43,7 @@ LONGEST_HEADER, LONGEST_CELL = 300, 40
 """Maximum numbers of characters of a header and of a cell that a message quotes."""
 _SEPARATORS = re.compile("[;\t| ]")
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
-_OF_LABELS = {"object_c": wrong_temperature, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
+_OF_LABELS = {"object_c": wrong_reading, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
 """Check of the unit of each optional column of labels."""
 
 
@@ -74,10 +75,10 @@ class ThermalTrace:
         _check_columns(
             self,
             time_s=wrong_times,
-            sensor_c=wrong_temperature,
+            sensor_c=wrong_reading,
             force_n=wrong_forces,
-            ambient_c=wrong_temperature,
-            reference_c=wrong_temperature,
+            ambient_c=wrong_ambient,
+            reference_c=wrong_reading,
         )
 
     def contact(self) -> int | None:

@@ -3,9 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from common.limits import SENSOR_PLATE_C
+
 Array = NDArray[np.float64]
 TEMPERATURE_C = (-50.0, 60.0)
-"""Range of a median temperature that a thermal sensor can measure, C; its plate is cut out far below 60."""
+"""Range of temperatures that a thermal sensor can measure, C; its plate is cut out far below 60."""
 KELVIN = (200.0, 400.0)
 """Range of a median that is taken for kelvin."""
 FAHRENHEIT = (60.0, 150.0)
@@ -41,6 +43,27 @@ def wrong_temperature(values: Array) -> str:
     if FAHRENHEIT[0] < median <= FAHRENHEIT[1]:
         return f"{found}: it looks like Fahrenheit; subtract 32 and divide by 1.8"
     return found
+
+
+def wrong_reading(values: Array) -> str:
+    """Return what is wrong with temperatures, as `wrong_temperature`, or which single one is none; empty if all may be.
+
+    Thermometers report -999 or -127 where they have no reading, and a label may be in another unit than the others.
+    """
+    if why := wrong_temperature(values):
+        return why
+    for k in np.flatnonzero((values < TEMPERATURE_C[0]) | (values > TEMPERATURE_C[1])):
+        return f"{values[k]:g}, value {k + 1}, is no temperature in C; leave out lines without a reading, or correct it"
+    return ""
+
+
+def wrong_ambient(values: Array) -> str:
+    """Return what is wrong with ambient temperatures; empty if all may be. A session refuses the same ones."""
+    if why := wrong_reading(values):
+        return why
+    for value in values[(values <= 0.0) | (values >= SENSOR_PLATE_C)]:
+        return f"{value:g} C is no room: the thermometer is shorted or open; leave the column out"
+    return ""
 
 
 def wrong_times(values: Array) -> str:

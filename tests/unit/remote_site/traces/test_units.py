@@ -38,6 +38,31 @@ def test_each_unit_of_a_temperature_is_recognised(values: list[float]) -> None:
     assert "Fahrenheit; subtract 32" in wrong_temperature(celsius * 1.8 + 32.0)
 
 
+@pytest.mark.parametrize(
+    ("column", "value", "why"),
+    [
+        ("sensor_c", -999.0, "-999, value 8, is no temperature in C"),
+        ("ambient_c", -127.0, "-127, value 8, is no temperature in C"),
+        ("ambient_c", 0.0, "0 C is no room: the thermometer is shorted or open"),
+        ("ambient_c", 55.0, "55 C is no room"),
+    ],
+)
+def test_a_single_value_that_is_no_reading_is_refused(tmp_path: Path, column: str, value: float, why: str) -> None:
+    """Its mean with the others would shift the object's temperature by kelvins."""
+    columns = touch()
+    columns[column][7] = value
+    with pytest.raises(ValueError, match=f"column {column}: {why}"):
+        read_thermal(csv(tmp_path / "touch.csv", **columns))
+
+
+def test_one_label_in_kelvin_among_others_is_refused(tmp_path: Path) -> None:
+    for name in ("a", "b", "c"):
+        csv(tmp_path / f"{name}.csv", **touch())
+    (tmp_path / "labels.csv").write_text("file,material,object_c\na.csv,pvc,22\nb.csv,pvc,295.15\nc.csv,pvc,23\n")
+    with pytest.raises(ValueError, match=r"column object_c: 295\.15, value 2, is no temperature in C"):
+        read_labels(tmp_path, "material", "object_c")
+
+
 @given(st.floats(1e-4, 0.5), st.integers(2, 50))
 def test_each_unit_of_a_time_is_recognised(step_s: float, count: int) -> None:
     assert wrong_times(np.linspace(0.0, step_s * 0.99 * (count - 1), count)) == ""
