@@ -220,6 +220,19 @@ def test_a_muted_microphone_sends_nothing_and_says_so(stage: Stage) -> None:
 
 
 @pytest.mark.long
+def test_a_key_that_is_not_trusted_hears_nothing_and_a_revoked_one_no_more(stage: Stage, keys: Keys) -> None:
+    stranger, reader = stage.reader("stranger"), stage.reader()
+    stage.until(lambda: len(reader.sounds) >= 5)
+    assert stranger.end.far is None
+    TrustedKeys(keys.remote).revoke("operator")
+    stage.server.recheck_keys()
+    stage.until(lambda: stage.voice.figures()["readers"] == 0)
+    count = len(reader.sounds)
+    stage.until(lambda: stage.server.socket is not None)
+    assert len(reader.sounds) == count
+
+
+@pytest.mark.long
 def test_a_reader_that_reads_nothing_gets_no_queue_of_sounds(stage: Stage) -> None:
     reader, other = stage.reader(), stage.reader()
     stage.until(lambda: reader.sounds and other.sounds)

@@ -155,6 +155,17 @@ def test_a_damaged_packet_is_dropped_and_the_next_sound_is_heard(both: Both) -> 
     until(lambda: both.took(2))
 
 
+@pytest.mark.long
+def test_an_oversized_packet_ends_the_connection_only(both: Both) -> None:
+    process = both.start()
+    until(lambda: both.took(1))
+    process.send_raw(bytes(20_000))
+    before = process.end
+    until(lambda: both.step() or process.end is not before)
+    count = len(both.taken)
+    until(lambda: both.took(count + 2))
+
+
 def test_an_old_sound_is_not_relayed(both: Both) -> None:
     process = both.start()
     until(lambda: both.took(1))

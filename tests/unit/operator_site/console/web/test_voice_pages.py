@@ -12,7 +12,7 @@ from common.web.access import Visitor
 from common.wire.voice_messages import VoiceState
 from operator_site.console.voice.voice_sound import HEADER, MAGIC, PAGE_HEADER, VERSION, VoiceSound
 from operator_site.console.web.clients import Client
-from operator_site.console.web.pages import NOT_UNDERSTOOD
+from operator_site.console.web.pages import MESSAGES_AT_ONCE, NOT_UNDERSTOOD, TOO_MUCH
 from operator_site.console.web.voice_pages import MOST_WAITING, READS_S, TALKS_S, VoicePages
 from tests.unit.operator_site.console.page_room import OR_1, STUDENT, Socket, settled
 
@@ -221,3 +221,11 @@ def test_a_page_that_is_not_understood_leaves(said: str | bytes) -> None:
     room, socket = Room(), Socket(said)
     asyncio.run(room.pages.serve(socket, OR_1))
     assert socket.closed == NOT_UNDERSTOOD
+
+
+def test_a_page_that_says_too_much_leaves() -> None:
+    room = Room()
+    sound = PAGE_HEADER.pack(MAGIC, VERSION, 1, 1.0) + CONTENT
+    socket = Socket(*[sound] * (MESSAGES_AT_ONCE + 1))
+    asyncio.run(room.pages.serve(socket, OR_1))
+    assert socket.closed == TOO_MUCH
