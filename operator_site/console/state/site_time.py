@@ -5,6 +5,8 @@ from datetime import datetime, timedelta
 
 RESTARTED_S = 2.0
 """Drop of the site's lead that shows a restart of its clock, s."""
+STEPPED_S = 0.5
+"""Smallest step of the time of day against the site's clock that is followed, s; less is jitter."""
 
 
 class SiteTime:
@@ -27,10 +29,6 @@ class SiteTime:
     def now_s(self, here_s: float) -> float:
         """Return the time on the site's clock, s."""
         return here_s + self.ahead_s
-
-
-STEPPED_S = 0.5
-"""Smallest step of the time of day against the site's clock that is followed, s; less is jitter."""
 
 
 class WallClock:

@@ -27,10 +27,10 @@ from operator_site.console.local_control import PATIENCE_S, LocalControlSilent
 from operator_site.console.model import Console
 from operator_site.console.web.answer import Act, Answer
 from operator_site.console.web.clients import Client
+from operator_site.console.web.control import Control
 from operator_site.console.web.examination_requests import ExaminationRequests
 from operator_site.console.web.map_requests import propose_kind, values_at
 from operator_site.console.web.page_state import refusal
-from operator_site.console.web.places import Control
 from operator_site.console.web.playback_requests import Playing, pause, play, seek
 from operator_site.console.web.request_record import LONGEST_KEPT, recorded, shown, whole
 

@@ -1,8 +1,7 @@
-"""Assigns the limited places for pages, and the control of the session to one of them."""
+"""Assigns the limited places for pages, with separate places for visitors who may act and for observers."""
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from common.web.access import Visitor
@@ -40,25 +39,3 @@ def place_for(visitor: Visitor, pages: Sequence[Client], holder: Client | None, 
         return Place(True, oldest)
     own = next((page for page in others if page.visitor == visitor), None)
     return Place(own is not None, own)
-
-
-@dataclass(slots=True)
-class Control:
-    """Holds the one page in control, or None."""
-
-    holder: Client | None = None
-
-    @property
-    def name(self) -> str:
-        """Name of the page in control."""
-        return "nobody" if self.holder is None else self.holder.name
-
-    def offer(self, client: Client) -> None:
-        """Give control to a page that may act, if no page has it."""
-        if self.holder is None and client.acts:
-            self.holder = client
-
-    def left(self, client: Client, others: list[Client]) -> None:
-        """Note that a page has left; the longest present of the others that may act takes over."""
-        if self.holder is client:
-            self.holder = next((other for other in others if other.acts), None)
