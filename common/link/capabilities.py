@@ -13,6 +13,9 @@ LAYOUT = hashlib.sha256(
 ).hexdigest()[:16]
 """Hash of the touch block's columns and ranges; sites with different hashes would misread each other."""
 
+MOTION_NUMBERS = "from the answer to hello"
+"""Where the sequence numbers of motion begin: only the operator of the session knows its first one."""
+
 OPERATOR = "operator"
 OBSERVER = "observer"
 
@@ -25,7 +28,8 @@ def capabilities(fingers: tuple[str, ...], rate_hz: float, **more: Any) -> dict[
         rate_hz: rate of the site's loop, Hz, and so of its packets.
         more: fields of one kind of site, such as its calibration's hash or its output ranges.
     """
-    return {"schema": SCHEMA_VERSION, "layout": LAYOUT, "fingers": list(fingers), "rate_hz": rate_hz, **more}
+    same = {"schema": SCHEMA_VERSION, "layout": LAYOUT, "motion_numbers": MOTION_NUMBERS}
+    return {**same, "fingers": list(fingers), "rate_hz": rate_hz, **more}
 
 
 def misreading(theirs: dict[str, Any]) -> str:
@@ -45,6 +49,8 @@ def disagreement(ours: dict[str, Any], theirs: dict[str, Any], gap_s: float = GA
     """
     if problem := misreading(theirs):
         return problem
+    if theirs.get("motion_numbers") != MOTION_NUMBERS:
+        return "motion is numbered differently on the two sites: install the same version on both"
     if theirs.get("fingers") != ours["fingers"]:
         return f"the far side has fingers {theirs.get('fingers')}, this site has {ours['fingers']}: configure the same"
     try:

@@ -18,6 +18,8 @@ MOST_AT_ONCE = 64
 """Maximum number of packets read from one socket in one tick; a socket takes turns among its connections."""
 WAITING = 64
 """Maximum number of packets of one connection that wait to be read, or to be sent; beyond it TCP holds the sender."""
+SECOND = ", second"
+"""What follows a stream's name in the name of its second socket, which carries the same packets."""
 REFUSE_S = 10.0
 """Time for which a key is refused at a stream after it sent a message with too many parts, s."""
 _STOP = b"estop"
@@ -208,15 +210,19 @@ class CurveSockets:
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send on a latest-only stream, replacing an unsent older packet; does nothing where the far side refused us.
 
+        Where the stream has two sockets, both send the packet.
+
         A packet that is written just when the one before is read waits for the next write. One of 14 measured bursts of
         300 packets ended so. Therefore these streams never pause, and what must arrive is sent again.
         """
-        socket = self._sockets.get(stream)
-        if socket is not None:
-            try:
-                socket.send(packet, _DONTWAIT)
-            except zmq.Again:
-                return
+        for name in (stream, stream + SECOND):
+            if (socket := self._sockets.get(name)) is not None:
+                with contextlib.suppress(zmq.Again):
+                    socket.send(packet, _DONTWAIT)
+
+    def newest(self, stream: str) -> list[bytes]:
+        """Return the newest unread packet of each socket of a latest-only stream."""
+        return [frames[0].bytes for name in (stream, stream + SECOND) if (frames := self._take(name))]
 
     def receive_latest(self, stream: str) -> bytes | None:
         """Return the newest unread packet of a latest-only stream; None where there is none."""

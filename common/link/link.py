@@ -18,6 +18,7 @@ from common.link.bind_address import check_bind
 from common.link.curve import (
     MOST_AT_ONCE,
     REFUSE_S,
+    SECOND,
     CurveSockets,
     Inbox,
     LinkProblem,
@@ -226,32 +227,45 @@ class OperatorLink(CurveSockets):
         self._base_port, self._keys, self._remote_key = base_port, keys, remote_public_key
         self._resolver = Resolver(host, base_port)
         self._reopens = RateLimiter(_OPEN_PER_S, len(SITE_STREAMS))
-        self._streams = [
-            stream
+        self._connections = {
+            stream.name: stream
             for stream in SITE_STREAMS.values()
             if (stream.direction in _MAY_OBSERVE if role is Role.OBSERVER else stream.name != "observed")
-        ]
+        }
+        """Stream of each connection, by the connection's name, which for the first one is that of the stream."""
         self._connect()
+
+    def double(self) -> None:
+        """Open a second connection to each latest-only stream; both carry the same packets.
+
+        A lost TCP segment holds back what follows on its own connection only.
+        """
+        for stream in list(self._connections.values()):
+            name = stream.name + SECOND
+            if stream.latest_only and name not in self._connections:
+                self._connections[name] = stream
+                self._open(name)
 
     def _connect(self) -> None:
         self._address = self._resolver.address
         self._monitors: dict[str, zmq.Socket[bytes]] = {}
         self._ended: set[str] = set()
-        for stream in self._streams:
-            self._open(stream)
+        for name in self._connections:
+            self._open(name)
 
-    def _open(self, stream: Stream) -> None:
+    def _open(self, name: str) -> None:
+        stream = self._connections[name]
         socket = self._socket(stream, _CLIENT_TYPE[stream.direction])
         use_curve(socket, self._keys, self._remote_key)
         if stream.direction is Direction.BOTH:
             # A request to an absent remote must fail now instead of arriving minutes later.
             socket.setsockopt(zmq.IMMEDIATE, 1)
             socket.setsockopt(zmq.SNDHWM, _UNSENT)
-        self._monitors[stream.name] = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH | _ENDS | _ATTEMPTS)
+        self._monitors[name] = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH | _ENDS | _ATTEMPTS)
         if self._address is not None:
             socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
             socket.connect(tcp_endpoint(self._address, self._base_port + stream.port))
-        self._sockets[stream.name], self._inboxes[stream.name] = socket, Inbox(socket)
+        self._sockets[name], self._inboxes[name] = socket, Inbox(socket)
 
     def reconnect(self) -> None:
         """Connect again after a refusal, because the library does not."""
@@ -289,17 +303,16 @@ class OperatorLink(CurveSockets):
     def _replace(self, stream: str, part: zmq.Frame) -> None:
         if self._reopens.allows(time.monotonic()):
             self._close(stream)
-            self._open(SITE_STREAMS[stream])
+            self._open(stream)
 
     def key_refused(self) -> bool:
         """Return whether the remote site has refused this side's key on any stream since the last call.
 
-        A stream whose connection has ended, without a new attempt of the library since the call before, is connected
+        A connection that has ended, without a new attempt of the library since the call before, is connected
         again. So it is after bytes that are no packet, which somebody on the way has changed.
         """
         refused = False
-        for stream in self._streams:
-            name, monitor = stream.name, self._monitors[stream.name]
+        for name, monitor in list(self._monitors.items()):
             given_up = name in self._ended
             while monitor.poll(0):
                 event: dict[str, Any] = dict(zmq.utils.monitor.recv_monitor_message(monitor))
@@ -314,7 +327,7 @@ class OperatorLink(CurveSockets):
             if given_up and self._reopens.allows(time.monotonic()):
                 self._ended.discard(name)
                 self._close(name)
-                self._open(stream)
+                self._open(name)
         return refused
 
     def close(self) -> None:

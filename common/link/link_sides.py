@@ -57,5 +57,8 @@ class OperatorSide(Protocol):
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send on a latest-only stream, replacing an unsent older packet."""
 
-    def receive_latest(self, stream: str) -> bytes | None:
-        """Return the newest unread packet of a latest-only stream; None where there is none."""
+    def newest(self, stream: str) -> list[bytes]:
+        """Return the newest unread packet of each of this side's connections to a latest-only stream."""
+
+    def double(self) -> None:
+        """Open a second connection to each latest-only stream, with the same packets."""

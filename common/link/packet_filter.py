@@ -7,9 +7,9 @@ from typing import Protocol
 FUTURE_TOLERANCE_NS = 5_000_000
 """Maximum time that a packet may lie in the future beyond the clock's own uncertainty, ns."""
 
-MOST_AHEAD = 10_000
-"""Maximum step of the sequence number. A session ends before this number of packets could be lost, so a larger step is
-a sender's error; after accepting it, all following packets would be refused."""
+MOST_AHEAD = 2**26
+"""Maximum step of the sequence number: more than a day at 500 Hz. A larger step is a sender's error, or a number by
+somebody who does not know the session's first one; after accepting it, all following packets would be refused."""
 
 
 class Stamped(Protocol):
@@ -36,6 +36,8 @@ class PacketFilter:
     received: int = 0
     lost: int = 0
     """Number of sequence numbers without a packet: superseded on the way, or lost."""
+    overtaken: int = 0
+    """Number of packets that came after a newer one, as the copies on a second connection do; they are not refusals."""
     refused: Counter[str] = field(default_factory=Counter)
     latest_refusal: str = ""
     """Reason for refusing the newest packet; empty when it was accepted."""
@@ -43,7 +45,10 @@ class PacketFilter:
     """Time of the last accepted packet, ns; None before the first in this session."""
     age_ns: int = 0
     """Age of the last accepted packet at its acceptance, ns."""
+    _first: int = 0
+    """Lowest sequence number of the session."""
     _sequence: int = -1
+    """The last accepted number, or the one before the first; negative where the first may be any."""
 
     def accept(self, packet: Stamped, session: int, now_ns: int, offset_ns: int, uncertainty_ns: int | None) -> bool:
         """Judge one decoded packet; return whether it is accepted.
@@ -60,15 +65,19 @@ class PacketFilter:
         age_ns = now_ns - (packet.time_ns - offset_ns)
         if packet.session != session:
             return self._refuse("session")
-        if ahead <= 0 or (self._sequence >= 0 and ahead > MOST_AHEAD):  # the first packet may have any number
+        if packet.sequence < self._first or (self._sequence >= 0 and ahead > MOST_AHEAD):
             return self._refuse("sequence")
+        if ahead <= 0:
+            self.overtaken += 1
+            self.latest_refusal = "overtaken"
+            return False
         if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
             return self._refuse("clock")
         if age_ns > self.max_age_ns:
             return self._refuse("age")
         if age_ns < -(uncertainty_ns + FUTURE_TOLERANCE_NS):
             return self._refuse("future")
-        if self._sequence >= 0:
+        if self.last_ns is not None:
             self.lost += ahead - 1
         self._sequence = packet.sequence
         self.last_ns = now_ns
@@ -86,8 +95,12 @@ class PacketFilter:
         """Return the time since the last accepted packet, ns; None without one in this session."""
         return None if self.last_ns is None else now_ns - self.last_ns
 
-    def restart(self) -> None:
-        """Start a new session: the sequence starts again, and no packet has been accepted."""
-        self._sequence = -1
+    def restart(self, first: int = 0) -> None:
+        """Start a new session: no packet has been accepted.
+
+        Args:
+            first: sequence number of its first packet, positive; 0 where this side does not know it.
+        """
+        self._first, self._sequence = first, first - 1
         self.last_ns = None
         self.latest_refusal = ""

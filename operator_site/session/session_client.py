@@ -32,6 +32,10 @@ SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """Time without an answer to heartbeats after which the remote site counts as gone, ns; then hello is sent again."""
 LONGEST_DESCRIPTION = 80
 """Maximum length of the remote site's description of its calibration, characters."""
+FAR_NS = 10_000_000
+"""Half of a round trip beyond which a lost packet is felt, ns; then motion and touch have two connections each."""
+_FAR_FOR_NS = 1_000_000_000
+"""Time for which the remote site must be so far, ns."""
 _ASK_NS = 200_000_000
 """Time between two tries of a request, ns."""
 _STATUS_NS = 1_000_000_000
@@ -93,6 +97,7 @@ class SessionClient:
     _sequence: int = 0
     """Number of the last request or heartbeat; it continues across sessions, so that an old answer is recognized."""
     _motion_sequence: int = 0
+    """Number of the last motion. Only this side knows where a session's numbers begin, which is its authority."""
     _expected: DeadReckoning = field(default_factory=DeadReckoning)
     """The remote site's estimate of the hand, as if no packet were lost."""
     _sent_state: LinkState = LinkState.DISCONNECTED
@@ -103,6 +108,8 @@ class SessionClient:
     _beat_ns: int = _LONG_AGO_NS
     _heard_ns: int = 0
     _engaged_ns: int = 0
+    _near_ns: int = _LONG_AGO_NS
+    """Last time when the remote site was near, or its distance unknown, ns."""
 
     def __post_init__(self) -> None:
         self.stopping = SessionEmergencyStop(self.session)
@@ -158,9 +165,8 @@ class SessionClient:
             self._end("the remote site is silent")
         for packet in self._within_rate("heartbeat", now_ns):
             self._heartbeat(packet, now_ns)
-        packet_or_none = self.link.receive_latest("touch" if self.role == OPERATOR else "observed")
-        if packet_or_none is not None:
-            self._touch(packet_or_none, now_ns)
+        for packet in self.link.newest("touch" if self.role == OPERATOR else "observed"):
+            self._touch(packet, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "touch")
         if self.session.state is LinkState.FAULT:
             self._withdraw()
@@ -175,6 +181,7 @@ class SessionClient:
         if now_ns - self._beat_ns >= _BEAT_NS:
             self._beat_ns = now_ns
             self._beat(now_ns)
+            self._double_if_far(now_ns)
         if self.role == OBSERVER:
             return
         if self.stopping.ask_remote:
@@ -196,6 +203,14 @@ class SessionClient:
         wants = self.want_engaged and self.session.state is LinkState.CONNECTED
         if self._in_time(wants) and wants and not not_ready:
             self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
+
+    def _double_if_far(self, now_ns: int) -> None:
+        """Use two connections for motion and for touch where repairing a lost packet takes long."""
+        uncertainty_ns = self.clock.uncertainty_ns
+        if uncertainty_ns is None or uncertainty_ns <= FAR_NS:
+            self._near_ns = now_ns
+        elif now_ns - self._near_ns > _FAR_FOR_NS:
+            self.link.double()
 
     def _in_time(self, wants: bool) -> bool:
         """Return whether the clock offset is known well enough to judge the age of packets.
@@ -375,7 +390,8 @@ class SessionClient:
 
     def _begin(self, answer: Answer, now_ns: int) -> str:
         ident = answer.details.get("session")
-        if type(ident) is not int or ident <= 0:
+        first_motion = answer.details.pop("first_motion", 1)  # an observer gets none
+        if type(ident) is not int or ident <= 0 or type(first_motion) is not int or first_motion <= 0:
             self.damaged["control"] += 1
             return ""
         self.remote = answer.details
@@ -392,7 +408,7 @@ class SessionClient:
         self.remote_fault, self.remote_recording, self.remote_patient = None, "", None
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
-        self._motion_sequence = 0
+        self._motion_sequence = first_motion - 1
         self._expected = DeadReckoning()
         self._heard_ns = now_ns
         return ""
@@ -430,6 +446,8 @@ class SessionClient:
             self._count_damaged("heartbeat", error)
 
     def _touch(self, packet: bytes, now_ns: int) -> None:
+        if packet == self.touch_packet:
+            return
         try:
             touch = Touch.decode(packet)
         except BadPacket as error:

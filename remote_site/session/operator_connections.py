@@ -1,20 +1,19 @@
-"""Selects the connection of the session's operator, one for each stream, because a copy of its key may be in use.
+"""Selects the operator's connection to each stream of requests, because a copy of its key may be in use.
 
 Authority comes from the key that was admitted to the session. A second connection with that key is either a new
 connection of the operator, or a peer with a copy of the key. It takes a stream over when the first connection is
-closed, or is silent on a stream that never pauses. Until then its packets have no effect. If the first connection
-sends a motion after the second one was received, two senders use the key.
+closed, or is silent on a stream that never pauses. Until then its packets have no effect. Motion needs no such rule:
+only the operator knows the session's first sequence number.
 """
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from common.limits import GAP_S
 from common.link.curve import Received, Sender
 from common.wire.streams import STREAMS
 
-SILENT_S: Mapping[str, float] = {"motion": GAP_S, "heartbeat": 5.0 / STREAMS["heartbeat"].rate_hz, "control": math.inf}
+SILENT_S: Mapping[str, float] = {"heartbeat": 5.0 / STREAMS["heartbeat"].rate_hz, "control": math.inf}
 """Silence after which another connection of the operator's key takes a stream over, s; requests may pause forever."""
 
 
@@ -37,17 +36,14 @@ class OperatorConnections:
         """
         self._is_open = is_open
         self._lines: dict[str, _Line] = {}
-        self._rival: _Line | None = None
 
     def begin(self, hello: Sender, now_ns: int) -> None:
         """Begin a session; the connection of its hello's sender owns the stream of requests."""
         self._lines = {"control": _Line(hello, now_ns)}
-        self._rival = None
 
     def end(self) -> None:
         """End the session."""
         self._lines.clear()
-        self._rival = None
 
     @property
     def answers_to(self) -> bytes:
@@ -64,11 +60,7 @@ class OperatorConnections:
         if line.sender.connection != sender.connection:
             silent = now_ns - line.heard_ns > SILENT_S[stream] * 1e9
             if not silent and self._is_open(stream, line.sender.connection):
-                if stream == "motion" and (self._rival is None or self._rival.sender.connection != sender.connection):
-                    self._rival = _Line(sender, now_ns)
                 return False
-            if stream == "motion":
-                self._rival = None
         line.sender, line.heard_ns = sender, now_ns
         return True
 
@@ -82,15 +74,3 @@ class OperatorConnections:
             return packets
         own = line.sender.connection
         return sorted(packets, key=lambda received: received[0].connection != own)
-
-    def used_twice(self, sent_ns: int) -> Sender | None:
-        """Return the second sender with the operator's key, if a motion of the first proves a second sender.
-
-        Args:
-            sent_ns: earliest time at which the operator's own connection sent its motion, ns of this site's clock.
-        """
-        rival = self._rival
-        if rival is None or sent_ns <= rival.heard_ns:
-            return None
-        self._rival = None
-        return rival.sender

@@ -17,7 +17,7 @@ from common.link.deadband import DeadReckoning, Places
 from common.link.emergency_stop import EmergencyStop, Unconfirmed
 from common.link.keys import fingerprint
 from common.link.link_sides import RemoteSide
-from common.link.packet_filter import FUTURE_TOLERANCE_NS, PacketFilter
+from common.link.packet_filter import PacketFilter
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused, Session, note_text
 from common.runtime.containment import Containment
@@ -45,6 +45,8 @@ PACKETS_PER_S = 40.0
 """Maximum rate of one key's requests, or heartbeats, 1/s; a site sends at most 20 heartbeats and 10 requests."""
 PACKETS_AT_ONCE = 80
 """Maximum burst of one key's requests, or heartbeats, after a pause of the network."""
+_ONE_OPERATOR = "another operator is connected: one operator per remote site"
+_SECRET_BITS = 52
 EXPELLED_S = 10.0
 """Time for which a key is refused at a stream after its connection was ended, s; the operator's key never is."""
 
@@ -85,6 +87,8 @@ class SessionServer:
     _hand: DeadReckoning = field(default_factory=DeadReckoning)
     _notes: list[str] = field(default_factory=list)
     _heard_ns: int = 0
+    _first_motion: int = 0
+    """Sequence number of the session's first motion, which only its operator knows."""
     _asked: int = -1
     """Sequence of the operator's last request in this session."""
     _awaits_beat: bool = False
@@ -130,7 +134,7 @@ class SessionServer:
                     with self.contain.step("heartbeat", latches=False):
                         self._heartbeat(sender, packet, now_ns)
         if motions := self.link.newest_of_each("motion"):
-            for sender, packet in self._connections.own_first("motion", motions):
+            for sender, packet in motions:
                 self._motion(sender, packet, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
         if why := self._motion_refused(now_ns):
@@ -224,18 +228,14 @@ class SessionServer:
         except BadPacket as error:
             self._count_damaged("motion", error)
             return
-        if motion.session == self.session.ident and not self._connections.own("motion", sender, now_ns):
-            self.acceptance.refused["connection"] += 1
-            return
         # The operator estimates (remote - operator); the sender of a motion is the operator.
         offset_ns = -self._offset_ns
         if self.acceptance.accept(motion, self.session.ident, now_ns, offset_ns, self._uncertainty_ns):
             self.motion = motion
             self._hand.take(motion.time_ns * 1e-9, motion.rows)
-            at_least_ns = motion.time_ns - offset_ns - (self._uncertainty_ns or 0) - FUTURE_TOLERANCE_NS
-            if (second := self._connections.used_twice(at_least_ns)) is not None:
-                self.session.latch(Fault(FaultCode.KEY_USED_TWICE))
-                self._expel("motion", second, now_ns, "the operator's key sends motion on another connection already")
+        elif self.acceptance.latest_refusal == "sequence":  # only the operator knows the session's first number
+            self.session.latch(Fault(FaultCode.KEY_USED_TWICE))
+            self._expel("motion", sender, now_ns, "a copy of the operator's key sends motion")
 
     def _motion_refused(self, now_ns: int) -> str:
         """Return why motion has been refused permanently despite heartbeats; empty when it is accepted."""
@@ -398,25 +398,32 @@ class SessionServer:
         if not self.link.may_operate(key):
             raise Refused("this key is trusted as an observer's only")
         if self.session.ident and not (key == self.operator and self._awaits_beat):
-            raise Refused("another operator is connected: one operator per remote site")
+            raise Refused(_ONE_OPERATOR)
         problem = disagreement(self.capabilities, request.details, self.gap_s)
         if problem:
             raise Refused(problem)
         if self.session.ident:  # repeated before the answer arrived: the same session
-            if self._connections.own("control", sender, now_ns):
-                self._asked = request.sequence  # a site that has started again counts its requests again
-            return {"session": self.session.ident, **self.capabilities}
+            if not self._connections.own("control", sender, now_ns):
+                raise Refused(_ONE_OPERATOR)
+            # A site that has started again counts its packets again.
+            self._asked = request.sequence
+            self.acceptance.restart(self._first_motion)
+            return self._welcome()
         self.operator, self._awaits_beat, self._asked = key, True, request.sequence
         self._connections.begin(sender, now_ns)
         self.link.forgive(key)
         self.session.connect(secrets.randbits(62) + 1, f"operator {fingerprint(key)}")
         self.motion, self._left_ns = None, _NEVER_NS
         self._hand = DeadReckoning()
-        self.acceptance.restart()
+        self._first_motion = secrets.randbits(_SECRET_BITS) + 1
+        self.acceptance.restart(self._first_motion)
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._uncertainty_ns = None
         self._heard_ns = now_ns
-        return {"session": self.session.ident, **self.capabilities}
+        return self._welcome()
+
+    def _welcome(self) -> dict[str, Any]:
+        return {"session": self.session.ident, "first_motion": self._first_motion, **self.capabilities}
 
     def _count_damaged(self, stream: str, error: BadPacket) -> None:
         self.damaged[stream] += 1

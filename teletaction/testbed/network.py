@@ -291,10 +291,12 @@ class OperatorEnd:
         """Return the answers of the remote site."""
         return self._network.receive(stream, TO_OPERATOR)
 
-    def receive_latest(self, stream: str) -> bytes | None:
-        """Return the newest packet since the last call, or None."""
-        found = self._network.receive(stream, TO_OPERATOR)
-        return found[-1] if found else None
+    def newest(self, stream: str) -> list[bytes]:
+        """Return the newest packet since the last call."""
+        return self._network.receive(stream, TO_OPERATOR)[-1:]
+
+    def double(self) -> None:
+        """Do nothing: no packet here waits for a lost one."""
 
     def send_latest(self, stream: str, packet: bytes) -> None:
         """Send to the remote site."""

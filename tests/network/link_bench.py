@@ -61,8 +61,11 @@ class Bench:
         self._keys = keys
         self._counted = 0
 
-    def connect(self, address: str = REMOTE) -> None:
-        """Start both ends and wait until packets are accepted; the remote site is at `address` for both."""
+    def connect(self, address: str = REMOTE, twice: bool = False) -> None:
+        """Start both ends and wait until packets are accepted.
+
+        The remote site is at `address` for both. `twice` asks for two connections for touch.
+        """
         end = (sys.executable, "-m")
         self.remote = self.hosts.remote.start(
             *end, "tests.network.remote_end", address, str(BASE_PORT), str(self._keys.remote)
@@ -70,7 +73,13 @@ class Bench:
         assert self.remote.hear() == "bound"
         public = load_keys(self._keys.remote).public
         self.operator: Program = self.hosts.operator.start(
-            *end, "tests.network.operator_end", address, str(BASE_PORT), str(self._keys.operator), public
+            *end,
+            "tests.network.operator_end",
+            address,
+            str(BASE_PORT),
+            str(self._keys.operator),
+            public,
+            *["twice"] * twice,
         )
         self.accept(EVERY)
 

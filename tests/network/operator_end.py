@@ -1,8 +1,9 @@
 """The operator's end of a link under test: beats, accepts touch, and keeps what it accepted, until its input ends.
 
-    operator_end.py ADDRESS BASE_PORT KEYS REMOTE_PUBLIC_KEY
+    operator_end.py ADDRESS BASE_PORT KEYS REMOTE_PUBLIC_KEY [twice]
 
-Prints how many packets it has accepted, every hundred, and at the end all that the test judges. It sends the age of
+With `twice` it has two connections for touch. It prints how many packets it has accepted, about every hundred, and at
+the end all that the test judges. It sends the age of
 each accepted packet, and offset and uncertainty of the remote machine's clock, ns, to the UDP port AGES of its host,
 where a picture's end may listen.
 """
@@ -59,10 +60,10 @@ class OperatorEnd:
             known = (self.clock.offset_ns, self.clock.uncertainty_ns or 0)
             ask = Heartbeat(SESSION, self._beats, now_ns, LinkState.ENGAGED, now_ns, 0, *known)
             self.link.send("heartbeat", ask.encode())
-        touch_packet = self.link.receive_latest("touch")
-        if touch_packet is None:
-            return False
-        touch = Touch.decode(touch_packet)
+        return sum(self._touch(packet, now_ns) for packet in self.link.newest("touch")) > 0
+
+    def _touch(self, packet: bytes, now_ns: int) -> bool:
+        touch = Touch.decode(packet)
         offset_ns, uncertainty_ns = self.clock.offset_ns, self.clock.uncertainty_ns
         if not self.acceptance.accept(touch, SESSION, now_ns, offset_ns, uncertainty_ns) or uncertainty_ns is None:
             return False
@@ -78,6 +79,7 @@ class OperatorEnd:
 def run(end: OperatorEnd, stop: Callable[[], bool]) -> None:
     """Step at the site's rate until `stop()`."""
     become_timely()
+    printed = 0
     loop = PeriodicLoop(1.0 / STREAMS["motion"].rate_hz)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ages:
         while not stop():
@@ -86,17 +88,20 @@ def run(end: OperatorEnd, stop: Callable[[], bool]) -> None:
                 with suppress(OSError):  # nobody listens
                     known = end.acceptance.age_ns, end.clock.offset_ns - CLOCK_APART_NS, end.clock.uncertainty_ns
                     ages.sendto(json.dumps(known).encode(), ("127.0.0.1", AGES))
-                if len(end.accepted) % EVERY == 0:
+                if len(end.accepted) >= printed + EVERY:
+                    printed = len(end.accepted)
                     print(len(end.accepted), flush=True)
 
 
-def main(address: str, base_port: int, keys: Path, remote_public_key: str) -> None:
+def main(address: str, base_port: int, keys: Path, remote_public_key: str, twice: bool) -> None:
     """Run until the input ends."""
     with OperatorLink(address, base_port, load_keys(keys), remote_public_key) as link:
+        if twice:
+            link.double()
         end = OperatorEnd(link)
         run(end, lambda: bool(select.select([sys.stdin], [], [], 0.0)[0]))
     print(json.dumps(end.report()), flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]), sys.argv[4])
+    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]), sys.argv[4], sys.argv[5:] == ["twice"])

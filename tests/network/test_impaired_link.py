@@ -74,6 +74,22 @@ def test_a_lost_packet_holds_the_link_as_long_as_in_the_simulated_network(bench:
     assert held_ms == pytest.approx(simulated_ms, rel=0.15)
 
 
+def test_a_second_connection_brings_most_packets_that_a_lost_one_holds_back(
+    bench: Bench, link_table: list[str]
+) -> None:
+    gaps_ms = {}
+    for twice in (False, True):
+        bench.hosts.impair(50.0, 0.0, 0.0)
+        bench.connect(twice=twice)
+        bench.hosts.impair(50.0, 0.0, 0.01)
+        bench.accept(MEASURED)
+        measured = bench.finish()
+        link_table.append(measured.row(f"50 ms, loss 1%, {1 + twice} connection" + "s" * twice))
+        assert_sound(measured)
+        gaps_ms[twice] = np.percentile(np.diff(measured.arrived_ns) / 1e6, 99)
+    assert gaps_ms[True] < 0.5 * gaps_ms[False]
+
+
 @pytest.mark.parametrize(
     ("to_remote", "to_operator"),
     [(True, True), (True, False), (False, True)],

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.long
 
 PLACES: dict[str, Callable[[VirtualSession], tuple[object, str]]] = {
     "operator read": lambda session: (session.operator._devices, "read"),
-    "operator session": lambda session: (session.operator.client.link, "receive_latest"),
+    "operator session": lambda session: (session.operator.client.link, "newest"),
     "operator motion": lambda session: (session.operator, "_send_motion"),
     "operator render": lambda session: (session.operator.rendering.fingertips, "step"),
     "operator gate": lambda session: (session.operator.rendering._gate, "_forces"),

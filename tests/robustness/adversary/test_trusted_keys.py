@@ -16,7 +16,7 @@ from tests.virtual.session import TICK_S, Truth, VirtualSession
 pytestmark = pytest.mark.long
 
 SECOND_KEY = "another operator's public key"
-REFUSED = "motion has been refused for 1.5 s: sequence"
+REFUSED = "motion has been refused for 1.5 s: overtaken"
 ATTACK_S = 0.25
 ROUNDING = 1e-6
 """In the unit of each; two sessions of one seed differ by less."""

@@ -95,8 +95,8 @@ class OnePacket:
         self._stream = stream
         self.packet = b""
 
-    def receive_latest(self, stream: str) -> bytes | None:
-        return self.packet if stream == self._stream else None
+    def newest(self, stream: str) -> list[bytes]:
+        return self.receive(stream)
 
     def receive(self, stream: str) -> list[bytes]:
         return [self.packet] if stream == self._stream else []

@@ -75,8 +75,11 @@ class FarSide:
     def receive(self, stream: str) -> list[bytes]:
         return self.coming.pop(stream, [])
 
-    def receive_latest(self, stream: str) -> bytes | None:
-        return self.coming.pop(stream, [None])[-1]  # type: ignore[list-item]
+    def newest(self, stream: str) -> list[bytes]:
+        return self.coming.pop(stream, [])[-1:]
+
+    def double(self) -> None:
+        pass
 
     def send(self, stream: str, packet: bytes) -> bool:
         self.sent[stream] = [*self.sent[stream][-8:], packet]

@@ -27,7 +27,7 @@ from common.buses.serial_messages import (
 )
 from common.buses.thermometry import ntc_c, ssr_c
 from common.fingers import FINGERS
-from common.link.capabilities import LAYOUT
+from common.link.capabilities import LAYOUT, MOTION_NUMBERS
 from common.wire.messages import TOUCH_FIELDS, Event, EventKind, Motion, ThermalStatus, Touch, motion_rows
 from common.wire.packets import SCHEMA_VERSION, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
@@ -131,7 +131,8 @@ SHOWN = (
     TouchSummary((("pvc", 0.9375), ("acrylic", 0.03125)), 0.125, 0.0078125, None, None),
     *(NOTHING,) * 3,
 )
-AGREED = {"schema": SCHEMA_VERSION, "layout": LAYOUT, "fingers": ALL_FINGERS, "rate_hz": 500.0}
+SAME = {"schema": SCHEMA_VERSION, "layout": LAYOUT, "motion_numbers": MOTION_NUMBERS}
+AGREED = {**SAME, "fingers": ALL_FINGERS, "rate_hz": 500.0}
 REMOTE_T = T - 4_900_000
 PACKETS: dict[str, Any] = {
     "motion": Motion(SESSION, 3, T, LinkState.CONNECTED, motion_rows(MOTION_BLOCK.tobytes())),
@@ -153,7 +154,7 @@ PACKETS: dict[str, Any] = {
         1,
         T + 77,
         "",
-        {"session": SESSION} | AGREED | {"materials": ["aluminium", "pvc"], "calibration": "5f2c"},
+        {"session": SESSION, "first_motion": 2} | AGREED | {"materials": ["aluminium", "pvc"], "calibration": "5f2c"},
     ),
     "engage": Request(SESSION, 2, T, "engage", {"max_age_s": 0.15}),
     "status_answer": Answer(

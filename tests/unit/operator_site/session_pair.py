@@ -14,6 +14,7 @@ from operator_site.session.session_client import SessionClient
 
 MS = 1_000_000
 IDENT = 4711
+FIRST_MOTION = 10**12
 ABLE = capabilities(("index",), 500.0, calibration="abc")
 NOWHERE = TOUCH_BLOCK.to_bytes(np.zeros((5, len(TOUCH_FIELDS)), np.float32))
 
@@ -29,26 +30,40 @@ class Remote:
     beats: list[bytes] = field(default_factory=list)
     now_ns: int = 10**12
     sequence: int = 0
+    round_trip_ms: int = 0
+    doubled: int = 0
+    """How often a second connection was asked for."""
 
     def send(self, stream: str, packet: bytes) -> bool:
         if stream == "control":
             self.asked.append(Request.decode(packet))
         elif self.alive:
             beat = Heartbeat.decode(packet)
-            echo = (beat.session, beat.sequence, self.now_ns, self.state, beat.sent_ns, self.now_ns, 0, 0)
+            there_ns = beat.sent_ns + self.round_trip_ms * MS // 2
+            echo = (beat.session, beat.sequence, there_ns, self.state, beat.sent_ns, there_ns, 0, 0)
             self.beats.append(Heartbeat(*echo).encode())
         return True
 
     def receive(self, stream: str) -> list[bytes]:
-        waiting = self.answers if stream == "control" else self.beats
-        taken, waiting[:] = list(waiting), []
+        if stream == "control":
+            taken, self.answers[:] = list(self.answers), []
+            return taken
+        latest_ns = self.now_ns - self.round_trip_ms * MS
+        taken = [beat for beat in self.beats if Heartbeat.decode(beat).sent_ns <= latest_ns]
+        self.beats = self.beats[len(taken) :]
         return taken
 
-    def receive_latest(self, stream: str) -> bytes | None:
+    def send_latest(self, stream: str, packet: bytes) -> None:
+        pass
+
+    def double(self) -> None:
+        self.doubled += 1
+
+    def newest(self, stream: str) -> list[bytes]:
         if not self.alive:
-            return None
+            return []
         self.sequence += 1
-        return Touch(IDENT, self.sequence, self.now_ns, self.state, NOWHERE, ("",) * 5, ()).encode()
+        return [Touch(IDENT, self.sequence, self.now_ns, self.state, NOWHERE, ("",) * 5, ()).encode()]
 
     def answer(self, verb: str, refused: str = "", **details: Any) -> None:
         """Answer the last request of a kind."""
@@ -76,7 +91,7 @@ class Pair:
 
     def connect(self) -> None:
         self.run()
-        self.remote.answer("hello", session=IDENT, **ABLE)
+        self.remote.answer("hello", session=IDENT, first_motion=FIRST_MOTION, **ABLE)
         self.run(200)
         assert self.client.session.state is LinkState.CONNECTED
 

@@ -32,8 +32,8 @@ class SilentLink:
     def receive(self, stream: str) -> list[bytes]:
         return []
 
-    def receive_latest(self, stream: str) -> None:
-        return None
+    def newest(self, stream: str) -> list[bytes]:
+        return []
 
     def send(self, stream: str, packet: bytes) -> bool:
         return False

@@ -3,6 +3,7 @@ import math
 import os
 import socket
 import threading
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any, cast
@@ -255,6 +256,31 @@ def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys:
         assert other not in newest
         assert not colleague.key_refused()
         ask(remote, operator)
+
+
+def test_two_connections_carry_the_same_motion_and_touch(keys: Keys, base_port: int) -> None:
+    with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
+        exchange(remote, operator)
+        operator.double()
+        operator.double()
+        motions: dict[bytes, set[int]] = defaultdict(set)
+        touches: list[list[bytes]] = []
+
+        def both_on_both() -> bool:
+            number = b"%d" % len(touches)
+            operator.send_latest("motion", number)
+            remote.send_latest("touch", number)
+            for sender, packet in remote.newest_of_each("motion"):
+                motions[packet].add(sender.connection)
+            touches.append(operator.newest("touch"))
+            return max(map(len, motions.values()), default=0) == max(map(len, touches)) == 2
+
+        wait_until(both_on_both)
+        assert len(set().union(*motions.values())) == 2
+        ask(remote, operator)
+        operator.reconnect()
+        touches.append([])
+        wait_until(lambda: both_on_both() and len(touches[-1]) == 2)
 
 
 @pytest.mark.parametrize(("refuse_s", "forgiven"), [(0.2, False), (1000.0, True)])

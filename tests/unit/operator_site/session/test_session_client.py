@@ -8,11 +8,12 @@ from common.faults.fault import Fault, FaultCode
 from common.limits import AGE_MAX_S
 from common.link.emergency_stop import PATIENCE_NS
 from common.link.session_state import Refused
+from common.wire.messages import Motion
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import MAX_TEXT, LinkState
 from common.wire.session_messages import Answer
 from operator_site.session.session_client import SILENCE_NS
-from tests.unit.operator_site.session_pair import ABLE, IDENT, MS, Pair
+from tests.unit.operator_site.session_pair import ABLE, FIRST_MOTION, IDENT, MS, Pair
 
 HERE = "here: stopped, confirmed by every device after 2 ms"
 UNCONFIRMED = {"after_s": 0.3, "unconfirmed": "middle thermal_sensor: no report"}
@@ -337,3 +338,31 @@ def test_the_scale_of_roughness_is_that_of_the_remote_site_or_none(pair: Pair) -
     assert pair.client.roughness_um == scale
     pair.client.remote["roughness_um"] = "rough"
     assert pair.client.roughness_um is None
+
+
+@pytest.mark.parametrize(("round_trip_ms", "doubled"), [(0, False), (18, False), (24, True), (200, True)])
+def test_a_far_remote_site_gets_second_connections(pair: Pair, round_trip_ms: int, doubled: bool) -> None:
+    pair.run(5000)
+    assert not pair.remote.doubled
+    pair.remote.round_trip_ms = round_trip_ms
+    pair.run(3000)
+    assert not pair.remote.doubled, "some slow heartbeats are not a long way"
+    pair.run(3000)
+    assert bool(pair.remote.doubled) is doubled
+
+
+def test_motion_is_numbered_from_where_the_answer_to_hello_says(pair: Pair) -> None:
+    assert "first_motion" not in pair.client.remote, "it is no one else's business"
+    packet = pair.client.send_motion(pair.remote.now_ns, 0.0, 0.0, [0.0] * 5)
+    assert packet is not None
+    assert Motion.decode(packet).sequence == FIRST_MOTION
+
+
+@pytest.mark.parametrize("first_motion", [0, -1, 1.0, True, "1", None, [1]])
+def test_an_answer_to_hello_with_a_wrong_first_number_begins_no_session(first_motion: Any) -> None:
+    pair = Pair()
+    pair.run()
+    pair.remote.answer("hello", session=IDENT, first_motion=first_motion, **ABLE)
+    pair.run(20)
+    assert pair.client.session.ident == 0
+    assert pair.client.damaged["control"] == 1
