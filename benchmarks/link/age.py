@@ -19,6 +19,7 @@ from common.link.clock_offset import ClockOffset
 from common.link.packet_filter import PacketFilter
 from common.timing.timeouts import REFRESH_S
 from common.wire.streams import STREAMS
+from operator_site.session.session_client import FAR_NS
 from sim_sensors.network.conditions import Conditions
 from sim_sensors.network.path import NetworkPath
 from sim_sensors.network.stream import TcpStream
@@ -27,13 +28,28 @@ from studies.pieces import Piece
 AGES_S = (AGE_DEFAULT_S, AGE_MAX_S)
 TICK_NS = 2_000_000
 """Tick period of both sites, ns: 500 Hz. The operator's ticks lie midway between the remote's."""
-DEADBAND, EVERY_TICK = "deadband", "every tick"
-SENT = {DEADBAND: round(REFRESH_S * 1e9) // TICK_NS, EVERY_TICK: 1}
-"""Ticks from one touch packet to the next: as a resting hand sends them with a deadband, and without a deadband."""
+REFRESH_TICKS = round(REFRESH_S * 1e9) // TICK_NS
+"""Ticks from one touch packet to the next, as a resting hand sends them with a deadband."""
 _SETTLE_S = 3.0
 _BEAT_TICKS = round(1e9 / TICK_NS / STREAMS["heartbeat"].rate_hz)
 _BEAT_BYTES = framed_bytes(60)
 _START_NS = 10**12
+
+
+class Sending(NamedTuple):
+    """How touch is sent: ticks from one packet to the next, and connections to a far site."""
+
+    every: int = 1
+    connections: int = 1
+
+
+_SIMPLE = Sending()
+SHIPPED, ONE_CONNECTION, EVERY_TICK = "as shipped", "one connection", "without a deadband"
+SENT = {
+    SHIPPED: Sending(REFRESH_TICKS, 2),
+    ONE_CONNECTION: Sending(REFRESH_TICKS, 1),
+    EVERY_TICK: Sending(1, 2),
+}
 
 
 class Packet(NamedTuple):
@@ -76,12 +92,10 @@ class Age:
     silent_ticks: int = 0
 
     def tick(self, packets: Iterable[Packet], now_ns: int, clock: ClockOffset, count: bool) -> None:
-        """Judge only the newest packet, as the link keeps no other; count the tick if `count` is set."""
-        newest = next(iter(deque(packets, maxlen=1)), None)
-        if newest is not None and self.acceptance.accept(
-            newest, SESSION, now_ns, clock.offset_ns, clock.uncertainty_ns
-        ):
-            self.newest_ns = newest.time_ns
+        """Judge the newest packet of each connection; count the tick if `count` is set."""
+        for newest in packets:
+            if self.acceptance.accept(newest, SESSION, now_ns, clock.offset_ns, clock.uncertainty_ns):
+                self.newest_ns = newest.time_ns
         if not count:
             return
         self.ticks += 1
@@ -92,14 +106,14 @@ class Age:
             self.ages_ns.append(now_ns - self.newest_ns)
 
 
-def ages(conditions: Conditions, seconds: float, seed: int, every: int = 1) -> list[dict[str, Any]]:
+def ages(conditions: Conditions, seconds: float, seed: int, sending: Sending = _SIMPLE) -> list[dict[str, Any]]:
     """Simulate `seconds` on a network of these conditions, for each age limit.
 
     Args:
         conditions: conditions in both directions.
         seconds: counted time, s.
         seed: seed of jitter and losses.
-        every: ticks from one touch packet to the next.
+        sending: how touch is sent.
 
     Returns:
         For each limit: median and 99th percentile of the age of the newest accepted packet at every tick, ms, and the
@@ -112,21 +126,25 @@ def ages(conditions: Conditions, seconds: float, seed: int, every: int = 1) -> l
         return MessageStream(TcpStream(path, Random(chance.random())), size)
 
     to_operator, to_remote = NetworkPath(lambda _: conditions), NetworkPath(lambda _: conditions)
-    touch = stream(to_operator, framed_bytes(len(next_touch(touch_parts(), 10_000, _START_NS).encode())))
+    touch_bytes = framed_bytes(len(next_touch(touch_parts(), 10_000, _START_NS).encode()))
+    touches = [stream(to_operator, touch_bytes)]
     beats, answers = stream(to_remote, _BEAT_BYTES), stream(to_operator, _BEAT_BYTES)
+    if conditions.delay_s * 1e9 > FAR_NS:
+        touches += [stream(to_operator, touch_bytes) for _ in range(1, sending.connections)]
     clock, found = ClockOffset(), [Age(PacketFilter(round(limit_s * 1e9))) for limit_s in AGES_S]
     for tick in range(round((_SETTLE_S + seconds) * 1e9) // TICK_NS):
         remote_ns = tick * TICK_NS
         operator_ns = remote_ns + TICK_NS // 2
-        if tick % every == 0:
-            touch.send(Packet(SESSION, tick + 1, remote_ns), remote_ns)
+        if tick % sending.every == 0:
+            for touch in touches:
+                touch.send(Packet(SESSION, tick + 1, remote_ns), remote_ns)
         for sent_ns in beats.receive(remote_ns):
             answers.send((sent_ns, remote_ns), remote_ns)
         for sent_ns, answered_ns in answers.receive(operator_ns):
             clock.add(sent_ns, answered_ns, answered_ns, operator_ns)
         if tick % _BEAT_TICKS == 0:
             beats.send(operator_ns, operator_ns)
-        packets = touch.receive(operator_ns)
+        packets = [packet for touch in touches for packet in touch.receive(operator_ns)[-1:]]
         for age in found:
             age.tick(packets, operator_ns, clock, count=remote_ns >= _SETTLE_S * 1e9)
     return [_row(limit_s, age) for limit_s, age in zip(AGES_S, found, strict=True)]
@@ -155,7 +173,7 @@ def grid(quick: bool) -> list[Conditions]:
 
 
 def sweep(quick: bool, seed: int) -> list[Piece]:
-    """A piece for each network of `grid` with and without a deadband, with a row for each age limit."""
+    """A piece for each network of `grid` and way of sending, with a row for each age limit."""
     seconds = 5.0 if quick else 20.0
     networks = enumerate(grid(quick), start=seed)
     return [(_on, (network, sent, seconds, number)) for number, network in networks for sent in SENT]
