@@ -41,6 +41,8 @@ class PacketFilter:
     refused: Counter[str] = field(default_factory=Counter)
     latest_refusal: str = ""
     """Reason for refusing the newest packet; empty when it was accepted."""
+    refused_ns: int = 0
+    """Time of the last refusal, ns."""
     last_ns: int | None = None
     """Time of the last accepted packet, ns; None before the first in this session."""
     age_ns: int = 0
@@ -64,19 +66,19 @@ class PacketFilter:
         ahead = packet.sequence - self._sequence
         age_ns = now_ns - (packet.time_ns - offset_ns)
         if packet.session != session:
-            return self._refuse("session")
+            return self._refuse("session", now_ns)
         if packet.sequence < self._first or (self._sequence >= 0 and ahead > MOST_AHEAD):
-            return self._refuse("sequence")
+            return self._refuse("sequence", now_ns)
         if ahead <= 0:
             self.overtaken += 1
-            self.latest_refusal = "overtaken"
+            self.latest_refusal, self.refused_ns = "overtaken", now_ns
             return False
         if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
-            return self._refuse("clock")
+            return self._refuse("clock", now_ns)
         if age_ns > self.max_age_ns:
-            return self._refuse("age")
+            return self._refuse("age", now_ns)
         if age_ns < -(uncertainty_ns + FUTURE_TOLERANCE_NS):
-            return self._refuse("future")
+            return self._refuse("future", now_ns)
         if self.last_ns is not None:
             self.lost += ahead - 1
         self._sequence = packet.sequence
@@ -86,9 +88,9 @@ class PacketFilter:
         self.latest_refusal = ""
         return True
 
-    def _refuse(self, reason: str) -> bool:
+    def _refuse(self, reason: str, now_ns: int) -> bool:
         self.refused[reason] += 1
-        self.latest_refusal = reason
+        self.latest_refusal, self.refused_ns = reason, now_ns
         return False
 
     def gap_ns(self, now_ns: int) -> int | None:

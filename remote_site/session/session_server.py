@@ -137,7 +137,7 @@ class SessionServer:
             for sender, packet in motions:
                 self._motion(sender, packet, now_ns)
         self.session.heard(self.acceptance.gap_ns(now_ns), self.gap_s, "motion")
-        if why := self._motion_refused(now_ns):
+        if why := self._motion_refused():
             self._answer(self._connections.answers_to, 0, now_ns, why)
             self._end(why)
         if self._operator_let_go():
@@ -237,13 +237,13 @@ class SessionServer:
             self.session.latch(Fault(FaultCode.KEY_USED_TWICE))
             self._expel("motion", sender, now_ns, "a copy of the operator's key sends motion")
 
-    def _motion_refused(self, now_ns: int) -> str:
+    def _motion_refused(self) -> str:
         """Return why motion has been refused permanently despite heartbeats; empty when it is accepted."""
         why = self.acceptance.latest_refusal
         if not why or not self.session.engaged:
             return ""
         since_ns = max(self._agreed_ns, self.acceptance.last_ns or 0)
-        if now_ns - since_ns <= SILENCE_NS:
+        if self.acceptance.refused_ns - since_ns <= SILENCE_NS:
             return ""
         return f"motion has been refused for {SESSION_SILENCE_S:g} s: {why}"
 

@@ -384,6 +384,18 @@ def test_refused_motion_ends_an_engaged_session_with_the_reason(working: Remote)
     assert ended.refused == "motion has been refused for 1.5 s: overtaken"
 
 
+def test_a_pause_of_motion_after_a_late_copy_is_no_refusal(working: Remote) -> None:
+    ident = working.ident
+    working.move()
+    working.step()
+    working.move(connection=OTHER, sequence=working.first_motion - 1 + working.motions)
+    for tick in range(2000):
+        if tick % 25 == 0:
+            working.beat()
+        working.step()
+    assert working.ident == ident
+
+
 @pytest.mark.parametrize("stream", ["control", "heartbeat"])
 @pytest.mark.parametrize("key", [SECOND, OBSERVER])
 def test_a_flooding_client_is_refused_and_the_operator_is_served(working: Remote, stream: str, key: str) -> None:
