@@ -30,6 +30,8 @@ from teletaction.conformance.find_devices import PORTS, find_modules, in_words, 
 from teletaction.conformance.node_talk import EXOSKELETON, TELEMANIPULATOR, NodeKind, NodeName
 from teletaction.session.session_rates import LARGEST, taken
 
+_LEAST_GB = 1.0
+"""Free space for the recording of an hour, GB; with five fingers 0.9 GB were measured."""
 CONGESTION_CONTROL = Path("/proc/sys/net/ipv4/tcp_congestion_control")
 RATE_S = 1.0
 """Time over which a device's message rate is measured, s."""
@@ -85,9 +87,9 @@ def examine(config: Path, exercise: bool = False, ports: Path = PORTS) -> Iterat
         yield from _operator(site)
         devices = [_Serial(DeviceKind.TACTTIP, *one) for one in site.tacttip.items()]
         process, node, bus = "operator", EXOSKELETON, site.exoskeleton
-    for what, path in (("recording", site.record), ("status file", site.status)):
+    for what, path, least_gb in (("recording", site.record, _LEAST_GB), ("status file", site.status, 0.0)):
         if path is not None:
-            yield _check(what, partial(_writable, path))
+            yield _check(what, partial(_writable, path, least_gb))
     yield _clock()
     yield _rate(process, site.rate_hz)
     yield _priority()
@@ -119,8 +121,8 @@ def _operator(config: OperatorConfig) -> Iterator[Finding]:
     yield _check("remote site's key", lambda: fingerprint(remote_public_key(config.link)))
 
 
-def _writable(path: Path) -> str:
-    """Check by a file in the same folder that a process can write `path`; return the free space."""
+def _writable(path: Path, least_gb: float) -> str:
+    """Check by a file in the same folder that a process can write `path`; return the free space, of at least that."""
     try:
         refuse_link(path)
         with TemporaryFile(dir=path.parent) as file:
@@ -129,7 +131,10 @@ def _writable(path: Path) -> str:
         raise ValueError(f"{path}: cannot be written: {error.strerror}") from None
     if path.is_dir():
         raise ValueError(f"{path}: is a folder; name a file in it")
-    return f"{path}: {1e-9 * shutil.disk_usage(path.parent).free:.0f} GB free"
+    free_gb = 1e-9 * shutil.disk_usage(path.parent).free
+    if free_gb < least_gb:
+        raise ValueError(f"{path}: {free_gb:.1f} GB free; an hour of a session takes {least_gb:g} GB: make room")
+    return f"{path}: {free_gb:.0f} GB free"
 
 
 def _exercised(name: str, address: str, expected: DeviceKind | NodeName) -> Finding:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -98,6 +99,20 @@ def test_missing_devices_are_reported(configs: dict[str, Path]) -> None:
     assert "Connection refused" in result.out
     (priority,) = (line for line in lines if "loop's priority" in line)
     assert priority.startswith(("ok   loop's priority: real-time", "ok   loop's priority: ordinary"))
+
+
+@pytest.mark.parametrize(("free_gb", "good"), [(0.0, False), (0.9, False), (1.1, True)])
+def test_a_disk_without_room_for_an_hour_of_recording_is_found(
+    free_gb: float, good: bool, configs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=free_gb * 1e9))
+    kept = re.sub(r"(?m)^(record|status) = .*\n", "", configs["operator"].read_text("utf-8"))
+    lines = [f'{name} = "{tmp_path / name}"' for name in ("record", "status")]
+    configs["operator"].write_text("\n".join([*lines, kept]), "utf-8")
+    found = {finding.what: finding for finding in examine(configs["operator"])}
+    assert found["recording"].good is good
+    assert ("make room" in found["recording"].result) is not good
+    assert found["status file"].good, "a status file has one size"
 
 
 @pytest.mark.parametrize("name", ["record", "status"])
