@@ -12,7 +12,7 @@ from common.fingers import FINGERS
 from common.limits import PLATE_PROFILES
 from common.runtime.containment import Containment
 from common.wire.messages import NO_TOUCH, Touch
-from operator_site.coupling.coupling import DIRECT, Coupling
+from operator_site.coupling.coupling import DIRECT, Coupling, Places
 from operator_site.fingertips import Fingertips
 from operator_site.force.loop_stiffness import LoopStiffness
 from operator_site.recorded_rows import RenderingInput
@@ -139,7 +139,7 @@ class GatedRendering:
         return neutral()
 
     def _render(self, now: RenderingInput, touch: Touch | None, coupling: Coupling) -> Outputs:
-        x_m, y_m, z_m = coupling.command(now.x_m, now.y_m, now.z_m)
+        x_m, y_m, z_m = coupling.command(Places(now.x_m, now.y_m, now.z_m))
         fresh = now.gap_ns is not None and now.gap_ns <= self._gap_ns
         touch = touch if fresh else None
         if touch is not self._touch:

@@ -151,7 +151,7 @@ class OperatorSite:
         client.step(now_ns, not_ready, self._devices.unconfirmed)
         self._end_old_request(now_ns)
         session, hand = client.session, self._hand
-        self.coupling.step(session.engaged, session.ident, hand.x_m, hand.y_m, hand.z_m)
+        self.coupling.step(session.engaged, session.ident, hand.place)
         if self.coupling.now.open and session.silent and session.engaged:
             # The remote fingers have retreated, and no hand lowers them.
             client.disengage(now_ns, "the link was silent while the clutch was open")
@@ -241,9 +241,7 @@ class OperatorSite:
             client.both_engaged and self._devices.pushes,
             None if touch is None else client.acceptance.gap_ns(now_ns),
             None if touch is None else touch.sequence,
-            hand.x_m,
-            hand.y_m,
-            hand.z_m,
+            *hand.place,
             hand.pose_s,
             hand.heights_s,
             tuple(plate_c),
@@ -263,7 +261,7 @@ class OperatorSite:
     def _send_motion(self, now_ns: int, now_s: float, hand: Hand) -> bytes | None:
         if now_s - hand.oldest_s > _HAND_AGE_S:
             return None
-        packet = self.client.send_motion(now_ns, *self.coupling.now.command(hand.x_m, hand.y_m, hand.z_m))
+        packet = self.client.send_motion(now_ns, *self.coupling.now.command(hand.place))
         self.motions_sent += packet is not None
         return packet
 

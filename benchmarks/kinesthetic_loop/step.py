@@ -114,12 +114,12 @@ class KinestheticStep:
         read_s = time.perf_counter()
         receiving_s = self._bus.take_s()
         force_n = []
-        for contact, z_m, pushed_n in zip(self._contacts, hand.z_m, self._pushed_n, strict=True):
+        for contact, z_m, pushed_n in zip(self._contacts, hand.place.z_m, self._pushed_n, strict=True):
             contact.let_through(pushed_n)
             force_n.append(contact.step(t_s, z_m, SURFACE_M, STIFFNESS_N_M))
         rendered_s = time.perf_counter()
         dt_s, self._t_s = max(0.0, t_s - self._t_s), t_s
-        self._pushed_n, wrong = let_through(self._limits, t_s, dt_s, t_s - hand.oldest_s, force_n, hand.z_m)
+        self._pushed_n, wrong = let_through(self._limits, t_s, dt_s, t_s - hand.oldest_s, force_n, hand.place.z_m)
         self.fault = self.fault or wrong
         limited_s = time.perf_counter()
         self.exoskeleton.push(t_s, self._pushed_n, enabled=True)

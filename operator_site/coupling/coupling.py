@@ -5,7 +5,6 @@ of clutch or scale begins a new coupling at the present places, so that the comm
 the range of a motion packet. The remote site's limits hold unchanged, in remote units.
 """
 
-from collections.abc import Sequence
 from typing import Annotated, NamedTuple, Self
 
 from msgspec import Meta
@@ -38,6 +37,9 @@ class Places(NamedTuple):
     z_m: tuple[float, ...]
 
 
+AT_ORIGIN = Places(0.0, 0.0, (0.0,) * len(FINGERS))
+
+
 class Coupling(Row):
     """A coupling of the hand to the remote hand. It never changes; a change of clutch or scale makes another."""
 
@@ -65,13 +67,13 @@ class Coupling(Row):
         """Whether the command is the hand's place itself, as in each new session."""
         return self is DIRECT
 
-    def unlimited(self, x_m: float, y_m: float, z_m: Sequence[float]) -> Places:
-        """Return the command for a hand at this place, m, before its range is applied."""
+    def unlimited(self, hand: Places) -> Places:
+        """Return the command for a hand at this place before its range is applied."""
         if self is DIRECT:
-            return Places(x_m, y_m, tuple(z_m))
+            return hand
         if self.open:
             return Places(self.command_x_m, self.command_y_m, self.command_z_m)
-        n = self.scale
+        n, (x_m, y_m, z_m) = self.scale, hand
         return Places(
             self.command_x_m + (x_m - self.hand_x_m) / n,
             self.command_y_m + (y_m - self.hand_y_m) / n,
@@ -83,9 +85,9 @@ class Coupling(Row):
             ),
         )
 
-    def command(self, x_m: float, y_m: float, z_m: Sequence[float]) -> Places:
-        """Return the command for a hand at this place, m."""
-        place = self.unlimited(x_m, y_m, z_m)
+    def command(self, hand: Places) -> Places:
+        """Return the command for a hand at this place."""
+        place = self.unlimited(hand)
         return place if self is DIRECT else limited(place)
 
     def hand_height_m(self, finger: int, height_m: float) -> float:
@@ -93,7 +95,7 @@ class Coupling(Row):
         return self.hand_z_m[finger] + self.scale * (height_m - self.command_z_m[finger])
 
 
-DIRECT = Coupling(False, 1, 0.0, 0.0, (0.0,) * len(FINGERS), 0.0, 0.0, (0.0,) * len(FINGERS))
+DIRECT = Coupling(False, 1, *AT_ORIGIN, *AT_ORIGIN)
 """The coupling of a new session: the command is the hand's place."""
 
 

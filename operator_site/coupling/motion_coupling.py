@@ -1,10 +1,10 @@
 """Keeps the present coupling of the hand, and changes it as the operator asks."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 from common.limits import MOTION_SCALES
 from common.link.session_state import Refused
-from operator_site.coupling.coupling import DIRECT, Coupling, Places, limited
+from operator_site.coupling.coupling import AT_ORIGIN, DIRECT, Coupling, Places, limited
 
 Note = Callable[[str, str], None]
 """Notes an event of the session, with its text."""
@@ -25,14 +25,14 @@ class MotionCoupling:
         self._note = note
         self._engaged = False
         self._session = 0
-        self._hand = Places(0.0, 0.0, DIRECT.hand_z_m)
+        self._hand = AT_ORIGIN
 
-    def step(self, engaged: bool, session: int, x_m: float, y_m: float, z_m: Sequence[float]) -> None:
+    def step(self, engaged: bool, session: int, hand: Places) -> None:
         """Take the session's state and the hand's place, m.
 
         A new session begins with the direct coupling. Engaging closes an open clutch at the hand's place.
         """
-        self._hand = Places(x_m, y_m, tuple(z_m))
+        self._hand = hand
         if session and session != self._session:
             self._session = session
             self.now = DIRECT
@@ -62,7 +62,7 @@ class MotionCoupling:
         before = self.now
         if wanted is before.open:
             return
-        command = before.unlimited(*self._hand)
+        command = before.unlimited(self._hand)
         # A hand beyond the edge keeps its force while the clutch opens, and starts at the edge when it closes.
         self._begin(wanted, before.scale, command if wanted else limited(command))
         self._note("clutch", "open" if wanted else "closed")
@@ -76,7 +76,7 @@ class MotionCoupling:
             return
         if self.pressed_n > 0.0:
             raise Refused("a finger presses: lift it, or open the clutch, then change the scale")
-        self._begin(before.open, scale, before.unlimited(*self._hand))
+        self._begin(before.open, scale, before.unlimited(self._hand))
         self._note("scale", f"1:{scale}")
 
     def _begin(self, is_open: bool, scale: int, command: Places) -> None:

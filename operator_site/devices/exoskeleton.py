@@ -14,6 +14,7 @@ from common.fingers import FINGERS
 from common.limits import GAP_S
 from common.timing.standstill import HostClock, Witness
 from common.timing.timeouts import FRAME_S
+from operator_site.coupling.coupling import AT_ORIGIN, Places
 from operator_site.devices.stuck_joint import StuckJoints
 
 _MM = 1000.0
@@ -22,11 +23,9 @@ _NEVER = float("-inf")
 
 @dataclass(slots=True)
 class Hand:
-    """Place of the operator's hand, and heights of the fingertips, m, each from the newest frame of its kind, s."""
+    """Place of the operator's hand, and times of the frames that it is from, s: of the pose, and of the heights."""
 
-    x_m: float = 0.0
-    y_m: float = 0.0
-    z_m: tuple[float, ...] = (0.0,) * len(FINGERS)
+    place: Places = AT_ORIGIN
     pose_s: float = _NEVER
     heights_s: float = _NEVER
 
@@ -86,13 +85,14 @@ class Exoskeleton:
         self._height_glitches.begin()
         # Each frame counts, so that a late site also finds an encoder that jumps from time to time.
         for sent_s, (x_mm, y_mm) in came.get("HandPose", ()):
-            _, (hand.x_m, hand.y_m) = self._pose_glitches.step(sent_s, (x_mm / _MM, y_mm / _MM))
-            hand.pose_s = t_s
+            _, (x_m, y_m) = self._pose_glitches.step(sent_s, (x_mm / _MM, y_mm / _MM))
+            hand.place, hand.pose_s = Places(x_m, y_m, hand.place.z_m), t_s
         for sent_s, heights_mm in came.get("FingerHeights", ()):
             read_m = tuple([height_mm / _MM for height_mm in heights_mm])
-            dt_s, hand.z_m = self._height_glitches.step(sent_s, read_m)
-            self._stuck_joints.step(dt_s, read_m, (hand.x_m, hand.y_m), self.pushing.force_n)
-            hand.heights_s = t_s
+            dt_s, z_m = self._height_glitches.step(sent_s, read_m)
+            x_m, y_m, _ = hand.place
+            self._stuck_joints.step(dt_s, read_m, (x_m, y_m), self.pushing.force_n)
+            hand.place, hand.heights_s = Places(x_m, y_m, z_m), t_s
         self._state_comes.step(self.receivers[0].taken, self.receivers[2].taken)
         if states := came.get("ExoskeletonState"):
             *force_n, enabled = states[-1][1]

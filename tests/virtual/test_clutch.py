@@ -10,6 +10,7 @@ from common.fingers import FINGERS
 from common.limits import COUPLING_STEP_N, FORCE_SAFE_S, GAP_S
 from common.link.session_state import Refused
 from common.wire.packets import LinkState
+from operator_site.coupling.coupling import Places
 from tests.virtual.session import VirtualSession
 
 RESOLUTION_N = 0.01
@@ -57,7 +58,7 @@ def test_closing_begins_at_the_hand_and_the_scale_divides_its_motion(working: Vi
     assert abs(moved_m) > 0.005
     steps_m = [abs(after.x_m - before.x_m) for before, after in pairwise(working.truth[first:])]
     assert max(steps_m) < 0.1e-3, "no step of the remote hand"
-    command_m = working.operator.coupling.now.command(hand.x_m, 0.0, (0.0,) * len(FINGERS)).x_m
+    command_m = working.operator.coupling.now.command(Places(hand.x_m, 0.0, (0.0,) * len(FINGERS))).x_m
     assert command_m - held_m == pytest.approx(moved_m / 5, abs=0.5e-3)
     assert working.now.x_m == pytest.approx(command_m, abs=2e-3), "behind by link and servo"
     assert working.latched == (False, False)

@@ -189,7 +189,7 @@ class SiteNow:
     @property
     def edges(self) -> list[str]:
         """Edges of the remote hand's workspace that the command is close to; empty if it is unknown."""
-        return [] if self.hand is None else edges(self.coupling.command(*self.hand))
+        return [] if self.hand is None else edges(self.coupling.command(self.hand))
 
     @property
     def link_silent(self) -> bool:

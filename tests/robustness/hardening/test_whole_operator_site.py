@@ -25,6 +25,7 @@ from common.timing.tick_age import TickAge
 from common.wire.messages import TOUCH_COLUMN, Event, EventKind, ExplorationMode, Touch
 from common.wire.packets import BadPacket, LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
+from operator_site.coupling.coupling import Places
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from operator_site.safety.gated_output import GatedOutput
@@ -101,7 +102,8 @@ class Devices:
     def read(self, t_s: float) -> Hand:
         hand = self.hand
         hand.pose_s = hand.heights_s = t_s
-        hand.x_m, hand.z_m = 0.1 + 0.01 * math.sin(6.0 * t_s), (-0.0005 + 0.0004 * math.sin(7.0 * t_s),) * len(FINGERS)
+        z_m = (-0.0005 + 0.0004 * math.sin(7.0 * t_s),) * len(FINGERS)
+        hand.place = Places(0.1 + 0.01 * math.sin(6.0 * t_s), 0.0, z_m)
         return hand
 
     def missing(self) -> str:

@@ -172,8 +172,8 @@ class TestExoskeleton(CanContract):
 
     def test_pose_and_heights_come_in_m(self, driver: ExoskeletonDriver) -> None:
         hand = driver.hand
-        assert (hand.x_m, hand.y_m) == (pytest.approx(-0.17), pytest.approx(0.002))
-        assert hand.z_m == pytest.approx(HEIGHTS_M, abs=2.6e-6)
+        assert (hand.place.x_m, hand.place.y_m) == (pytest.approx(-0.17), pytest.approx(0.002))
+        assert hand.place.z_m == pytest.approx(HEIGHTS_M, abs=2.6e-6)
 
     def test_forces_reach_the_fingers_while_enabled_and_end_by_themselves(self, rig: Rig, driver: Driver) -> None:
         (node,) = rig.nodes

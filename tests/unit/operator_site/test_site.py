@@ -16,6 +16,7 @@ from common.link.session_state import Refused
 from common.recording.recorder import Recorder
 from common.wire.messages import Event, EventKind, Touch
 from common.wire.packets import LinkState
+from operator_site.coupling.coupling import Places
 from operator_site.devices.devices import OperatorDevices
 from operator_site.session.local_control import answer_desk
 from operator_site.session.session_client import SessionClient
@@ -147,7 +148,7 @@ def test_a_replay_of_a_new_recording_is_identical_to_the_last_bit(tmp_path: Path
                 client.accept(pressed(tick, rng), now_ns)
             hand = devices.hand
             height_m = -0.004 * math.sin(2.0 * math.pi * tick / 250)
-            hand.x_m, hand.z_m = 1e-4 * tick + 1e-6 * float(rng.normal()), (height_m,) * len(FINGERS)
+            hand.place = Places(1e-4 * tick + 1e-6 * float(rng.normal()), 0.0, (height_m,) * len(FINGERS))
             operator.tick(now_ns)
     assert recorder.lost == 0
     result = replay(tmp_path / "operator.mcap", tmp_path / "out")

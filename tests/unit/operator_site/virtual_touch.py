@@ -14,6 +14,7 @@ from common.recording.recorder import Recorder
 from common.scenes.scene import load_scene
 from common.timing.tick_age import TickAge
 from common.wire.packets import LinkState
+from operator_site.coupling.coupling import Places
 from operator_site.devices.devices import OperatorDevices
 from operator_site.devices.exoskeleton import Hand
 from operator_site.safety.gated_output import GatedOutput
@@ -98,11 +99,11 @@ class Working:
         self.be_at(0.0, 0.006)
 
     def be_at(self, x_m: float, z_m: float) -> None:
-        self.devices.hand.x_m, self.devices.hand.z_m = x_m, (z_m,) * len(FINGERS)
+        self.devices.hand.place = Places(x_m, 0.0, (z_m,) * len(FINGERS))
 
     def go(self, seconds: float, x_m: float | None = None, z_m: float | None = None) -> list[GatedOutput]:
         """Let time pass, moving evenly; returns what reached the devices."""
-        hand, first = self.devices.hand, len(self.devices.written)
+        hand, first = self.devices.hand.place, len(self.devices.written)
         ticks = round(seconds / 0.002)
         from_x, from_z = hand.x_m, hand.z_m[0]
         to_x, to_z = from_x if x_m is None else x_m, from_z if z_m is None else z_m

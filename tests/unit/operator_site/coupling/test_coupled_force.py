@@ -20,7 +20,7 @@ from common.limits import (
 )
 from common.link.session_state import Refused
 from common.wire.packets import N
-from operator_site.coupling.coupling import EDGE_HEIGHT_M
+from operator_site.coupling.coupling import EDGE_HEIGHT_M, Places
 from operator_site.coupling.motion_coupling import MotionCoupling
 from operator_site.force.coupled_contact import EDGE_N_M
 from operator_site.gated_rendering import GatedRendering
@@ -56,7 +56,7 @@ class Rig:
         """Step all; return the force on the finger, N."""
         self.t_s += TICK_S
         z_m = (self.z_m,) * N
-        self.coupling.step(self.engaged, 7, self.x_m, 0.0, z_m)
+        self.coupling.step(self.engaged, 7, Places(self.x_m, 0.0, z_m))
         self.coupling.pressed_n = max(self.rendering.pushed_n)
         now = tick_input(
             time_s=self.t_s,
@@ -91,7 +91,7 @@ class Rig:
 
     @property
     def command_m(self) -> float:
-        return self.coupling.now.command(self.x_m, 0.0, (self.z_m,) * N).z_m[INDEX]
+        return self.coupling.now.command(Places(self.x_m, 0.0, (self.z_m,) * N)).z_m[INDEX]
 
     def press(self, scale: int) -> None:
         """Lower the finger to 1 mm above the surface, change the scale, and press the remote finger 1.5 mm in."""

@@ -31,7 +31,7 @@ class Hand:
         self.step()
 
     def step(self) -> None:
-        self.coupling.step(self.engaged, self.session, *self.place)
+        self.coupling.step(self.engaged, self.session, self.place)
 
     def move(self, by: tuple[float, ...]) -> None:
         """Move within the hand's own range."""
@@ -58,7 +58,7 @@ class Hand:
 
     @property
     def command(self) -> Places:
-        return self.coupling.now.command(*self.place)
+        return self.coupling.now.command(self.place)
 
 
 def axes(place: Places) -> tuple[float, ...]:
