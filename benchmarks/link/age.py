@@ -19,7 +19,7 @@ from common.link.clock_offset import ClockOffset
 from common.link.packet_filter import PacketFilter
 from common.timing.timeouts import REFRESH_S
 from common.wire.streams import STREAMS
-from operator_site.session.session_client import FAR_NS
+from operator_site.session.second_connections import FAR_NS
 from sim_sensors.network.conditions import Conditions
 from sim_sensors.network.path import NetworkPath
 from sim_sensors.network.stream import TcpStream
@@ -129,7 +129,7 @@ def ages(conditions: Conditions, seconds: float, seed: int, sending: Sending = _
     touch_bytes = framed_bytes(len(next_touch(touch_parts(), 10_000, _START_NS).encode()))
     touches = [stream(to_operator, touch_bytes)]
     beats, answers = stream(to_remote, _BEAT_BYTES), stream(to_operator, _BEAT_BYTES)
-    if conditions.delay_s * 1e9 > FAR_NS:
+    if 2e9 * conditions.delay_s > FAR_NS:
         touches += [stream(to_operator, touch_bytes) for _ in range(1, sending.connections)]
     clock, found = ClockOffset(), [Age(PacketFilter(round(limit_s * 1e9))) for limit_s in AGES_S]
     for tick in range(round((_SETTLE_S + seconds) * 1e9) // TICK_NS):

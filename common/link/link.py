@@ -233,18 +233,26 @@ class OperatorLink(CurveSockets):
             if (stream.direction in _MAY_OBSERVE if role is Role.OBSERVER else stream.name != "observed")
         }
         """Stream of each connection, by the connection's name, which for the first one is that of the stream."""
+        self._doubled = False
         self._connect()
 
-    def double(self) -> None:
-        """Open a second connection to each latest-only stream; both carry the same packets.
+    def double(self, wanted: bool) -> None:
+        """Open a second connection to each latest-only stream, or close them; both carry the same packets.
 
         A lost TCP segment holds back what follows on its own connection only.
         """
-        for stream in list(self._connections.values()):
+        if wanted is self._doubled:
+            return
+        self._doubled = wanted
+        for stream in [stream for name, stream in self._connections.items() if name == stream.name]:
             name = stream.name + SECOND
-            if stream.latest_only and name not in self._connections:
+            if stream.latest_only and wanted:
                 self._connections[name] = stream
                 self._open(name)
+            elif stream.latest_only:
+                self._close(name)
+                for kept in (self._connections, self._monitors, self._sockets, self._inboxes):
+                    kept.pop(name)
 
     def _connect(self) -> None:
         self._address = self._resolver.address

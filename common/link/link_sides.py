@@ -60,5 +60,5 @@ class OperatorSide(Protocol):
     def newest(self, stream: str) -> list[bytes]:
         """Return the newest unread packet of each of this side's connections to a latest-only stream."""
 
-    def double(self) -> None:
-        """Open a second connection to each latest-only stream, with the same packets."""
+    def double(self, wanted: bool) -> None:
+        """Open a second connection to each latest-only stream, with the same packets, or close them."""

@@ -25,6 +25,7 @@ from common.wire.session_messages import Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
 from operator_site.session.remote_status import RemotePatient, recording_stopped, remote_patient
+from operator_site.session.second_connections import SecondConnections
 
 log = logging.getLogger(__name__)
 
@@ -32,10 +33,6 @@ SILENCE_NS = round(SESSION_SILENCE_S * 1e9)
 """Time without an answer to heartbeats after which the remote site counts as gone, ns; then hello is sent again."""
 LONGEST_DESCRIPTION = 80
 """Maximum length of the remote site's description of its calibration, characters."""
-FAR_NS = 10_000_000
-"""Half of a round trip beyond which a lost packet is felt, ns; then motion and touch have two connections each."""
-_FAR_FOR_NS = 1_000_000_000
-"""Time for which the remote site must be so far, ns."""
 _ASK_NS = 200_000_000
 """Time between two tries of a request, ns."""
 _STATUS_NS = 1_000_000_000
@@ -108,8 +105,7 @@ class SessionClient:
     _beat_ns: int = _LONG_AGO_NS
     _heard_ns: int = 0
     _engaged_ns: int = 0
-    _near_ns: int = _LONG_AGO_NS
-    """Last time when the remote site was near, or its distance unknown, ns."""
+    _second: SecondConnections = field(default_factory=SecondConnections)
 
     def __post_init__(self) -> None:
         self.stopping = SessionEmergencyStop(self.session)
@@ -181,7 +177,6 @@ class SessionClient:
         if now_ns - self._beat_ns >= _BEAT_NS:
             self._beat_ns = now_ns
             self._beat(now_ns)
-            self._double_if_far(now_ns)
         if self.role == OBSERVER:
             return
         if self.stopping.ask_remote:
@@ -203,14 +198,6 @@ class SessionClient:
         wants = self.want_engaged and self.session.state is LinkState.CONNECTED
         if self._in_time(wants) and wants and not not_ready:
             self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
-
-    def _double_if_far(self, now_ns: int) -> None:
-        """Use two connections for motion and for touch where repairing a lost packet takes long."""
-        uncertainty_ns = self.clock.uncertainty_ns
-        if uncertainty_ns is None or uncertainty_ns <= FAR_NS:
-            self._near_ns = now_ns
-        elif now_ns - self._near_ns > _FAR_FOR_NS:
-            self.link.double()
 
     def _in_time(self, wants: bool) -> bool:
         """Return whether the clock offset is known well enough to judge the age of packets.
@@ -442,6 +429,8 @@ class SessionClient:
                 here_ns = now_ns if self.stamp_ns is None else self.stamp_ns()
                 self.clock.add(beat.sent_ns, beat.arrived_ns, beat.time_ns, here_ns)
                 self._heard_ns = now_ns
+                self._second.heard(now_ns, self.clock.round_trip_ns, 2 * (self.clock.uncertainty_ns or 0))
+                self.link.double(self._second.wanted)
         except ValueError as error:
             self._count_damaged("heartbeat", error)
 

@@ -295,7 +295,7 @@ class OperatorEnd:
         """Return the newest packet since the last call."""
         return self._network.receive(stream, TO_OPERATOR)[-1:]
 
-    def double(self) -> None:
+    def double(self, wanted: bool) -> None:
         """Do nothing: no packet here waits for a lost one."""
 
     def send_latest(self, stream: str, packet: bytes) -> None:

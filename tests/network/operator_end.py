@@ -96,8 +96,7 @@ def run(end: OperatorEnd, stop: Callable[[], bool]) -> None:
 def main(address: str, base_port: int, keys: Path, remote_public_key: str, twice: bool) -> None:
     """Run until the input ends."""
     with OperatorLink(address, base_port, load_keys(keys), remote_public_key) as link:
-        if twice:
-            link.double()
+        link.double(twice)
         end = OperatorEnd(link)
         run(end, lambda: bool(select.select([sys.stdin], [], [], 0.0)[0]))
     print(json.dumps(end.report()), flush=True)

@@ -79,7 +79,7 @@ class FarSide:
     def newest(self, stream: str) -> list[bytes]:
         return self.coming.pop(stream, [])[-1:]
 
-    def double(self) -> None:
+    def double(self, wanted: bool) -> None:
         pass
 
     def send(self, stream: str, packet: bytes) -> bool:

@@ -31,8 +31,8 @@ class Remote:
     now_ns: int = 10**12
     sequence: int = 0
     round_trip_ms: int = 0
-    doubled: int = 0
-    """How often a second connection was asked for."""
+    doubled: bool = False
+    """Whether second connections are asked for."""
 
     def send(self, stream: str, packet: bytes) -> bool:
         if stream == "control":
@@ -56,8 +56,8 @@ class Remote:
     def send_latest(self, stream: str, packet: bytes) -> None:
         pass
 
-    def double(self) -> None:
-        self.doubled += 1
+    def double(self, wanted: bool) -> None:
+        self.doubled = wanted
 
     def newest(self, stream: str) -> list[bytes]:
         if not self.alive:

@@ -261,8 +261,8 @@ def test_each_connection_hands_over_its_newest_motion_and_one_may_be_ended(keys:
 def test_two_connections_carry_the_same_motion_and_touch(keys: Keys, base_port: int) -> None:
     with remote_link(keys, base_port) as remote, operator_link(keys, base_port) as operator:
         exchange(remote, operator)
-        operator.double()
-        operator.double()
+        operator.double(True)
+        operator.double(True)
         motions: dict[bytes, set[int]] = defaultdict(set)
         touches: list[list[bytes]] = []
 
@@ -281,6 +281,12 @@ def test_two_connections_carry_the_same_motion_and_touch(keys: Keys, base_port: 
         operator.reconnect()
         touches.append([])
         wait_until(lambda: both_on_both() and len(touches[-1]) == 2)
+        operator.double(False)
+        for _ in range(20):
+            both_on_both()
+            assert len(touches[-1]) <= 1
+        exchange(remote, operator)
+        assert not operator.key_refused()
 
 
 @pytest.mark.parametrize(("refuse_s", "forgiven"), [(0.2, False), (1000.0, True)])

@@ -340,15 +340,16 @@ def test_the_scale_of_roughness_is_that_of_the_remote_site_or_none(pair: Pair) -
     assert pair.client.roughness_um is None
 
 
-@pytest.mark.parametrize(("round_trip_ms", "doubled"), [(0, False), (18, False), (24, True), (200, True)])
-def test_a_far_remote_site_gets_second_connections(pair: Pair, round_trip_ms: int, doubled: bool) -> None:
+def test_a_far_remote_site_whose_heartbeats_are_late_gets_second_connections(pair: Pair) -> None:
+    pair.remote.round_trip_ms = 100
     pair.run(5000)
     assert not pair.remote.doubled
-    pair.remote.round_trip_ms = round_trip_ms
-    pair.run(3000)
-    assert not pair.remote.doubled, "some slow heartbeats are not a long way"
-    pair.run(3000)
-    assert bool(pair.remote.doubled) is doubled
+    for _ in range(3):
+        pair.remote.round_trip_ms = 250
+        pair.run(100)
+        pair.remote.round_trip_ms = 100
+        pair.run(1000)
+    assert pair.remote.doubled
 
 
 def test_motion_is_numbered_from_where_the_answer_to_hello_says(pair: Pair) -> None:
