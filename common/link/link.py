@@ -244,6 +244,7 @@ class OperatorLink(CurveSockets):
         if wanted is self._doubled:
             return
         self._doubled = wanted
+        log.info("second connections for motion and touch: %s", "opened" if wanted else "closed")
         for stream in [stream for name, stream in self._connections.items() if name == stream.name]:
             name = stream.name + SECOND
             if stream.latest_only and wanted:
