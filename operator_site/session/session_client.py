@@ -429,8 +429,9 @@ class SessionClient:
                 here_ns = now_ns if self.stamp_ns is None else self.stamp_ns()
                 self.clock.add(beat.sent_ns, beat.arrived_ns, beat.time_ns, here_ns)
                 self._heard_ns = now_ns
-                self._second.heard(now_ns, self.clock.round_trip_ns, 2 * (self.clock.uncertainty_ns or 0))
-                self.link.double(self._second.wanted)
+                if self.role == OPERATOR:
+                    self._second.heard(now_ns, self.clock.round_trip_ns, 2 * (self.clock.uncertainty_ns or 0))
+                    self.link.double(self._second.wanted)
         except ValueError as error:
             self._count_damaged("heartbeat", error)
 
