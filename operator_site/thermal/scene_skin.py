@@ -16,6 +16,7 @@ from common.scenes.materials import Material
 from operator_site.thermal.model_selection import RUNGS, choose, rung_table
 from operator_site.thermal.skin_model import (
     OUTPUTS,
+    STEP_S,
     SkinModel,
     SkinStep,
     Touched,
@@ -23,7 +24,7 @@ from operator_site.thermal.skin_model import (
     refined,
     skin_step,
 )
-from operator_site.thermal.tissue import Body, rest
+from operator_site.thermal.tissue import Body, Floats, rest
 
 AT_REST_K = 0.03
 """Largest departure of any cell of a free finger that is at rest, K."""
@@ -31,6 +32,11 @@ FLUX = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
 """Selects the flux among the outputs of a step."""
 LOOK_EVERY = 10
 """Steps between two checks whether fingers are at rest."""
+RESUMES_S = 0.5
+"""Longest interruption of a contact after which the object still has the heat that it exchanged before, s.
+
+Lost packets interrupt a contact for 0.1 s to 0.3 s. In 0.5 s a finger hardly reaches another place.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +101,8 @@ class SceneSkin:
         self.models: list[SkinModel | None] = [model] * fingers
         """Present model of each finger; None at rest."""
         self._steps = 0
+        self._left: list[tuple[int, Floats]] = [(0, np.zeros(0))] * fingers
+        """Number of the step at which each finger last left an object, and departures of its cells from it then, K."""
         self._x = np.zeros((fingers, 0))
         self._at_rest = SkinState(*np.tile(self._rest_row, (fingers, 1)).T.tolist())
         self._size(model.states if model else 0)
@@ -104,22 +112,26 @@ class SceneSkin:
 
         The first contact sets the object's cells to its temperature. During contact, a better estimate of the
         temperature shifts the cells. A better estimate of the material keeps their departures, because the cells of
-        all materials lie at the same multiples of the depth that heat has reached.
+        all materials lie at the same multiples of the depth that heat has reached. A contact that begins again within
+        RESUMES_S also keeps them.
         """
         before = self._touched[finger]
         if touched is None:
             if before is not None:
+                start_k = self._object_c[finger] - self._rest.surface_c
+                self._left[finger] = self._steps, self._ladder(finger) - start_k
                 self._touched[finger] = None
                 self._use(finger)
             return
         if (touched is before or touched == before) and object_c == self._object_c[finger]:
             return
         self._fit(finger, touched, object_c)
-        model = self.models[finger]
-        assert model is not None
-        ladder = self._x[finger, model.skin_cells : model.states]
+        ladder = self._ladder(finger)
         if before is None:
             ladder[:] = object_c - self._rest.surface_c
+            left, departures_k = self._left[finger]
+            if self._steps - left <= RESUMES_S / STEP_S and departures_k.shape == ladder.shape:
+                ladder += departures_k
         else:
             ladder += object_c - self._object_c[finger]
         self._touched[finger] = touched
@@ -141,6 +153,12 @@ class SceneSkin:
     def state(self) -> SkinState:
         """Return the present state with the flux of the present contact."""
         return SkinState(*(np.matmul(self._read, self._x[:, :, None])[:, :, 0] + self._offset).T.tolist())
+
+    def _ladder(self, finger: int) -> Floats:
+        """Return the cells of the object that a finger touches, as departures, K; a view."""
+        model = self.models[finger]
+        assert model is not None
+        return self._x[finger, model.skin_cells : model.states]
 
     def _fit(self, finger: int, touched: Touched, object_c: float) -> None:
         """Give a finger the model that a touch needs, unless it has one as large or larger."""

@@ -92,6 +92,30 @@ def test_better_estimates_in_mid_contact_make_no_step_and_reach_the_same_end():
     assert end == pytest.approx(felt(USUAL, "aluminium", 25.0)[-1], abs=0.4)
 
 
+@pytest.mark.parametrize("name", ["pine", "pvc", "copper"])
+def test_short_interruptions_of_a_contact_leave_the_felt_temperature(name: str) -> None:
+    """Lost packets end a contact for 0.1 s or more; the object keeps the heat that it took from the finger."""
+    steady, interrupted = SceneSkin(fingers=1), SceneSkin(fingers=1)
+    for step in range(1000):
+        steady.touch(0, Touched.of(name), 15.0)
+        interrupted.touch(0, None if step % 150 > 135 else Touched.of(name), 15.0)
+        felt_c, after_c = steady.step().epidermis_c[0], interrupted.step().epidermis_c[0]
+    assert after_c == pytest.approx(felt_c, abs=0.3)
+
+
+def test_an_object_touched_again_later_has_its_own_temperature() -> None:
+    skin, first = SceneSkin(fingers=1), SceneSkin(fingers=1)
+    skin.touch(0, Touched.of("pvc"), 15.0)
+    for _ in range(100):
+        skin.step()
+    skin.touch(0, None, 0.0)
+    for _ in range(200):
+        skin.step()
+    skin.touch(0, Touched.of("pvc"), 15.0)
+    first.touch(0, Touched.of("pvc"), 15.0)
+    assert skin.step().flux_w_m2[0] < 0.8 * first.step().flux_w_m2[0] < 0.0
+
+
 def test_without_a_ladder_the_object_keeps_its_temperature():
     model = SkinModel.parse("3")
     assert model == SkinModel(1, 1, 1, 0)
