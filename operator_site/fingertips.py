@@ -136,7 +136,7 @@ class Fingertips:
             z_m: commanded height of each fingertip, m.
             pushed_n: force that the gate let through to each finger since the last step, N.
             plate_c: last reading of each plate, C; NaN without one.
-            plate_age_s: age of each reading, s.
+            plate_age_s: age of each reading, s; infinite for a plate that gets no drive.
             coupling: coupling of the hand, from which the commands follow.
             hand_z_m: height of each fingertip of the hand, m; not used with a direct coupling.
         """
@@ -217,7 +217,7 @@ class Fingertips:
         due = self._heat_steps(t_s)
         heat = due > 0
         if heat:
-            self._heat(z_m, due)
+            self._heat(z_m, due, plate_age_s)
         set_c = self._display.step(dt_s)
         if heat:
             load_w_m2 = self._display.load_w_m2()
@@ -282,8 +282,12 @@ class Fingertips:
         self._heat_t_s += steps * STEP_S
         return steps
 
-    def _heat(self, z_m: Sequence[float], steps: int) -> None:
-        """Advance the skin of all fingers in the scene by a number of steps of 10 ms."""
+    def _heat(self, z_m: Sequence[float], steps: int, plate_age_s: Sequence[float]) -> None:
+        """Advance the skin of all fingers in the scene by a number of steps of 10 ms.
+
+        Without drive a plate does not display the scene. A free finger on it is therefore at rest, so that the plate
+        does not heat or cool it later for an earlier touch.
+        """
         for finger, row in enumerate(self._rows):
             near = row.stiffness_n_m > 0.0 and z_m[finger] < self._surface_m[finger] + NEAR_SURFACE_M
             touched = None
@@ -291,6 +295,8 @@ class Fingertips:
                 touched = self._objects[finger]
             self._touching[finger] = touched is not None
             self._skin.touch(finger, touched, row.object_c)
+            if touched is None and plate_age_s[finger] == math.inf:
+                self._skin.settle(finger)
         for _ in range(steps):
             self.skin = self._skin.step()
         self._display.aim(self.skin, self._touching, self._ahead_c())

@@ -145,9 +145,9 @@ class GatedRendering:
         if touch is not self._touch:
             self._touch, self._rows = touch, _NO_TOUCHES if touch is None else touch.rows
         plate_age_s: Sequence[float] = now.plate_age_s
-        in_test = self._gate.in_test
-        if True in in_test:  # such a plate gets no drive but a test pulse, and its reading is not used
-            plate_age_s = [math.inf if test else age_s for test, age_s in zip(in_test, plate_age_s, strict=True)]
+        undriven = self._gate.undriven
+        if True in undriven:  # the reading of such a plate is not used
+            plate_age_s = [math.inf if off else age_s for off, age_s in zip(undriven, plate_age_s, strict=True)]
         return self.fingertips.step(
             now.time_s,
             now.engaged and fresh and now.located,

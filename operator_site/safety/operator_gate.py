@@ -86,9 +86,9 @@ class OperatorGate:
         return self._fault
 
     @property
-    def in_test(self) -> list[bool]:
-        """Whether each plate gets only a test pulse, after repeated faults."""
-        return [repeated.needs_test for repeated in self._repeated]
+    def undriven(self) -> list[bool]:
+        """Whether each plate gets no drive: its dose is spent, or after repeated faults it gets only a test pulse."""
+        return [repeated.needs_test or spent for repeated, spent in zip(self._repeated, self._spent, strict=True)]
 
     @property
     def produced_mj(self) -> list[dict[str, float]]:

@@ -138,6 +138,10 @@ class SceneSkin:
         self._object_c[finger] = object_c
         self._use(finger)
 
+    def settle(self, finger: int) -> None:
+        """Bring the skin of a free finger to rest."""
+        self._x[finger] = 0.0
+
     def step(self) -> SkinState:
         """Advance all fingers by one step of 10 ms."""
         self._steps += 1

@@ -81,7 +81,7 @@ class Hand:
         goal_c = self.goals_c[int(now_s / HELD_S) % len(self.goals_c)]
         wanted = []
         for finger, loop in enumerate(self._loops):
-            if self.gate.fault or self.gate.in_test[finger]:
+            if self.gate.fault or self.gate.undriven[finger]:
                 loop.reset()
             wanted.append(loop.step(now_s, self._set_c[finger], read[finger].plate_c))
         self.output = self.gate.step(
@@ -158,7 +158,7 @@ def test_other_fingers_work_beside_a_faulty_plate_which_works_again_once_repaire
     hand.plates.reversed[BAD] = False
     hand.thermistors[BAD].fault = None
     hand.run(TEST_EVERY_S + 5.0)
-    assert hand.gate.in_test == [False] * N
+    assert hand.gate.undriven == [False] * N
     latched = len(hand.faults)  # a thermistor's leap as it is mended is a fault of its own
     hand.driven_s[:] = 0.0
     hand.run(20.0)
@@ -174,8 +174,8 @@ def test_sound_plates_pass_their_test_at_once_from_any_state(noise_k: float) -> 
         for _ in range(2):
             hand.gate.clear_fault()
             hand.gate.trip(Fault(FaultCode.COOLING_LOST, finger))
-    assert hand.gate.in_test == [True] * N
+    assert hand.gate.undriven == [True] * N
     hand.run(CLEARED_AFTER_S + 10.0)
-    assert hand.gate.in_test == [False] * N
+    assert hand.gate.undriven == [False] * N
     hand.run(20.0)
     assert len(hand.faults) == 1

@@ -158,6 +158,13 @@ def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
         assert all(out.peltier_drive == [0.0] * 5 for out in Rig().run(0.5, touch, DOWN, **changes))
 
 
+def test_a_plate_that_had_no_drive_shows_no_earlier_touch():
+    rig = Rig()
+    rig.run(1.0, rows(contact=1, **constants("copper", 5.0)), UP)
+    rig.run(0.1, rows(), UP, age=math.inf)
+    assert min(rig.run(1.0, rows(), UP)[-1].plate_set_c) == pytest.approx(33.03, abs=0.05)
+
+
 @pytest.mark.long
 def test_the_whole_chain_shows_an_object_and_the_gate_corrects_nothing():
     rig, gate = Rig(), OperatorGate(COMFORT, WALL)

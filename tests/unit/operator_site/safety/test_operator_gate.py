@@ -689,12 +689,12 @@ def drive_plates(rig: Rig, works: float, seconds: float, **changes):
 def test_a_plate_that_faults_name_twice_in_ten_minutes_is_driven_again_once_a_test_pulse_moved_it():
     rig = Rig(WIDE)
     named_twice(rig)
-    assert rig.gate.in_test == one(True, False)
+    assert rig.gate.undriven == one(True, False)
     out = rig.step(peltier_drive=0.4)
     assert out.peltier_drive == one(0.0, 0.4)
     assert out.limited == one(Limit.PLATE_TEST, 0)
     out, work_s = drive_plates(rig, 1.0, 3.5)
-    assert rig.gate.in_test == [False] * 5
+    assert rig.gate.undriven == [False] * 5
     assert work_s >= 2 * 0.5 * TEST_DRIVE
     assert out.peltier_drive == [0.4] * 5
 
@@ -736,7 +736,7 @@ def test_each_fault_that_the_gate_itself_finds_in_a_plate_counts_for_it(failing)
         while rig.step(**failing).fault is None:
             assert rig.t_s < 12.0
         rig.gate.clear_fault()
-    assert rig.gate.in_test == one(True, False)
+    assert rig.gate.undriven == one(True, False)
 
 
 @pytest.mark.parametrize(
@@ -747,7 +747,7 @@ def test_a_plate_without_a_reading_hides_no_fault_of_another(thumb, counted):
     for _ in range(2):
         assert rig.step(plate_measured_c=[math.nan, 42.06, 33.0, 33.0, 33.0], **thumb).fault
         rig.gate.clear_fault()
-    assert rig.gate.in_test == [counted, True, False, False, False]
+    assert rig.gate.undriven == [counted, True, False, False, False]
 
 
 @pytest.mark.parametrize("ticks", [1, 7, 8])
@@ -798,11 +798,11 @@ def test_every_limit_that_acts_is_named():
 def test_faults_that_lie_far_apart_need_no_test():
     rig = Rig()
     named_twice(rig, REPEATED_S + 1.0)
-    assert rig.gate.in_test == [False] * 5
+    assert rig.gate.undriven == [False] * 5
     rig.t_s -= 3600.0  # the clock was set back: how long ago it was is not known
     rig.step()
     rig.gate.trip(FAILED)
-    assert rig.gate.in_test == one(True, False)
+    assert rig.gate.undriven == one(True, False)
 
 
 def test_no_test_pulse_while_released_nor_across_a_standstill():
@@ -813,7 +813,7 @@ def test_no_test_pulse_while_released_nor_across_a_standstill():
         assert work_s == 0.0
     for tick in range(3000):
         assert rig.step(dt=0.2 if tick % 200 == 0 else DT).peltier_drive == [0.0] * 5
-    assert rig.gate.in_test == one(True, False)
+    assert rig.gate.undriven == one(True, False)
 
 
 def test_a_plate_that_moves_by_itself_is_not_tested_before_it_is_calm():
@@ -821,7 +821,7 @@ def test_a_plate_that_moves_by_itself_is_not_tested_before_it_is_calm():
     named_twice(rig)
     for tick in range(2000):  # as it would be warmed faster and faster by what it rests on
         assert rig.step(plate_measured_c=30.0 + 0.2 * (tick * DT) ** 2).peltier_drive == [0.0] * 5
-    assert rig.gate.in_test == one(True, False)
+    assert rig.gate.undriven == one(True, False)
 
 
 def test_reading_that_stands_still_where_it_is_hot_is_a_fault():
