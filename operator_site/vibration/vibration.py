@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from common.config.site_models import VibrationScale
+from common.exploration.exploration_mode import REST_S, STROKE_OFF_M_S
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
 from operator_site.vibration.grooves import Grooves
@@ -87,6 +88,8 @@ class FingerVibration:
         self._tap_decay = 0.0
         self._tap_certain = self._tap_late = False
         self._ahead_since_s: float | None = None
+        self._moved_s = -math.inf
+        """Last time at which the hand moved as in a stroke, s."""
         self._at_rest = False
         """Whether nothing is displayed until an event, a stroke, or a predicted contact."""
 
@@ -133,7 +136,11 @@ class FingerVibration:
         self._ahead_since_s = None
         wanted, least_rpm = self._tap()
         if mode == _STROKING:
-            wanted += surface.k_stroke_v * abs(speed_m_s) + surface.k_stroke_f * max(0.0, force_n)
+            if abs(speed_m_s) >= STROKE_OFF_M_S:
+                self._moved_s = t_s
+            # The mode comes late over the network. A hand that rests by the same rule ends the stroke at once.
+            if t_s - self._moved_s <= REST_S:
+                wanted += surface.k_stroke_v * abs(speed_m_s) + surface.k_stroke_f * max(0.0, force_n)
             wanted += self._grooves.rad_s
         else:
             self._grooves.end()

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from common.exploration.exploration_mode import REST_S
 from common.limits import MOTOR_FLOOR_RPM, MOTOR_MAX_RPM
 from common.wire.messages import Event, EventKind, ExplorationMode
 from operator_site.vibration.motor_drive import MOTOR, RPM_TO_RAD_S
@@ -53,6 +54,24 @@ def test_stroke_is_eq_2_and_gated_by_mode():
     for mode in ExplorationMode:
         out = FingerVibration().step(0.0, mode, -0.06, 1.2, surface=ROUGH)
         assert out == (pytest.approx(rpm(5000 * 0.06 + 120 * 1.2)) if mode is ExplorationMode.STROKING else 0.0)
+
+
+def test_a_hand_that_stops_ends_its_stroke_however_late_the_mode_follows() -> None:
+    finger = FingerVibration()
+
+    def stroke(speed_m_s: float, seconds: float) -> list[float]:
+        nonlocal t_s
+        shown = []
+        for _ in range(round(seconds / DT)):
+            t_s += DT
+            shown.append(finger.step(t_s, ExplorationMode.STROKING, speed_m_s, 1.5, surface=ROUGH))
+        return shown
+
+    t_s = 0.0
+    assert min(stroke(0.05, 0.2)) > MOTOR_FLOOR_RPM
+    assert min(stroke(0.0, 0.9 * REST_S)) == MOTOR_FLOOR_RPM  # a stroke that reverses
+    assert min(stroke(-0.05, 0.2)) > MOTOR_FLOOR_RPM
+    assert max(stroke(0.0, 0.5)[round(REST_S / DT) + 1 :]) == 0.0
 
 
 @pytest.mark.parametrize(
