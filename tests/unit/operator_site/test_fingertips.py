@@ -196,14 +196,15 @@ def test_the_whole_chain_shows_an_object_and_the_gate_corrects_nothing():
 
 
 def lowered(rig: Rig, touch: list[TouchRow], speed_m_s: float, until_m: float) -> list[float]:
-    """Set-points of the index finger's plate while the hand comes down from 6 mm."""
-    heights = np.arange(0.006, until_m, -speed_m_s * DT)
+    """Set-points of the index finger's plate while the hand comes down from 6 mm above the surface."""
+    heights = touch[INDEX].surface_z_m + np.arange(0.006, until_m, -speed_m_s * DT)
     return [rig.step(touch, [float(z_m)] * 5).plate_set_c[1] for z_m in heights]
 
 
-def test_the_plate_starts_before_a_contact_that_is_known_to_come():
+@pytest.mark.parametrize("surface_z_m", [0.0, -0.003])
+def test_the_plate_starts_before_a_contact_that_is_known_to_come(surface_z_m):
     rig = Rig()
-    known = rows([INDEX], stiffness_n_m=400.0, surface_z_m=0.0, **constants("aluminium", 23.0))
+    known = rows([INDEX], stiffness_n_m=400.0, surface_z_m=surface_z_m, **constants("aluminium", 23.0))
     rig.run(0.2, known, UP)
     at_rest = rig.step(known, UP).plate_set_c[1]
     shown = lowered(rig, known, 0.01, 0.0031)

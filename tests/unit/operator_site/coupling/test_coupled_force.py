@@ -39,6 +39,7 @@ class Rig:
     """An operator's index finger on a remote surface."""
 
     stiffness_n_m: float = STIFFNESS_N_M
+    damping_n_s_m: float = 0.0
     rendering: GatedRendering = field(default_factory=lambda: GatedRendering(RenderingConfig(), TICK_S, GAP_S))
     coupling: MotionCoupling = field(default_factory=lambda: MotionCoupling(lambda *_: None))
     t_s: float = 10.0
@@ -49,7 +50,7 @@ class Rig:
     produced_j: float = 0.0
 
     def __post_init__(self) -> None:
-        self.touch = touch(stiffness_n_m=self.stiffness_n_m, surface_z_m=SURFACE_M)
+        self.touch = touch(stiffness_n_m=self.stiffness_n_m, damping_n_s_m=self.damping_n_s_m, surface_z_m=SURFACE_M)
         self.run(200)  # the ceiling of the force rises after engaging
 
     def tick(self) -> float:
@@ -115,6 +116,15 @@ def test_the_force_is_that_of_the_remote_surface_at_the_command(scale: int) -> N
     rig.press(scale)
     assert rig.command_m == pytest.approx(SURFACE_M - 0.0015)
     assert rig.force_n == pytest.approx(rig.law_n, abs=1e-3)
+
+
+@pytest.mark.parametrize("scale", MOTION_SCALES)
+def test_the_damping_is_that_of_the_remote_surface_at_the_commanded_speed(scale: int) -> None:
+    rig = Rig(stiffness_n_m=100.0, damping_n_s_m=1.0)
+    rig.run(1000, -0.0025)
+    rig.ask(str(scale))
+    rig.run(31, -0.04 * scale)
+    assert rig.force_n == pytest.approx(100.0 * (SURFACE_M - rig.command_m) + 0.04, abs=2e-3)
 
 
 @pytest.mark.long
