@@ -111,6 +111,15 @@ def test_outputs_at_rest_start_with_a_loan_and_without_debt():
     assert contact.account_j == ACCOUNT_J
 
 
+def test_a_loan_is_forgiven_slowly_while_no_force_acts() -> None:
+    contact = PassiveContact(WALL)
+    contact.step(0.0, 0.002, 0.0, 400.0)
+    contact.account_j = -LENT_J
+    for i in range(1, 1001):
+        contact.step(T * i, 0.002, 0.0, 400.0)
+    assert contact.account_j == pytest.approx(-LENT_J + FORGIVEN_W, rel=1e-6)
+
+
 def test_a_surface_that_sinks_pays_for_rising_again():
     contact, t_s = pressed(depth_m=0.004)
     heights = []
