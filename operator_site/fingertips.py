@@ -294,7 +294,8 @@ class Fingertips:
             if near or row.contact > 0.0:
                 touched = self._objects[finger]
             self._touching[finger] = touched is not None
-            self._skin.touch(finger, touched, row.object_c)
+            exact = row.effusivity_ln_sd == row.object_c_sd == 0.0
+            self._skin.touch(finger, touched, row.object_c, exact=exact)
             if touched is None and plate_age_s[finger] == math.inf:
                 self._skin.settle(finger)
         for _ in range(steps):

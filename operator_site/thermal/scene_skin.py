@@ -101,25 +101,25 @@ class SceneSkin:
         self.models: list[SkinModel | None] = [model] * fingers
         """Present model of each finger; None at rest."""
         self._steps = 0
-        self._left: list[tuple[int, Floats]] = [(0, np.zeros(0))] * fingers
-        """Number of the step at which each finger last left an object, and departures of its cells from it then, K."""
+        self._left: list[tuple[int, Touched | None, Floats]] = [(0, None, np.zeros(0))] * fingers
+        """Number of the step at which each finger last left an object, the object, and departures of its cells, K."""
         self._x = np.zeros((fingers, 0))
         self._at_rest = SkinState(*np.tile(self._rest_row, (fingers, 1)).T.tolist())
         self._size(model.states if model else 0)
 
-    def touch(self, finger: int, touched: Touched | None, object_c: float) -> None:
+    def touch(self, finger: int, touched: Touched | None, object_c: float, *, exact: bool = False) -> None:
         """Set the object that a finger touches, or None, and the object's temperature, C.
 
         The first contact sets the object's cells to its temperature. During contact, a better estimate of the
         temperature shifts the cells. A better estimate of the material keeps their departures, because the cells of
         all materials lie at the same multiples of the depth that heat has reached. A contact that begins again within
-        RESUMES_S also keeps them.
+        RESUMES_S also keeps them. With `exact` values no estimate is better, and a change is another object.
         """
         before = self._touched[finger]
         if touched is None:
             if before is not None:
                 start_k = self._object_c[finger] - self._rest.surface_c
-                self._left[finger] = self._steps, self._ladder(finger) - start_k
+                self._left[finger] = self._steps, before, self._ladder(finger) - start_k
                 self._touched[finger] = None
                 self._use(finger)
             return
@@ -127,10 +127,13 @@ class SceneSkin:
             return
         self._fit(finger, touched, object_c)
         ladder = self._ladder(finger)
-        if before is None:
+        if before is None or exact:
+            left, left_object, departures_k = self._left[finger]
+            resumes = self._steps - left <= RESUMES_S / STEP_S and departures_k.shape == ladder.shape
+            if exact:
+                resumes = resumes and touched == left_object and object_c == self._object_c[finger]
             ladder[:] = object_c - self._rest.surface_c
-            left, departures_k = self._left[finger]
-            if self._steps - left <= RESUMES_S / STEP_S and departures_k.shape == ladder.shape:
+            if resumes:
                 ladder += departures_k
         else:
             ladder += object_c - self._object_c[finger]

@@ -158,6 +158,17 @@ def test_plate_without_a_fresh_reading_or_engagement_is_not_driven():
         assert all(out.peltier_drive == [0.0] * 5 for out in Rig().run(0.5, touch, DOWN, **changes))
 
 
+@pytest.mark.parametrize("lift_s", [0.0, 0.1])
+@pytest.mark.parametrize("sd", [0.0, 0.1])
+def test_a_finger_that_moves_to_another_object_feels_that_object_alone(lift_s, sd):
+    rig, uncertain = Rig(), {"contact": 1, "effusivity_ln_sd": sd, "object_c_sd": sd}
+    rig.run(3.0, rows(**uncertain, **constants("pvc", 23.0)), UP)
+    rig.run(lift_s, rows(), UP)
+    rig.run(0.1, rows(**uncertain, **constants("aluminium", 23.0)), UP)
+    # An uncertain object is still the same one, which has a better estimate now.
+    assert (rig.tips.skin.flux_w_m2[INDEX] < -5000.0) == (sd == 0.0)
+
+
 def test_a_plate_that_had_no_drive_shows_no_earlier_touch():
     rig = Rig()
     rig.run(1.0, rows(contact=1, **constants("copper", 5.0)), UP)
