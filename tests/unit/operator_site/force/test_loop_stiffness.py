@@ -37,6 +37,12 @@ def test_a_loop_that_runs_ten_of_forty_milliseconds_shows_a_softer_wall_and_then
     assert held.wall is WALL
 
 
+def test_a_loop_at_half_its_rate_shows_the_wall_of_its_period() -> None:
+    held = LoopStiffness(WALL)
+    run(held, every(0.004, 0.0, 2.0))
+    assert held.wall.stiffest_n_m == pytest.approx(2.0 / (0.002 + 0.004), rel=0.01)
+
+
 def test_heights_that_come_late_hold_a_force_longer_as_a_late_loop_does() -> None:
     held = LoopStiffness(WALL)
     for t_s in every(0.002, 0.0, 1.0):
