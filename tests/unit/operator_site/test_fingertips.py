@@ -124,7 +124,8 @@ def test_events_reach_their_own_finger_once_and_only_while_engaged():
 
 def test_a_slope_continues_below_a_hand_that_is_ahead_of_the_remote_one():
     plane = {"surface_z_m": 0.0, "x_m": 0.1, "y_m": -0.1, "slope_x": 0.1, "slope_y": -0.2, "stiffness_n_m": 300.0}
-    for x_m, y_m, height_m in ((0.1, -0.1, 0.0), (0.103, -0.1, 0.0003), (0.1, -0.101, 0.0002), (0.2, -0.1, 0.001)):
+    ahead = ((0.1, -0.1, 0.0), (0.103, -0.1, 0.0003), (0.1, -0.101, 0.0002), (0.2, -0.1, 0.001), (0.0, -0.1, -0.001))
+    for x_m, y_m, height_m in ahead:
         rig = Rig()
         rig.run(0.02, rows([INDEX], **plane), UP, x_m=x_m, y_m=y_m)
         shown = rig.step(rows([INDEX], **plane), DOWN, x_m=x_m, y_m=y_m)
