@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from common.limits import COMFORT
+from common.limits import COMFORT, FORCE_RAMP_UP_N_S
 from common.scenes.materials import material
 from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
 from operator_site.fingertips import LATEST_TAP_S, Fingertips
@@ -38,7 +38,7 @@ class Rig:
         self.plate_c = [33.0] * 5
         self.out: Outputs | None = None
 
-    def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005, x_m=0.0, y_m=0.0, dt=DT):
+    def step(self, touch, z_m, events=(), speed=0.0, engaged=True, age=0.005, x_m=0.0, y_m=0.0, dt=DT, pushed_n=None):
         self.t_s += dt
         self.out = self.tips.step(
             self.t_s,
@@ -49,7 +49,7 @@ class Rig:
             x_m=x_m,
             y_m=y_m,
             z_m=z_m,
-            pushed_n=self.out.force_n if self.out else [0.0] * 5,
+            pushed_n=pushed_n or (self.out.force_n if self.out else [0.0] * 5),
             plate_c=self.plate_c,
             plate_age_s=[age] * 5,
         )
@@ -70,6 +70,14 @@ def test_force_comes_from_the_local_height():
     rig.run(0.5, touch, UP)
     out = rig.run(0.2, touch, [0.0, -0.001, 0.002, 0.001, -0.009])[-1]
     assert out.force_n == pytest.approx([0.4, 0.8, 0.0, 0.0, 4.0], abs=1e-6)
+
+
+def test_a_force_that_the_gate_holds_back_rises_again_at_the_ramp_of_an_update():
+    rig, touch = Rig(), rows(stiffness_n_m=400.0)
+    rig.run(0.02, touch, UP)
+    assert rig.step(touch, DOWN).force_n == pytest.approx([0.8] * 5)
+    for out in rig.run(0.1, touch, DOWN, pushed_n=[0.0] * 5):
+        assert max(out.force_n) <= FORCE_RAMP_UP_N_S * DT + 1e-9
 
 
 def test_cold_metal_is_felt_by_the_finger_that_touches_it():
