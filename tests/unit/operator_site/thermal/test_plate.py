@@ -46,6 +46,21 @@ def test_free_finger_is_shown_its_own_temperature():
     assert display.limited == [0] * 5
 
 
+@pytest.mark.parametrize(
+    ("surface_c", "flux_w_m2", "load_w_m2"),
+    [
+        (30.0, -3000.0, -3000.0),
+        (30.0, -30_000.0, (COMFORT.low_c - 30.0) / PLATE_CONTACT_M2K_W),
+        (30.0, 30_000.0, (COMFORT.high_c - 30.0) / PLATE_CONTACT_M2K_W),
+        (15.0, -100.0, 0.0),
+    ],
+)
+def test_the_expected_load_is_that_of_a_plate_within_its_range(surface_c, flux_w_m2, load_w_m2):
+    display = PlateSetpoint(COMFORT, [33.0] * 5)
+    display.aim(state(surface_c, flux_w_m2), [True] * 5, {})
+    assert display.load_w_m2() == pytest.approx([load_w_m2] * 5)
+
+
 @pytest.mark.parametrize("profile", [COMFORT, WIDE])
 def test_set_point_keeps_range_and_rate_and_reports_limits(profile):
     display = PlateSetpoint(profile, [33.0] * 5)

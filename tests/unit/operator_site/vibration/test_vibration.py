@@ -107,13 +107,14 @@ def test_free_ends_everything():
     assert finger.step(2 * DT, ExplorationMode.QUIESCENT, 0.1, 1.0, surface=ROUGH) == 0.0
 
 
-def test_a_tap_that_arrives_after_the_finger_has_left_is_felt():
+@pytest.mark.parametrize("speed_m_s", [0.1, 0.5])
+def test_a_tap_that_arrives_after_the_finger_has_left_is_felt(speed_m_s):
     """A network that holds packets for longer than the contact shows only the last of them, in the air again."""
     finger = FingerVibration()
     finger.step(0.0, ExplorationMode.FREE, 0.0, 0.0, surface=PVC)
     late = [
-        finger.step(DT * tick, ExplorationMode.FREE, 0.0, 0.0, surface=PVC, events=[tap(0.1)] if tick == 5 else [])
-        for tick in range(1, 100)
+        finger.step(DT * n, ExplorationMode.FREE, 0.0, 0.0, surface=PVC, events=[tap(speed_m_s)] if n == 5 else [])
+        for n in range(1, 100)
     ]
     shown = [tick for tick, speed in enumerate(late, start=1) if speed >= 1.2 * MOTOR_FLOOR_RPM]
     assert shown == list(range(5, 5 + len(shown)))
