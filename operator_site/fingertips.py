@@ -11,7 +11,7 @@ from common.config.site_models import VibrationScale
 from common.fingers import FINGERS
 from common.limits import COMFORT, GAP_S, PlateRange
 from common.scenes.materials import materials
-from common.wire.messages import NO_TOUCH, Event, EventKind, TouchRow
+from common.wire.messages import NO_TOUCH, OBJECT_UNKNOWN_SD_K, Event, EventKind, TouchRow
 from operator_site.coupling.coupling import DIRECT, Coupling
 from operator_site.force.coupled_contact import ForceCeiling, WorkspaceEdge
 from operator_site.force.passive_contact import PassiveContact
@@ -145,9 +145,7 @@ class Fingertips:
         self._t_s = t_s
         if rows is not self._rows:
             self._rows = rows
-            self._objects = [
-                touched_object(row.conductivity_w_mk, row.density_kg_m3, row.specific_heat_j_kgk) for row in rows
-            ]
+            self._objects = [_object(row) for row in rows]
         fresh = self._fresh(t_s, engaged, events)
         self.impulses_played = []
         direct, ceiling = coupling.direct, self._ceiling
@@ -314,6 +312,13 @@ class Fingertips:
                 if contact_s <= self._display.needs_s(finger, goal_c):
                     found[finger] = goal_c
         return found
+
+
+def _object(row: TouchRow) -> Touched | None:
+    """Return the object that a row describes; None if its material or its temperature is not known."""
+    if row.object_c == 0.0 and row.object_c_sd >= OBJECT_UNKNOWN_SD_K:
+        return None
+    return touched_object(row.conductivity_w_mk, row.density_kg_m3, row.specific_heat_j_kgk)
 
 
 def _surface_below(row: TouchRow, x_m: float, y_m: float) -> float:

@@ -8,7 +8,7 @@ import pytest
 
 from common.limits import COMFORT, FORCE_RAMP_UP_N_S
 from common.scenes.materials import material
-from common.wire.messages import Event, EventKind, ExplorationMode, TouchRow
+from common.wire.messages import OBJECT_UNKNOWN_SD_K, Event, EventKind, ExplorationMode, TouchRow
 from operator_site.fingertips import LATEST_TAP_S, Fingertips
 from operator_site.safety.gated_output import Outputs
 from operator_site.safety.limit_flags import Limit
@@ -101,9 +101,10 @@ def test_contact_for_heat_is_local_or_the_remote_fingers():
         assert (rig.tips.skin.flux_w_m2[0] < -500.0) == touches
 
 
-def test_a_free_hand_and_one_on_an_unknown_material_are_shown_the_skins_own_temperature():
+def test_a_free_hand_and_one_on_an_unknown_material_or_temperature_are_shown_the_skins_own_temperature():
     touched = rows(stiffness_n_m=400.0, contact=1, object_c=20.0)
-    for touch, z_m in ((rows(), UP), (touched, DOWN)):
+    of_unknown_c = rows(contact=1, object_c_sd=OBJECT_UNKNOWN_SD_K, **constants("copper", 0.0))
+    for touch, z_m in ((rows(), UP), (touched, DOWN), (of_unknown_c, DOWN)):
         out = Rig().run(1.0, touch, z_m)[-1]
         assert out.plate_set_c == pytest.approx([33.03] * 5, abs=0.05)
 
