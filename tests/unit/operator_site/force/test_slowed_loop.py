@@ -78,3 +78,23 @@ def test_a_finger_with_debt_does_not_swing_and_later_feels_the_same(deep_m: floa
     assert during_n[-500:].min() > 0.4 * before_n[-1]
     _, after_n = finger.run(1.0)
     assert after_n[-1] > 0.8 * before_n[-1]
+
+
+def test_a_slow_loop_displays_the_wall_of_its_period() -> None:
+    """A finger that presses again feels the softer spring, and `stiffness` is reported."""
+    rendering, slow_s, t_s = GatedRendering(RenderingConfig(), TICK_S, 0.1), 0.010, 1.0
+
+    def press(depth_m: float, ticks: int) -> float:
+        nonlocal t_s
+        for n in range(ticks):
+            t_s += slow_s
+            z_m = 0.001 - (0.001 + depth_m) * (n + 1) / ticks
+            now = tick_input(time_s=t_s, pose_s=t_s, heights_s=t_s, z_m=(z_m,) * N, plate_age_s=(math.inf,) * N)
+            output = rendering.step(now, HARD)
+        assert output.limited[INDEX] & Limit.STIFFNESS
+        assert not output.limited[INDEX] & Limit.PASSIVITY
+        return output.force_n[INDEX]
+
+    press(0.0, 200)
+    assert press(0.003, 100) == pytest.approx(0.003 * rendering.wall.stiffest_n_m, rel=0.01)
+    assert rendering.wall.stiffest_n_m == pytest.approx(2.0 / (0.5 * slow_s + 0.004), rel=0.01)
