@@ -50,8 +50,7 @@ def named(models: Sequence[TextureModel], judged: int, seed: int) -> Iterator[Ro
         scores = dict(_classic(learned, asked))
         scores[SHIPPED] = np.array([spectra.rank(one).probabilities for one in asked])
         for method, score in scores.items():
-            ranks = (score > score[np.arange(len(true)), true][:, None]).sum(axis=1)
-            for place, one, rank in zip(true.tolist(), asked, ranks, strict=True):
+            for place, one, rank in zip(true.tolist(), asked, ranks(score, true), strict=True):
                 yield {
                     "method": method,
                     "seconds": seconds,
@@ -60,6 +59,15 @@ def named(models: Sequence[TextureModel], judged: int, seed: int) -> Iterator[Ro
                     "ln_force": float(one.motion[2]),
                     "rank": int(rank),
                 }
+
+
+def ranks(score: Array, true: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the rank of the true texture of each stroke, 0 for the first; it is behind textures with the same score.
+
+    Probabilities of unlikely textures are all 0.
+    """
+    own = score[np.arange(len(true)), true][:, None]
+    return np.asarray((score >= own).sum(axis=1) - 1)
 
 
 def fitted(drawn: Sequence[Sequence[Stroke]]) -> MotionSpectra:

@@ -26,6 +26,8 @@ from studies.texture_world.roughness import EACH, ranking, roughnesses, sensor_l
 Row = dict[str, Any]
 JUDGED, REPEATS = 6, 2
 """Judged strokes of each texture, and independent repeats of the whole."""
+FIRST_SEED = 10
+"""Seed of the first repeat; choices were made with smaller ones."""
 KNOWN = ("many", "few")
 """Numbers of calibrated textures beside strangers."""
 LEAST_TEXTURES = 2 * FOLDS
@@ -57,10 +59,11 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     models = models[:: max(1, len(models) // QUICK_TEXTURES)] if quick else models
     repeats = 1 if quick else REPEATS
     (law,) = work([(sensor_law, (models, seed))], part_of(progress, 0.0, 0.15))
+    first = FIRST_SEED + REPEATS * seed
     pieces: dict[str, list[Piece]] = {
         "strokes": [(roughnesses, (models, part, law, seed)) for part in chunks(range(len(models)), _IN_A_PIECE)],
-        "named": [(named, (models, JUDGED, 10 + seed + k)) for k in range(repeats)],
-        "strangers": [(strangers, (models, JUDGED, 10 + seed, 1 if quick else FOLDS, known)) for known in KNOWN],
+        "named": [(named, (models, JUDGED, first + k)) for k in range(repeats)],
+        "strangers": [(strangers, (models, JUDGED, first, 1 if quick else FOLDS, known)) for known in KNOWN],
     }
     found = rows_of(pieces, work, part_of(progress, 0.15, 0.85))
     quality = _quality(models, found["strokes"], seed, work, part_of(progress, 0.85, 1.0))

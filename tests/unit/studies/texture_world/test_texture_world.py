@@ -10,7 +10,7 @@ from studies.running import Unavailable
 from studies.texture_world import rendering_quality, roughness, strokes
 from studies.texture_world.figure import draw_motion, draw_names, draw_roughness, draw_similarity, draw_spectra
 from studies.texture_world.models import read_models
-from studies.texture_world.recognition import LONGEST_S, METHODS, SHIPPED, named, strangers
+from studies.texture_world.recognition import LONGEST_S, METHODS, SHIPPED, named, ranks, strangers
 from studies.texture_world.rendering_quality import BITS, MISSING, installed, quantised, resounded, similarities, turned
 from studies.texture_world.roughness import ranking, roughnesses, sensor_law
 from studies.texture_world.run import accuracy, by_motion, by_texture, pooled, run
@@ -122,6 +122,11 @@ def test_shares_are_counted():
     assert (row["top_1"], row["top_3"], row["strokes"]) == (0.25, 0.75, 40)
     assert sum(cell["strokes"] for cell in by_motion(rows)) == 40
     assert by_texture(rows, seconds=1.0) == [{"material": "a", "strokes": 40, "top_1": 0.25}]
+
+
+def test_a_texture_with_the_probability_0_of_many_is_behind_all_of_them():
+    score = np.array([[1.0, 0.0, 0.0, 0.0], [0.6, 0.3, 0.1, 0.0], [0.4, 0.4, 0.2, 0.0]])
+    assert ranks(score, np.array([2, 1, 0])).tolist() == [3, 1, 1]
 
 
 def accuracy_of(rows):
