@@ -40,7 +40,7 @@ COMPARED = (
     Compared("shares", "wrong", "less", _ROW, counted="touches"),
     Compared("shares", "named", "more", _ROW, counted="touches"),
     Compared("shares", "object_stated", "more", _ROW, counted="touches"),
-    Compared("shares", "object_within_sd", "more", _ROW, counted="touches"),
+    Compared("shares", "object_within_sd", "more", _ROW, counted="object_errors"),
     Compared("shares", "object_rms_k", "less", _ROW, absolute=0.1, relative=0.2),
 )
 

@@ -36,6 +36,7 @@ COMPARED = (
     Compared("accuracy", "wrong", "less", _ROW, counted="touches"),
     Compared("accuracy", "named", "more", _ROW, counted="touches"),
     Compared("accuracy", "object_stated", "more", _ROW, counted="touches"),
+    Compared("accuracy", "object_within_sd", "more", _ROW, counted="object_errors"),
     Compared("accuracy", "object_rms_k", "less", _ROW, absolute=0.05, relative=0.2),
 )
 

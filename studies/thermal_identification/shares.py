@@ -23,7 +23,7 @@ def shares(answers: Iterable[Answered], **where: Any) -> list[dict[str, Any]]:
     `identified` that names another material. All are None for a method without statuses. `named_s` is the median time
     to the first named material, over touches with one. Temperature errors leave out touches without a stated
     temperature; `object_stated` is the share of the others. `object_within_sd` is the share of errors within the
-    claimed 95 % interval, and should be 0.95.
+    claimed 95 % interval, of `object_errors` errors, and should be 0.95.
     """
     groups: dict[tuple[str, float], list[Answered]] = {}
     for answer in answers:
@@ -52,6 +52,7 @@ def _row(each: Sequence[Answered]) -> dict[str, Any]:
         "object_stated": _share(len(errors), count),
         "object_rms_k": round(float(np.sqrt(np.mean(errors**2))), 3) if len(errors) else None,
         "object_median_k": round(float(np.median(np.abs(errors))), 3) if len(errors) else None,
+        "object_errors": len(scaled),
         "object_within_sd": round(float(np.mean(np.abs(scaled) < WITHIN_SD)), 3) if len(scaled) else None,
     }
 

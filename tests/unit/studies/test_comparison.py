@@ -113,10 +113,11 @@ def test_each_study_declares_what_is_compared(name: str) -> None:
 
 
 TOUCHES = (("thermal-identification", "accuracy"), ("second-world", "accuracy"), ("other-objects", "shares"))
-TOUCHED = {"touches": 96, "object_stated": 1.0, "named": 0.5}
+TOUCHED = {"touches": 96, "object_stated": 1.0, "named": 0.5, "object_errors": 96, "object_within_sd": 0.95}
 WITHHELD = [
     *((name, table, TOUCHED, TOUCHED | {"object_stated": 0.5}) for name, table in TOUCHES),
     *((name, table, TOUCHED, TOUCHED | {"named": 0.0}) for name, table in TOUCHES),
+    *((name, table, TOUCHED, TOUCHED | {"object_within_sd": 0.7}) for name, table in TOUCHES[1:]),
     ("recorded-touches", "names", {"touches": 162, "named_6_s": 0.5}, {"touches": 162, "named_6_s": 0.0}),
     ("recorded-touches", "names", {"touches": 162, "wrong": 0.0}, {"touches": 162, "wrong": 0.5}),
     ("texture-world", "strangers", {"own": 2400, "own_unknown_share": 0.5}, {"own": 2400, "own_unknown_share": 1.0}),
@@ -133,6 +134,12 @@ def test_a_run_that_withholds_or_invents_answers_is_worse(
 ) -> None:
     before, after = ({table: [row]} if table else row for row in (old, new))
     assert [change.verdict for change in compare(name, before, after, study(name).COMPARED)].count("worse") == 1
+
+
+@pytest.mark.parametrize(("name", "table"), TOUCHES[1:])
+def test_the_few_errors_of_many_touches_prove_little(name: str, table: str) -> None:
+    runs = [{table: [TOUCHED | {"object_errors": 8, "object_within_sd": share}]} for share in (0.95, 0.7)]
+    assert {change.verdict for change in compare(name, *runs, study(name).COMPARED)} == {"same"}
 
 
 @pytest.fixture

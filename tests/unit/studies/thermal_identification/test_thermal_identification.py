@@ -116,7 +116,7 @@ def test_answers_are_counted() -> None:
     assert (first["right"], first["identified"], first["wrong"]) == (0.5, 0.5, 0.25)
     assert sum(first[kind] for kind in ("identified", "ambiguous", "deciding", "unknown", "unidentifiable")) == 1.0
     assert first["object_rms_k"] == pytest.approx(np.sqrt((0.09 + 0.16) / 2), abs=1e-3)
-    assert (first["named_s"], first["object_within_sd"]) == (0.6, 0.5)
+    assert (first["named_s"], first["object_within_sd"], first["object_errors"]) == (0.6, 0.5, 2)
     assert second["right"] is None, "a method that cannot say anything yet is not wrong"
     assert errors(answers) == [{"method": "m", "t_s": 1.0, "material": "pine", "named": "pvc", "touches": 1}]
     sure = reliability(answers)[-1]
