@@ -64,7 +64,8 @@ def draw_cells(axes: Axes, cells: Rows, size: tuple[float, float], who: str) -> 
             axes.fill_between(
                 [column, column + 1], line, line + 1, facecolor=(shade, shade, 1.0), edgecolor=GREY, hatch=hatch
             )
-            text = "no nodule" if auc is None else f"{auc:.2f} ± {row['auc_se']:.2f}\n{row['nodules']} nodules"
+            error = "" if row["auc_se"] is None else f" ± {row['auc_se']:.2f}"
+            text = "no nodule" if auc is None else f"{auc:.2f}{error}\n{row['nodules']} nodules"
             axes.text(column + 0.5, line + 0.5, text, ha="center", va="center", fontsize=8)
     axes.set_xticks(range(len(RATIO_EDGES)), [f"{edge:g}" for edge in RATIO_EDGES])
     axes.set_yticks(range(len(DEPTH_EDGES_MM)), [f"{edge:g}" for edge in DEPTH_EDGES_MM])
@@ -120,7 +121,7 @@ def draw_sizes(axes: Axes, data: Data) -> None:
 def draw_differences(axes: Axes, data: Data) -> None:
     """Draw the AUC of the detector over that of the reference, a point for each cell, and the goal."""
     pairs = [
-        (known["auc"], found["auc"], found["auc_se"])
+        (known["auc"], found["auc"], found["auc_se"] or 0.0)
         for known, found in zip(data["cells"], data["detector_cells"], strict=True)
         if found["auc"] is not None
     ]

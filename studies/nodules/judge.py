@@ -8,7 +8,7 @@ nodule has the higher score; ties count half. In a cell both are of one class of
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise, product
+from itertools import chain, combinations, pairwise, product
 from typing import Any
 
 import numpy as np
@@ -173,23 +173,55 @@ def area_under_curve(scores: Sequence[float], controls: Sequence[float]) -> floa
     return float(0.5 * below.mean() / len(ordered))
 
 
+def standard_error(scores: Sequence[Sequence[float]], controls: Sequence[Sequence[float]]) -> float | None:
+    """Return the standard error of an AUC over draws of the phantoms (Obuchowski 1997).
+
+    Sites of one phantom are not independent: they have its ground, breathing and noise in common.
+
+    Args:
+        scores: scores of each phantom's nodules.
+        controls: scores of each phantom's control sites.
+
+    Returns:
+        The standard error; None unless two phantoms have a nodule and two have a control site.
+    """
+    with_nodule, with_control = (sum(map(bool, each)) for each in (scores, controls))
+    if min(with_nodule, with_control) < 2:
+        return None
+    nodules, places = (np.concatenate([np.array(one) for one in each]) for each in (scores, controls))
+    won = (nodules[:, None] > places) + 0.5 * (nodules[:, None] == places)
+    above = _by_phantom(won.mean(axis=1) - won.mean(), scores)
+    below = _by_phantom(won.mean(axis=0) - won.mean(), controls)
+    variance = with_nodule / (with_nodule - 1) * above @ above + with_control / (with_control - 1) * below @ below
+    variance += 2.0 * len(scores) / (len(scores) - 1) * above @ below
+    return math.sqrt(max(0.0, variance))
+
+
+def _by_phantom(deviation: Floats, sites: Sequence[Sequence[float]]) -> Floats:
+    """Return the sum of the deviations of each phantom's sites over the number of all sites, (phantoms,)."""
+    owner = np.repeat(np.arange(len(sites)), [len(each) for each in sites])
+    return np.asarray(np.bincount(owner, deviation, len(sites)) / len(deviation))
+
+
 def by_cell(judged: Iterable[Judged]) -> list[dict[str, Any]]:
     """Return a row for each cell: AUC and its standard error, place errors, and the share within 3 mm."""
-    sites = [site for each in judged for site in each.sites]
+    each = list(judged)
     rows = []
     for cell in cells():
-        inside = [site for site in sites if site.sphere is not None and _in_cell(site.sphere, cell)]
+        inside = [
+            [site for site in one.sites if site.sphere is not None and _in_cell(site.sphere, cell)] for one in each
+        ]
         size = size_class(cell["size_mm"][0])
-        controls = [site.score for site in sites if site.sphere is None and site.size_class == size]
-        auc = area_under_curve([site.score for site in inside], controls)
-        errors = [place_error_mm(site) for site in inside]
+        scores = [[site.score for site in sites] for sites in inside]
+        controls = [[s.score for s in one.sites if s.sphere is None and s.size_class == size] for one in each]
+        errors = [place_error_mm(site) for sites in inside for site in sites]
         rows.append(
             {
                 **{f"{name}_from": low for name, (low, _) in cell.items()},
                 **{f"{name}_to": high for name, (_, high) in cell.items()},
-                "nodules": len(inside),
-                "auc": auc,
-                "auc_se": None if auc is None else _standard_error(auc, len(inside), len(controls)),
+                "nodules": len(errors),
+                "auc": area_under_curve([*chain(*scores)], [*chain(*controls)]),
+                "auc_se": standard_error(scores, controls),
                 "place_median_mm": finite_median(errors),
                 "within_3_mm": float(np.mean(np.array(errors) <= NEAREST_MM)) if errors else None,
             }
@@ -274,10 +306,3 @@ def _size_order(sites: Sequence[Site]) -> dict[str, Any]:
             total += 1
             right += small is not None and large is not None and small.size_mm < large.size_mm
     return {"pairs": total, "right": right / total if total else None}
-
-
-def _standard_error(auc: float, positives: int, controls: int) -> float:
-    """Return the standard error of an AUC (Hanley & McNeil 1982)."""
-    q1, q2 = auc / (2.0 - auc), 2.0 * auc * auc / (1.0 + auc)
-    spread = auc * (1.0 - auc) + (positives - 1) * (q1 - auc * auc) + (controls - 1) * (q2 - auc * auc)
-    return math.sqrt(max(0.0, spread) / (positives * controls))

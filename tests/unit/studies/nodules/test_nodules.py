@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from studies.nodules.judge import (
     overall,
     places_mm,
     reliability,
+    standard_error,
 )
 from studies.nodules.phantoms import Phantom, Presses, draw_phantom, press
 from studies.nodules.ranges import (
@@ -131,6 +133,31 @@ def test_area_under_curve_counts_ties_half() -> None:
     assert area_under_curve([0.5], [0.5, 0.5]) == 0.5
     assert area_under_curve([0.2, 0.8], [0.5]) == 0.5
     assert area_under_curve([], [0.5]) is None
+
+
+def test_more_sites_of_the_same_phantoms_do_not_make_the_standard_error_smaller() -> None:
+    chance = np.random.default_rng(1)
+    nodules, controls = (chance.normal(middle, 1.0, (40, 1)).tolist() for middle in (1.0, 0.0))
+    once = standard_error(nodules, controls)
+    assert standard_error([3 * each for each in nodules], [6 * each for each in controls]) == pytest.approx(once)
+
+
+def test_the_standard_error_is_the_scatter_over_draws_of_the_phantoms() -> None:
+    chance = np.random.default_rng(2)
+    draws, stated = [], []
+    for _ in range(400):
+        own = chance.normal(size=(30, 1))
+        nodules = (own + chance.normal(1.0, 0.5, (30, 2))).tolist()
+        controls = (own + chance.normal(0.0, 0.5, (30, 4))).tolist()
+        nodules[::3] = [[] for _ in nodules[::3]]
+        draws.append(area_under_curve([*chain(*nodules)], [*chain(*controls)]))
+        stated.append(standard_error(nodules, controls))
+    assert np.mean(stated) == pytest.approx(np.std(draws), rel=0.1)
+
+
+def test_one_phantom_has_no_standard_error() -> None:
+    assert standard_error([[0.5, 0.7], []], [[0.1], [0.2]]) is None
+    assert standard_error([[], []], [[0.1], [0.2]]) is None
 
 
 @pytest.mark.long
