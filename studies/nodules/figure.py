@@ -119,10 +119,13 @@ def draw_sizes(axes: Axes, data: Data) -> None:
 
 
 def draw_differences(axes: Axes, data: Data) -> None:
-    """Draw the AUC of the detector over that of the reference, a point for each cell, and the goal."""
+    """Draw the AUC of the detector over that of the reference, a point for each cell, and the goal.
+
+    Bars are standard errors of the difference.
+    """
     pairs = [
-        (known["auc"], found["auc"], found["auc_se"] or 0.0)
-        for known, found in zip(data["cells"], data["detector_cells"], strict=True)
+        (known["auc"], found["auc"], apart["difference_se"] or 0.0)
+        for known, found, apart in zip(data["cells"], data["detector_cells"], data["differences"][:-1], strict=True)
         if found["auc"] is not None
     ]
     ends = np.array([0.4, 1.0])

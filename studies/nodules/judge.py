@@ -185,11 +185,22 @@ def standard_error(scores: Sequence[Sequence[float]], controls: Sequence[Sequenc
     Returns:
         The standard error; None unless two phantoms have a nodule and two have a control site.
     """
+    return _standard_error(_won(scores, controls), scores, controls)
+
+
+def _won(scores: Sequence[Sequence[float]], controls: Sequence[Sequence[float]]) -> Floats:
+    """Return which nodules have a higher score than which control sites, (nodules, controls); ties count half."""
+    nodules, places = np.array([*chain(*scores)])[:, None], np.array([*chain(*controls)])
+    return np.asarray((nodules > places) + 0.5 * (nodules == places))
+
+
+def _standard_error(
+    won: Floats, scores: Sequence[Sequence[float]], controls: Sequence[Sequence[float]]
+) -> float | None:
+    """Return the standard error of the mean of `won`, (nodules, controls), which is an AUC or a difference of two."""
     with_nodule, with_control = (sum(map(bool, each)) for each in (scores, controls))
     if min(with_nodule, with_control) < 2:
         return None
-    nodules, places = (np.concatenate([np.array(one) for one in each]) for each in (scores, controls))
-    won = (nodules[:, None] > places) + 0.5 * (nodules[:, None] == places)
     above = _by_phantom(won.mean(axis=1) - won.mean(), scores)
     below = _by_phantom(won.mean(axis=0) - won.mean(), controls)
     variance = with_nodule / (with_nodule - 1) * above @ above + with_control / (with_control - 1) * below @ below
@@ -203,22 +214,16 @@ def _by_phantom(deviation: Floats, sites: Sequence[Sequence[float]]) -> Floats:
     return np.asarray(np.bincount(owner, deviation, len(sites)) / len(deviation))
 
 
-def by_cell(judged: Iterable[Judged]) -> list[dict[str, Any]]:
+def by_cell(judged: Sequence[Judged]) -> list[dict[str, Any]]:
     """Return a row for each cell: AUC and its standard error, place errors, and the share within 3 mm."""
-    each = list(judged)
     rows = []
     for cell in cells():
-        inside = [
-            [site for site in one.sites if site.sphere is not None and _in_cell(site.sphere, cell)] for one in each
-        ]
-        size = size_class(cell["size_mm"][0])
-        scores = [[site.score for site in sites] for sites in inside]
-        controls = [[s.score for s in one.sites if s.sphere is None and s.size_class == size] for one in each]
-        errors = [place_error_mm(site) for sites in inside for site in sites]
+        scores, controls = _scores(judged, cell)
+        nodules = [site for one in judged for site in one.sites if site.sphere and _in_cell(site.sphere, cell)]
+        errors = [place_error_mm(site) for site in nodules]
         rows.append(
             {
-                **{f"{name}_from": low for name, (low, _) in cell.items()},
-                **{f"{name}_to": high for name, (_, high) in cell.items()},
+                **_ends(cell),
                 "nodules": len(errors),
                 "auc": area_under_curve([*chain(*scores)], [*chain(*controls)]),
                 "auc_se": standard_error(scores, controls),
@@ -227,6 +232,48 @@ def by_cell(judged: Iterable[Judged]) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def differences(detected: Sequence[Judged], reference: Sequence[Judged]) -> list[dict[str, Any]]:
+    """Return the AUC of a detector less that of the reference on the same sites, with its standard error, by cell.
+
+    The last row is over all nodules, and has no ends.
+    """
+    rows = []
+    for cell in (*cells(), None):
+        (scores, controls), other = _scores(detected, cell), _scores(reference, cell)
+        won = _won(scores, controls) - _won(*other)
+        rows.append(
+            {
+                **({} if cell is None else _ends(cell)),
+                "nodules": len(won),
+                "difference": float(won.mean()) if won.size else None,
+                "difference_se": _standard_error(won, scores, controls),
+            }
+        )
+    return rows
+
+
+def _ends(cell: dict[str, Range]) -> dict[str, float]:
+    return {f"{name}_from": low for name, (low, _) in cell.items()} | {
+        f"{name}_to": high for name, (_, high) in cell.items()
+    }
+
+
+def _scores(judged: Sequence[Judged], cell: dict[str, Range] | None) -> tuple[list[list[float]], list[list[float]]]:
+    """Return the scores of each phantom's nodules in a cell, and of its control sites of the cell's class of size.
+
+    Without a cell, those of all.
+    """
+    size = None if cell is None else size_class(cell["size_mm"][0])
+    scores = [
+        [site.score for site in one.sites if site.sphere and (cell is None or _in_cell(site.sphere, cell))]
+        for one in judged
+    ]
+    controls = [
+        [site.score for site in one.sites if site.sphere is None and size in {None, site.size_class}] for one in judged
+    ]
+    return scores, controls
 
 
 def overall(judged: Sequence[Judged], good: Sequence[dict[str, Any]]) -> dict[str, Any]:

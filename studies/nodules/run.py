@@ -17,6 +17,7 @@ from studies.nodules.judge import (
     Detector,
     Judged,
     by_cell,
+    differences,
     judge,
     overall,
     reliability,
@@ -44,7 +45,7 @@ _SEEDS_APART = 1000
 DETECTOR = "detector_"
 """Beginning of the names of the detector's figures; those of the reference have no such beginning."""
 tables = tables_of(
-    *("cells", "nodules", "reliability", "sequences", "saved"),
+    *("cells", "nodules", "reliability", "differences", "sequences", "saved"),
     *(DETECTOR + name for name in ("cells", "nodules", "reliability")),
 )
 _CELL = ("depth_mm_from", "size_mm_from", "ratio_from")
@@ -76,6 +77,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
     good = by_cell(judged)
     return figures(judged, good) | {
         **{DETECTOR + name: value for name, value in figures(detected, good).items() if name != "good_auc"},
+        "differences": differences(detected, judged),
         "sequences": curves(rows),
         "saved": saved(rows),
         "ranges": asdict(RANGES),

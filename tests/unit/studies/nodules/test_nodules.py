@@ -21,6 +21,7 @@ from studies.nodules.judge import (
     by_cell,
     cells,
     control_sites,
+    differences,
     judge,
     overall,
     places_mm,
@@ -153,6 +154,23 @@ def test_the_standard_error_is_the_scatter_over_draws_of_the_phantoms() -> None:
         draws.append(area_under_curve([*chain(*nodules)], [*chain(*controls)]))
         stated.append(standard_error(nodules, controls))
     assert np.mean(stated) == pytest.approx(np.std(draws), rel=0.1)
+
+
+def test_a_detector_that_shares_the_errors_of_the_reference_differs_by_less_than_either_scatters() -> None:
+    chance = np.random.default_rng(3)
+    places = len(places_mm())
+    one, same, other = [], [], []
+    for phantom in phantoms():
+        probability, noise = chance.uniform(size=(2, places))
+        one.append(judge(phantom, Answer(probability, ())))
+        same.append(judge(phantom, Answer(0.99 * probability + 0.01 * noise, ())))
+        other.append(judge(phantom, Answer(noise, ())))
+    *by_cells, whole = differences(same, one)
+    *_, apart = differences(other, one)
+    assert whole["difference_se"] < 0.3 * apart["difference_se"]
+    assert [row["nodules"] for row in by_cells] == [row["nodules"] for row in by_cell(one)]
+    assert sum(row["nodules"] for row in by_cells) == whole["nodules"]
+    assert {row["difference"] for row in differences(one, one)} <= {0.0, None}
 
 
 def test_one_phantom_has_no_standard_error() -> None:
