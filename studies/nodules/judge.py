@@ -203,9 +203,10 @@ def _standard_error(
         return None
     above = _by_phantom(won.mean(axis=1) - won.mean(), scores)
     below = _by_phantom(won.mean(axis=0) - won.mean(), controls)
-    variance = with_nodule / (with_nodule - 1) * above @ above + with_control / (with_control - 1) * below @ below
-    variance += 2.0 * len(scores) / (len(scores) - 1) * above @ below
-    return math.sqrt(max(0.0, variance))
+    variance = with_nodule / (with_nodule - 1) * np.dot(above, above)
+    variance += with_control / (with_control - 1) * np.dot(below, below)
+    variance += 2.0 * len(scores) / (len(scores) - 1) * np.dot(above, below)
+    return math.sqrt(max(0.0, float(variance)))
 
 
 def _by_phantom(deviation: Floats, sites: Sequence[Sequence[float]]) -> Floats:
