@@ -29,6 +29,9 @@ LEAST_HELD_S = 2.0
 COMPARED = (
     Compared("rates", "contact_to_motor_p50_ms", "less", ("rates",), relative=0.33),
     Compared("rates", "reference_steps_s", "less", ("rates",), relative=0.33),
+    Compared("rates", "named_rightly", "more", ("rates",), absolute=2.0, relative=0.1),
+    Compared("rates", "named_wrongly", "less", ("rates",)),
+    Compared("rates", "grooves_wrong", "less", ("rates",), absolute=4.0),
 )
 Row = dict[str, Any]
 

@@ -38,6 +38,14 @@ COMPARED = (
     ),
     Compared("summary", "most_produced_mj", "less", ("link",), {"architecture": LOCAL}, relative=0.1),
     Compared("summary", "peak_n", "less", ("link",), {"architecture": LOCAL}, relative=0.1),
+    Compared(
+        "matrix",
+        "felt_n_m",
+        "same",
+        ("hand", "period_ms", "round_trip_ms", "wall_n_m"),
+        {"architecture": LOCAL, "link": "steady"},
+        relative=0.02,
+    ),
     Compared("borders", "simulated_share", "same", ("hand", "round_trip_ms"), absolute=0.05),
 )
 

@@ -49,7 +49,7 @@ COMPARED = (
     Compared("scatter", "scatter", "less", ("surface",), {"normalised": True}, absolute=0.01, relative=0.2),
     Compared("grooves", "share", "less", ("against", "value"), {"method": SHIPPED}, counted="crossed"),
     Compared("changes", "share", "more", counted="strokes"),
-    Compared("changes", "told_but_not_there", "less", absolute=10.0),
+    Compared("changes", "told_but_not_there", "less", absolute=3.0, relative=1.0),
     Compared("cost.methods", "baselines_a_second", "less", ("method",), {"method": SHIPPED}, relative=0.3),
 )
 

@@ -12,6 +12,7 @@ from studies.compared import Compared, Number
 from studies.comparison import Change, compare
 from studies.registry import STUDIES, study
 from tests.commands import command, one_line
+from tests.places import ROOT
 
 RIGHT = Compared("accuracy", "right", "more", ("method", "t_s"), {"shipped": True}, absolute=0.02)
 LATE = Compared("latency.ways", "late_us", "less", ("way",), absolute=1.0, relative=0.1)
@@ -114,6 +115,7 @@ def test_each_study_declares_what_is_compared(name: str) -> None:
 
 TOUCHES = (("thermal-identification", "accuracy"), ("second-world", "accuracy"), ("other-objects", "shares"))
 TOUCHED = {"touches": 96, "object_stated": 1.0, "named": 0.5, "object_errors": 96, "object_within_sd": 0.95}
+SHOWN = {"architecture": "local model", "link": "steady"}
 WITHHELD = [
     *((name, table, TOUCHED, TOUCHED | {"object_stated": 0.5}) for name, table in TOUCHES),
     *((name, table, TOUCHED, TOUCHED | {"named": 0.0}) for name, table in TOUCHES),
@@ -121,7 +123,11 @@ WITHHELD = [
     ("recorded-touches", "names", {"touches": 162, "named_6_s": 0.5}, {"touches": 162, "named_6_s": 0.0}),
     ("recorded-touches", "names", {"touches": 162, "wrong": 0.0}, {"touches": 162, "wrong": 0.5}),
     ("texture-world", "strangers", {"own": 2400, "own_unknown_share": 0.5}, {"own": 2400, "own_unknown_share": 1.0}),
-    ("texture", "changes", {"told_but_not_there": 5}, {"told_but_not_there": 500}),
+    ("texture", "changes", {"told_but_not_there": 0}, {"told_but_not_there": 4}),
+    ("teleoperation-stability", "matrix", *(SHOWN | {"felt_n_m": felt_n_m} for felt_n_m in (500.0, 480.0))),
+    ("rates", "rates", {"named_rightly": 60}, {"named_rightly": 50}),
+    ("rates", "rates", {"named_wrongly": 0}, {"named_wrongly": 1}),
+    ("rates", "rates", {"grooves_wrong": 0}, {"grooves_wrong": 5}),
     ("exploration-modes", "levels", *({"method": "mode machine", "invented_taps": taps} for taps in (0, 100))),
     ("tactile-map", "", {"false_outlines": 0}, {"false_outlines": 5}),
 ]
@@ -140,6 +146,19 @@ def test_a_run_that_withholds_or_invents_answers_is_worse(
 def test_the_few_errors_of_many_touches_prove_little(name: str, table: str) -> None:
     runs = [{table: [TOUCHED | {"object_errors": 8, "object_within_sd": share}]} for share in (0.95, 0.7)]
     assert {change.verdict for change in compare(name, *runs, study(name).COMPARED)} == {"same"}
+
+
+QUICK = sorted((ROOT / "docs" / "results" / "quick").glob("*.json"))
+
+
+@pytest.mark.parametrize("file", QUICK, ids=lambda file: file.stem)
+def test_the_stored_quick_run_has_each_number_that_is_compared(file: Path) -> None:
+    """A number that the stored run lacks is new in every run, and never worse."""
+    data = json.loads(file.read_text("utf-8"))
+    for each in study(file.stem).COMPARED:
+        found = [number for number in each.numbers(data).values() if number.value is not None]
+        assert found, each
+        assert all(number.count for number in found) or each.counted is None, each
 
 
 @pytest.fixture
