@@ -18,6 +18,8 @@ PAUSE_S = 0.05
 """Longest pause of the host, s, after which it can still judge that a command stayed in force."""
 RATE_SHARE = 0.05
 """Relative tolerance of rates and clocks."""
+STOPPED_S = 0.5
+"""Shortest time without reports, at the start or end of listening, that counts as missing, s; a host may pause."""
 
 
 class How(StrEnum):

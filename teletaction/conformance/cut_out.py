@@ -1,6 +1,7 @@
 """Duties of a module's own temperature limit, tested by heating."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -60,7 +61,8 @@ class Heating:
         except NotApplicable as reason:
             return reason
         finally:
-            self.drives.settle()
+            with suppress(Unsafe):
+                self.drives.settle()
 
     def _heat(self) -> Heated:
         drives, motor_mv = self.drives, self.drives.mild[1]

@@ -48,6 +48,8 @@ def _all(talk: ModuleTalk, wrong: dict[str, bytes]) -> Outcome:
 @DISTURBED.duty("S11", "A good frame with an unknown id, or a command of another kind of device, changes nothing")
 def _unknown(talk: ModuleTalk) -> Outcome:
     said_at_rest = {heard.frame.message_id for heard in talk.at_rest.frames}
+    if not said_at_rest:
+        raise NotApplicable("no reports")
     for message_id, payload in [(UNKNOWN_ID, b"\1\2\3"), *foreign_commands(talk.kind)]:
         talk.say(message_id, payload)
         span = talk.listen(0.2)
@@ -122,8 +124,10 @@ def _endless(talk: ModuleTalk) -> Outcome:
 def _unread(talk: ModuleTalk) -> Outcome:
     pace, _ = pace_of(talk)
     before = talk.reports(talk.listen(0.2))
-    if not before or pace <= 0.0:
-        raise NotApplicable("no reports, or a clock that stands")
+    if pace <= 0.0:
+        raise NotApplicable("a clock that stands")
+    if not before:
+        return Outcome(False, "no more reports")
     talk.end.look_away(AWAY_S)
     talk.begin_anew()
     after = talk.reports(talk.listen(0.5))

@@ -157,10 +157,17 @@ class Drives:
         return [state for state in found if state is not None]
 
     def settle(self, longer_s: float = 0.0) -> None:
-        """Command everything off, then send nothing until the time-out has acted, and for `longer_s` more."""
+        """Command everything off, then send nothing until the time-out has acted, and for `longer_s` more.
+
+        Raises:
+            Unsafe: no reports come.
+        """
         for _ in range(2):  # one frame may be lost
             self.drive(0)
-        self.talk.listen(QUIET_S + longer_s)
+        span = self.talk.listen(QUIET_S + longer_s)
+        # This host may have paused instead: listen once more.
+        if not self.talk.reports(span) and not self.talk.reports(self.talk.listen(QUIET_S)):
+            raise Unsafe("no more reports")
 
     def ready(self) -> DriveState:
         """Return the last report before a trial; raise NotApplicable if the plate is too hot or too cold for one."""

@@ -15,8 +15,8 @@ from common.buses.serial_messages import (
     ThermalReading,
 )
 from common.fingers import FINGERS
-from teletaction.conformance.checklist import RATE_SHARE, Checklist, NotApplicable, Outcome, Unsafe, span_s
-from teletaction.conformance.module_talk import ANSWER_S, REPORTS, ModuleTalk, ReceivedFrame
+from teletaction.conformance.checklist import RATE_SHARE, STOPPED_S, Checklist, NotApplicable, Outcome, Unsafe, span_s
+from teletaction.conformance.module_talk import ANSWER_S, REPORTS, REST_S, ModuleTalk, ReceivedFrame
 
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
@@ -109,9 +109,10 @@ def _counts(talk: ModuleTalk) -> Outcome:
     numbers = [heard.frame.sequence for heard in span.frames]
     steps = [(after - before) & 0xFF for before, after in pairwise(numbers)]
     # A damaged frame had a number too.
-    missing = sum(step - 1 if step else 256 for step in steps)
+    missing, repeated = sum(step - 1 for step in steps if step), steps.count(0)
     return Outcome(
-        missing <= span.damaged, f"{missing} numbers missing in {len(numbers)} frames, {span.damaged} damaged"
+        missing <= span.damaged and not repeated,
+        f"{missing} numbers missing and {repeated} repeated in {len(numbers)} frames, {span.damaged} damaged",
     )
 
 
@@ -153,8 +154,12 @@ def reports_hz(talk: ModuleTalk, reports: list[ReceivedFrame]) -> float:
     "Reports come at the rate of their kind within 5 %: 200 (texture sensor) or 100 messages a second",
 )
 def _rate(talk: ModuleTalk) -> Outcome:
-    rate_hz = reports_hz(talk, talk.reports(talk.at_rest))
-    return Outcome(abs(rate_hz / talk.rate_hz - 1.0) <= RATE_SHARE, f"{rate_hz:.1f} a second")
+    reports = talk.reports(talk.at_rest)
+    rate_hz = reports_hz(talk, reports)
+    words = f"{rate_hz:.1f} a second"
+    if (lasted_s := span_s([heard.at_s for heard in reports])) < REST_S - STOPPED_S:
+        return Outcome(False, f"{words}, but only for {lasted_s:.1f} of {REST_S:g} s")
+    return Outcome(abs(rate_hz / talk.rate_hz - 1.0) <= RATE_SHARE, words)
 
 
 def pace_of(talk: ModuleTalk) -> tuple[float, list[float]]:

@@ -11,6 +11,7 @@ from common.limits import MODULE_TIMEOUT_S
 from teletaction.conformance.checklist import (
     HALF_A_REPORT_S,
     RATE_SHARE,
+    STOPPED_S,
     Checklist,
     How,
     NotApplicable,
@@ -21,7 +22,7 @@ from teletaction.conformance.checklist import (
     span_s,
 )
 from teletaction.conformance.node_on_trial import NodeOnTrial
-from teletaction.conformance.node_talk import Command, crc_of_another, cut_short, wrong_crc
+from teletaction.conformance.node_talk import REST_S, Command, crc_of_another, cut_short, wrong_crc
 
 AT_ONCE = 10
 """Number of state frames in 100 ms."""
@@ -92,7 +93,10 @@ def _crc(node: NodeOnTrial) -> Outcome:
 def _rates(node: NodeOnTrial) -> Outcome:
     found: dict[str, float] = {}
     for name, frames in _named(node).items():
-        found[name] = (len(frames) - 1) / span_s([frame.timestamp for frame in frames], name)
+        lasted_s = span_s([frame.timestamp for frame in frames], name)
+        if lasted_s < REST_S - STOPPED_S:
+            return Outcome(False, f"{name} came only for {lasted_s:.1f} of {REST_S:g} s")
+        found[name] = (len(frames) - 1) / lasted_s
     off = max(abs(found[name] / hz - 1.0) for name, hz in node.talk.kind.sends_hz.items())
     return Outcome(off <= RATE_SHARE, ", ".join(f"{name} {hz:.0f}" for name, hz in found.items()))
 
@@ -143,6 +147,8 @@ def _obeys(node: NodeOnTrial) -> Outcome:
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(_good, node, command), command, 5.0 * MODULE_TIMEOUT_S)
         node.settle()
+        if not said:
+            raise NotApplicable(f"no {node.talk.kind.state}")
         begun = next((n for n, (_, in_force) in enumerate(said) if in_force), len(said))
         gaps = sum(not in_force for _, in_force in said[begun:])
         if gaps:
@@ -195,7 +201,9 @@ def _skipping(node: NodeOnTrial) -> Outcome:
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(every_third, command), command, 4.0 * MODULE_TIMEOUT_S)
         node.settle()
-        if not said or not said[-1][1]:
+        if not said:
+            raise NotApplicable(f"no {node.talk.kind.state}")
+        if not said[-1][1]:
             return Outcome(False, f"{command.frame}: not in force with every third counter")
     return Outcome(True, "every third counter: in force")
 

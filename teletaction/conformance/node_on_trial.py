@@ -2,6 +2,8 @@
 
 from abc import ABC, abstractmethod
 
+import can
+
 from common.fingers import FINGERS
 from teletaction.conformance.checklist import Unsafe
 from teletaction.conformance.node_talk import EXOSKELETON, QUIET_S, NodeTalk, Values
@@ -25,10 +27,22 @@ class NodeOnTrial(ABC):
         """Return the values of a command that is in force and practically harmless."""
 
     def settle(self, longer_s: float = 0.0) -> None:
-        """Command neutral outputs, then send nothing until the time-outs have acted, and for `longer_s` more."""
+        """Command neutral outputs, then send nothing until the time-outs have acted, and for `longer_s` more.
+
+        Raises:
+            Unsafe: a frame that came earlier comes no longer.
+        """
+        expected = set(self.talk.newest)
         for _ in range(2):  # one frame may be lost
             self.talk.say(*self._neutral())
-        self.talk.listen(QUIET_S + longer_s)
+        messages = self.talk.listen(QUIET_S + longer_s)
+        if self._missing(expected, messages):  # this host may have paused instead
+            messages += self.talk.listen(QUIET_S)
+        if missing := self._missing(expected, messages):
+            raise Unsafe(f"no more {', '.join(missing)}")
+
+    def _missing(self, expected: set[str], messages: list[can.Message]) -> list[str]:
+        return sorted(name for name in expected if not self.talk.of(messages, name))
 
     @abstractmethod
     def _neutral(self) -> tuple[str, Values]:

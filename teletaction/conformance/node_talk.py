@@ -84,6 +84,9 @@ class NodeEnd(Protocol):
     def receive(self, seconds: float) -> Iterator[can.Message]:
         """Yield the frames of the next `seconds` as they arrive; their `timestamp` is the bus's."""
 
+    def waiting(self) -> Iterator[can.Message]:
+        """Yield the frames that have arrived and were not read."""
+
 
 class BusEnd:
     """A CAN bus in real time."""
@@ -117,12 +120,24 @@ class BusEnd:
         """
         until_s = self.now() + seconds
         while (left_s := until_s - self.now()) > 0.0:
-            try:
-                message = self._bus.recv(left_s)
-            except (can.CanError, OSError) as error:
-                raise DeviceAbsent(f"{self.address}: {error}") from None
+            message = self._next(left_s)
             if message is not None:
                 yield message
+
+    def waiting(self) -> Iterator[can.Message]:
+        """Yield the frames that have arrived and were not read.
+
+        Raises:
+            DeviceAbsent: the bus is gone.
+        """
+        while (message := self._next(0.0)) is not None:
+            yield message
+
+    def _next(self, within_s: float) -> can.Message | None:
+        try:
+            return self._bus.recv(within_s)
+        except (can.CanError, OSError) as error:
+            raise DeviceAbsent(f"{self.address}: {error}") from None
 
     def close(self) -> None:
         """Leave the bus."""
@@ -181,12 +196,20 @@ class NodeTalk:
     @cached_property
     def at_rest(self) -> list[can.Message]:
         """Everything that the node sends without set-points."""
+        self._begin_anew()
         return self.listen(REST_S)
 
     def listen(self, seconds: float) -> list[can.Message]:
         """Return all frames of the next `seconds`; `watch` sees each frame on arrival."""
+        return self._read(self.end.receive(seconds))
+
+    def _begin_anew(self) -> None:
+        """Discard the frames that arrived while this host was busy or waited for its user."""
+        self._read(self.end.waiting())
+
+    def _read(self, frames: Iterator[can.Message]) -> list[can.Message]:
         messages = []
-        for message in self.end.receive(seconds):
+        for message in frames:
             messages.append(message)
             name, layout = self._packing.get(message.arbitration_id, ("", None))
             if layout is not None and len(message.data) == 8 and not message.is_error_frame:
@@ -221,6 +244,7 @@ class NodeTalk:
     def repeat(self, send: Callable[[], None], seconds: float) -> list[can.Message]:
         """Call `send` every 10 ms for `seconds`; return all frames of that time."""
         messages: list[can.Message] = []
+        self._begin_anew()
         self.away_s, sent_s = 0.0, self.end.now()
         until_s = sent_s + seconds
         while (now_s := self.end.now()) < until_s:

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -91,6 +92,20 @@ def test_a_node_is_talked_to() -> None:
         states = talk.states(talk.listen(0.1))
         assert states[-1][1]["enabled"] == 1.0
         assert states[-1][0] > states[0][0]
+        end.close()
+
+
+def test_frames_from_before_the_user_agreed_are_not_judged() -> None:
+    with exoskeleton(Exoskeleton()) as bus:
+        end = BusEnd(CanAddress(interface="socketcand", port=bus.port))
+        talk = NodeTalk(end, EXOSKELETON)
+        asked_s = talk.listen(0.1)[-1].timestamp
+        time.sleep(0.5)
+        assert talk.at_rest[0].timestamp > asked_s + 0.4
+        time.sleep(0.5)
+        command = {"enabled": 1.0, **dict.fromkeys(FINGERS, 0.2)}
+        said = talk.repeat(lambda: talk.say("FingerForces", command), 0.3)
+        assert said[0].timestamp > talk.at_rest[-1].timestamp + 0.4
         end.close()
 
 

@@ -9,7 +9,9 @@ import pytest
 from common.buses.can_frames import packing
 from common.buses.serial_messages import MessageId
 from sim_sensors.devices.exoskeleton import Exoskeleton
+from sim_sensors.devices.tacttip import TactTip
 from sim_sensors.devices.telemanipulator import Telemanipulator
+from sim_sensors.devices.texture_sensor import TextureSensor
 from sim_sensors.devices.thermal_sensor import ThermalSensor
 from teletaction.conformance.checklist import How, Unsafe, Verdict
 from teletaction.conformance.cut_out import Heating
@@ -72,8 +74,45 @@ def test_a_module_that_falls_silent_before_it_is_heated_stops_everything() -> No
         _ = Heating(drives).found
 
 
+@pytest.mark.parametrize(
+    ("kind", "reports", "number"),
+    [(ThermalSensor, 350, "S9"), (TextureSensor, 1200, "S16"), (ThermalSensor, 600, "S16")],
+)
+def test_a_module_whose_reports_end_while_it_is_listened_to_fails(
+    kind: Callable[..., Any], reports: int, number: str
+) -> None:
+    end = saying(VirtualModule(kind(1, BORN_S)), lambda count: int(count <= reports))
+    assert number in came(examined(end, LISTENING), Verdict.FAIL)
+
+
+@pytest.mark.parametrize(
+    ("kind", "reports"), [(ThermalSensor, 1100), (ThermalSensor, 1200), (ThermalSensor, 1500), (TactTip, 2200)]
+)
+def test_a_module_whose_reports_end_is_driven_no_further(kind: Callable[..., Any], reports: int) -> None:
+    results = examined(saying(VirtualModule(kind(1, BORN_S)), lambda count: int(count <= reports)))
+    failed = next(n for n, tried in enumerate(results) if tried.verdict is Verdict.FAIL)
+    assert results[failed].came == "no more reports"
+    assert {tried.verdict for tried in results[failed + 1 :]} == {Verdict.NOT_TRIED}
+
+
+@pytest.mark.parametrize(("kind", "after_s", "number"), [(Exoskeleton, 1.2, "N5"), (Telemanipulator, 3.2, "N7")])
+def test_a_node_whose_frames_end_fails_and_is_driven_no_further(
+    kind: Callable[[], Any], after_s: float, number: str
+) -> None:
+    end = VirtualNode(kind())
+    end.spoil = lambda frame: [frame] if end.now() - 100.0 < after_s else []
+    results = examined(end)
+    assert next(iter(came(results, Verdict.FAIL))) == number
+    assert not {"N8", "N9", "N11", "E3", "M4"} & came(results, Verdict.PASS).keys()
+
+
 @pytest.mark.parametrize(("kind", "numbers"), [(Exoskeleton, {"N8", "E3"}), (Telemanipulator, {"N8"})])
 def test_a_node_without_state_frames_passes_no_time_out(kind: Callable[[], Any], numbers: set[str]) -> None:
     end, state = VirtualNode(kind()), packing(f"{kind.__name__}State").frame_id  # type: ignore[attr-defined]
     end.spoil = lambda frame: [] if frame.arbitration_id == state else [frame]
     assert numbers <= came(examined(end), Verdict.NOT_APPLICABLE).keys()
+
+
+def test_repeated_numbers_are_not_called_missing() -> None:
+    results = examined(saying(VirtualModule(ThermalSensor(1, BORN_S)), lambda _: 1), LISTENING)
+    assert "0 numbers missing and 0 repeated" in came(results, Verdict.PASS)["S6"]

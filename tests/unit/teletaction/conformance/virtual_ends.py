@@ -159,6 +159,9 @@ class VirtualNode:
             for number, data in self.node.take_turn():
                 yield from self.spoil(can.Message(self._now_s, number, is_extended_id=False, data=data))
 
+    def waiting(self) -> Iterator[can.Message]:
+        return iter(())
+
     def _live(self) -> None:
         hand = self.hand
         match self.node:
