@@ -56,6 +56,8 @@ class Stream:
     def array(self, column: str) -> Array:
         """Return the values of a column, (n,): float64 with NaN for unknown numbers, or text with None.
 
+        A whole number above 2^53, such as the session's, is rounded. An export has all its digits.
+
         Raises:
             KeyError: there is no such column; the message lists those there are.
         """
