@@ -131,6 +131,8 @@ class SerialDevice:
             "times_lost": self.times_lost,
             "damaged": self.reader.damaged,
             "missed": self.reader.lost,
+            "repeated": self.reader.repeated,
+            "malformed": self.reader.malformed,
             "unsent": self.unsent,
         }
 

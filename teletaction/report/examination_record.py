@@ -79,7 +79,8 @@ def _devices(examination: Examination) -> Element:
     for name, status in devices.items() if isinstance(devices, Mapping) else ():
         if not isinstance(status, Mapping):
             continue
-        counts = {word: status.get(word) for word in ("times_lost", "damaged", "missed", "unsent", "unknown")}
+        words = ("times_lost", "damaged", "missed", "repeated", "malformed", "unsent", "unknown")
+        counts = {word: status.get(word) for word in words}
         said = ", ".join(
             f"{word.replace('_', ' ')} {shown(count)}" for word, count in counts.items() if count is not None
         )

@@ -96,7 +96,8 @@ class DriverContract:
         self.until_it_reads(rig, driver_on)
         rig.server.send(encode_frame(self.report, 0, b"\x01\x02\x03"))
         rig.server.send(encode_frame(0x7F, 1, b"unknown"))
-        rig.until(lambda: self.turn(driver_on), lambda: driver_on.line.reader.malformed == 1)
+        rig.until(lambda: self.turn(driver_on), lambda: driver_on.line.figures()["malformed"] == 1)
+        assert "repeated" in driver_on.line.figures()
         self.until_it_reads(rig, driver_on)
         assert driver_on.line.connected
 
