@@ -21,6 +21,8 @@ from teletaction.conformance.module_talk import ANSWER_S, REPORTS, REST_S, Modul
 MODULE: Checklist[ModuleTalk] = Checklist("Every serial module")
 
 ASKED = 5
+PAUSED_REPORTS = 4
+"""Longest time between two reports after a question, in reports; a line may lose three."""
 RANGES = {
     DeviceKind.TEXTURE_SENSOR: (-10.0, 10.0),
     DeviceKind.THERMAL_SENSOR: (0.0, 60.0),
@@ -47,7 +49,17 @@ def device_times_s(reports: list[ReceivedFrame]) -> list[float]:
 
 @MODULE.duty("S1", "Answers each IDENTIFY with one IDENTITY within 100 ms, while its reports continue")
 def _answers(talk: ModuleTalk) -> Outcome:
-    answers = [talk.ask(2.0 * ANSWER_S) for _ in range(ASKED)]
+    answers: list[list[float]] = []
+    reports = talk.reports(talk.listen(PAUSED_REPORTS / talk.rate_hz))
+    for _ in range(ASKED):
+        asked_s = talk.end.now()
+        talk.say(MessageId.IDENTIFY)
+        span = talk.listen(2.0 * ANSWER_S)
+        answers.append([heard.at_s - asked_s for heard in span.of(MessageId.IDENTITY)])
+        reports += talk.reports(span)
+    longest_s = max((after - before for before, after in pairwise(device_times_s(reports))), default=0.0)
+    if longest_s > PAUSED_REPORTS / talk.rate_hz:
+        return Outcome(False, f"no report for {1e3 * longest_s:.0f} ms at a question")
     in_time = sum(len(times) == 1 and times[0] <= ANSWER_S for times in answers)
     latest_s = max((times[0] for times in answers if times), default=0.0)
     most = max(len(times) for times in answers)

@@ -29,6 +29,23 @@ def twice(module: Any, below: Callable[..., None], frame: Frame) -> None:
     below(frame)
 
 
+@wrong("S1", TextureSensor)
+def stands_still_when_asked(end: Any) -> None:
+    """Sends no report for 50 ms after an answer."""
+    owed = 0
+
+    def say(below: Callable[..., None], message_id: MessageId, payload: bytes) -> None:
+        nonlocal owed
+        if message_id == MessageId.IDENTITY:
+            owed = 10
+        elif owed:
+            owed -= 1
+            return
+        below(message_id, payload)
+
+    over(end.module, "_say", say)
+
+
 @wrong("S1", ThermalSensor)
 def slow_at_rest(end: Any) -> None:
     """Answers IDENTIFY with the sixteenth report after it, unless commands are in force."""
