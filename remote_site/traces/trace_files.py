@@ -7,7 +7,7 @@ import csv
 import math
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
@@ -149,6 +149,16 @@ def _check_columns(trace: ThermalTrace | StrokeTrace, **units: Callable[[Array],
             raise ValueError(f"{where}: {why}")
 
 
+class UnreadFile(ValueError):
+    """A file that is missing, or that this user may not read; the message names it."""
+
+
+def require_all(errors: Sequence[str], files: int) -> None:
+    """Raise ValueError with the first error of several files, if there is one, and with the number of them."""
+    if errors:
+        raise ValueError(errors[0] + (f" ({len(errors)} of {files} files cannot be used)" if files > 1 else ""))
+
+
 class TraceFile:
     """Text of a CSV file by column; only requested columns are converted to numbers.
 
@@ -159,7 +169,8 @@ class TraceFile:
         """Read the file.
 
         Raises:
-            ValueError: the file is missing, empty, too long, not UTF-8, or has a line of the wrong length.
+            UnreadFile: the file is missing, or cannot be read.
+            ValueError: the file is empty, too long, not UTF-8, or has a line of the wrong length.
         """
         self.path = Path(path)
         self.lines: list[int] = []
@@ -168,7 +179,7 @@ class TraceFile:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
                 self._read(csv.reader(self._limited(file), strict=True))
         except OSError as error:
-            raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
+            raise UnreadFile(f"{path}: cannot be read: {error.strerror}") from None
         except UnicodeDecodeError:
             raise ValueError(f"{path}: not a UTF-8 CSV file") from None
         except csv.Error as error:

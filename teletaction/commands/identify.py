@@ -47,15 +47,9 @@ def identify_texture_command(
     """Identify mode, surface, grooves and rendering constants of recorded strokes."""
     from remote_site.texture.recorded.identify_texture import identify_texture, load_surfaces
 
-    surfaces, answered = None if table is None else load_surfaces(table), set[str]()
+    surfaces, workers = None if table is None else load_surfaces(table), processes or processors()
     with progress_line("identify") as progress:
-        workers = processes or processors()
-        for line in identify_texture(strokes, surfaces, signal, speed, workers, progress, speed_sd):
-            answered.add(line["stroke"])
-            _print_line(line)
-    for path in dict.fromkeys(map(str, strokes)):
-        if path not in answered:
-            typer.echo(f"{path}: no answer: force_n never shows contact, or the stroke is too short", err=True)
+        _print_lines(identify_texture(strokes, surfaces, signal, speed, workers, progress, speed_sd))
 
 
 @app.command("stiffness")
@@ -80,8 +74,4 @@ def _times(text: str) -> list[float]:
 
 def _print_lines(records: Iterable[Mapping[str, object]]) -> None:
     for record in records:
-        _print_line(record)
-
-
-def _print_line(record: Mapping[str, object]) -> None:
-    sys.stdout.write(json.dumps(record) + "\n")
+        sys.stdout.write(json.dumps(record) + "\n")

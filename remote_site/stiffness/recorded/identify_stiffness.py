@@ -14,6 +14,7 @@ from remote_site.stiffness.press_population import Fits, fit_presses
 from remote_site.stiffness.press_priors import CONTACT_ODDS, OTHER_CONTACTS, OTHER_LAWS
 from remote_site.stiffness.recorded.averaged_priors import OtherFits, Stated, averaged
 from remote_site.traces.press_files import Press, read_presses, require_own_contacts
+from remote_site.traces.trace_files import require_all
 
 Array = NDArray[np.float64]
 
@@ -106,14 +107,20 @@ def identify_stiffness(files: Sequence[Path]) -> Iterator[dict[str, Any]]:
     """Yield one line per press of every file; the presses of one file are of one object.
 
     Raises:
-        ValueError: a file cannot be used; the message names file, line and column.
+        ValueError: after all lines: a file cannot be used; the message names file, line and column.
     """
     owners: dict[tuple[Path, int], Path] = {}
+    wrong: list[str] = []
     for path in files:
-        presses = read_presses(path)
-        require_own_contacts(path, presses, owners)
+        try:
+            presses = read_presses(path)
+            require_own_contacts(path, presses, owners)
+        except ValueError as error:
+            wrong.append(str(error))
+            continue
         for answer in identify_presses(presses):
             yield {"file": str(path), **answer}
+    require_all(wrong, len(files))
 
 
 def identify_presses(presses: Sequence[Press], at_n: float = AT_N) -> list[StiffnessAnswer]:

@@ -1,11 +1,13 @@
 """Identifies the texture of recorded strokes off line, with one JSON line for each segment."""
 
+import logging
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
+from common.files.printable import printable
 from common.files.read_files import read_json
 from common.runtime.parallel_map import Progress, in_order, unseen
 from remote_site.texture.motion_spectrum import UNKNOWN, MotionSpectra
@@ -14,8 +16,10 @@ from remote_site.texture.recorded.stroke_playback import FAST_HZ
 from remote_site.texture.recorded.stroke_segments import Segment, segments
 from remote_site.texture.surface_table import StrokeLaw, SurfaceTable
 from remote_site.texture.texture_law import ln_roughness
-from remote_site.traces.trace_files import StrokeTrace, read_stroke
+from remote_site.traces.trace_files import StrokeTrace, read_stroke, require_all
 from remote_site.traces.units import stated_speed_m_s
+
+log = logging.getLogger(__name__)
 
 RPM_PER_MM_S = 60.0 / (2.0 * math.pi) / 1000.0
 """Factor from (rad/s)/(m/s) to rpm/(mm/s)."""
@@ -89,6 +93,8 @@ def identify_texture(
 ) -> Iterator[dict[str, Any]]:
     """Yield one line per segment in contact of every stroke; `null` marks values that could not be determined.
 
+    A warning is logged for a stroke without a line.
+
     Args:
         strokes: trace files.
         table: sensor and calibrated surfaces. Without one, lines have neither a surface nor constants, and the shipped
@@ -101,14 +107,17 @@ def identify_texture(
         speed_sd_mm_s: standard deviation of a constant error of the speed, mm/s; it widens that of the period.
 
     Raises:
-        ValueError: a file cannot be used (the message names file, line and column), the speed is not positive, or its
-            deviation is negative.
+        ValueError: the speed is not positive, or its deviation is negative. After all lines: a file cannot be used (the
+            message names file, line and column).
     """
     if not 0.0 <= speed_sd_mm_s < 10_000.0:
         raise ValueError(f"--speed-sd: must be 0 or more, mm/s, not {speed_sd_mm_s}")
     one = partial(_lines, table, signal, stated_speed_m_s(speed_mm_s), speed_sd_mm_s / 1000.0)
-    for lines in in_order(one, strokes, processes, progress):
+    wrong: list[str] = []
+    for lines, error in in_order(one, strokes, processes, progress):
         yield from lines
+        wrong += error
+    require_all(wrong, len(strokes))
 
 
 def _lines(
@@ -117,11 +126,17 @@ def _lines(
     speed_m_s: float | None,
     speed_sd_m_s: float,
     path: Path,
-) -> list[dict[str, Any]]:
-    """Return the lines of one stroke."""
-    trace = read_stroke(path, signal)
-    whole = read_stroke(path, "best") if signal == "mean" else None
-    return [{"stroke": str(path), **answer} for answer in identify_stroke(trace, table, speed_m_s, whole, speed_sd_m_s)]
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return the lines of one stroke, or what is wrong with its file."""
+    try:
+        trace = read_stroke(path, signal)
+        whole = read_stroke(path, "best") if signal == "mean" else None
+        answers = identify_stroke(trace, table, speed_m_s, whole, speed_sd_m_s)
+    except ValueError as error:
+        return [], [str(error)]
+    if not answers:
+        log.warning("%s: no answer: force_n never shows contact, or the stroke is too short", printable(str(path)))
+    return [{"stroke": str(path), **answer} for answer in answers], []
 
 
 def identify_stroke(

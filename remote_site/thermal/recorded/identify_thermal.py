@@ -17,7 +17,7 @@ from remote_site.thermal.thermal_identification import ThermalIdentification, Th
 from remote_site.thermal.thermal_result import NO_CONTACT, ThermalResult
 from remote_site.thermal.touch_estimate import TouchEvidence
 from remote_site.thermal.touch_start import RecordedTouch, find_touch, reference_touch
-from remote_site.traces.trace_files import ThermalTrace, TraceFile, read_thermal
+from remote_site.traces.trace_files import ThermalTrace, TraceFile, UnreadFile, read_thermal, require_all
 
 log = logging.getLogger(__name__)
 DEFAULT_AT_S = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0)
@@ -97,25 +97,32 @@ def identify_thermal(
         progress: is given the share done, 0..1.
 
     Raises:
-        ValueError: the file of touches cannot be used (names file, line and column), or a time is not positive.
+        ValueError: the file of touches cannot be used (names file, line and column), or a time is not positive. After
+            all lines: a file is missing, or cannot be read.
     """
     _check_times(at)
     grouped = {} if touches is None else _read_touches(touches)
     # labelled as the caller named it, so that equal file names in two folders stay apart
     jobs = [({"trace": str(path)}, [path]) for path in traces]
     jobs += [({"touch": name}, paths) for name, paths in grouped.items()]
-    for lines in in_order(partial(_answers, table.model_dump_json(), tuple(at)), jobs, processes, progress):
+    unread: list[str] = []
+    for lines, errors in in_order(partial(_answers, table.model_dump_json(), tuple(at)), jobs, processes, progress):
         yield from lines
+        unread += errors
+    require_all(unread, sum(len(paths) for _, paths in jobs))
 
 
-def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> list[Line]:
+def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> tuple[list[Line], list[str]]:
+    """Return the lines of one touch, and the errors of its files that are missing or cannot be read."""
     label, paths = job
-    traces, broken = [], ""
+    traces, broken, unread = [], "", list[str]()
     for path in paths:
         try:
             traces.append(read_thermal(path))
         except ValueError as error:
             broken = broken or str(error)
+            if isinstance(error, UnreadFile):
+                unread.append(str(error))
             if len(paths) > 1:
                 log.warning("touch %s is judged without a trace: %s", printable(label["touch"]), printable(str(error)))
     for trace in traces:
@@ -125,7 +132,7 @@ def _answers(table: str, at: Sequence[float], job: tuple[Line, list[Path]]) -> l
                 "record from 0.5 s before contact",
                 printable(trace.name),
             )
-    return [{**label, **answer} for answer in _lines(traces, at, knowledge_of(table), broken)]
+    return [{**label, **answer} for answer in _lines(traces, at, knowledge_of(table), broken)], unread
 
 
 def identify_traces(

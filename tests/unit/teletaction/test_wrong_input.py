@@ -70,6 +70,10 @@ def edit(path: Path, old: str, new: str) -> None:
         ("identify stiffness none.csv", "none.csv: cannot be read"),
         ("identify stiffness a.csv", "a.csv: line 1: column press is missing"),
         ("identify stiffness", "presses"),
+        *(
+            (f"export a.mcap --to csv --out o --began {began}", f"--began {began!r}: expected date, time and offset")
+            for began in ("12:00", "yesterday", "2026-11-27", "2026-11-27T10:00:00")
+        ),
         ("render thermal --object adamant --object-c 20 --air-c 25 --seconds 1", "adamant"),
         ("simulate thermal --material adamant --out t", "adamant"),
         ("simulate stroke --surface velvet --out t", "teletaction: unknown surface 'velvet'; known: aluminium, "),
@@ -187,12 +191,34 @@ def test_a_thermal_trace_that_cannot_be_read_is_answered_and_so_are_the_others(
     assert {line["status"] for line in lines if line["trace"] == str(free)} == {"no_contact"}
 
 
-def test_a_stroke_without_an_answer_is_named(tmp_path: Path) -> None:
+def test_a_stroke_without_an_answer_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    assert command("identify", "texture", pulled(tmp_path / "pulled.csv")).said == (0, "", "")
+    assert caplog.messages == [
+        f"{tmp_path / 'pulled.csv'}: no answer: force_n never shows contact, or the stroke is too short"
+    ]
+
+
+def pulled(path: Path) -> Path:
+    """A stroke without contact."""
     rows = "".join(f"{n / 2000.0:.4f},0.0,-1.2,50.0\n" for n in range(1000))
-    (tmp_path / "pulled.csv").write_text("time_s,pressure_v,force_n,speed_mm_s\n" + rows, "utf-8")
-    outcome = command("identify", "texture", tmp_path / "pulled.csv")
-    assert (outcome.code, outcome.out) == (0, "")
-    assert f"{tmp_path / 'pulled.csv'}: no answer: force_n never shows contact" in outcome.err
+    path.write_text("time_s,pressure_v,force_n,speed_mm_s\n" + rows, "utf-8")
+    return path
+
+
+PRESS = "press,depth_mm,force_n\n" + "".join(f"1,{0.1 * n:.1f},{0.2 * n:.1f}\n" for n in range(20))
+
+
+@pytest.mark.parametrize(("kind", "lines"), [("thermal", 7), ("texture", 2), ("stiffness", 1)])
+def test_a_missing_file_is_an_error_after_the_others_were_identified(tmp_path: Path, kind: str, lines: int) -> None:
+    good, gone = tmp_path / "good.csv", tmp_path / "gone.csv"
+    stroke = pulled(tmp_path / "stroke.csv").read_text("utf-8").replace("-1.2", "1.2")
+    good.write_text({"thermal": THERMAL, "texture": stroke, "stiffness": PRESS}[kind], "utf-8")
+    table = ("--table", TABLES / "materials.json") if kind == "thermal" else ()
+    outcome = command("identify", kind, *table, gone, good)
+    assert outcome.code == 2
+    assert sum(f"{good}" in line for line in outcome.out.splitlines()) == lines
+    (said,) = outcome.err.splitlines()
+    assert said == (f"teletaction: {gone}: cannot be read: No such file or directory (1 of 2 files cannot be used)")
 
 
 @pytest.mark.parametrize("kind", ["thermal --traces", "temperature --table t --traces", "texture --strokes"])

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -44,9 +45,17 @@ def stone(seed: int = 5, seconds: float = 2.6) -> MadeTouch:
 
 
 def identify(
-    table: MaterialTable, *traces: Path, at: tuple[float, ...] = (1.0,), touches: Path | None = None
+    table: MaterialTable,
+    *traces: Path,
+    at: tuple[float, ...] = (1.0,),
+    touches: Path | None = None,
+    unread: str | None = None,
 ) -> list[Line]:
-    lines = list(identify_thermal(table, traces, at, touches))
+    """All lines; the first of the unread files is named after them."""
+    lines: list[Line] = []
+    with nullcontext() if unread is None else pytest.raises(ValueError, match=unread):
+        for line in identify_thermal(table, traces, at, touches):
+            lines.append(line)  # noqa: PERF402 -- the lines before the error count
     for line in lines:
         assert set(line) == {"trace" if touches is None else "touch"} | FIELDS
         assert line["status"] in STATUSES
@@ -142,7 +151,9 @@ def test_a_bad_trace_in_a_joint_touch_leaves_the_other_fingers(
 ) -> None:
     for k, touch in enumerate(made_touches("stone", 2, 8, 2.0, start_c=np.array([33.0, 37.0]), same_piece=True)):
         touch.write(tmp_path / f"f{k}.csv")
-    lines = identify(table, touches=listed(tmp_path, "one,f0.csv", "one,gone.csv", "one,f1.csv", "two,gone.csv"))
+    touches = listed(tmp_path, "one,f0.csv", "one,gone.csv", "one,f1.csv", "two,gone.csv")
+    unread = r"gone.csv: cannot be read: No such file or directory \(2 of 4 files cannot be used\)$"
+    lines = identify(table, touches=touches, unread=unread)
     assert [line["touch"] for line in lines] == ["one", "one", "two", "two"]
     assert lines[0]["best"] == "stone"
     assert lines[0]["object_c"] is not None
@@ -256,6 +267,8 @@ BAD: dict[str, tuple[Spoil, str | None, str | None]] = {
     "ends at contact": (spoiled(lambda t: t.until(0.06)), "deciding", None),
 }
 
+UNREAD = ("missing file", "a folder")
+
 
 @pytest.mark.parametrize("kind", BAD)
 def test_a_bad_trace_is_answered_with_its_reason_and_the_others_continue(
@@ -265,7 +278,8 @@ def test_a_bad_trace_is_answered_with_its_reason_and_the_others_continue(
     good = stone(seconds=1.2)
     before, after = good.write(tmp_path / "before.csv"), good.write(tmp_path / "after.csv")
     bad = spoil(good, tmp_path / "bad.csv")
-    lines = identify(table, before, bad, after)
+    unread = rf"{bad}: cannot be read: .* \(1 of 3 files cannot be used\)$" if kind in UNREAD else None
+    lines = identify(table, before, bad, after, unread=unread)
     assert [line["trace"] for line in lines] == [str(path) for path in (before, before, bad, bad, after, after)]
     of_bad = lines[2:4]
     assert [line["final"] for line in of_bad] == [False, True]
