@@ -64,10 +64,9 @@ def export_command(
     to: Annotated[str, typer.Option(help="Format: csv, parquet, foxglove, rerun, fhir or dicom-sr.")],
     out: Annotated[Path, typer.Option(help="Folder for the files; it is created.")],
     began: Annotated[
-        datetime | None,
+        str | None,
         typer.Option(
-            formats=["%Y-%m-%dT%H:%M:%S%z"],
-            help="Time of the first message, such as 2026-11-27T10:00:00+00:00; for a recording of version 0.1.0.",
+            help="Time of the first message, such as 2026-11-27T10:00:00+00:00; for a recording of version 0.1.0."
         ),
     ] = None,
     body_site: Annotated[
@@ -82,9 +81,21 @@ def export_command(
     """Write a recording in a format that other tools read, with named fields and wall-clock times."""
     from teletaction.export.export import export
 
-    for name, count in export(recording, to, out, began, body_site).items():
+    for name, count in export(recording, to, out, None if began is None else _began(began), body_site).items():
         typer.echo(f"{count:9d} {name}", err=True)
     typer.echo(f"wrote {out}", err=True)
+
+
+def _began(text: str) -> datetime:
+    try:
+        began = datetime.fromisoformat(text)
+    except ValueError:
+        began = datetime.min
+    if began.tzinfo is None:
+        raise ValueError(
+            f"--began {text!r}: expected date, time and offset from UTC, such as 2026-11-27T10:00:00+00:00"
+        )
+    return began
 
 
 @app.command("recover")

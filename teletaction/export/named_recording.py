@@ -14,6 +14,9 @@ from teletaction.recordings.merge import ORIGIN
 _OPERATOR = ("operator/clock", "operator/session")
 """Streams of which the operator site's recording has at least one."""
 
+FIRST_YEAR, LAST_YEAR = 2000, 2200
+"""Range of the year in which a recording may have begun; formats of files hold few others."""
+
 
 class NamedMessage(NamedTuple):
     """One message: its stream, times in ns, and its fields.
@@ -46,7 +49,8 @@ class NamedRecording:
             began: wall-clock time of the first message; needed where the recording has no clock anchor.
 
         Raises:
-            ValueError: the file is no whole recording, or has no clock anchor and `began` is missing.
+            ValueError: the file is no whole recording, or has no clock anchor and `began` is missing,
+                or `began` is in another century.
         """
         self._reader = RecordingReader(path, file)
         self.path = path
@@ -80,6 +84,10 @@ class NamedRecording:
 
     def _anchor(self, began: datetime | None) -> ClockAnchor:
         if began is not None:
+            if not FIRST_YEAR <= began.year <= LAST_YEAR:
+                raise ValueError(
+                    f"began {began.isoformat()}: its year is none of a recording ({FIRST_YEAR} to {LAST_YEAR})"
+                )
             return ClockAnchor("", self._reader.start_ns, round(began.timestamp() * 1e9), 0)
         # All times of a merged file are of the operator host's clock, whatever its recordings are called.
         here = {f"{each.metadata.get(ORIGIN)}/session" for each in self._reader.channels if each.topic in _OPERATOR}

@@ -42,6 +42,14 @@ def test_without_that_time_the_error_names_the_option(to: str, tmp_path: Path) -
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("year", ["0001", "1960", "9999"])
+def test_a_year_of_another_century_is_refused(year: str, tmp_path: Path) -> None:
+    began = f"{year}-11-27T10:00:00+00:00"
+    said = one_line(command("export", OLD, "--to", "foxglove", "--out", tmp_path / "out", "--began", began), 2)
+    assert said == f"teletaction: began {began}: its year is none of a recording (2000 to 2200)"
+    assert not (tmp_path / "out").exists()
+
+
 def test_it_opens_in_python(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="--began"):
         tt.Recording(OLD)
