@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from pydantic import BaseModel
 
@@ -55,18 +55,31 @@ def run_process(name: str, config: Path, model: type[_C], run: Callable[[_C, Cal
         raise SystemExit(2) from None
 
 
-def room_main(processes: dict[str, tuple[Any, Callable[[Any, Callable[[], bool]], None]]]) -> int:
-    """Run `python -m ROOM [PROCESS] --config FILE`; return the exit code, 2 with one line for bad input."""
-    parser = argparse.ArgumentParser()
-    only = next(iter(processes)) if len(processes) == 1 else None
-    if only is None:
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def room_main(room: str, processes: dict[str, tuple[str, Any, Callable[[Any, Callable[[], bool]], None]]]) -> int:
+    """Run `python -m ROOM [PROCESS] --config FILE`; return the exit code, 2 with one line for bad input.
+
+    Args:
+        room: name of the room's package.
+        processes: for each PROCESS the name in its log, the model of its configuration, and the function that runs it.
+    """
+    parser = _Parser(prog=f"python -m {room}")
+    if len(processes) == 1:
+        parser.set_defaults(process=next(iter(processes)))
+    else:
         parser.add_argument("process", choices=sorted(processes))
     parser.add_argument("--config", type=Path, required=True, help="TOML file of this process")
     arguments = parser.parse_args()
-    name = only or arguments.process
+    name, model, run = processes[arguments.process]
     try:
-        run_process(name, arguments.config, *processes[name])
-    except (ValueError, OSError) as error:
-        print(f"{name}: {printable(str(error))}", file=sys.stderr)
+        run_process(name, arguments.config, model, run)
+    except (ValueError, KeyError, OSError) as error:
+        print(f"{parser.prog}: {printable(' '.join(str(error).split()))}", file=sys.stderr)
         return 2
     return 0

@@ -6,4 +6,4 @@ from common.config.site_models import OperatorConfig
 from common.process import room_main
 from operator_site.site import run_operator
 
-sys.exit(room_main({"operator": (OperatorConfig, run_operator)}))
+sys.exit(room_main("operator_site", {"operator": ("operator", OperatorConfig, run_operator)}))

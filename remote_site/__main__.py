@@ -6,4 +6,4 @@ from common.config.site_models import RemoteConfig
 from common.process import room_main
 from remote_site.site import run_remote
 
-sys.exit(room_main({"remote": (RemoteConfig, run_remote)}))
+sys.exit(room_main("remote_site", {"remote": ("remote", RemoteConfig, run_remote)}))

@@ -10,10 +10,11 @@ from sim_sensors.remote_devices import run_sim_remote
 
 sys.exit(
     room_main(
+        "sim_sensors",
         {
-            "remote": (SimRemoteConfig, run_sim_remote),
-            "operator": (SimOperatorConfig, run_sim_operator),
-            "network": (SimNetworkConfig, run_sim_network),
-        }
+            "remote": ("sim-remote", SimRemoteConfig, run_sim_remote),
+            "operator": ("sim-operator", SimOperatorConfig, run_sim_operator),
+            "network": ("sim-network", SimNetworkConfig, run_sim_network),
+        },
     )
 )

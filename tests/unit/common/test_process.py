@@ -42,6 +42,24 @@ def test_bad_input_is_one_line_of_the_chosen_form_and_exit_2(tmp_path: Path, for
     assert "absent/site.key_secret: no key; make one with" in words
 
 
+@pytest.mark.parametrize(
+    ("room", "arguments", "expected"),
+    [
+        ("remote_site", "", "the following arguments are required: --config"),
+        ("operator_site", "--config absent.toml", "absent.toml: No such file or directory"),
+        ("sim_sensors", "", "the following arguments are required: process, --config"),
+        ("sim_sensors", "remote --config absent.toml", "absent.toml: No such file or directory"),
+        ("sim_sensors", "voice --config absent.toml", "argument process: invalid choice: 'voice' "),
+    ],
+)
+def test_a_wrong_line_of_a_room_is_one_line_with_its_name(room: str, arguments: str, expected: str) -> None:
+    line = [sys.executable, "-m", room, *arguments.split()]
+    ended = subprocess.run(line, capture_output=True, text=True, timeout=50, check=False)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    (said,) = ended.stderr.splitlines()
+    assert said.startswith(f"python -m {room}: {expected}")
+
+
 def test_a_process_without_output_is_reported_as_silent(tmp_path: Path) -> None:
     (tmp_path / "remote.log").write_text("\n", "utf-8")
     assert SessionProcesses(tmp_path).last_words("remote") == "its log is empty"
