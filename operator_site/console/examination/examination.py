@@ -171,7 +171,7 @@ class Examination:
         Raises:
             Refused: no such finding stands, or the text is too long.
         """
-        before = self._standing(ident)
+        before = self.standing(ident)
         if not isinstance(text, str) or len(text) > LONGEST_NOTE:
             raise Refused(texts.NOTE_LENGTH.format(longest=LONGEST_NOTE))
         return self._change(before, replace(before, note=text, change="note"))
@@ -202,9 +202,14 @@ class Examination:
     def _under_way(self, ident: object) -> Finding:
         if self.pseudonym is None:
             raise Refused(texts.NO_SESSION)
-        return self._standing(ident)
+        return self.standing(ident)
 
-    def _standing(self, ident: object) -> Finding:
+    def standing(self, ident: object) -> Finding:
+        """Return a finding that is not withdrawn.
+
+        Raises:
+            Refused: there is none with this number.
+        """
         finding = self.findings.get(ident) if isinstance(ident, int) else None
         if finding is None:
             raise Refused(texts.NO_FINDING)

@@ -128,8 +128,11 @@ class ExaminationRequests:
             raise Refused(texts.PAIN_NOT_AGREED)
 
     async def _note(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self.console.examination.note(details.get("finding"), details.get("text"))
-        kept = await self._keep(finding, now_s, texts.NOTE, "saved.")
+        finding, text = self.console.examination.standing(details.get("finding")), details.get("text")
+        if text == finding.note:  # sent twice, by a double click or after a lost answer
+            kept = await self._kept(finding, now_s, texts.NOTE, "saved.")
+        else:
+            kept = await self._keep(self.console.examination.note(finding.ident, text), now_s, texts.NOTE, "saved.")
         ended = self.console.examination.pseudonym is None
         return replace(kept, text=f"{kept.text} {texts.NOTE_AFTER_END}") if ended else kept
 
@@ -147,8 +150,12 @@ class ExaminationRequests:
         return await self._keep(finding, now_s, texts.UNDONE, f"saved: {finding.text}.")
 
     async def _keep(self, finding: Finding, now_s: float, text: str, on_disk: str) -> Answer:
-        """Write a finding, wait for the disk, and answer whether the disk has it."""
+        """Write a finding, and answer whether the disk has it."""
         self._journal.write("console/finding", now_s, finding.record())
+        return await self._kept(finding, now_s, text, on_disk)
+
+    async def _kept(self, finding: Finding, now_s: float, text: str, on_disk: str) -> Answer:
+        """Wait for the disk, and answer whether it has a finding."""
         await self._settle(now_s)
         saved = self._journal.is_saved(finding.ident)
         answer = text.format(number=finding.ident, kept=on_disk if saved else texts.NOT_ON_DISK)

@@ -292,6 +292,20 @@ def test_a_note_is_kept_as_it_was_written(workplace: Workplace) -> None:
     assert max(map(len, kept)) <= 200, "the whole note is with its finding"
 
 
+def test_a_note_that_is_sent_twice_is_kept_once(workplace: Workplace) -> None:
+    workplace.ask("begin", pseudonym="P-0417")
+    workplace.ask("finding", finger="index", x_mm=10.0, y_mm=0.0)
+    answers = [workplace.ask("note", finding=1, text=text) for text in ("hard", "hard", "softer", "hard")]
+    assert [(answer.ok, answer.text == answers[0].text) for answer in answers] == [(True, True)] * 4
+    changes = [(found["change"], found["note"]) for found in workplace.journal.of("console/finding")]
+    assert changes == [("mark", ""), ("note", "hard"), ("note", "softer"), ("note", "hard")]
+    for note in ("softer", "hard", ""):
+        assert workplace.ask("undo").ok
+        assert workplace.console.examination.findings[1].note == note
+    assert workplace.ask("withdraw", finding=1, reason="scar").ok
+    assert not workplace.ask("note", finding=1, text="").ok
+
+
 def test_the_values_at_a_place_are_answered_with_their_uncertainty(workplace: Workplace) -> None:
     workplace.observer.quantities = ("temperature",)
     answer = workplace.ask("place", workplace.observer, x_mm=10.0, y_mm=0.0)
