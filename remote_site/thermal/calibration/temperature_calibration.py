@@ -7,7 +7,13 @@ from pathlib import Path
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.thermal.calibration.discrepancy_fit import EARLY_END, Labelled, Seen, courses, learn
-from remote_site.thermal.calibration.usable_touch import begins_in_contact, check_difference, touch_of
+from remote_site.thermal.calibration.usable_touch import (
+    begins_in_contact,
+    check_difference,
+    lacks_reference,
+    touch_of,
+    without_reference,
+)
 from remote_site.thermal.material_table import MaterialTable
 from remote_site.thermal.touch_start import reference_touch
 from remote_site.traces.trace_files import ThermalTrace, read_labels, read_thermal
@@ -27,12 +33,14 @@ class TemperatureFit:
         table: the table with the new errors.
         seen: evidence of the touches without discrepancy, by time after contact, s.
         in_contact: names of the traces that begin in contact.
+        no_reference: names of the traces without an unheated sensor, if the table has one.
     """
 
     before: MaterialTable
     table: MaterialTable
     seen: dict[float, list[Seen]] = field(repr=False)
     in_contact: list[str] = field(default_factory=list)
+    no_reference: list[str] = field(default_factory=list)
 
     @property
     def warnings(self) -> list[str]:
@@ -43,7 +51,11 @@ class TemperatureFit:
             objects_c = [one.object_c for one in first if one.material == number and one.object_c is not None]
             if objects_c:
                 ranges[name] = max(objects_c) - min(objects_c)
-        return [begins_in_contact(name) for name in self.in_contact] + [
+        found = [begins_in_contact(name) for name in self.in_contact]
+        if self.no_reference:
+            stays = "the errors of the table's unheated sensor stay as they were; add the column to all traces"
+            found.append(lacks_reference(self.no_reference, len(first), stays))
+        return found + [
             f"{name}: its references span {range_k:.1f} K; references over {NARROW_K:.0f} K or more "
             "show how the error changes with the object's temperature"
             for name, range_k in ranges.items()
@@ -143,16 +155,14 @@ def learn_temperature(
             if number not in whole:
                 raise ValueError(f"{one.touch.trace.name}: the touch ends before {needed_s:.2f} s: {EARLY_END}")
         progress(0.5)
-        beside = table.reference
-        if beside is not None and beside.discrepancy is not None and _have_reference(touches):
+        beside = table.reference if table.reference is not None and table.reference.discrepancy is not None else None
+        bare = [] if beside is None else without_reference([one.touch for one in touches])
+        if beside is not None and not bare:
             others = [one._replace(touch=reference_touch(one.touch)) for one in touches]
             fit = replace(fit, table=fit.table.model_copy(update={"reference": _learned(beside, others, mapped).table}))
         progress(1.0)
-    return replace(fit, in_contact=[one.touch.trace.name for one in touches if one.touch.first == 0])
-
-
-def _have_reference(touches: list[Labelled]) -> bool:
-    return all(one.touch.trace.reference_c is not None for one in touches)
+    in_contact = [one.touch.trace.name for one in touches if one.touch.first == 0]
+    return replace(fit, in_contact=in_contact, no_reference=bare)
 
 
 def _learned(table: MaterialTable, touches: list[Labelled], mapped: Map) -> TemperatureFit:

@@ -21,7 +21,9 @@ from remote_site.thermal.calibration.usable_touch import (
     check_difference,
     check_gaps,
     contact_length_s,
+    lacks_reference,
     touch_of,
+    without_reference,
 )
 from remote_site.thermal.exponential_response import TAU_GRID_S, ExponentialResponse
 from remote_site.thermal.material_table import RATE_TIMES_S, MaterialEntry, MaterialTable
@@ -70,6 +72,7 @@ class ThermalFit:
         shortest: name of the shortest trace.
         in_contact: names of the traces that begin in contact.
         unlike: names of the traces that the model fits much worse than the others.
+        no_reference: names of the traces without an unheated sensor, if others have one.
     """
 
     table: MaterialTable
@@ -80,6 +83,7 @@ class ThermalFit:
     shortest: str = ""
     in_contact: list[str] = field(default_factory=list)
     unlike: list[str] = field(default_factory=list)
+    no_reference: list[str] = field(default_factory=list)
 
     @property
     def before(self) -> MaterialTable:
@@ -100,6 +104,9 @@ class ThermalFit:
                 f"{self.shortest} lasts only {self.table.lasts_s:.2f} s after contact: later readings of all touches "
                 f"were not used, and an object is judged for {self.table.lasts_s:.2f} s; {LONGEST_S:g} s are better"
             )
+        if self.no_reference:
+            dropped = "the unheated sensor of the others was not calibrated; add the column, or leave these touches out"
+            found.append(lacks_reference(self.no_reference, len(self.names), dropped))
         found += [begins_in_contact(name) for name in self.in_contact]
         found += [
             f"{name}: the model fits this touch much worse than the others; check its readings, label and object_c, or "
@@ -246,9 +253,10 @@ def fit_thermal(
     for touch in everyone:
         check_gaps(touch, min(length_s, LONGEST_S))
     in_contact = [touch.trace.name for touch in everyone if touch.first == 0]
-    if any(touch.trace.reference_c is None for touch in everyone):
+    if bare := without_reference(everyone):
         fit, _ = _fit(where, touches, leak_per_s, length_s, None, mapped, progress)
-        return replace(fit, shortest=name, in_contact=in_contact)
+        no_reference = bare if len(bare) < len(everyone) else []
+        return replace(fit, shortest=name, in_contact=in_contact, no_reference=no_reference)
     beside = {
         label: [(reference_touch(touch), object_c) for touch, object_c in listed] for label, listed in touches.items()
     }

@@ -1,5 +1,7 @@
 """Checks whether a labelled touch can be used in a calibration."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from common.exploration.contact_detector import CONTACT_OFF_N
@@ -70,3 +72,13 @@ def begins_in_contact(name: str) -> str:
         f"{name}: begins in contact, so that neither the start of the touch nor the plate's temperature at contact is "
         "known; record from 0.5 s before contact, or leave this touch out"
     )
+
+
+def without_reference(touches: Sequence[RecordedTouch]) -> list[str]:
+    """Return the names of the traces that have no unheated sensor."""
+    return [touch.trace.name for touch in touches if touch.trace.reference_c is None]
+
+
+def lacks_reference(names: Sequence[str], touches: int, result: str) -> str:
+    """Return the warning of traces without an unheated sensor among all touches, and its result."""
+    return f"{names[0]}: column reference_c is missing in {len(names)} of {touches} touches, so that {result}"

@@ -113,11 +113,16 @@ def test_a_table_without_object_temperatures_learns_one_material(
 
 def test_the_reference_sensor_learns_too(calibrated: tuple[MaterialTable, Path], tmp_path: Path) -> None:
     table = calibrated[0].model_copy(update={"reference": calibrated[0]})
-    found = learn_temperature(table, traces(references(reference=True), tmp_path, OFF_K)).table
+    fit = learn_temperature(table, traces(references(reference=True), tmp_path, OFF_K))
+    assert fit.warnings == []
+    found = fit.table
     assert found.reference is not None
     assert found.reference.discrepancy == found.discrepancy
-    alone = learn_temperature(table, traces(references(), tmp_path, OFF_K)).table
-    assert alone.reference == calibrated[0], "these touches have no reference sensor"
+    made = [*references()[:2], *references(reference=True)[2:]]
+    partly = learn_temperature(table, traces(made, tmp_path, OFF_K))
+    assert partly.table.reference == calibrated[0], "two of these touches have no reference sensor"
+    (warning,) = partly.warnings
+    assert warning.startswith(f"{tmp_path / '0.csv'}: column reference_c is missing in 2 of 6 touches, so that the ")
 
 
 def test_references_of_one_temperature_are_mentioned(calibrated: tuple[MaterialTable, Path], tmp_path: Path) -> None:

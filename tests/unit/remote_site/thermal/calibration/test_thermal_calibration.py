@@ -74,6 +74,18 @@ def test_touches_that_begin_in_contact_or_are_unlike_the_others_are_named() -> N
     assert any("bad: the model fits this touch much worse" in warning for warning in fit.warnings)
 
 
+def test_touches_without_an_unheated_sensor_among_others_with_one_are_named() -> None:
+    first, second, *others = [*usual("metal"), *usual("plastic")]
+    beside = [(label, replace(trace, reference_c=trace.sensor_c), object_c) for label, trace, object_c in others]
+    fit = calibrate_traces([first, second, *beside])
+    assert fit.table.reference is None
+    assert (
+        "metal 0: column reference_c is missing in 2 of 10 touches, so that the unheated sensor of the others was not "
+        "calibrated; add the column, or leave these touches out"
+    ) in fit.warnings
+    assert not any("reference_c" in warning for warning in calibrate_traces([first, second, *others]).warnings)
+
+
 @pytest.mark.long
 def test_a_touch_with_another_label_is_named_by_its_material() -> None:
     wrong = [("metal", trace, object_c) for _, trace, object_c in usual("plastic", 1)]
