@@ -305,6 +305,18 @@ def test_a_trace_that_begins_in_contact_is_answered_with_a_warning(
     assert warning.startswith(f"{late}: begins in contact")
 
 
+def test_a_slow_trace_is_answered_with_a_warning(
+    table: MaterialTable, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """With 20 samples/s and a table of 100, errors after 1 s are three times as large, and their ± is not."""
+    touch = stone()
+    for step, name in ((2, "half.csv"), (5, "slow.csv")):
+        kept = np.arange(len(touch.time_s)) % step == 0
+        identify(table, touch.where(kept).write(tmp_path / name))
+    [warning] = caplog.messages
+    assert warning.startswith(f"{tmp_path / 'slow.csv'}: 20 samples/s, so that the time of contact is not exact")
+
+
 def test_a_bad_trace_after_a_name_keeps_it(table: MaterialTable, tmp_path: Path) -> None:
     touch = stone(seconds=7.0)
     stuck = replace(touch, sensor_c=np.where(touch.time_s > 5.0, 25.0, touch.sensor_c))
