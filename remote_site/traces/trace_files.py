@@ -21,6 +21,7 @@ from common.wire.packets import MAX_TEXT
 from remote_site.traces.units import (
     wrong_ambient,
     wrong_forces,
+    wrong_label_speeds,
     wrong_pressures,
     wrong_reading,
     wrong_roughness,
@@ -43,7 +44,7 @@ LONGEST_HEADER, LONGEST_CELL = 300, 40
 """Maximum numbers of characters of a header and of a cell that a message quotes."""
 _SEPARATORS = re.compile("[;\t| ]")
 NOT_SIGNALS = ("time_s", "force_n", "speed_mm_s")
-_OF_LABELS = {"object_c": wrong_reading, "roughness_um": wrong_roughness, "speed_mm_s": wrong_speeds}
+_OF_LABELS = {"object_c": wrong_reading, "roughness_um": wrong_roughness, "speed_mm_s": wrong_label_speeds}
 """Check of the unit of each optional column of labels."""
 
 

@@ -133,6 +133,13 @@ def wrong_speeds(values_mm_s: Array) -> str:
     return f"at most {largest:g} mm/s is no stroke: it looks like m/s; multiply by 1000"
 
 
+def wrong_label_speeds(values_mm_s: Array) -> str:
+    """Return what is wrong with speeds of whole strokes; empty if all may be."""
+    for speed_mm_s in values_mm_s[values_mm_s <= 0.0]:
+        return f"must be positive, mm/s, not {speed_mm_s:g}"
+    return wrong_speeds(values_mm_s)
+
+
 def stated_speed_m_s(speed_mm_s: float | None) -> float | None:
     """Return the speed of `--speed`, m/s; None without one.
 

@@ -33,12 +33,21 @@ _ANYTHING = [Surface(name="anything", ln_roughness=-5.0, ln_roughness_sd=1.0, k_
 
 @dataclass(frozen=True, slots=True)
 class LabelledStroke:
-    """A stroke over a known surface; `file` names its source; `roughness_um` is None where it is unknown."""
+    """A stroke over a known surface.
+
+    Attributes:
+        file: name of its source.
+        surface: label.
+        stroke: the stroke at the sensor's rate.
+        roughness_um: roughness of the surface, um; None where it is unknown.
+        assumed: names of the quantities that are nominal because they were not recorded.
+    """
 
     file: str
     surface: str
     stroke: EvenStroke
     roughness_um: float | None = None
+    assumed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +140,7 @@ def _ways_of_moving(strokes: Sequence[LabelledStroke]) -> Array:
         stroke = labelled.stroke
         moving = stroke.speed_m_s > 0.5 * float(np.quantile(stroke.speed_m_s, 0.9))
         if not moving.any():
-            raise ValueError(f"{labelled.file}: column speed_mm_s: the finger never moves")
+            raise ValueError(f"{labelled.file}: column speed_mm_s: the finger never moves; leave this stroke out")
         rows.append(
             (
                 np.log(max(float(stroke.force_n[moving].mean()), 1e-3) / NOMINAL_FORCE_N),

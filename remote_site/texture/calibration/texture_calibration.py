@@ -16,12 +16,14 @@ from remote_site.texture.calibration.roughness_fit import KnownRoughness, fit_sc
 from remote_site.texture.recorded.stroke_playback import FAST_HZ, EvenStroke, even_stroke
 from remote_site.texture.recorded.stroke_segments import Segment, even_segments
 from remote_site.texture.surface_table import Surface, SurfaceTable
-from remote_site.texture.texture_law import TextureLaw, ln_roughness
+from remote_site.texture.texture_law import NOMINAL_FORCE_N, NOMINAL_SPEED_M_S, TextureLaw, ln_roughness
 from remote_site.traces.trace_files import read_labels, read_stroke
 from remote_site.traces.units import stated_speed_m_s
 
 LEAST_SD = 0.08
 """Minimum standard deviation of ln(roughness) of a surface."""
+UNLIKE = math.log(3.0)
+"""Difference of ln(roughness) of strokes with one label above which one of them is on another surface."""
 PATTERNED = 0.5
 """Fraction of a surface's strokes with a period above which the surface is patterned."""
 DISTINGUISHED = 0.9
@@ -64,13 +66,13 @@ def calibrate_texture(
     sensor_serial: str = "unknown",
     made_on: str = "",
 ) -> TextureFit:
-    """Make a surface table from FOLDER/labels.csv (`file,surface[,roughness_um]`) and write it to `out`.
+    """Make a surface table from FOLDER/labels.csv (`file,surface[,speed_mm_s][,roughness_um]`) and write it to `out`.
 
     Args:
         folder: holds labels.csv and the strokes it names.
         out: file to write.
         signal: column, `best` or `mean`; see `read_stroke`.
-        speed_mm_s: speed of recordings without a speed column, mm/s.
+        speed_mm_s: speed of strokes without one in the recording or in labels.csv, mm/s.
         constants: K_v,s in (rad/s)/(m/s) and K_F,s in (rad/s)/N of surfaces with values of their own; the others get
             theirs from a scale of roughness.
         sensor_serial: serial number of the sensor that recorded the strokes.
@@ -80,11 +82,18 @@ def calibrate_texture(
         ValueError: a file cannot be used (the message names file, line and column), or the speed cannot be one.
     """
     labelled, stated_m_s = [], stated_speed_m_s(speed_mm_s)
-    for path, label, roughness_um in read_labels(folder, "surface", "roughness_um"):
+    speeds_mm_s = [own for _, _, own in read_labels(folder, "surface", "speed_mm_s")]
+    listed = read_labels(folder, "surface", "roughness_um")
+    for (path, label, roughness_um), own_mm_s in zip(listed, speeds_mm_s, strict=True):
         trace = read_stroke(path, signal)
         if trace.rate_hz < FAST_HZ:
-            raise ValueError(f"{path}: recorded at {trace.rate_hz:.0f} Hz; single grooves need {FAST_HZ:.0f} Hz")
-        labelled.append(LabelledStroke(str(path), label, even_stroke(trace, stated_m_s), roughness_um))
+            raise ValueError(
+                f"{path}: {trace.rate_hz:.0f} samples/s among strokes of {FAST_HZ:.0f} or more; calibrate them apart"
+            )
+        speed_m_s = stated_m_s if own_mm_s is None else own_mm_s / 1000.0
+        columns = {"speed_mm_s": trace.speed_m_s if speed_m_s is None else speed_m_s, "force_n": trace.force_n}
+        assumed = tuple(name for name, values in columns.items() if values is None)
+        labelled.append(LabelledStroke(str(path), label, even_stroke(trace, speed_m_s), roughness_um, assumed))
     fit = fit_surfaces(labelled, constants or {})
     table = fit.table.model_copy(update={"sensor_serial": sensor_serial, "made_on": made_on})
     table.save(out)
@@ -95,7 +104,8 @@ def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[
     """Fit law and surfaces to strokes; `constants` and errors as in `calibrate_texture`."""
     labelled = sorted(labelled, key=lambda one: one.surface)
     law = fit_law(labelled)
-    found = [_longest(one, law.law) for one in labelled]
+    parts = [_stroking(one, law.law) for one in labelled]
+    found = [max(each, key=lambda part: part.end_s - part.start_s) for each in parts]
     own = {
         name: [segment for _, segment in group]
         for name, group in groupby(zip(labelled, found, strict=True), key=lambda pair: pair[0].surface)
@@ -121,19 +131,35 @@ def fit_surfaces(labelled: Sequence[LabelledStroke], constants: dict[str, tuple[
         {name: _scatter(parts) for name, parts in own.items()},
         taken_for,
         len(scaled),
-        [*_missing(law), *_one_stroke(own), *_confused(taken_for)],
+        [
+            *_missing(law),
+            *_assumed(labelled),
+            *_doubtful(labelled, parts, found),
+            *_one_stroke(own),
+            *_confused(taken_for),
+        ],
     )
 
 
-def _longest(one: LabelledStroke, law: TextureLaw) -> Segment:
-    """Return the longest stroking part of a stroke; it has one label, so a change of surface within it is ignored."""
+def _stroking(one: LabelledStroke, law: TextureLaw) -> list[Segment]:
+    """Return the stroking parts of a stroke; without a known speed they have no period.
+
+    Raises:
+        ValueError: there is none, or the sensor has a fault.
+    """
     found = even_segments(one.stroke, anything(law))
     parts = [p for p in found if p.mode is ExplorationMode.STROKING and p.roughness_v is not None]
     if not parts and (fault := next((p.fault for p in found if p.fault is not None), None)) is not None:
         raise ValueError(f"{one.file}: {fault}; leave this stroke out")
     if not parts:
-        raise ValueError(f"{one.file}: no stroke: columns force_n and speed_mm_s never show stroking for 0.1 s")
-    return max(parts, key=lambda p: p.end_s - p.start_s)
+        raise ValueError(
+            f"{one.file}: no stroke: columns force_n and speed_mm_s never show stroking for 0.1 s; check their units "
+            "(N and mm/s), or leave this stroke out"
+        )
+    if "speed_mm_s" in one.assumed:
+        for part in parts:
+            part.period = None
+    return parts
 
 
 def _spectra(labelled: Sequence[LabelledStroke], found: Sequence[Segment]) -> MotionFit | None:
@@ -215,6 +241,44 @@ def _missing(law: LawFit) -> list[str]:
         warnings.append(
             "speed hardly varies within surfaces: the usual law is used; add strokes at half and twice the speed"
         )
+    return warnings
+
+
+def _assumed(labelled: Sequence[LabelledStroke]) -> list[str]:
+    """Return a warning for each quantity that some strokes lack."""
+    speed = f"{1000.0 * NOMINAL_SPEED_M_S:g} mm/s are assumed, and the spacing of grooves is not learned from them"
+    results = {
+        "speed_mm_s": f"{speed}; add the column, also to labels.csv, or name --speed",
+        "force_n": f"{NOMINAL_FORCE_N:g} N is assumed; add the column",
+    }
+    warnings = []
+    for name, result in results.items():
+        if lacking := [one.file for one in labelled if name in one.assumed]:
+            warnings.append(f"{lacking[0]}: no {name} in {len(lacking)} of {len(labelled)} strokes: {result}")
+    return warnings
+
+
+def _doubtful(
+    labelled: Sequence[LabelledStroke], parts: Sequence[Sequence[Segment]], found: Sequence[Segment]
+) -> list[str]:
+    """Return a warning for each stroke that crosses two surfaces, or is unlike the others with its label."""
+    warnings = []
+    values = [ln_roughness(part.roughness_v or 0.0) for part in found]
+    for one, each, value in zip(labelled, parts, values, strict=True):
+        others = [other for like, other in zip(labelled, values, strict=True) if like.surface == one.surface]
+        away = value - float(np.median(others))
+        other = (p for p in each if p.changed or abs(ln_roughness(p.roughness_v or 0.0) - value) > UNLIKE)
+        # with one speed for the whole recording, a rest in it looks like another surface
+        if np.ptp(one.stroke.speed_m_s) > 0.0 and (part := next(other, None)) is not None:
+            warnings.append(
+                f"{one.file}: the surface changes at {part.start_s:.2f} s, which makes the law of the sensor wrong; "
+                "cut the recording there"
+            )
+        elif len(others) > 2 and abs(away) > UNLIKE:
+            warnings.append(
+                f"{one.file}: {math.exp(away):.2g} times as rough as most strokes of {one.surface}; check its label, "
+                "or leave it out"
+            )
     return warnings
 
 
