@@ -182,7 +182,7 @@ class TraceFile:
         except OSError as error:
             raise UnreadFile(f"{path}: cannot be read: {error.strerror}") from None
         except UnicodeDecodeError:
-            raise ValueError(f"{path}: not a UTF-8 CSV file") from None
+            raise ValueError(f"{path}: not a UTF-8 CSV file; save it as CSV in UTF-8") from None
         except csv.Error as error:
             after = self.lines[-1] if self.lines else 0
             raise ValueError(
@@ -205,6 +205,8 @@ class TraceFile:
         self.names = tuple(cell.strip() for cell in next(reader, ()))
         if not any(self.names):
             raise ValueError(f"{self.path}: line 1: no header")
+        if self.names[0].startswith("#"):
+            raise ValueError(f"{self.path}: line 1: is a comment; the first line must name the columns")
         if len(set(self.names)) != len(self.names):
             raise ValueError(f"{self.path}: line 1: a column is named twice")
         if len(self.names) == 1 and (found := _SEPARATORS.search(self.names[0])):
@@ -219,8 +221,9 @@ class TraceFile:
             if not row:
                 continue
             if len(row) != len(self.names):
+                hint = "; write decimal points, not commas" if len(row) > len(self.names) else ""
                 raise ValueError(
-                    f"{self.path}: line {reader.line_num}: {len(row)} values under {len(self.names)} columns"
+                    f"{self.path}: line {reader.line_num}: {len(row)} values under {len(self.names)} columns{hint}"
                 )
             # Some recorders write their last sample twice, as a line that repeats the previous one and its time.
             if time is not None and row == before and row[time].strip():
@@ -260,8 +263,9 @@ class TraceFile:
 
     def _cells(self, name: str) -> list[str]:
         if name not in self.names:
-            names = printable(", ".join(self.names), LONGEST_HEADER)
-            raise ValueError(f"{self.path}: line 1: column {name} is missing; there are {names}")
+            alike = next((other for other in self.names if other.casefold() == name.casefold()), None)
+            what = f"there are {', '.join(self.names)}" if alike is None else f"rename {alike}"
+            raise ValueError(f"{self.path}: line 1: column {name} is missing; {printable(what, LONGEST_HEADER)}")
         return self._columns[self.names.index(name)]
 
     def times(self) -> Array:
@@ -275,7 +279,11 @@ class TraceFile:
             raise ValueError(f"{self.path}: column time_s: fewer than two lines of data")
         stuck = np.flatnonzero(np.diff(time_s) <= 0.0)
         if len(stuck):
-            raise ValueError(f"{self.path}: line {self.lines[stuck[0] + 1]}: column time_s does not ascend")
+            before, after = (f"{time_s[k]:.12g}" for k in (stuck[0], stuck[0] + 1))
+            raise ValueError(
+                f"{self.path}: line {self.lines[stuck[0] + 1]}: column time_s does not ascend: {after} follows "
+                f"{before}; write more decimals, or leave lines out"
+            )
         return time_s
 
 
