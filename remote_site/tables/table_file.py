@@ -16,6 +16,9 @@ Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 
+_CHANGED = "the file was changed after its calibration: take the original"
+
+
 class TableFile(StrictModel):
     """A table in a file with a kind and a version.
 
@@ -83,9 +86,11 @@ class TableFile(StrictModel):
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(part) for part in first["loc"])
-            raise ValueError(f"{path}: field {where}: {first['msg']}; calibrate again") from None
+            what = f"{f'field {where}: ' if where else ''}{first['msg'].removeprefix('Value error, ')}"
+            changed = "" if fields.get("content_hash") == _hash(fields) else f"{_CHANGED}, or "
+            raise ValueError(f"{path}: {what}; {changed}calibrate again") from None
         if table.content_hash != _hash(fields):
-            raise ValueError(f"{path}: content_hash does not match: the file was changed; calibrate again")
+            raise ValueError(f"{path}: content_hash does not match; {_CHANGED}, or calibrate again")
         return table
 
 

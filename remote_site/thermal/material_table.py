@@ -50,8 +50,10 @@ class MaterialEntry(StrictModel):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        if [len(row) for row in self.covariance] != [2, 2]:
+            raise ValueError(f"{self.name}: covariance is no 2 x 2 covariance")
         c = np.array(self.covariance)
-        if c.shape != (2, 2) or not np.allclose(c, c.T) or np.linalg.eigvalsh(c)[0] <= 0.0:
+        if not np.allclose(c, c.T) or np.linalg.eigvalsh(c)[0] <= 0.0:
             raise ValueError(f"{self.name}: covariance is no 2 x 2 covariance")
         return self
 

@@ -56,3 +56,23 @@ def test_a_link_to_a_table_stays_a_link(tmp_path: Path) -> None:
 def test_a_table_may_go_to_a_device() -> None:
     MaterialTable.load(SHIPPED).save(os.devnull)
     assert Path(os.devnull).is_char_device()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"noise_k"', '"noise"', "field noise_k: Field required"),
+        ('"half_force_n": 0', '"half_force_n": -0', "field half_force_n: Input should be greater than 0"),
+        ('"half_force_n": 0', '"half_force_n": 1', "content_hash does not match"),
+        ('"pvc"', '"pine"', "a material is listed twice"),
+    ],
+)
+def test_a_table_that_was_edited_by_hand_is_refused_with_what_to_do(
+    tmp_path: Path, old: str, new: str, said: str
+) -> None:
+    path, text = tmp_path / "table.json", SHIPPED.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), "utf-8")
+    advice = "the file was changed after its calibration: take the original, or calibrate again"
+    with pytest.raises(ValueError, match=rf"^{path}: {said}; {advice}$"):
+        MaterialTable.load(path)
