@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,8 @@ MISFIT = 2.0
 """Mean square of the residuals, over the noise's variance, above which the model does not fit the sensor."""
 UNLIKE = 3.0
 """Rms residual of a touch over the median of all touches, above which its recording is in doubt."""
+ALIKE = 1.5
+"""Distance of two materials, in standard deviations of a touch, below which a fifth of their touches is confused."""
 SCATTERED_LN_SD = 1.0
 """Scatter of ln effusivity of a material above which one of its labels is in doubt."""
 
@@ -119,6 +122,11 @@ class ThermalFit:
             for entry in self.table.materials
             if (scatter := entry.covariance[0][0] ** 0.5) > SCATTERED_LN_SD
         ]
+        found += [
+            f"this sensor cannot distinguish {one.name} and {other.name}; give them one label, or both stay ambiguous"
+            for one, other in combinations(self.table.materials, 2)
+            if _distance(one, other) < ALIKE
+        ]
         return found + [
             f"{entry.name}: only {entry.touches} touches; its scatter needs {GOOD} or more"
             for entry in self.table.materials
@@ -130,6 +138,13 @@ class ThermalFit:
         if self.table.discrepancy is not None and self.table.discrepancy.known_objects[number]:
             return "subtracts the error that these touches showed, and its +- covers the rest"
         return "cannot correct the temperature, because these objects' temperatures are not known; its +- is wide"
+
+
+def _distance(one: MaterialEntry, other: MaterialEntry) -> float:
+    """Return the distance of two materials by effusivity and conductance, in standard deviations of a touch."""
+    covariance = 0.5 * (np.array(one.covariance) + np.array(other.covariance))
+    apart = np.array([one.ln_effusivity - other.ln_effusivity, one.ln_conductance - other.ln_conductance])
+    return float(np.sqrt(apart @ np.linalg.solve(covariance, apart)))
 
 
 def calibrate_thermal(

@@ -86,6 +86,17 @@ def test_touches_without_an_unheated_sensor_among_others_with_one_are_named() ->
     assert not any("reference_c" in warning for warning in calibrate_traces([first, second, *others]).warnings)
 
 
+def test_two_labels_of_one_material_are_named() -> None:
+    plastic = usual("plastic", 12)
+    other = [
+        ("cover" if number % 2 else "plastic", trace, object_c) for number, (_, trace, object_c) in enumerate(plastic)
+    ]
+    fit = calibrate_traces([*usual("metal"), *other])
+    assert [warning for warning in fit.warnings if "distinguish" in warning] == [
+        "this sensor cannot distinguish plastic and cover; give them one label, or both stay ambiguous"
+    ]
+
+
 @pytest.mark.long
 def test_a_touch_with_another_label_is_named_by_its_material() -> None:
     wrong = [("metal", trace, object_c) for _, trace, object_c in usual("plastic", 1)]
