@@ -7,6 +7,7 @@ from pathlib import Path
 
 from common.runtime.parallel_map import Map, Progress, kept_processes, unseen
 from remote_site.thermal.calibration.discrepancy_fit import EARLY_END, Labelled, Seen, courses, learn
+from remote_site.thermal.calibration.thermal_calibration import AIR
 from remote_site.thermal.calibration.usable_touch import (
     begins_in_contact,
     check_difference,
@@ -89,7 +90,7 @@ def calibrate_temperature(
     """
     loaded = MaterialTable.load(table)
     where = f"{folder / 'labels.csv'}"
-    listed = read_labels(folder, "material", "object_c")
+    listed = [each for each in read_labels(folder, "material", "object_c") if each[1] != AIR]
     missing = next((path for path, _, object_c in listed if object_c is None), None)
     if missing is not None:
         raise ValueError(f"{where}: column object_c: {missing.name} needs the temperature of its object, C")
