@@ -42,6 +42,7 @@ def render_vibration_command(
     table: Annotated[
         Path | None, typer.Option(help="Calibrated table of surfaces; by default the shipped one.")
     ] = None,
+    signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
 ) -> None:
     """Compute the motor speed that displays a recorded stroke."""
     from operator_site.offline_rendering import VIBRATION_COLUMNS
@@ -50,7 +51,7 @@ def render_vibration_command(
     from teletaction.replay.render_vibration import render_stroke
     from teletaction.session.demo_files import SURFACES
 
-    _print_csv(VIBRATION_COLUMNS, render_stroke(read_stroke(stroke), SurfaceTable.load(table or SURFACES)))
+    _print_csv(VIBRATION_COLUMNS, render_stroke(read_stroke(stroke, signal), SurfaceTable.load(table or SURFACES)))
 
 
 def _print_csv(columns: Sequence[str], rows: Iterable[Sequence[float]]) -> None:
