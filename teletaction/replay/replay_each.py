@@ -21,7 +21,8 @@ def replay_each(
 
     Raises:
         ValueError: two recordings have the same name, or a recording cannot be replayed.
-        OSError: a recording cannot be read, or `out` cannot be written.
+        OSError: a recording cannot be read, or `out` cannot be written. Of several recordings, the first such error
+            comes after the others.
     """
     if len(recordings) == 1:
         yield recordings[0], replay(recordings[0], out, progress)
@@ -32,9 +33,19 @@ def replay_each(
         if other is not path:
             raise ValueError(f"{other} and {path}: two recordings named {path.stem}: replay them one after the other")
     jobs = [(path, out / name) for name, path in names.items()]
-    yield from zip(recordings, in_order(_replay, jobs, processes, progress, fewest=2), strict=True)
+    errors: list[ValueError | OSError] = []
+    for path, result in zip(recordings, in_order(_replay, jobs, processes, progress, fewest=2), strict=True):
+        if isinstance(result, ValueError | OSError):
+            errors.append(result)
+        else:
+            yield path, result
+    if errors:
+        raise errors[0]
 
 
-def _replay(job: tuple[Path, Path]) -> dict[str, Any]:
+def _replay(job: tuple[Path, Path]) -> dict[str, Any] | ValueError | OSError:
     recording, out = job
-    return replay(recording, out)
+    try:
+        return replay(recording, out)
+    except (ValueError, OSError) as error:
+        return error

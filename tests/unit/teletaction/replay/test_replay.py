@@ -288,3 +288,10 @@ def test_several_recordings_are_replayed_side_by_side_with_the_same_results(own:
         for name in ("identification.jsonl", "rendering.csv", "replay.json"):
             assert (out / "first" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
         assert json.loads((out / "second" / "replay.json").read_text("utf-8")) == found[1][1]
+    outcome = command("replay", tmp_path / "gone.mcap", paths[1], "--out", tmp_path / "rest", "--processes", 1)
+    assert outcome.code == 2
+    *others, last = outcome.err.splitlines()
+    assert others
+    assert all(line.startswith(f"{paths[1]}: ") for line in others)
+    assert last == f"teletaction: {tmp_path / 'gone.mcap'}: No such file or directory"
+    assert (tmp_path / "rest" / "second" / "replay.json").exists()
