@@ -1,8 +1,5 @@
 """Command `calibrate`: makes look-up tables from labelled recordings."""
 
-import errno
-import os
-import tempfile
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +8,7 @@ import typer
 
 from common.files.read_files import read_json
 from common.runtime.parallel_map import processors
+from teletaction.commands.out_file import require_place
 from teletaction.commands.progress import Processes, progress_line
 
 if TYPE_CHECKING:
@@ -33,7 +31,7 @@ def calibrate_thermal_command(
     from remote_site.thermal.calibration.thermal_calibration import calibrate_thermal
     from teletaction.report.calibration_report import calibration_figure, calibration_text
 
-    _require_place(out)
+    _require_place(out, report)
     with progress_line("calibrate") as progress:
         fit = calibrate_thermal(
             traces,
@@ -61,7 +59,7 @@ def calibrate_temperature_command(
     from remote_site.thermal.calibration.temperature_calibration import calibrate_temperature
     from teletaction.report.accuracy_text import temperature_text
 
-    _require_place(out)
+    _require_place(out, report)
     with progress_line("calibrate") as progress:
         fit = calibrate_temperature(
             table,
@@ -91,7 +89,7 @@ def calibrate_texture_command(
     from remote_site.texture.calibration.texture_calibration import calibrate_texture
     from teletaction.report.calibration_report import spectrum_text, texture_text
 
-    _require_place(out)
+    _require_place(out, report)
     if not of_slow_strokes(strokes, signal):
         made = calibrate_texture(
             strokes, out, signal=signal, speed_mm_s=speed, sensor_serial=serial, made_on=f"{date.today()}"
@@ -103,19 +101,16 @@ def calibrate_texture_command(
     _report(spectrum_text(fit), out, report)
 
 
-def _require_place(out: Path) -> None:
-    """Raise an error for a table that cannot be written, or would overwrite another file, before minutes of fitting."""
-    file = Path(os.path.realpath(out))
-    if file.is_dir():
-        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), str(out))
-    if file.exists() and not file.is_file():  # a device
-        return
-    if file.exists() and not _is_table(file):
+def _require_place(out: Path, report: Path | None) -> None:
+    """Raise an error for a table that cannot be written, or would overwrite another file, before minutes of fitting.
+
+    The folder of the report is created.
+    """
+    if out.is_file() and not _is_table(out):
         raise ValueError(f"{out}: exists and is no table; name another file with --out")
-    try:
-        tempfile.TemporaryFile(dir=file.parent).close()
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(out)) from None
+    require_place(out)
+    if report is not None:
+        report.mkdir(parents=True, exist_ok=True)
 
 
 def _is_table(file: Path) -> bool:
@@ -131,7 +126,6 @@ def _report(text: str, out: Path, folder: Path | None, figure: "Figure | None" =
     typer.echo(text, err=True)
     written = [out]
     if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
         written.append(folder / "report.txt")
         written[-1].write_text(text + "\n", "utf-8")
         if figure is not None:

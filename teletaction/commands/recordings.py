@@ -10,6 +10,7 @@ import typer
 from common.runtime.parallel_map import processors
 from teletaction.commands.as_json import Json, print_json
 from teletaction.commands.key_option import Key
+from teletaction.commands.out_file import require_place
 from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer()
@@ -53,6 +54,7 @@ def report_command(
     from teletaction.report.session_report import report
     from teletaction.session.terminal import say, show
 
+    require_place(out)
     show("reading the recording and drawing the report")
     report(recordings, out, blur=blur)
     say(f"report {out}")
@@ -137,12 +139,15 @@ def replay_command(
     """Run identification and rendering again on recordings and compare with the recorded results."""
     from teletaction.replay.replay_each import replay_each
 
-    with progress_line("replay") as progress:
-        results = list(replay_each(recordings, out, processes or processors(), progress))
-    for recording, result in results:
-        before = f"{recording}: " if len(results) > 1 else ""
-        for line in _compared(result):
-            typer.echo(before + line, err=True)
+    results: list[tuple[Path, dict[str, Any]]] = []
+    try:
+        with progress_line("replay") as progress:
+            results += replay_each(recordings, out, processes or processors(), progress)
+    finally:  # an error of one recording comes after the results of the others
+        for recording, result in results:
+            before = f"{recording}: " if len(recordings) > 1 else ""
+            for line in _compared(result):
+                typer.echo(before + line, err=True)
 
 
 def _compared(result: dict[str, Any]) -> Iterator[str]:

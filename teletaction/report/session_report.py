@@ -57,12 +57,14 @@ def report(recordings: Sequence[Path], out: Path, *, blur: bool = False) -> None
 
     Raises:
         ValueError: a recording is truncated or damaged, the summary is of another form, no PDF can be printed, or
-            `out` is one of the recordings.
+            `out` is one of the recordings or the summary.
         OSError: a file cannot be read or written.
     """
     if out.exists() and any(out.samefile(recording) for recording in recordings):
         raise ValueError(f"{out}: is a recording to report on; name another file with --out")
     beside = recordings[0].with_name("summary.json")
+    if out.exists() and beside.exists() and out.samefile(beside):
+        raise ValueError(f"{out}: is the summary to report on; name another file with --out")
     summary = _summary(beside)
     with TemporaryDirectory() as folder:
         merged = recordings[0]

@@ -58,6 +58,8 @@ def edit(path: Path, old: str, new: str) -> None:
         # A table that cannot be written is refused before the fit, which takes minutes.
         ("calibrate thermal --traces none --out none/table.json", "none/table.json: No such file or directory"),
         ("calibrate thermal --traces none --out .", ".: Is a directory"),
+        ("calibrate thermal --traces none --out t --report a.csv", "a.csv: File exists"),
+        ("report absent.mcap --out none/report.html", "none/report.html: No such file or directory"),
         ("calibrate thermal --traces none --out /proc/table.json", "/proc/table.json: "),
         ("calibrate temperature --table t --traces none --out none/t.json", "none/t.json: No such file or directory"),
         ("remote --config absent.toml", "absent.toml"),
@@ -203,6 +205,13 @@ def pulled(path: Path) -> Path:
     rows = "".join(f"{n / 2000.0:.4f},0.0,-1.2,50.0\n" for n in range(1000))
     path.write_text("time_s,pressure_v,force_n,speed_mm_s\n" + rows, "utf-8")
     return path
+
+
+def test_a_stroke_of_any_column_is_rendered(tmp_path: Path) -> None:
+    fast = pulled(tmp_path / "fast.csv").read_text("utf-8").replace("pressure_v", "piezo_v")
+    (tmp_path / "fast.csv").write_text(fast, "utf-8")
+    assert "--signal names another" in refused(f"render vibration {tmp_path / 'fast.csv'}")
+    assert command("render", "vibration", tmp_path / "fast.csv", "--signal", "piezo_v").code == 0
 
 
 PRESS = "press,depth_mm,force_n\n" + "".join(f"1,{0.1 * n:.1f},{0.2 * n:.1f}\n" for n in range(20))

@@ -12,6 +12,14 @@ from tests.unit.teletaction.held_recordings import held
 from tests.unit.teletaction.recorded_examination import record
 
 
+def test_the_summary_is_not_replaced_by_the_report(tmp_path: Path) -> None:
+    recording, summary = record(tmp_path / "operator.mcap"), tmp_path / "summary.json"
+    summary.write_text("{}", "utf-8")
+    line = one_line(command("report", recording, "--out", summary), 2)
+    assert f"{summary}: is the summary to report on; name another file with --out" in line
+    assert summary.read_text("utf-8") == "{}"
+
+
 @pytest.mark.parametrize("name", ["operator.mcap", "link.html"])
 def test_a_recording_is_not_replaced_by_its_report(name: str, tmp_path: Path) -> None:
     recording = record(tmp_path / "operator.mcap")
