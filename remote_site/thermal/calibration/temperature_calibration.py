@@ -21,6 +21,8 @@ from remote_site.traces.trace_files import ThermalTrace, read_labels, read_therm
 
 FEWEST = 5
 """Minimum number of touches of a material, for its errors and their scatter."""
+UNKNOWN = "unknown"
+"""Serial number of a sensor if none was given."""
 NARROW_K = 5.0
 """Range of object temperatures of one material below which the error by object stays close to its prior, K."""
 
@@ -53,6 +55,12 @@ class TemperatureFit:
             if objects_c:
                 ranges[name] = max(objects_c) - min(objects_c)
         found = [begins_in_contact(name) for name in self.in_contact]
+        before, after = self.before.sensor_serial, self.table.sensor_serial
+        if UNKNOWN not in (before, after) and before != after:
+            found.append(
+                f"the materials were calibrated with sensor {before}, and these touches are of {after}: names can be "
+                f"wrong; make a table of {after} with `teletaction calibrate thermal`"
+            )
         if self.no_reference:
             stays = "the errors of the table's unheated sensor stay as they were; add the column to all traces"
             found.append(lacks_reference(self.no_reference, len(first), stays))

@@ -65,6 +65,16 @@ def test_a_reference_that_begins_in_contact_is_named(calibrated: tuple[MaterialT
     assert warning.startswith(f"{folder / '0.csv'}: begins in contact")
 
 
+def test_a_table_of_another_sensor_is_named(calibrated: tuple[MaterialTable, Path], tmp_path: Path) -> None:
+    path = tmp_path / "table.json"
+    calibrated[0].model_copy(update={"sensor_serial": "T1"}).save(path)
+    for serial, count in (("T1", 0), ("T2", 1)):
+        fit = calibrate_temperature(
+            path, folder_of(references(), tmp_path), tmp_path / "new.json", sensor_serial=serial
+        )
+        assert sum("calibrated with sensor T1, and these touches are of T2" in each for each in fit.warnings) == count
+
+
 def test_the_table_follows_the_references_and_keeps_the_rest(
     calibrated: tuple[MaterialTable, Path], tmp_path: Path
 ) -> None:
