@@ -153,8 +153,9 @@ def spectrum_text(fit: SpectrumFit) -> str:
         lines.append(f"{shown_name(label, 15):<16}" + "".join(f"{said.count(name):>12}" for name in table.surfaces))
     if not fit.by_load:
         lines.append("warning: no surface has two loads: the effect of another pressure is not known")
-    if len(table.models) < 2:
+    if fit.without_speed:
         lines.append(
-            "speeds are not known: all strokes are assumed to be made in the same way (labels.csv: speed_mm_s)"
+            f"warning: {fit.without_speed[0]}: no speed_mm_s (number of such strokes: {len(fit.without_speed)}), so "
+            "that no speed is used, and all strokes are assumed to be made alike; add the column to labels.csv"
         )
     return "\n".join(lines)

@@ -42,11 +42,13 @@ class SpectrumFit:
             load. For a surface with one load only, the table is made without that stroke. A surface's only stroke is
             not tested.
         by_load: whether any surface was stroked with several loads.
+        without_speed: names of the strokes of unknown speed; a single one leaves out the speeds of all.
     """
 
     table: SpectrumTable
     left_out: list[tuple[str, str]]
     by_load: bool
+    without_speed: list[str]
 
 
 def of_slow_strokes(folder: Path, signal: str | None) -> bool:
@@ -112,7 +114,8 @@ def calibrate_spectra(
         sensor_serial=sensor_serial,
         made_on=made_on,
     )
-    return SpectrumFit(table, found[0].left_out, found[0].by_load)
+    without_speed = [one.trace.name for one in strokes if one.trace.speed_m_s is None and one.speed_m_s is None]
+    return SpectrumFit(table, found[0].left_out, found[0].by_load, without_speed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +132,14 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
     whole = [one for one in seen if one is not None]
     if len(whole) < len(strokes):
         return None
-    edges = bands(whole)
+    try:
+        edges = bands(whole)
+    except ValueError as error:
+        shortest, coarsest = (
+            strokes[each].trace.name
+            for each in (np.argmin([one.length for one in whole]), np.argmax([one.step for one in whole]))
+        )
+        raise ValueError(f"{shortest} is the shortest and {coarsest} the coarsest stroke: {error}") from None
     noise = sensor_noise(whole, strokes[0].trace.signals.shape[1])
     spectra = [spectrum(one, edges, noise) for one in whole]
     labels = np.array([stroke.surface for stroke in strokes])

@@ -172,8 +172,12 @@ def test_real_recordings_are_in_the_right_units() -> None:
         read_thermal(path)
 
 
-def test_a_roughness_beyond_any_surface_is_refused(tmp_path: Path) -> None:
+def test_a_speed_or_a_roughness_beyond_any_stroke_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("", "utf-8")
+    for speed, why in (("0.05", "it looks like m/s"), ("-50", "must be positive, mm/s, not -50")):
+        (tmp_path / "labels.csv").write_text(f"file,surface,speed_mm_s\na.csv,steel,50\na.csv,cloth,{speed}\n", "utf-8")
+        with pytest.raises(ValueError, match=rf"labels.csv: column speed_mm_s: .*{why}"):
+            read_labels(tmp_path, "surface", "speed_mm_s")
     (tmp_path / "labels.csv").write_text("file,surface,roughness_um\na.csv,steel,0.4\na.csv,lost,0\n", "utf-8")
     with pytest.raises(ValueError, match=r"labels.csv: column roughness_um: 0 is no roughness in um \(0.005 to 2000\)"):
         read_labels(tmp_path, "surface", "roughness_um")

@@ -10,6 +10,7 @@ from remote_site.texture.calibration.spectrum_calibration import LabelledStroke,
 from remote_site.texture.recorded.identify_texture import identify_texture, load_surfaces
 from remote_site.texture.recorded.spectrum_table import SpectrumTable
 from remote_site.texture.recorded.surface_spectrum import _without_motions, unevenness
+from teletaction.report.calibration_report import spectrum_text
 from tests.commands import command
 from tests.slow_strokes import PLACES_MM, SURFACES, folder_of, stroke
 
@@ -35,8 +36,17 @@ def test_the_stroke_is_the_unit_without_a_speed(fit):
     new = folder_of((240,), seed=3)
     found = [fit.table.recognise(one.trace) for one in new]
     assert sum(one is not None and one.surface == own.surface for one, own in zip(found, new, strict=True)) >= 8
-    table = calibrate_spectra([replace(one, speed_m_s=None) for one in folder_of((120, 180))]).table
-    assert [model.along for model in table.models] == ["stroke"]
+    without = calibrate_spectra([replace(one, speed_m_s=None) for one in folder_of((120, 180))])
+    assert [model.along for model in without.table.models] == ["stroke"]
+
+
+@pytest.mark.long
+def test_a_single_stroke_without_a_speed_is_named(fit):
+    first, *others = folder_of((120, 180))
+    partly = calibrate_spectra([replace(first, speed_m_s=None), *others])
+    assert [model.along for model in partly.table.models] == ["stroke"]
+    assert f"warning: {first.trace.name}: no speed_mm_s (number of such strokes: 1), so that" in spectrum_text(partly)
+    assert "no speed_mm_s" not in spectrum_text(fit)
 
 
 @pytest.mark.long
