@@ -369,12 +369,11 @@ def read_labels(folder: Path, label: str, optional: str | None = None) -> list[t
                 f"{file.path}: line {line}: column {label}: {printable(word, MAX_TEXT)!r} is no label: use at most "
                 f"{MAX_TEXT} printable characters"
             )
+        if optional in _OF_LABELS and not math.isnan(number) and (why := _OF_LABELS[optional](np.array([number]))):
+            raise ValueError(f"{file.path}: line {line}: column {optional}: {why}")
         listed.append((folder / name, word, None if math.isnan(number) else number))
     if not listed:
         raise ValueError(f"{file.path}: no traces are listed")
-    known = extra[~np.isnan(extra)]
-    if optional in _OF_LABELS and len(known) and (why := _OF_LABELS[optional](known)):
-        raise ValueError(f"{file.path}: column {optional}: {why}")
     real = [os.path.realpath(path) for path, _, _ in listed]
     if twice := next((path for path in real if real.count(path) > 1), None):
         raise ValueError(f"{file.path}: column file: {Path(twice).name} is listed twice")

@@ -134,13 +134,10 @@ def wrong_speeds(values_mm_s: Array) -> str:
 
 
 def wrong_label_speeds(values_mm_s: Array) -> str:
-    """Return what is wrong with the first such speed of a whole stroke; empty if all may be."""
-    for speed_mm_s in values_mm_s:
-        if not speed_mm_s > 0.0:
-            return f"must be positive, mm/s, not {speed_mm_s:g}"
-        if why := wrong_speeds(np.array([speed_mm_s])):
-            return why
-    return ""
+    """Return what is wrong with speeds of whole strokes; empty if all may be."""
+    for speed_mm_s in values_mm_s[values_mm_s <= 0.0]:
+        return f"must be positive, mm/s, not {speed_mm_s:g}"
+    return wrong_speeds(values_mm_s)
 
 
 def stated_speed_m_s(speed_mm_s: float | None) -> float | None:

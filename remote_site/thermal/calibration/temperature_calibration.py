@@ -98,7 +98,7 @@ def calibrate_temperature(
     """
     loaded = MaterialTable.load(table)
     where = f"{folder / 'labels.csv'}"
-    listed = [each for each in read_labels(folder, "material", "object_c") if each[1] != AIR]
+    listed = [each for each in read_labels(folder, "material", "object_c") if each[1].casefold() != AIR]
     missing = next((path for path, _, object_c in listed if object_c is None), None)
     if missing is not None:
         raise ValueError(f"{where}: column object_c: {missing.name} needs the temperature of its object, C")

@@ -200,7 +200,7 @@ def calibrate_traces(
     leaks: list[float] = []
     touches: dict[str, list[tuple[RecordedTouch, float | None]]] = {}
     for label, trace, object_c in labelled:
-        if label == AIR:
+        if label.casefold() == AIR:
             leaks.append(_leak_per_s(trace))
             continue
         touches.setdefault(label, []).append((touch_of(trace), object_c))

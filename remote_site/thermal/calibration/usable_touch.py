@@ -46,7 +46,8 @@ def check_difference(touch: RecordedTouch, object_c: float) -> None:
     """
     if abs(touch.start_c - object_c) < LEAST_DIFFERENCE_K:
         raise ValueError(
-            f"{touch.trace.name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate"
+            f"{touch.trace.name}: plate {touch.start_c:.2f} C and object {object_c:.2f} C are too close to calibrate; "
+            "check object_c, or leave this touch out"
         )
 
 

@@ -82,7 +82,7 @@ def test_the_table_follows_the_references_and_keeps_the_rest(
     folder = folder_of(references(), tmp_path, OFF_K)
     (folder / "air.csv").write_text("no touch\n", "utf-8")
     with (folder / "labels.csv").open("a", encoding="utf-8") as labels:
-        labels.write("air.csv,air,\n")
+        labels.write("air.csv,Air,\n")
     fit = calibrate_temperature(path, folder, tmp_path / "new.json", made_on="2026-02-01")
     found = MaterialTable.load(tmp_path / "new.json")
     assert found.made_on == "2026-02-01"
