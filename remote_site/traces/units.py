@@ -116,6 +116,8 @@ def wrong_depths(values_mm: Array) -> str:
     largest = float(np.abs(values_mm).max())
     if DEPTH_MM[0] <= largest <= DEPTH_MM[1]:
         return ""
+    if largest == 0.0:
+        return "all depths are 0"
     unit, how = ("m", "multiply") if largest < DEPTH_MM[0] else ("um", "divide")
     return f"at most {largest:g} mm deep is no press: it looks like {unit}; {how} by 1000"
 

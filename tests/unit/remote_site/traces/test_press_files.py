@@ -85,6 +85,8 @@ def test_errors_name_file_line_and_column(tmp_path, old, new, message):
 def test_depths_in_metres_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"it looks like m; multiply by 1000"):
         read_presses(write(tmp_path, "press,depth_mm,force_n\n0,0,0\n0,0.002,0.5\n"))
+    with pytest.raises(ValueError, match=r"column depth_mm: all depths are 0$"):
+        read_presses(write(tmp_path, "press,depth_mm,force_n\n0,0,0\n0,0,0.5\n"))
 
 
 def test_a_file_without_data_is_refused(tmp_path):
