@@ -158,6 +158,11 @@ def identify_stroke(
     Raises:
         ValueError: the table is of another kind of stroke or of another sensor.
     """
+    if isinstance(table, SurfaceTable) and trace.rate_hz < FAST_HZ:
+        raise ValueError(
+            f"{trace.name}: {trace.rate_hz:.0f} samples/s; the table is of strokes of {FAST_HZ:.0f} or more: leave "
+            "it out, or calibrate such strokes"
+        )
     surfaces = table if isinstance(table, SurfaceTable) else SurfaceTable.load(SHIPPED)
     answers = []
     for part in segments(trace, surfaces, speed_m_s, whole):

@@ -10,6 +10,7 @@ from remote_site.traces.trace_files import StrokeTrace
 from sim_sensors.traces.simulate import simulate_stroke_set, write_stroke_csv
 from sim_sensors.traces.simulated_stroke import simulate_stroke
 from teletaction.report.calibration_report import texture_text
+from teletaction.session.demo_files import TABLES
 
 pytestmark = pytest.mark.long
 
@@ -109,6 +110,8 @@ def test_a_slow_recording_names_no_surface_and_needs_a_speed(tmp_path):
     assert line["surface"] is None
     with pytest.raises(ValueError, match="speed"):
         list(identify_texture([tmp_path / "slow.csv"], None, "best", -1.0))
+    with pytest.raises(ValueError, match=r"slow\.csv: 36 samples/s; the table is of strokes of 1000 or more"):
+        list(identify_texture([tmp_path / "slow.csv"], SurfaceTable.load(TABLES / "surfaces.json"), "best", 10.0))
 
 
 def test_roughness_in_um_is_answered_where_it_was_calibrated(calibrated, tmp_path):
@@ -127,7 +130,7 @@ def test_roughness_in_um_is_answered_where_it_was_calibrated(calibrated, tmp_pat
     assert stroke["roughness_um"] == pytest.approx(12.5, rel=0.4)
     assert 0.0 < stroke["roughness_sd_um"] < 12.5
     (tmp_path / "labels.csv").write_text("\n".join(scaled).replace("12.5", "12500") + "\n")
-    with pytest.raises(ValueError, match=r"labels.csv: column roughness_um: 12500 is no roughness in um"):
+    with pytest.raises(ValueError, match=r"labels.csv: line 5: column roughness_um: 12500 is no roughness in um"):
         calibrate_texture(tmp_path, tmp_path / "other.json")
 
 
