@@ -33,6 +33,8 @@ AT_CONTACT = 0.15
 """Largest depth of a first sample that shows the force at contact, as a share of the deepest."""
 LEAST_DEPTH_MM = 0.2
 """Smallest depth of a press with a stiffness, mm."""
+FALLS_N = 0.1
+"""Fall of the force from the shallowest to the deepest sample that shows a wrong sign, N."""
 ROUGHNESS_SD = 0.1
 """Standard deviation of a line's ln roughness."""
 OBJECT_SD_K = 0.3
@@ -96,6 +98,12 @@ def map_recorded(paths: Sequence[Path]) -> MappedPresses:
 def _take_presses(mapped: MappedPresses, path: Path, presses: Sequence[Press], numbers: Iterator[int]) -> None:
     if all(press.at_mm is None for press in presses):
         raise ValueError(f"{path}: line 1: columns x_mm,y_mm,z_mm are missing, and no contacts.csv beside has them")
+    rises_n = [p.force_n[p.depth_mm.argmax()] - p.force_n[p.depth_mm.argmin()] for p in presses if len(p.depth_mm)]
+    if np.median(rises_n) < -FALLS_N:
+        raise ValueError(
+            f"{path}: the force falls with depth_mm in most presses: depth is positive below the contact, and pressing "
+            "is positive; change the sign of depth_mm or force_n"
+        )
     for press, found in zip(presses, stiffnesses(presses), strict=True):
         place_mm = press.at_mm
         if found is None or place_mm is None:

@@ -95,7 +95,11 @@ def test_failed_presses_are_listed_and_not_mapped(tmp_path: Path) -> None:
     [
         ("time_s,force_n\n0,0\n", "no column press, roughness_v or object_c"),
         ("press,depth_mm,force_n\n0,0,0\n0,1,1\n", "columns x_mm,y_mm,z_mm are missing"),
-        ("press,depth_mm,force_n,x_mm,y_mm,z_mm\n0,0,0,1,1,1\n0,1,-1,1,1,1\n", "no press or line gives a sample"),
+        ("press,depth_mm,force_n,x_mm,y_mm,z_mm\n0,0,0,1,1,1\n0,1,-0.05,1,1,1\n", "no press or line gives a sample"),
+        (
+            "press,depth_mm,force_n,x_mm,y_mm,z_mm\n0,0.5,0,1,1,1\n0,-1,1,1,1,1\n0,0,0.2,1,1,1\n",
+            "wrong.csv: the force falls with depth_mm in most presses: depth is positive below the contact",
+        ),
         ("x_mm,y_mm,roughness_v\n1,1,0.1\n2,2,-0.1\n", "line 3: column roughness_v: must be above 0"),
         ("x_mm,y_mm,object_c,object_c_sd\n1,1,30,-0.2\n", "line 2: column object_c_sd: must not be negative"),
         ("x_mm,y_mm,object_c,object_c_sd\n1,1,30,1e200\n", "line 2: column object_c_sd: must be at most 1000"),
