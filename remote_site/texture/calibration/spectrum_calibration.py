@@ -135,11 +135,12 @@ def _tried(strokes: Sequence[LabelledStroke], along: Along) -> _Tried | None:
     try:
         edges = bands(whole)
     except ValueError as error:
-        shortest, coarsest = (
-            strokes[each].trace.name
-            for each in (np.argmin([one.length for one in whole]), np.argmax([one.step for one in whole]))
-        )
-        raise ValueError(f"{shortest} is the shortest and {coarsest} the coarsest stroke: {error}") from None
+        pairs = list(zip(whole, strokes, strict=True))
+        _, shortest = min(pairs, key=lambda pair: pair[0].length)
+        _, coarsest = max(pairs, key=lambda pair: pair[0].step)
+        raise ValueError(
+            f"{shortest.trace.name} is the shortest and {coarsest.trace.name} the coarsest stroke: {error}"
+        ) from None
     noise = sensor_noise(whole, strokes[0].trace.signals.shape[1])
     spectra = [spectrum(one, edges, noise) for one in whole]
     labels = np.array([stroke.surface for stroke in strokes])

@@ -148,7 +148,7 @@ def test_errors_name_the_remedy(tmp_path, fit):
     )
     with pytest.raises(ValueError, match="column roughness_um: strokes below 1000 samples/s show no roughness"):
         read_labelled(tmp_path, "best", 20.0)
-    with pytest.raises(ValueError, match="too short or too coarse"):
+    with pytest.raises(ValueError, match=r"^\w+ is the shortest and \w+ the coarsest stroke: too short"):
         calibrate_spectra(folder_of((120,), length_mm=60.0))
     strokes = folder_of((120,))
     dead = replace(strokes[0].trace, signals=np.zeros_like(strokes[0].trace.signals))
