@@ -29,7 +29,7 @@ from common.runtime.site_loop import run_site_loop
 from common.site_status import recording_stopped, site_figures, staleness
 from common.tenderness.presses import PAINFUL
 from common.timing.standstill import HostClock
-from common.timing.timeouts import TICK_AGE_S
+from common.timing.timeouts import REFRESH_S, SECOND_REFRESH_S, TICK_AGE_S
 from common.wire.messages import Motion, Touch
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
@@ -322,7 +322,8 @@ class RemoteSite:
         touch = packet_of(session.ident, sequence, now_ns, session.state)
         if self._deadband is not None:
             changed = sent is None or touch_perceptible(sent, touch)
-            if not self._deadband.step(now_ns * 1e-9, changed):
+            refresh_s = SECOND_REFRESH_S if self.server.on_two_connections(now_ns) else REFRESH_S
+            if not self._deadband.step(now_ns * 1e-9, changed, refresh_s):
                 return None
         self._sent, packet = touch, touch.encode()
         self._link.send_latest("touch", packet)

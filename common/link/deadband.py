@@ -104,17 +104,24 @@ class Deadband:
 
     def __init__(self, period_s: float, repeats: int = REPEATS) -> None:
         """Decide for a loop with this period, s, and repeat each change `repeats` times."""
-        self._quiet_s = REFRESH_S - _EARLY * period_s
+        self._early_s = _EARLY * period_s
         self._repeats = repeats
         self._sent_s = -math.inf
         self._again = 0
         self.spared = 0
 
-    def step(self, t_s: float, changed: bool) -> bool:
-        """Return whether to send at `t_s`, s; `changed` is whether the far side would perceive a change."""
+    def step(self, t_s: float, changed: bool, refresh_s: float = REFRESH_S) -> bool:
+        """Return whether to send at `t_s`, s.
+
+        Args:
+            t_s: this site's clock, s.
+            changed: whether the far side would perceive a change.
+            refresh_s: maximum interval between two packets, s.
+        """
         if changed:
             self._again = 1 + self._repeats
-        if not self._again and 0.0 <= t_s - self._sent_s <= self._quiet_s:  # a clock that was set back sends
+        quiet_s = refresh_s - self._early_s
+        if not self._again and 0.0 <= t_s - self._sent_s <= quiet_s:  # a clock that was set back sends
             self.spared += 1
             return False
         self._again = max(0, self._again - 1)

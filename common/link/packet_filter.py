@@ -38,6 +38,8 @@ class PacketFilter:
     """Number of sequence numbers without a packet: superseded on the way, or lost."""
     overtaken: int = 0
     """Number of packets that came after a newer one, as the copies on a second connection do; they are not refusals."""
+    overtaken_ns: int | None = None
+    """Time of the last such packet in this session, ns; None before the first."""
     refused: Counter[str] = field(default_factory=Counter)
     latest_refusal: str = ""
     """Reason for refusing the newest packet; empty when it was accepted."""
@@ -71,7 +73,7 @@ class PacketFilter:
             return self._refuse("sequence", now_ns)
         if ahead <= 0:
             self.overtaken += 1
-            self.latest_refusal, self.refused_ns = "overtaken", now_ns
+            self.latest_refusal, self.refused_ns, self.overtaken_ns = "overtaken", now_ns, now_ns
             return False
         if uncertainty_ns is None or uncertainty_ns > self.max_age_ns:
             return self._refuse("clock", now_ns)
@@ -104,5 +106,5 @@ class PacketFilter:
             first: sequence number of its first packet, positive; 0 where this side does not know it.
         """
         self._first, self._sequence = first, first - 1
-        self.last_ns = None
+        self.last_ns = self.overtaken_ns = None
         self.latest_refusal = ""

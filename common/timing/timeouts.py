@@ -29,6 +29,8 @@ SLOWEST_RATE_HZ, FASTEST_RATE_HZ = 100.0, 1000.0
 """Minimum and maximum rate of a site's loop, Hz."""
 REFRESH_S = 0.012
 """Maximum interval between two packets of a stream, s, while its values do not change."""
+SECOND_REFRESH_S = 0.024
+"""The same for touch that is sent on two connections, s: so the second one costs no more packets."""
 FRAME_S = 0.002
 """Minimum interval between two encoder readings of a CAN node, s: encoders are read at 500 Hz."""
 REPORT_S = 0.010

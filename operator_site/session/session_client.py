@@ -16,7 +16,7 @@ from common.link.link_sides import OperatorSide
 from common.link.packet_filter import PacketFilter
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Session
-from common.timing.timeouts import SESSION_SILENCE_S
+from common.timing.timeouts import SECOND_REFRESH_S, SESSION_SILENCE_S
 from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import BadPacket, LinkState, WrongVersion
@@ -431,7 +431,7 @@ class SessionClient:
                 self._heard_ns = now_ns
                 if self.role == OPERATOR:
                     self._second.heard(now_ns, self.clock.round_trip_ns, 2 * (self.clock.uncertainty_ns or 0))
-                    self.link.double(self._second.wanted)
+                    self.link.double(self._second.wanted and self.gap_s >= 3.0 * SECOND_REFRESH_S)
         except ValueError as error:
             self._count_damaged("heartbeat", error)
 

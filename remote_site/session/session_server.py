@@ -47,6 +47,8 @@ PACKETS_AT_ONCE = 80
 """Maximum burst of one key's requests, or heartbeats, after a pause of the network."""
 _ONE_OPERATOR = "another operator is connected: one operator per remote site"
 _SECRET_BITS = 52
+_TWICE_NS = 1_000_000_000
+"""Time since a motion that came a second time in which the operator still has two connections, ns."""
 EXPELLED_S = 10.0
 """Time for which a key is refused at a stream after its connection was ended, s; the operator's key never is."""
 
@@ -155,6 +157,11 @@ class SessionServer:
         """Whether both sites say that outputs may act."""
         motion = self.motion
         return motion is not None and self.session.state is motion.state is LinkState.ENGAGED
+
+    def on_two_connections(self, now_ns: int) -> bool:
+        """Return whether the operator's motion, and so this site's touch, goes over two connections."""
+        overtaken_ns = self.acceptance.overtaken_ns
+        return overtaken_ns is not None and now_ns - overtaken_ns <= _TWICE_NS
 
     def places(self, now_ns: int) -> Places | None:
         """Return where the operator's fingertips are now by the newest motions; None before the session's first motion.

@@ -5,7 +5,7 @@ import pytest
 
 from common.config.site_models import RemoteConfig
 from common.fingers import FINGERS
-from common.timing.timeouts import REFRESH_S
+from common.timing.timeouts import REFRESH_S, SECOND_REFRESH_S
 from teletaction.testbed.network import TO_OPERATOR, TO_REMOTE
 from tests.virtual.session import TICK_S, VirtualSession
 
@@ -19,6 +19,20 @@ WAYS = (("motion", TO_REMOTE), ("touch", TO_OPERATOR))
 def sent(session: VirtualSession) -> tuple[int, int]:
     """Motions and touches so far."""
     return session.operator.motions_sent, session.remote.touches_sent
+
+
+def test_a_remote_site_that_gets_each_motion_twice_refreshes_touch_half_as_often(session: VirtualSession) -> None:
+    session.operator.client.want_engaged = False
+    session.network.impair(stream="motion", duplicate=1.0)
+    session.run(1.0)
+    _, before = sent(session)
+    session.run(3.0)
+    assert sent(session)[1] - before == pytest.approx(3.0 / SECOND_REFRESH_S, rel=0.05)
+    session.network.heal()
+    session.run(1.2)
+    _, before = sent(session)
+    session.run(1.0)
+    assert sent(session)[1] - before == pytest.approx(1.0 / REFRESH_S, rel=0.05)
 
 
 @pytest.mark.long

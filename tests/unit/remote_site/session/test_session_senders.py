@@ -319,6 +319,8 @@ def test_the_same_motion_on_two_connections_counts_once_and_the_later_copy_is_no
     acceptance = working.server.acceptance
     assert acceptance.refused == {}
     assert acceptance.overtaken == 15 * 8
+    assert working.server.on_two_connections(working.now_ns)
+    assert not working.server.on_two_connections(working.now_ns + 1100 * MS)
     assert working.server.both_engaged
 
 
