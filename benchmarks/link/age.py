@@ -17,7 +17,7 @@ from benchmarks.link.packets import SESSION, framed_bytes, next_touch, touch_par
 from common.limits import AGE_DEFAULT_S, AGE_MAX_S, GAP_S
 from common.link.clock_offset import ClockOffset
 from common.link.packet_filter import PacketFilter
-from common.timing.timeouts import REFRESH_S
+from common.timing.timeouts import REFRESH_S, SECOND_REFRESH_S
 from common.wire.streams import STREAMS
 from operator_site.session.second_connections import FAR_NS
 from sim_sensors.network.conditions import Conditions
@@ -28,8 +28,8 @@ from studies.pieces import Piece
 AGES_S = (AGE_DEFAULT_S, AGE_MAX_S)
 TICK_NS = 2_000_000
 """Tick period of both sites, ns: 500 Hz. The operator's ticks lie midway between the remote's."""
-REFRESH_TICKS = round(REFRESH_S * 1e9) // TICK_NS
-"""Ticks from one touch packet to the next, as a resting hand sends them with a deadband."""
+REFRESH_TICKS, SECOND_REFRESH_TICKS = (round(refresh_s * 1e9) // TICK_NS for refresh_s in (REFRESH_S, SECOND_REFRESH_S))
+"""Ticks from one touch packet to the next at rest, with a deadband: on one connection, and on two."""
 _SETTLE_S = 3.0
 _BEAT_TICKS = round(1e9 / TICK_NS / STREAMS["heartbeat"].rate_hz)
 _BEAT_BYTES = framed_bytes(60)
@@ -37,16 +37,17 @@ _START_NS = 10**12
 
 
 class Sending(NamedTuple):
-    """How touch is sent: ticks from one packet to the next, and connections to a far site."""
+    """How touch is sent: ticks from one packet to the next, connections to a far site, and ticks on more than one."""
 
     every: int = 1
     connections: int = 1
+    far_every: int = 1
 
 
 _SIMPLE = Sending()
 SHIPPED, ONE_CONNECTION, EVERY_TICK = "as shipped", "one connection", "without a deadband"
 SENT = {
-    SHIPPED: Sending(REFRESH_TICKS, 2),
+    SHIPPED: Sending(REFRESH_TICKS, 2, SECOND_REFRESH_TICKS),
     ONE_CONNECTION: Sending(REFRESH_TICKS, 1),
     EVERY_TICK: Sending(1, 2),
 }
@@ -129,13 +130,15 @@ def ages(conditions: Conditions, seconds: float, seed: int, sending: Sending = _
     touch_bytes = framed_bytes(len(next_touch(touch_parts(), 10_000, _START_NS).encode()))
     touches = [stream(to_operator, touch_bytes)]
     beats, answers = stream(to_remote, _BEAT_BYTES), stream(to_operator, _BEAT_BYTES)
-    if 2e9 * conditions.delay_s > FAR_NS:
+    every = sending.every
+    if sending.connections > 1 and conditions.loss > 0.0 and 2e9 * conditions.delay_s > FAR_NS:
+        every = sending.far_every
         touches += [stream(to_operator, touch_bytes) for _ in range(1, sending.connections)]
     clock, found = ClockOffset(), [Age(PacketFilter(round(limit_s * 1e9))) for limit_s in AGES_S]
     for tick in range(round((_SETTLE_S + seconds) * 1e9) // TICK_NS):
         remote_ns = tick * TICK_NS
         operator_ns = remote_ns + TICK_NS // 2
-        if tick % sending.every == 0:
+        if tick % every == 0:
             for touch in touches:
                 touch.send(Packet(SESSION, tick + 1, remote_ns), remote_ns)
         for sent_ns in beats.receive(remote_ns):
