@@ -122,13 +122,15 @@ def operator_faults(exoskeleton: Exoskeleton, modules: Mapping[Finger, TactTip],
     Args:
         exoskeleton: its drives can apply a fixed force in place of the commanded one.
         modules: TactTips by finger; the motor's driver can apply a fixed voltage in place of the commanded one.
-        plates: plates of the TactTips; they can lack cooling water, and their Peltiers can be wired in reverse.
+        plates: plates of the TactTips; they can lack cooling water, their Peltiers can be wired in reverse, and their
+            thermistors can come off.
     """
     places = {str(finger): FINGERS.index(finger) for finger in modules}
     return {
         "push": Fault("FINGER NEWTON", places, partial(_push, exoskeleton.stuck_n)),
         "water": Fault("FINGER", places, partial(_mark, plates.dry)),
         "reverse": Fault("FINGER", places, partial(_mark, plates.reversed)),
+        "loosen": Fault("FINGER CONTACT_PER_S", places, partial(_loosen, plates.loosening_per_s)),
         "motor": Fault("FINGER MILLIVOLT", _by_finger(modules), _setting("stuck_mv", _millivolt)),
     }
 
@@ -227,6 +229,14 @@ def _push(stuck_n: dict[int, float], place: int, text: str) -> End:
 def _mark(broken: NDArray[np.bool_], place: int, text: str) -> End:
     broken[place] = _no_argument(text)
     return partial(broken.__setitem__, place, False)
+
+
+def _loosen(lost_per_s: NDArray[np.float64], place: int, text: str) -> End:
+    per_s = _number(text)
+    if not 0.0 < per_s <= 1.0:
+        raise ValueError(f"{text!r} is not a share per second above 0 and at most 1")
+    lost_per_s[place] = per_s
+    return partial(lost_per_s.__setitem__, place, 0.0)
 
 
 def _disobey(target: tuple[Servos, int | None], text: str) -> End:

@@ -15,7 +15,7 @@ from common.fingers import FINGERS
 from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.faults.faults import Fault, Faults
 from sim_sensors.operator_devices import OperatorDevices
-from sim_sensors.physics.finger_plate import WATER_C
+from sim_sensors.physics.finger_plate import ROOM_C, WATER_C
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S
 from sim_sensors.remote_devices import RemoteDevices
@@ -40,6 +40,7 @@ WRONG_WORDS = {
     "mend": ["nose", "unplug index tacttip"],
     "water": ["", "thumb", "index off"],
     "reverse": ["", "thumb", "index -1"],
+    "loosen": ["", "index", "index 0", "index 1.1", "index nan", "thumb 0.1"],
 }
 NONSENSE = [f"{word} {rest}".strip() for word, wrong in WRONG_WORDS.items() for rest in wrong]
 
@@ -202,6 +203,18 @@ def test_reversed_peltiers_do_the_opposite_while_the_module_reports_what_it_was_
     operator.faults.apply("mend reverse index")
     advance(operator, range(501, 1001))
     assert operator.plates.plate_c[index] > start_c[index] + 0.5
+
+
+def test_a_thermistor_that_comes_off_reads_too_little_until_it_is_mended(operator: OperatorDevices) -> None:
+    index, plates = FINGERS.index("index"), operator.plates
+    operator.faults.apply("loosen index 0.05")
+    advance(operator, range(1, 2001))
+    too_little_k = plates.plate_c - plates.ntc_c
+    assert too_little_k[index] == pytest.approx(0.2 * (plates.plate_c[index] - ROOM_C), abs=0.1)
+    assert np.delete(too_little_k, index) == pytest.approx([0.0] * 4, abs=0.1)
+    operator.faults.apply("mend loosen index")
+    advance(operator, range(2001, 2101))
+    assert plates.ntc_c[index] == pytest.approx(plates.plate_c[index], abs=0.1)
 
 
 def test_the_process_hangs_at_its_next_step_so_that_its_client_is_answered(operator: OperatorDevices) -> None:
