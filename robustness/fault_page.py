@@ -88,6 +88,7 @@ Faults that take too long in real time, or that no process can be given, are tes
 | packets doubled, overtaking each other, old, of an earlier session | continues; each is counted |
 | clock of either site stepped by 10 s, forward or back | safe and resumes |
 | a TactTip's cooling water lost for good while it cools its plate | latched within 20 s, by the hot side that moves |
+| a TactTip's thermistor comes off within 5 to 70 s while 38.0 or 39.9 °C is displayed | latched; plate at most 43 °C |
 | a TactTip's thermistor broken, or its Peltiers reversed, from nine states | latched; plate and skin within limits |
 | a telemanipulator that ignores its release | latched within 0.5 s of the release |
 | a CAN node that receives no commands for a while | safe and resumes: force from zero, fingers lowered at 20 mm/s |

@@ -38,13 +38,19 @@ HAZARDS = (
     Hazard(
         "an operator's plate is too hot or too cold",
         ("WIDE", "COMFORT", "PLATE_FAULT_C", "PLATE_PEAK_C", "PLATE_HEATING_K_S", "PLATE_COOLING_K_S"),
-        ("operator_site.safety.operator_gate", "operator_site.safety.plate_following", "common.safety.repeated_fault"),
+        (
+            "operator_site.safety.operator_gate",
+            "operator_site.safety.plate_following",
+            "operator_site.safety.plate_load",
+            "common.safety.repeated_fault",
+        ),
         (
             f"{_GATE}::test_plate_set_point_range_and_rate",
             f"{_GATE}::test_hot_plate_is_a_fault_that_latches_for_all",
             f"{_GATE}::test_single_fault_is_found_and_stays_below_the_peak",
             f"{_GATE}::test_a_plate_that_does_not_pass_its_test_gets_no_more_than_a_pulse_in_half_a_minute",
             "tests/unit/operator_site/safety/test_plate_following.py",
+            "tests/unit/operator_site/safety/test_plate_load.py",
             "tests/unit/common/safety/test_repeated_fault.py",
             "tests/virtual/test_fingertip_faults.py",
             "tests/virtual/test_sound_plates.py",

@@ -32,6 +32,7 @@ class FaultCode(StrEnum):
     PLATE_STILL_DRIVEN = "plate-still-while-drive-changes"
     PLATE_STILL_HOT = "plate-still-while-hot"
     PLATE_STILL_HEATED = "plate-still-while-heated"
+    PLATE_TAKES_HEAT = "plate-takes-more-heat"
     PLATE_THERMISTOR_SHORT = "plate-thermistor-short"
     PLATE_THERMISTOR_OPEN = "plate-thermistor-open"
     PLATE_THERMISTOR_JUMPS = "plate-thermistor-jumps"
@@ -89,6 +90,7 @@ OF_A_PLATE = frozenset(
         FaultCode.PLATE_STILL_DRIVEN,
         FaultCode.PLATE_STILL_HOT,
         FaultCode.PLATE_STILL_HEATED,
+        FaultCode.PLATE_TAKES_HEAT,
         FaultCode.PLATE_THERMISTOR_SHORT,
         FaultCode.PLATE_THERMISTOR_OPEN,
         FaultCode.PLATE_THERMISTOR_JUMPS,

@@ -18,6 +18,7 @@ _FAULTS = {
     FaultCode.PLATE_STILL_DRIVEN: "plate temperature stands still although the drive changes",
     FaultCode.PLATE_STILL_HOT: "plate temperature reading stands still",
     FaultCode.PLATE_STILL_HEATED: "plate temperature reading stands still although heated",
+    FaultCode.PLATE_TAKES_HEAT: "plate takes more heat than its reading explains; check its thermistor",
     FaultCode.PLATE_THERMISTOR_SHORT: "the plate's thermistor: short circuit",
     FaultCode.PLATE_THERMISTOR_OPEN: "the plate's thermistor: open circuit",
     FaultCode.PLATE_THERMISTOR_JUMPS: "the plate's thermistor: changes faster than a plate can",

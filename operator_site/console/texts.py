@@ -29,6 +29,7 @@ _FAULTS = {
     FaultCode.PLATE_STILL_DRIVEN: "plate reading stands still",
     FaultCode.PLATE_STILL_HOT: "hot plate reading is still",
     FaultCode.PLATE_STILL_HEATED: "heated reading is still",
+    FaultCode.PLATE_TAKES_HEAT: "plate reads too little",
     FaultCode.PLATE_THERMISTOR_SHORT: "plate sensor short",
     FaultCode.PLATE_THERMISTOR_OPEN: "plate sensor open",
     FaultCode.PLATE_THERMISTOR_JUMPS: "plate sensor jumps",

@@ -5,10 +5,12 @@ drive that only holds a temperature against a steady loss. The rest of the drive
 
 A plate that runs away from a steady hold does so under a nearly constant drive, which no band-pass filter shows.
 Therefore a second test compares the recent change of the plate with its recent drive: they must not be opposite.
+A third test, in `plate_load`, finds a sensor that comes off slowly.
 """
 
 from common.faults.fault import FaultCode
 from common.limits import DOSE_ABOVE_C, PLATE_COOLING_K_S, PLATE_HEATING_K_S
+from operator_site.safety.plate_load import PlateLoad
 
 CHECK_S = 0.01
 """Interval between two checks of a plate, s."""
@@ -86,6 +88,7 @@ class PlateFollowing:
         self._seen = _Band()
         self._driven = _Recent()
         self._moved = _Recent()
+        self._load = PlateLoad()
         self._plate_c: float | None = None
         self._doubt_s = 0.0
         self._still_c = 0.0
@@ -120,6 +123,7 @@ class PlateFollowing:
         self._expected.step(dt_s, self._drive_k_s)
         self._seen.step(dt_s, rate)
         expected, seen = self._expected.change_k, self._seen.change_k
+        takes_heat = self._load.step(dt_s, power, rate, plate_c)
         driven, moved = self._driven.step(dt_s, self._drive_k_s), self._moved.step(dt_s, rate)
         if max(min(driven, -moved), min(-driven, moved)) >= AGAINST_K:
             return FaultCode.PLATE_AGAINST_DRIVE
@@ -153,4 +157,4 @@ class PlateFollowing:
             self._doubt_s = 0.0
         if self._doubt_s >= PERSIST_S:
             return FaultCode.PLATE_NOT_FOLLOWING
-        return None
+        return FaultCode.PLATE_TAKES_HEAT if takes_heat else None

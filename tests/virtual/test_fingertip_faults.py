@@ -6,7 +6,8 @@ import pytest
 
 from common.faults.fault import FaultCode
 from common.faults.texts import fault_text
-from common.limits import PLATE_FAULT_C, PLATE_PEAK_C, THERMAL_SAFE_S
+from common.fingers import FINGERS
+from common.limits import COMFORT, PLATE_FAULT_C, PLATE_PEAK_C, THERMAL_SAFE_S, WIDE, PlateRange
 from tests.virtual.fingertip import Fingertip, fingertip
 from tests.virtual.judge import LATE_S
 from tests.virtual.session import COARSE_TICK_S
@@ -100,6 +101,24 @@ def test_cooling_without_water_is_found_by_its_hot_side_long_before_that_can_hea
         assert (fault_found.code, fault_found.where) == (FaultCode.COOLING_LOST, "index")
         assert latched_s - began_s <= 20.0
         assert tip.driven_s - latched_s <= THERMAL_SAFE_S + COARSE_TICK_S
+        assert_not_burnt(tip)
+
+
+@pytest.mark.parametrize("lost_per_s", [0.015, 0.05, 0.2])
+@pytest.mark.parametrize(("profile", "goal_c"), [(COMFORT, 38.0), (WIDE, 39.9)])
+def test_a_thermistor_that_comes_off_is_found_by_the_heat_that_the_finger_takes(
+    lost_per_s: float, profile: PlateRange, goal_c: float
+) -> None:
+    with fingertip(profile) as tip:
+        tip.run(goal_c, 12.0, COARSE_TICK_S)
+        tip.watch()
+        tip.simulation.faults.apply(f"loosen index {lost_per_s}")
+        while tip.fault is None and tip.time_s < 60.0:
+            tip.run(goal_c, 0.1, COARSE_TICK_S)
+        tip.run(goal_c, 3.0, COARSE_TICK_S)
+        assert tip.fault is not None
+        assert tip.fault[1].plate == FINGERS.index("index")
+        assert tip.driven_s - tip.fault[0] <= THERMAL_SAFE_S + COARSE_TICK_S
         assert_not_burnt(tip)
 
 
