@@ -145,8 +145,21 @@ class Examination:
         self.findings[ident] = finding = _measured(tactile_map, made, tenderness)
         return finding
 
+    def marked(self, details: dict[str, Any]) -> Finding | None:
+        """Return the standing finding of the same moment and finger: the answer to its request was lost; None else."""
+        return next(
+            (
+                found
+                for found in self.findings.values()
+                if (found.at_s, found.finger) == (details.get("at_s"), details.get("finger")) and not found.withdrawn
+            ),
+            None,
+        )
+
     def edit(self, tactile_map: TactileMap, details: dict[str, Any], tenderness: Tenderness = NOT_SEARCHED) -> Finding:
         """Change kind, place or body of a finding, as far as given, and describe it again by the present map.
+
+        Details that change nothing return the finding as it was.
 
         Raises:
             Refused: no such finding stands, or the details are not valid for a finding.
@@ -161,6 +174,8 @@ class Examination:
             edited = replace(edited, x_m=x_m, y_m=y_m)
         if "body" in details:
             edited = replace(edited, body=read_mark(details["body"]))
+        if edited == replace(before, change="edit"):
+            return before
         if (edited.kind, edited.x_m, edited.y_m) != (before.kind, before.x_m, before.y_m):
             edited = _measured(tactile_map, edited, tenderness)
         return self._change(before, edited)

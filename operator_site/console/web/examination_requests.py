@@ -115,6 +115,9 @@ class ExaminationRequests:
     async def _find(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         self._check_consent(details)
         console = self.console
+        if (marked := console.examination.marked(details)) is not None:
+            chosen = {name: value for name, value in details.items() if name != "kind" or value is not None}
+            return await self._edit(client, {**chosen, "finding": marked.ident}, now_s)
         finding = console.examination.find(console.tactile_map, details, now_s, console.tenderness)
         return await self._keep(finding, now_s, texts.FINDING, f"saved: {finding.text}.")
 
@@ -138,8 +141,10 @@ class ExaminationRequests:
 
     async def _edit(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         self._check_consent(details)
+        before = self.console.examination.standing(details.get("finding"))
         finding = self.console.examination.edit(self.console.tactile_map, details, self.console.tenderness)
-        return await self._keep(finding, now_s, texts.EDITED, f"saved: {finding.text}.")
+        keep = self._kept if finding is before else self._keep  # sent twice
+        return await keep(finding, now_s, texts.EDITED, f"saved: {finding.text}.")
 
     async def _withdraw(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self.console.examination.withdraw(details.get("finding"), details.get("reason"))

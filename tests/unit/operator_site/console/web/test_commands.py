@@ -306,6 +306,24 @@ def test_a_note_that_is_sent_twice_is_kept_once(workplace: Workplace) -> None:
     assert not workplace.ask("note", finding=1, text="").ok
 
 
+def test_a_finding_that_is_marked_again_after_a_lost_answer_is_kept_once(workplace: Workplace) -> None:
+    workplace.ask("begin", pseudonym="P-0417")
+    mark: dict[str, Any] = {"finger": "index", "at_s": 100.5, "kind": "warm", "x_mm": 10.0, "y_mm": 0.0}
+    first, again = (workplace.ask("finding", **mark) for _ in range(2))
+    assert (again.ok, again.details) == (True, first.details)
+    assert workplace.ask("finding", **mark | {"kind": None}).ok
+    assert [found["change"] for found in workplace.journal.of("console/finding")] == ["mark"]
+    assert workplace.ask("finding", **mark | {"kind": "cold", "x_mm": 12.0}).text.startswith("Change of finding 1 ")
+    (found,) = workplace.console.examination.findings.values()
+    assert (found.kind, found.x_m) == ("cold", 0.012)
+    assert workplace.ask("undo").ok
+    assert workplace.console.examination.findings[1].kind == "warm"
+    for other in ({"finger": "thumb"}, {"at_s": 100.6}, {"at_s": 100.6, "x_mm": None, "y_mm": None}):
+        assert workplace.ask("finding", **mark | other).ok
+    assert workplace.ask("withdraw", finding=1, reason="scar").ok
+    assert (workplace.ask("finding", **mark).details or {})["id"] == 4, "a withdrawn finding is not brought back"
+
+
 def test_the_values_at_a_place_are_answered_with_their_uncertainty(workplace: Workplace) -> None:
     workplace.observer.quantities = ("temperature",)
     answer = workplace.ask("place", workplace.observer, x_mm=10.0, y_mm=0.0)
