@@ -206,7 +206,7 @@ class Pages:
             answer = await self._commands.ask(client, message.get("verb"), message.get("details"), self._shown_s())
         reply = {"kind": "answer", "id": ident, "ok": answer.ok, "text": answer.text, "details": answer.details or {}}
         if not client.answer(reply):
-            await socket.close(NOT_UNDERSTOOD)
+            await socket.close(TOO_MUCH, "too many answers wait")
         if (ready := self._ready.get(client.name)) is not None:  # the page may have left meanwhile
             ready.set()
 

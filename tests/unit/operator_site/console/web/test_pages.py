@@ -5,6 +5,7 @@ import json
 import pytest
 
 from common.web.access import Visitor
+from operator_site.console.web import clients
 from operator_site.console.web.pages import (
     FULL,
     MESSAGES_AT_ONCE,
@@ -63,6 +64,17 @@ def test_what_is_no_message_ends_this_page_only(room: Room, text: str | bytes) -
     assert room.serve(STUDENT, text).closed == NOT_UNDERSTOOD
     assert room.serve(OR_1, ask(1, "estop")).sent
     assert room.site.asked == ["estop"]
+
+
+@pytest.mark.parametrize("message", ['{"kind": "zoom"}', '{"kind": null}', '{"kind": ["ask"], "verb": "estop"}'])
+def test_a_message_of_another_kind_is_ignored(room: Room, message: str) -> None:
+    socket = room.serve(OR_1, message, ask(1, "estop"))
+    assert (socket.closed, len(socket.answers), room.site.asked) == (None, 1, ["estop"])
+
+
+def test_a_page_that_leaves_too_many_answers_is_sent_away(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clients, "MOST_ANSWERS", 0)
+    assert room.serve(OR_1, ask(1, "estop")).closed == TOO_MUCH
 
 
 @pytest.mark.parametrize("details", ['{"half \\ud83d": 1}', '{"a": {"b": "\\ud83d"}}', "[1, 2]", "null", '"\\ud800"'])
