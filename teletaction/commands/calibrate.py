@@ -8,7 +8,7 @@ import typer
 
 from common.files.read_files import read_json
 from common.runtime.parallel_map import processors
-from teletaction.commands.out_file import require_place
+from teletaction.commands.out_file import out_folder, require_place
 from teletaction.commands.progress import Processes, progress_line
 
 if TYPE_CHECKING:
@@ -23,7 +23,8 @@ def calibrate_thermal_command(
     out: Annotated[Path, typer.Option(help="Table to write.")],
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
     report: Annotated[
-        Path | None, typer.Option(help="Folder for report.txt and fit.png, which show the quality of the fit.")
+        Path | None,
+        typer.Option(callback=out_folder, help="Folder for report.txt and fit.png, which show the quality of the fit."),
     ] = None,
     processes: Processes = 0,
 ) -> None:
@@ -52,7 +53,9 @@ def calibrate_temperature_command(
     serial: Annotated[
         str | None, typer.Option(help="Serial number of the calibrated sensor; by default that of the table.")
     ] = None,
-    report: Annotated[Path | None, typer.Option(help="Folder for report.txt with the accuracy to expect.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(callback=out_folder, help="Folder for report.txt with the accuracy to expect.")
+    ] = None,
     processes: Processes = 0,
 ) -> None:
     """Learn the errors of object temperatures from touches of references of known temperature."""
@@ -82,7 +85,9 @@ def calibrate_texture_command(
     signal: Annotated[str | None, typer.Option(help="Signal column, or `best` or `mean` of all.")] = None,
     speed: Annotated[float | None, typer.Option(help="Stroke speed for files without one, mm/s.")] = None,
     serial: Annotated[str, typer.Option(help="Serial number of the calibrated sensor.")] = "unknown",
-    report: Annotated[Path | None, typer.Option(help="Folder for report.txt with the recognition rates.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(callback=out_folder, help="Folder for report.txt with the recognition rates.")
+    ] = None,
 ) -> None:
     """Make a surface look-up table from labelled strokes."""
     from remote_site.texture.calibration.spectrum_calibration import calibrate_spectra, of_slow_strokes, read_labelled

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from teletaction.commands.failed import Failed
+from teletaction.commands.out_file import out_folder
 
 app = typer.Typer()
 
@@ -47,7 +48,8 @@ def demo(
         typer.Option(min=0.0, help="Time at which the patient presses the stop switch, s, from the first movement."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Output folder; by default a new one in ~/.local/state/teletaction.")
+        Path | None,
+        typer.Option(callback=out_folder, help="Output folder; by default a new one in ~/.local/state/teletaction."),
     ] = None,
 ) -> None:
     """Run a whole telediagnosis session on this machine with simulated devices over the real transports."""

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from teletaction.commands.out_file import out_folder
+
 app = typer.Typer()
 
 
@@ -15,7 +17,7 @@ def map_command(
         list[Path],
         typer.Argument(metavar="PRESSES", help="Files of presses, or of lines with roughness_v or object_c."),
     ],
-    out: Annotated[Path, typer.Option(help="Folder for map.csv, map.png and map.json.")],
+    out: Annotated[Path, typer.Option(callback=out_folder, help="Folder for map.csv, map.png and map.json.")],
     probe_radius_mm: Annotated[
         float,
         typer.Option(min=0.5, max=20.0, help="Radius of the probe or fingertip, mm, for depth and size of a lump."),

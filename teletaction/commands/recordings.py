@@ -10,7 +10,7 @@ import typer
 from common.runtime.parallel_map import processors
 from teletaction.commands.as_json import Json, print_json
 from teletaction.commands.key_option import Key
-from teletaction.commands.out_file import require_place
+from teletaction.commands.out_file import out_folder, require_place
 from teletaction.commands.progress import Processes, progress_line
 
 app = typer.Typer()
@@ -19,7 +19,9 @@ app = typer.Typer()
 @app.command("summarise")
 def summarise_command(
     recordings: Annotated[Path, typer.Option(help="Folder with the recordings and status files of all processes.")],
-    out: Annotated[Path, typer.Option(help="Folder for session.mcap, summary.json and report.html.")],
+    out: Annotated[
+        Path, typer.Option(callback=out_folder, help="Folder for session.mcap, summary.json and report.html.")
+    ],
     scene: Annotated[str | None, typer.Option(help="Scene that was explored; by default the recorded one.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the simulated world; likewise.")] = None,
     fingers: Annotated[int | None, typer.Option(min=1, max=5, help="Number of fingers, 1 to 5; likewise.")] = None,
@@ -64,7 +66,7 @@ def report_command(
 def export_command(
     recording: Annotated[Path, typer.Argument(help="A merged session.mcap, or the recording of one site.")],
     to: Annotated[str, typer.Option(help="Format: csv, parquet, foxglove, rerun, fhir or dicom-sr.")],
-    out: Annotated[Path, typer.Option(help="Folder for the files; it is created.")],
+    out: Annotated[Path, typer.Option(callback=out_folder, help="Folder for the files; it is created.")],
     began: Annotated[
         str | None,
         typer.Option(
@@ -130,7 +132,8 @@ def replay_command(
     out: Annotated[
         Path,
         typer.Option(
-            help="Folder for identification.jsonl, rendering.csv and replay.json; one subfolder for each of several."
+            callback=out_folder,
+            help="Folder for identification.jsonl, rendering.csv and replay.json; one subfolder for each of several.",
         ),
     ],
     processes: Processes = 0,

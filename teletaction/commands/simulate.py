@@ -5,13 +5,15 @@ from typing import Annotated
 
 import typer
 
+from teletaction.commands.out_file import out_folder
+
 app = typer.Typer(name="simulate", help="Traces from the simulated sensors, as CSV.", no_args_is_help=True)
 
 
 @app.command("thermal")
 def simulate_thermal_command(
     material: Annotated[str, typer.Option(help="Material touched, or `air` for free cooling.")],
-    out: Annotated[Path, typer.Option(help="Folder for the traces and labels.csv.")],
+    out: Annotated[Path, typer.Option(callback=out_folder, help="Folder for the traces and labels.csv.")],
     touches: Annotated[int, typer.Option(help="Number of touches.", min=1)] = 1,
     seconds: Annotated[float, typer.Option(help="Time in contact, s.", min=0.5, max=120.0)] = 8.1,
     seed: Annotated[int, typer.Option(help="Seed of all random values.", min=0)] = 0,
@@ -46,7 +48,7 @@ def simulate_thermal_command(
 @app.command("stroke")
 def simulate_stroke_command(
     surface: Annotated[str, typer.Option(help="Surface stroked.")],
-    out: Annotated[Path, typer.Option(help="Folder for the strokes and labels.csv.")],
+    out: Annotated[Path, typer.Option(callback=out_folder, help="Folder for the strokes and labels.csv.")],
     strokes: Annotated[int, typer.Option(help="Number of strokes.", min=1)] = 1,
     speed: Annotated[float, typer.Option(help="Stroke speed, mm/s.", min=5.0, max=200.0)] = 50.0,
     force: Annotated[float, typer.Option(help="Contact force, N.", min=0.5, max=5.0)] = 1.2,

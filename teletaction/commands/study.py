@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from teletaction.commands.failed import Failed
+from teletaction.commands.out_file import out_folder
 from teletaction.commands.progress import progress_line
 
 app = typer.Typer()
@@ -17,7 +18,9 @@ app = typer.Typer()
 @app.command("study")
 def study_command(
     name: Annotated[str | None, typer.Argument(help="Name of a study; --list shows all names.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for NAME.json, NAME-TABLE.csv and NAME.png.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(callback=out_folder, help="Folder for NAME.json, NAME-TABLE.csv and NAME.png.")
+    ] = None,
     list_studies: Annotated[bool, typer.Option("--list", help="Print the name and subject of each study.")] = False,
     all_studies: Annotated[bool, typer.Option("--all", help="Run all studies in turn and draw an overview.")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Use fewer samples to finish sooner.")] = False,

@@ -255,11 +255,8 @@ def _output_folder(options: DemoOptions) -> Path:
     if out is None:
         make_private(state_folder())
         out = state_folder() / f"session-{datetime.now():%Y%m%d-%H%M%S}"
-    if out.exists():
-        if not out.is_dir():
-            raise ValueError(f"--out {out}: is a file, expected a folder")
-        if any(out.iterdir()) and not all((out / part).is_dir() for part in ("config", "keys/remote")):
-            raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
+    if out.exists() and any(out.iterdir()) and not all((out / part).is_dir() for part in ("config", "keys/remote")):
+        raise ValueError(f"--out {out}: holds other things; choose a new or empty folder")
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     return out

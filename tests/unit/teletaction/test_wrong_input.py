@@ -58,7 +58,7 @@ def edit(path: Path, old: str, new: str) -> None:
         # A table that cannot be written is refused before the fit, which takes minutes.
         ("calibrate thermal --traces none --out none/table.json", "none/table.json: No such file or directory"),
         ("calibrate thermal --traces none --out .", ".: Is a directory"),
-        ("calibrate thermal --traces none --out t --report a.csv", "a.csv: File exists"),
+        ("calibrate thermal --traces none --out t --report a.csv", "'--report': a.csv is a file. Name a folder"),
         ("report absent.mcap --out none/report.html", "none/report.html: No such file or directory"),
         ("calibrate thermal --traces none --out /proc/table.json", "/proc/table.json: "),
         ("calibrate temperature --table t --traces none --out none/t.json", "none/t.json: No such file or directory"),
@@ -93,6 +93,30 @@ def test_an_impossible_command_is_reported(
     Path("own.toml").write_text('name = "own"\n[materials.balsa]\ndensity_kg_m3 = 160.0\n', "utf-8")
     Path("a.csv").write_text(THERMAL, "utf-8")
     assert words in refused(line)
+
+
+@pytest.mark.parametrize("out", ["thesis.txt", "thesis.txt/new", "./thesis.txt/new/newer"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "demo --headless",
+        "export s.mcap --to csv",
+        "map p.csv",
+        "replay s.mcap",
+        "simulate stroke --surface foam",
+        "simulate thermal --material pvc",
+        "study vibration --quick",
+        "summarise --recordings .",
+    ],
+)
+def test_a_file_in_place_of_a_folder_is_named(
+    line: str, out: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("thesis.txt").write_text("years of work", "utf-8")
+    said = "teletaction: Invalid value for '--out': thesis.txt is a file. Name a folder that exists or can be created."
+    assert refused(f"{line} --out {out}") == said
+    assert Path("thesis.txt").read_text("utf-8") == "years of work"
 
 
 @pytest.mark.parametrize("process", sorted(COMMANDS))
