@@ -128,7 +128,7 @@ class Camera:
     def figures(self) -> dict[str, object]:
         """Return the figures for the status file."""
         return {
-            "missing": self._source.problem,
+            "missing": self._source.problem or self._source.repeats,
             "readers": len(self._readers.present),
             "rung": self._ladder.number,
             "sequence": self._sequence,
@@ -158,4 +158,4 @@ def run_camera(config: CameraConfig, stop: Callable[[], bool]) -> None:
                 with contain.step("each second", latches=False):  # such as without a free file descriptor
                     link.recheck_keys()
                     status.write(now_s, {**camera.figures(), "contained": dict(contain.places)})
-                supervisor.alive(source.problem or "pictures")
+                supervisor.alive(source.problem or source.repeats or "pictures")

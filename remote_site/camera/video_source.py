@@ -7,6 +7,7 @@ import logging
 import socket
 import threading
 import time
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -23,6 +24,8 @@ _OPEN_S, _SILENT_S = 5.0, 2.0
 """Longest wait for a camera that opens, and for its next picture, s."""
 _HANGS_S = 3.0
 """Time without a picture after which a camera counts as lost, s; a driver that hangs ends no wait."""
+_REPEATS_S = 3.0
+"""Time of the same bytes again and again after which no picture counts as new, s: every sensor has noise."""
 _LATE_S = 2.0
 """Lag of the pictures, s, and time for which it lasts, after which the camera is opened again: old ones then drop."""
 _COUNTED = "yuv4mpegpipe"
@@ -44,6 +47,7 @@ class VideoSource:
     Attributes:
         news: socket that becomes readable at each new picture.
         problem: why there is no picture; empty while there is one.
+        repeats: that the camera sends one picture again and again, which is no new one; empty while it does not.
     """
 
     def __init__(self, source: str, size: tuple[int, int], rate_hz: float, delay_s: float) -> None:
@@ -55,7 +59,7 @@ class VideoSource:
             rate_hz: rate that a video device is asked for, Hz.
             delay_s: time from the exposure to the arrival of a picture, s.
         """
-        self.problem = "the camera was not opened yet"
+        self.problem, self.repeats = "the camera was not opened yet", ""
         self.news, self._wake = socket.socketpair()
         self.news.setblocking(False)
         self._wake.setblocking(False)
@@ -111,7 +115,7 @@ class VideoSource:
             stamped = self._format != _COUNTED and not container.format.flags & Flags.no_timestamps.value
             lag, lag_s, opened_s = PictureLag(), 0.0, time.monotonic()
             timely_s = opened_s
-            for frame in container.decode(video=0):
+            for frame in self._decoded(container):
                 now_ns = time.monotonic_ns()
                 now_s = now_ns * 1e-9
                 if self._stopping.is_set():
@@ -124,7 +128,20 @@ class VideoSource:
                     raise ValueError(f"its pictures stay more than {_LATE_S:g} s late")
                 if now_s - opened_s < _BEHIND_S:
                     continue
-                self._newest = Captured(now_ns - self._delay_ns - round(lag_s * 1e9), frame)
                 self._arrived_s, self.problem = now_s, ""
+                if self.repeats:
+                    continue
+                self._newest = Captured(now_ns - self._delay_ns - round(lag_s * 1e9), frame)
                 with suppress(OSError):  # full, or closed on the other side
                     self._wake.send(b"\0")
+
+    def _decoded(self, container: Any) -> Iterator[av.VideoFrame]:
+        """Decode all pictures, and note when the camera begins and ends to repeat one."""
+        newest, since_s = b"", 0.0
+        for packet in container.demux(video=0):
+            if (content := bytes(packet)) != newest:
+                newest, since_s, self.repeats = content, time.monotonic(), ""
+            elif not self.repeats and time.monotonic() - since_s > _REPEATS_S:
+                self.repeats = f"{self._source}: repeats one picture"
+                log.warning("no new picture: %s", self.repeats)
+            yield from packet.decode()

@@ -80,6 +80,45 @@ def test_a_camera_whose_pictures_stay_late_is_opened_again(stalling: str, monkey
         wait_until(lambda: source.problem.endswith(" s late"), lambda: source.problem)
 
 
+class Packet(bytes):
+    """A packet with one picture."""
+
+    def decode(self) -> list[av.VideoFrame]:
+        return [av.VideoFrame(64, 48)]
+
+
+def test_a_camera_that_repeats_one_picture_has_no_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown, ends = [b"1"], threading.Event()
+
+    class Repeating:
+        streams, format = SimpleNamespace(video=[1]), SimpleNamespace(flags=0)
+
+        def __enter__(self) -> "Repeating":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def demux(self, video: int) -> Iterator[Packet]:
+            while not ends.wait(0.005):
+                yield Packet(shown[0])
+
+    monkeypatch.setattr(video_source, "_BEHIND_S", 0.0)
+    monkeypatch.setattr(video_source, "_REPEATS_S", 0.2)
+    monkeypatch.setattr(video_source.av, "open", lambda *_, **__: Repeating())
+    with closing(VideoSource("/dev/video0", (64, 48), RATE_HZ, 0.0)) as source:
+        wait_until(source.take)
+        assert source.repeats == ""
+        wait_until(lambda: source.repeats == "/dev/video0: repeats one picture", patience_s=2.0)
+        source.take()
+        time.sleep(0.05)
+        assert (source.take(), source.problem) == (None, ""), "the console calls the last one frozen"
+        shown[0] = b"2"
+        wait_until(source.take)
+        assert source.repeats == ""
+        ends.set()
+
+
 @pytest.mark.parametrize("error", [TypeError("surprise"), MemoryError()])
 def test_a_camera_is_opened_again_after_any_error(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = []
@@ -107,8 +146,8 @@ def test_a_camera_whose_driver_hangs_is_named(monkeypatch: pytest.MonkeyPatch) -
         def __exit__(self, *_: object) -> None:
             pass
 
-        def decode(self, video: int) -> Iterator[av.VideoFrame]:
-            yield av.VideoFrame(64, 48)
+        def demux(self, video: int) -> Iterator[Packet]:
+            yield Packet(b"1")
             more.wait()
 
     for name in ("_BEHIND_S", "_HANGS_S"):
