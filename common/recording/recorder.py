@@ -1,6 +1,6 @@
 """Records to an MCAP file by a separate process: where all processes are killed, at most the last half second is lost.
 
-A loss of power also takes what the system has not yet written to the disk, except from a durable recording.
+A loss of power takes the last 5 s and what a slow disk still had to write, except from a durable recording.
 
 A full disk, a slow disk or a crash of the writer never reaches the loop: `write` only appends to a bounded queue and
 counts messages that do not fit. A failed recording stays stopped, even if the disk has room again. Its file is intact

@@ -9,9 +9,11 @@ of [number of the stream, ns, payload]; null at the end. The process sends repor
 stream, reason of a failure or null, whether the disk is full, whether this report is the last].
 """
 
+import errno
 import os
 import select
 import socket
+import threading
 import time
 from contextlib import suppress
 from io import BufferedIOBase
@@ -27,6 +29,10 @@ CHUNK_BYTES = 256 * 1024
 memory for each chunk of the file."""
 FLUSH_S = 0.25
 """Interval between two ends of a chunk, s: half of the time that may be lost; the rest is for a busy machine."""
+SYNC_S = 5.0
+"""Interval between two waits for the disk, s; a loss of power takes no more than this, and the time of the wait."""
+_NOT_A_FILE = (errno.EINVAL, errno.ENOTSUP)
+"""Numbers of the errors of a device, which has nothing to wait for."""
 _TAKEN_BYTES = 1 << 18
 """Maximum number of bytes that are read at once from the owner."""
 
@@ -48,6 +54,8 @@ class RecordingWriter:
         self._added: list[int] = []
         self._channels: list[int] = []
         self._durable = False
+        self._closing = threading.Event()
+        self._disk_error: OSError | None = None
 
     def take(self, received: bytes) -> None:
         """Take the next bytes of the owner's stream."""
@@ -65,18 +73,29 @@ class RecordingWriter:
             self.flush()
 
     def flush(self) -> None:
-        """End the chunk and give it to the system; in a durable recording, wait until it is on the disk."""
+        """End the chunk and give it to the system; in a durable recording, wait until it is on the disk.
+
+        Raises:
+            OSError: the system or the disk did not take it, or something before it.
+        """
+        if self._disk_error is not None:
+            raise self._disk_error
         if self._added != self.written:
             self._writer.flush()  # type: ignore[no-untyped-call]  # the library leaves it untyped
             self._sync()
             self.written = self._added.copy()
 
     def finish(self) -> None:
-        """End the file with its index."""
+        """End the file with its index, and wait until it is on the disk."""
         self.flush()
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._end()
         self._sync()
+        _wait_for_disk(self._file.fileno())
+
+    def close(self) -> None:
+        """End the thread that waits for the disk."""
+        self._closing.set()
 
     def _begin(
         self,
@@ -98,6 +117,8 @@ class RecordingWriter:
             self._channels.append(self._writer.register_channel(stream, "msgpack", number))
         self._added = [0] * len(schemas)
         self.flush()
+        if not durable:
+            threading.Thread(target=self._keep_on_disk, args=(self._file.fileno(),), daemon=True).start()
 
     def _encrypt(self, public_key: str) -> None:
         from common.recording.encrypted_file import EncryptedWriter, Header  # noqa: PLC0415 - few recordings need it
@@ -109,6 +130,24 @@ class RecordingWriter:
     def _sync(self) -> None:
         if self._durable:
             os.fsync(self._file.fileno())
+
+    def _keep_on_disk(self, number: int) -> None:
+        """Wait for the disk every SYNC_S, beside the thread that writes: a slow disk holds up no messages."""
+        while not self._closing.wait(SYNC_S):
+            try:
+                _wait_for_disk(number)
+            except OSError as error:
+                self._disk_error = error
+                return
+
+
+def _wait_for_disk(number: int) -> None:
+    """Wait until the disk has the data of a file."""
+    try:
+        os.fdatasync(number)
+    except OSError as error:
+        if error.errno not in _NOT_A_FILE:
+            raise
 
 
 def _mcap(file: "IO[bytes] | BufferedIOBase") -> Writer:
@@ -125,6 +164,8 @@ def write_recording(owner: socket.socket, file: IO[bytes]) -> None:
     except Exception as error:  # any error ends the recording, and the owner must get the reason
         why = str(error) or type(error).__name__
         full = isinstance(error, OSError) and error.errno in NO_ROOM
+    finally:
+        writer.close()
     with suppress(OSError):  # the owner may be gone
         owner.sendall(_report(writer, why, full=full, last=True))
 

@@ -345,3 +345,40 @@ def test_a_durable_recording_counts_only_rows_on_the_disk_and_flushes_at_once(
     assert synced[-1] == (tmp_path / "s.mcap").stat().st_size
     recorder.close()
     assert synced[-1] == (tmp_path / "s.mcap").stat().st_size
+
+
+def test_a_recording_reaches_the_disk_every_few_seconds_without_waiting_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writer_process, "SYNC_S", 0.01)
+    write_in_a_thread(monkeypatch)
+    synced: list[int] = []
+    asked, moving = threading.Event(), threading.Event()
+
+    def sync(number: int) -> None:
+        asked.set()
+        assert moving.wait(30.0)
+        synced.append(os.fstat(number).st_size)
+
+    monkeypatch.setattr(os, "fdatasync", sync)
+    with Recorder(tmp_path / "s.mcap", SCHEMAS, {}) as recorder:
+        assert asked.wait(30.0)
+        recorder.write("touch", 7, b"seven")
+        wait_until(lambda: recorder.written)
+        assert synced == [], "the disk is still busy"
+        moving.set()
+        wait_until(lambda: synced and synced[-1] == (tmp_path / "s.mcap").stat().st_size)
+    assert synced[-1] == (tmp_path / "s.mcap").stat().st_size, "the index is on the disk"
+
+
+def test_a_disk_that_loses_what_it_took_fails_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def sync(number: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "fdatasync", sync)
+    monkeypatch.setattr(writer_process, "SYNC_S", 0.01)
+    write_in_a_thread(monkeypatch)
+    recorder = Recorder(tmp_path / "s.mcap", SCHEMAS, {})
+    wait_until(lambda: recorder.failed)
+    recorder.close()
+    assert recorder.failed == "[Errno 5] Input/output error"
