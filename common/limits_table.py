@@ -82,8 +82,7 @@ def _limits() -> Mapping[str, str]:
         f"for {limits.SWITCH_LOST_S * 1e3:g} ms, it is a latched fault; "
         f"it reports a press for {limits.SWITCH_HOLD_S * 1e3:g} ms at least",
         "patient's own threshold": f"after a report of pain, contact force at most {100 * limits.PAIN_SHARE:g} % of "
-        f"the force at which the pain began, or {limits.PAIN_LEAST_N:g} N if that is more; only a person or a restart "
-        "of the site ends it",
+        f"the force at which the pain began, or {limits.PAIN_LEAST_N:g} N if that is more; only a person ends it",
         "motion scale": f"{', '.join(f'1:{n}' for n in limits.MOTION_SCALES)}; the remote hand's limits stay in its "
         f"own units; at a change of clutch or scale no step above {limits.COUPLING_STEP_M * 1e3:g} mm or "
         f"{limits.COUPLING_STEP_N:g} N",

@@ -42,6 +42,7 @@ from remote_site.safety.limit_flags import Limit, limit_names
 from remote_site.safety.patient_gate import PatientGate
 from remote_site.safety.setpoints import GatedCommand
 from remote_site.session.local_control import answer_desk
+from remote_site.session.pain_file import PainFile
 from remote_site.session.session_server import SessionServer
 from remote_site.session.stop_file import StopFile
 from remote_site.site_recording import SiteRecording, open_recorder
@@ -75,17 +76,20 @@ class RemoteSite:
         stamp_ns: ReadClock | None = None,
         containment: MakeContainment = Containment,
         stop_file: StopFile | None = None,
+        pain_file: PainFile | None = None,
     ):
         self._devices = devices
         self._recorder = recorder
         self._recording = None if recorder is None else SiteRecording(recorder)
         answers = config.consent
         self._consent = NotedConsent(None if answers is None else tuple(kind for kind, agreed in answers if agreed))
-        self._stop_file = stop_file
+        self._stop_file, self._pain_file = stop_file, pain_file
         self._pain_recorded = answers is not None and answers.pain
         self._desk = desk
         materials, surfaces = load_tables(config)
         self.gate = PatientGate(config.patient.contact_force_n)
+        if pain_file is not None and (limit_n := pain_file.limit_n()) is not None:
+            self.gate.continue_pain_limit(limit_n)
         able = capabilities(
             config.fingers,
             config.rate_hz,
@@ -143,6 +147,8 @@ class RemoteSite:
             self._devices.write(command, sensed_now)
         if self._stop_file is not None:
             self._stop_file.keep(server.session.stop)
+        if self._pain_file is not None:
+            self._pain_file.keep_limit(self.gate.pain_limit.limit_n)
         packet = self._touch(now_ns)
         happenings, notes = server.session.take_happenings(), server.take_notes()
         if self._recording is not None:
@@ -191,13 +197,13 @@ class RemoteSite:
             )
 
     def _patient(self) -> dict[str, Any]:
-        """Return what the patient reports, for the operator's site; empty without a pain slider."""
-        pain = self._devices.pain_reading(self._now_ns * 1e-9)
-        if pain is None:
+        """Return what the patient reports, for the operator's site; empty without a pain slider and a limit of it."""
+        pain, limit_n = self._devices.pain_reading(self._now_ns * 1e-9), self.gate.patient_limit_n
+        if pain is None and limit_n is None:
             return {}
         return {
-            "pain": None if math.isnan(pain) else pain,
-            "patient_limit_n": self.gate.patient_limit_n,
+            "pain": None if pain is None or math.isnan(pain) else pain,
+            "patient_limit_n": limit_n,
             "pain_reports": [value for report in self.gate.pain_limit.reports for value in report],
             "pain_agreed": self._pain_recorded,
         }
@@ -246,6 +252,7 @@ class RemoteSite:
             "handshakes": dict(self._link.handshakes),
             "keys": self._link.keys_problem,
             "stop_file": "" if self._stop_file is None else self._stop_file.problem,
+            "pain_file": "" if self._pain_file is None else self._pain_file.problem,
         }
 
     def recheck_keys(self) -> None:
@@ -357,7 +364,8 @@ def run_remote(config: RemoteConfig, stop: Callable[[], bool]) -> None:
         if recorder is not None:
             opened.enter_context(recorder)
         stop_file = opened.enter_context(StopFile(config.status))
-        site = RemoteSite(config, link, devices, recorder, desk, clock.now_ns, stop_file=stop_file)
+        pain_file = opened.enter_context(PainFile(config.status))
+        site = RemoteSite(config, link, devices, recorder, desk, clock.now_ns, stop_file=stop_file, pain_file=pain_file)
         run_site_loop(
             site,
             "remote",

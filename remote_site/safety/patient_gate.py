@@ -73,6 +73,11 @@ class PatientGate:
         """Force limit that follows the patient's own threshold, N; None while the default limit holds."""
         return self._force_limit_n if self._force_limit_n < self._contact_force_n else None
 
+    def continue_pain_limit(self, limit_n: float) -> None:
+        """Continue with the force limit that followed the patient before a restart, N."""
+        self.pain_limit.limit_n = limit_n
+        self._limit_force(min(limit_n, self._contact_force_n))
+
     def end_pain_limit(self) -> None:
         """Return to the default force limit, by a deliberate act of a person who has asked the patient.
 

@@ -25,7 +25,7 @@ def answer_desk(
         not_ready: the gate's fault, or the missing device; empty when the site may engage.
         verb: verb of the request.
         held: whether the patient presses the stop switch now.
-        restore_force: ends the force limit that follows the patient; None while the patient reports pain.
+        restore_force: ends the force limit that follows the patient; None unless the pain slider is at 0.
 
     Raises:
         Refused: the request is not allowed now, or not at this site.
@@ -43,7 +43,7 @@ def answer_desk(
             server.session.clear()
         case "restore_force":
             if restore_force is None:
-                raise Refused("the patient reports pain: the slider has to be at 0 first")
+                raise Refused("the patient reports pain, or no answer is known: the slider has to be at 0 first")
             restore_force()
         case "mute_voice" | "unmute_voice":
             raise Refused(f"{verb} is for the voice's process: teletaction session {verb.replace('_', '-')}")

@@ -21,6 +21,7 @@ from common.health import NoStatus, read_status, young
 from common.link.session_display import SILENT, seconds_old
 from common.process import StopSignal
 from common.scenes.scene import load_scene
+from remote_site.session.pain_file import SUFFIX as PAIN_SUFFIX
 from remote_site.session.stop_file import SUFFIX as STOP_SUFFIX
 from teletaction.session.demo_files import CAMERA, CONSOLE, NETWORK, PROCESSES, VOICE, DemoOptions, prepare
 from teletaction.session.demo_ports import HOST
@@ -282,7 +283,7 @@ def _remove_earlier(out: Path) -> None:
     for name in (*PROCESSES, NETWORK, CAMERA, VOICE, CONSOLE):
         for part in out.glob(f"{name}-*.mcap"):
             part.unlink()
-        for suffix in (".json", ".mcap", ".log", STOP_SUFFIX):
+        for suffix in (".json", ".mcap", ".log", STOP_SUFFIX, PAIN_SUFFIX):
             (out / f"{name}{suffix}").unlink(missing_ok=True)
     for produced in _PRODUCED:
         (out / produced).unlink(missing_ok=True)

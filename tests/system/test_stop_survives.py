@@ -1,4 +1,4 @@
-"""A stop latched at the remote site is still latched after its process was killed, until it is cleared there."""
+"""A stop and the patient's force limit hold after the remote site was killed, until a person there ends them."""
 
 import signal
 from collections.abc import Iterator
@@ -71,3 +71,16 @@ def test_a_stop_outlives_the_process_that_latched_it(site: RemoteAlone) -> None:
     assert site.restart(signal.SIGTERM) == "remote-stop"
     assert site.ask("clear_fault")["fault"] is None
     assert site.restart(signal.SIGTERM) == ""
+
+
+def test_the_force_limit_of_the_patient_outlives_the_process(site: RemoteAlone) -> None:
+    file = site.config.status.with_suffix(".pain")  # type: ignore[union-attr]
+    assert "patient_limit_n" not in site.ask("status")
+    file.write_text("1.25\n")
+    for number in (signal.SIGKILL, signal.SIGTERM):
+        assert site.restart(number) == ""
+        assert site.ask("status")["patient_limit_n"] == 1.25
+    assert "patient_limit_n" not in site.ask("restore_force")
+    wait_until(lambda: not file.exists(), "the limit is kept")
+    site.restart(signal.SIGTERM)
+    assert "patient_limit_n" not in site.ask("status")

@@ -80,6 +80,20 @@ def test_a_finger_that_presses_is_lowered_slowly_once_the_limit_ends():
     assert later_n > 4.0
 
 
+@pytest.mark.parametrize("before_n", [0.5, 2.0, 4.9])
+@pytest.mark.parametrize("default_n", [1.0, CONTACT_FORCE_N])
+def test_a_limit_from_before_a_restart_holds_until_a_person_ends_it(before_n, default_n):
+    rig = Pressed(contact_force_n=default_n).met()
+    rig.gate.continue_pain_limit(before_n)
+    assert rig.gate.patient_limit_n == (before_n if before_n < default_n else None)
+    peak_n, _, _ = rig.press(4.0)
+    assert peak_n <= min(before_n, default_n)
+    rig.press(2.0, pain_from_s=0.5)
+    assert rig.gate.pain_limit.limit_n < before_n or before_n == 0.5
+    rig.gate.end_pain_limit()
+    assert rig.gate.patient_limit_n is None
+
+
 def test_a_lower_default_is_never_raised():
     rig = Pressed(contact_force_n=0.5).met()
     for _ in range(round(2.0 / DT)):

@@ -82,7 +82,7 @@ def test_on_a_full_disk_the_stop_survives_without_its_cause(status: Path, monkey
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with StopFile(status) as file:
-        monkeypatch.setattr("remote_site.session.stop_file.os.write", full)
+        monkeypatch.setattr("remote_site.session.kept_text.os.write", full)
         file.keep(FaultCode.PATIENT_STOP)
     assert "keep the latched stop without its cause" in file.problem
     assert "No space left" in file.problem
@@ -107,7 +107,7 @@ def test_where_nothing_can_be_kept_the_site_says_so_and_runs(tmp_path: Path, cap
 def test_what_could_not_be_written_is_written_once_the_disk_takes_it_again(
     cleared: bool, status: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr("remote_site.session.stop_file.AGAIN_S", 0.02)
+    monkeypatch.setattr("remote_site.session.kept_text.AGAIN_S", 0.02)
     file = status.with_name("remote.stop")
     keep(status, FaultCode.PATIENT_STOP if cleared else None)
     with StopFile(status) as kept:
@@ -115,7 +115,7 @@ def test_what_could_not_be_written_is_written_once_the_disk_takes_it_again(
         with monkeypatch.context() as disk:
             for name in ("open", "unlink"):
                 disk.setattr(
-                    f"remote_site.session.stop_file.os.{name}", Mock(side_effect=OSError(errno.EMFILE, "full"))
+                    f"remote_site.session.kept_text.os.{name}", Mock(side_effect=OSError(errno.EMFILE, "full"))
                 )
             kept.keep(None if cleared else FaultCode.PATIENT_STOP)
             wait_until(lambda: bool(kept.problem))
