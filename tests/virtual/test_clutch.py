@@ -84,6 +84,23 @@ def test_a_silent_link_under_an_open_clutch_pauses_the_session(working: VirtualS
 
 
 @pytest.mark.long
+def test_lost_motion_under_an_open_clutch_lifts_the_finger_until_it_arrives_again(working: VirtualSession) -> None:
+    """The operator's site hears the remote one and cannot know it."""
+    ask(working, "clutch", open=True)
+    working.run(SETTLED_S)
+    before_n = working.now.contact_n
+    assert before_n > 0.1
+    working.network.impair(stream="motion", cut=True)
+    working.run(0.5)
+    assert working.now.contact_n == 0.0
+    assert str(working.remote.figures()["stale"]).startswith("no motion for 0.")
+    assert working.both_engaged
+    working.network.heal()
+    working.run(0.5)
+    assert working.now.contact_n == pytest.approx(before_n, abs=0.1)
+
+
+@pytest.mark.long
 def test_a_pause_and_a_resume_close_the_clutch_where_the_hand_is(working: VirtualSession) -> None:
     ask(working, "clutch", open=True)
     working.run(SETTLED_S)
