@@ -117,7 +117,7 @@ class ExaminationRequests:
         console = self.console
         if (marked := console.examination.marked(details)) is not None:
             chosen = {name: value for name, value in details.items() if name != "kind" or value is not None}
-            return await self._edit(client, {**chosen, "finding": marked.ident}, now_s)
+            return await self._change({**chosen, "finding": marked.ident}, now_s, texts.FINDING)
         finding = console.examination.find(console.tactile_map, details, now_s, console.tenderness)
         return await self._keep(finding, now_s, texts.FINDING, f"saved: {finding.text}.")
 
@@ -141,10 +141,15 @@ class ExaminationRequests:
 
     async def _edit(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         self._check_consent(details)
+        return await self._change(details, now_s, texts.EDITED)
+
+    async def _change(self, details: dict[str, Any], now_s: float, unchanged: str) -> Answer:
+        """Edit a finding; answer with the text `unchanged` where the details are as before, such as if sent twice."""
         before = self.console.examination.standing(details.get("finding"))
         finding = self.console.examination.edit(self.console.tactile_map, details, self.console.tenderness)
-        keep = self._kept if finding is before else self._keep  # sent twice
-        return await keep(finding, now_s, texts.EDITED, f"saved: {finding.text}.")
+        if finding is before:
+            return await self._kept(finding, now_s, unchanged, f"saved: {finding.text}.")
+        return await self._keep(finding, now_s, texts.EDITED, f"saved: {finding.text}.")
 
     async def _withdraw(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
         finding = self.console.examination.withdraw(details.get("finding"), details.get("reason"))

@@ -310,7 +310,8 @@ def test_a_finding_that_is_marked_again_after_a_lost_answer_is_kept_once(workpla
     workplace.ask("begin", pseudonym="P-0417")
     mark: dict[str, Any] = {"finger": "index", "at_s": 100.5, "kind": "warm", "x_mm": 10.0, "y_mm": 0.0}
     first, again = (workplace.ask("finding", **mark) for _ in range(2))
-    assert (again.ok, again.details) == (True, first.details)
+    assert first.ok
+    assert again == first
     assert workplace.ask("finding", **mark | {"kind": None}).ok
     assert [found["change"] for found in workplace.journal.of("console/finding")] == ["mark"]
     assert workplace.ask("finding", **mark | {"kind": "cold", "x_mm": 12.0}).text.startswith("Change of finding 1 ")
