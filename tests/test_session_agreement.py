@@ -22,6 +22,7 @@ from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Motion, Touch
 from common.wire.packets import SCHEMA_VERSION, LinkState
 from common.wire.session_messages import Answer, Request
 from operator_site.session.session_client import SessionClient
+from remote_site.session.local_control import answer_desk
 from remote_site.session.session_server import SILENCE_NS, SessionServer
 from teletaction.testbed.network import TO_REMOTE, Network, OperatorEnd, RemoteEnd
 from tests.conftest import Keys
@@ -354,25 +355,24 @@ def test_an_operator_who_lets_go_brings_the_remote_site_back_to_connected(make: 
     pair.until(lambda: pair.server.session.state is LinkState.CONNECTED)
 
 
-@pytest.mark.parametrize("fault", [False, True])
+@pytest.mark.parametrize("before", ["engaged", "a fault", "connected"])
 def test_an_engage_on_its_way_while_the_remote_site_stops_acting_has_no_effect(
-    make: Callable[..., Pair], fault: bool
+    make: Callable[..., Pair], before: str
 ) -> None:
     """The operator's site repeats a request until it is granted, so that one may arrive late."""
     pair = make(engage=False)
     pair.until(lambda: pair.client.clock.uncertainty_ns)
-    pair.ask("engage")
-    pair.until(lambda: both_engaged(pair))
+    if before != "connected":
+        pair.ask("engage")
+        pair.until(lambda: both_engaged(pair))
     session = pair.server.session
     cast(MemoryPair, pair).network.impair(TO_REMOTE, "control", delay_s=0.1)
     pair.ask("engage")
     pair.turn()
-    if fault:
+    if before == "a fault":
         session.latch(HOT)
         pair.turn()
-        session.clear()
-    else:
-        session.disengage("asked for at the remote site")
+    answer_desk(pair.server, pair.remote_now(), "", "clear_fault" if before == "a fault" else "disengage")
     for _ in range(200):
         pair.turn()
         pair.wait(0.001)

@@ -34,13 +34,13 @@ def answer_desk(
         case "status":
             pass
         case "disengage":
-            server.session.disengage("asked for at the remote site")
+            server.disengage(now_ns)
         case "estop":
             server.stop(now_ns, here=True)
         case "clear_fault":
             if held:
                 raise Refused("the patient still presses the stop switch: it has to be released first")
-            server.session.clear()
+            server.clear(now_ns)
         case "restore_force":
             if restore_force is None:
                 raise Refused("the patient reports pain, or no answer is known: the slider has to be at 0 first")

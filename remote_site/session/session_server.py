@@ -96,8 +96,6 @@ class SessionServer:
     _awaits_beat: bool = False
     """Whether the operator has sent no heartbeat in this session yet, so that it may not know of it."""
     _now_ns: int = 0
-    _state: LinkState = LinkState.DISCONNECTED
-    """State at the end of the last step."""
     _left_ns: float = _NEVER_NS
     """Time when a person here last disengaged or cleared a fault, ns; a request from before engages nothing."""
     _agreed_ns: int = 0
@@ -122,7 +120,6 @@ class SessionServer:
         if now_ns < self._now_ns:
             self._heard_ns, self._left_ns = min(self._heard_ns, now_ns), _NEVER_NS  # the clock was set back
         self._now_ns = now_ns
-        self._note_leaving()
         if self.session.ident and now_ns - self._heard_ns > SILENCE_NS:
             self._end("the operator is silent")
         if self.observers:
@@ -145,12 +142,6 @@ class SessionServer:
         if self._operator_let_go():
             self.session.disengage("the operator's site is no longer engaged")
         self._confirm_stop(now_ns, unconfirmed)
-        self._state = self.session.state
-
-    def _note_leaving(self) -> None:
-        """Note the time when a person here has disengaged or cleared a fault since the last step."""
-        if self._state is not LinkState.CONNECTED and self.session.state is LinkState.CONNECTED:
-            self._left_ns = self._now_ns
 
     @property
     def both_engaged(self) -> bool:
@@ -184,6 +175,20 @@ class SessionServer:
         code = FaultCode.REMOTE_STOP if here else FaultCode.OPERATOR_STOP
         self.session.latch(Fault(code), cleared_here_only=here)
         self.stopping.ask(now_ns)
+
+    def disengage(self, now_ns: int) -> None:
+        """Bring outputs to neutral for a person here; a request to engage from before has no effect."""
+        self.session.disengage("asked for at the remote site")
+        self._left_ns = now_ns
+
+    def clear(self, now_ns: int) -> None:
+        """Clear the latched fault for a person here; a request to engage from before has no effect.
+
+        Raises:
+            Refused: no fault is latched.
+        """
+        self.session.clear()
+        self._left_ns = now_ns
 
     def cut(self, keys: set[str]) -> None:
         """End the session, or the observation, of the owners of revoked keys."""
