@@ -31,6 +31,13 @@ def test_residual_work_drains_in_the_air() -> None:
     assert left.left_j == pytest.approx(0.010 - 0.005 - 3.0 * LEFT_W * DT)
 
 
+def test_a_finger_that_sinks_in_the_air_leaves_no_work() -> None:
+    left = ResidualWork()
+    for z_m, force_n in ((0.006, 0.0), (0.006, 0.0), (0.0, 0.0), (-0.001, 2.0)):
+        left.step(DT, z_m, force_n)
+    assert left.left_j == pytest.approx(0.5 * 2.0 * 0.001 - LEFT_W * DT)
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_nan_restarts_the_account(value: float) -> None:
     for wrong in ((value, 1.0), (0.0, value)):
