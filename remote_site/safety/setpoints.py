@@ -141,11 +141,9 @@ class PlaneSetpoint:
             self.y_m += y_m * (reach_m / away_m)
         else:
             self.x_m, self.y_m = target_x_m, target_y_m
-        left_m = max(0.0, away_m - reach_m)
+        left_m = away_m - reach_m
         self._approach.step(tick_s, left_m)
-        acted = 0 if self._approach.met else APPROACH
-        if target_x_m != wanted_x_m or target_y_m != wanted_y_m:
-            acted |= PLANE_RANGE
+        acted = PLANE_RANGE if target_x_m != wanted_x_m or target_y_m != wanted_y_m else 0
         return acted | PLANE_SPEED if left_m > ROUNDING_M else acted
 
 
