@@ -42,10 +42,10 @@ class ForceLimits:
     def begin_from_neutral(self) -> None:
         """Begin from zero force after a standstill, because the device has released by itself."""
         self._ceiling_n = 0.0
-        self.believe_again()
+        self._forget_swings()
 
-    def believe_again(self) -> None:
-        """Forget earlier oscillations, because a person has cleared the fault."""
+    def _forget_swings(self) -> None:
+        """Forget earlier oscillations, because the force is released."""
         self._oscillation.restart()
         self._watched_n = math.nan
 
@@ -80,7 +80,7 @@ class ForceLimits:
             self._ceiling_n = min(FINGER_FORCE_N, self._ceiling_n + FORCE_RAMP_UP_N_S * dt_s)
         else:
             self.energy.rest()
-            self.believe_again()
+            self._forget_swings()
             shown_n = min(self._ceiling_n, self.force_n)
             latest_n = math.inf
             if age_s > GAP_S:

@@ -126,8 +126,6 @@ class OperatorGate:
         self._fault = None
         self._named.clear()
         self._follow = [PlateFollowing() for _ in FINGERS]
-        for force in self._force:
-            force.believe_again()
 
     def step(
         self,

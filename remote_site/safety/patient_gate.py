@@ -107,8 +107,6 @@ class PatientGate:
         self._fault = None
         self._follow = FollowingError()
         self._named.clear()
-        for finger in self._fingers:
-            finger.believe_again()
 
     def step(
         self,
@@ -249,7 +247,7 @@ class PatientGate:
             finger.limit_force(limit_n)
 
     def _watch_forces(self, dt_s: float, known: bool, z_m: Sequence[float], force_n: Sequence[float]) -> None:
-        t_s, live = self._t_s, self._live
+        t_s, live = self._t_s, self._live and known
         for name, finger, measured_m, pressed_n in zip(FINGERS, self._fingers, z_m, force_n, strict=True):
             wrong = finger.observe(t_s, dt_s, measured_m if known else math.nan, pressed_n, live)
             if wrong:

@@ -179,10 +179,6 @@ class HeightSetpoint:
         """Lower the finger at the approach speed until it has met the operator's again."""
         self._approach.let_go()
 
-    def believe_again(self) -> None:
-        """Forget earlier oscillation: a person has cleared the fault."""
-        self._oscillation.restart()
-
     def observe(self, t_s: float, dt_s: float, measured_m: float, pressed_n: float, live: bool) -> Fault | None:
         """Return the fault of a finger that oscillates; None without one.
 
@@ -191,13 +187,11 @@ class HeightSetpoint:
             dt_s: time since the last step, s.
             measured_m: height of the finger, m; NaN where it is not known.
             pressed_n: its contact force, N.
-            live: whether it has followed since the last step.
+            live: whether it has followed since the last step, and its measurements are known.
         """
         self.left.step(dt_s, measured_m, pressed_n)
         if not live:
             self._oscillation.restart()
-            return None
-        if math.isnan(measured_m):
             return None
         return self._oscillation.step(t_s, pressed_n, self._drained)
 
