@@ -845,6 +845,18 @@ def test_tapping_and_pressing_in_rhythm_is_neither_limited_nor_a_fault():
         assert outs[-1].fault is None
 
 
+def test_a_rhythm_after_the_limit_on_energy_has_acted_is_no_fault():
+    outs, _ = pumped(Rig(z_m=-0.003).met(), 8.0, 0.1, 4.3, 1.0, lag=1.5, reach_m=0.003)
+    until_it_acts = next(tick for tick, out in enumerate(outs, start=1) if out.limited[1] & Limit.ENERGY)
+    rig = Rig(z_m=-0.003).met()
+    outs, _ = pumped(rig, 8.0, 0.1, 4.3, until_it_acts * DT, lag=1.5, reach_m=0.003)
+    assert outs[-1].limited[1] & Limit.ENERGY
+    rig.run(500)
+    outs, _ = pumped(rig, 5.0, 0.5, 1.5, 2.0, lag=0.25)
+    assert not any(out.limited[1] & (Limit.ENERGY | Limit.FORCE) for out in outs)
+    assert outs[-1].fault is None
+
+
 DISOBEYED_S = MEMORY_S + PERSIST_S
 
 
