@@ -55,12 +55,12 @@ class HeaterLimits:
         """Take the reading of this tick.
 
         Args:
-            t_s, dt_s: time and time since the last tick, s.
+            t_s, dt_s: time and time since the last tick, s; without a time, NaN, no reading is known.
             drive: drive of the heater since the last tick, -1..1.
             plate_c: last reading, C; NaN when it is implausible.
             age_s: age of the reading, s.
         """
-        fresh = 0.0 <= age_s <= GAP_S
+        fresh = 0.0 <= age_s <= GAP_S and not math.isnan(t_s)
         if not (fresh and SENSOR_LOW_C <= plate_c <= SENSOR_HIGH_C):
             self.known = False
             self._doubt(t_s, fresh)

@@ -454,6 +454,21 @@ def test_dose_counts_a_gap_at_the_hotter_of_its_two_ends(unseen, read_c):
         assert bool(out.limited[0] & Limit.DOSE) == spent
 
 
+@pytest.mark.parametrize("value", NOT_FINITE)
+@pytest.mark.parametrize("without_time", [0, 100], ids=["first", "later"])
+def test_a_tick_without_a_time_does_not_keep_the_dose_permanently(without_time, value):
+    rig = Rig()
+    spent = []
+    for tick in range(1700):
+        hot_c = 41.5 if tick < 300 else 33.0
+        rig.t_s += 0.05
+        with_time_s, rig.t_s = rig.t_s, value if tick == without_time else rig.t_s
+        spent.append(bool(rig.step(dt=0.0, sensor_c=hot_c).limited[0] & Limit.DOSE))
+        rig.t_s = with_time_s
+        rig.gate.clear_fault()
+    assert (spent[299], spent[-1]) == (True, False)
+
+
 class Heater:
     """A sensor's plate that warms by 5 K/s at full drive, and its reading 0.3 s behind."""
 
