@@ -41,15 +41,10 @@ class OperatorConnections:
         """Begin a session; the connection of its hello's sender owns the stream of requests."""
         self._lines = {"control": _Line(hello, now_ns)}
 
-    def end(self) -> None:
-        """End the session."""
-        self._lines.clear()
-
     @property
     def answers_to(self) -> bytes:
-        """Routing identity for answers to the operator; empty without a session."""
-        line = self._lines.get("control")
-        return b"" if line is None else line.sender.who
+        """Routing identity for answers to the session's operator."""
+        return self._lines["control"].sender.who
 
     def own(self, stream: str, sender: Sender, now_ns: int) -> bool:
         """Return whether a packet with the operator's key came on the connection that owns this stream."""

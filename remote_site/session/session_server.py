@@ -205,7 +205,6 @@ class SessionServer:
     def _end(self, why: str, *, left: bool = False) -> None:
         self.session.disconnect(why, left=left)
         self.operator = ""
-        self._connections.end()
 
     def _within_rate(self, stream: str, sender: Sender, packet: bytes, now_ns: int) -> bool:
         """Return whether a key keeps its rate limit; otherwise end its connection, but still accept a stop."""
