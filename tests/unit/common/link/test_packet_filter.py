@@ -112,6 +112,14 @@ def test_a_stream_may_begin_with_0_and_is_judged_from_there() -> None:
     assert acceptance.lost == 2
 
 
+def test_a_stream_whose_first_number_is_unknown_may_begin_anywhere() -> None:
+    acceptance = PacketFilter(MAX_AGE)
+    for late in (2 * MOST_AHEAD, 10 * MOST_AHEAD):
+        acceptance.restart()
+        assert accept(acceptance, Packet(1, late, 0), 0)
+        assert not accept(acceptance, Packet(1, late + MOST_AHEAD + 1, 0), 0)
+
+
 def test_superseded_packets_are_counted_and_a_new_session_starts_over() -> None:
     acceptance = PacketFilter(MAX_AGE)
     assert acceptance.gap_ns(5) is None

@@ -384,6 +384,7 @@ def test_refused_motion_ends_an_engaged_session_with_the_reason(working: Remote)
     who, ended = working.link.answers[-1]
     assert (who, ended.session, ended.sequence) == (b"operator 10", ident, 0)
     assert ended.refused == "motion has been refused for 1.5 s: overtaken"
+    assert working.server.operator == ""
 
 
 def test_a_pause_of_motion_after_a_late_copy_is_no_refusal(working: Remote) -> None:
@@ -414,6 +415,52 @@ def test_a_flooding_client_is_refused_and_the_operator_is_served(working: Remote
     working.ask("disengage")
     working.step()
     assert working.answered(working.requests) == ""
+
+
+@pytest.mark.parametrize("stream", ["control", "heartbeat"])
+def test_a_flooding_copy_takes_nothing_of_the_operators_rate(working: Remote, stream: str) -> None:
+    for tick in range(1000):
+        for _ in range(5):
+            if stream == "control":
+                working.ask("annotate", connection=OTHER, text="x")
+            else:
+                working.beat(connection=OTHER)
+        if tick % 25 == 0:
+            working.beat()
+        working.move()
+        working.step()
+    assert set(working.link.expelled) == {(stream, OPERATOR, OTHER, 0.0)}
+    assert working.server.both_engaged
+    working.ask("disengage")
+    working.step()
+    assert working.answered(working.requests) == ""
+
+
+def test_a_clock_that_is_set_back_keeps_no_session_of_a_silent_operator(working: Remote) -> None:
+    working.now_ns -= 100 * 10**9
+    for _ in range(SILENCE_NS // TICK_NS + 1):
+        working.step()
+        assert working.ident
+    working.step()
+    assert not working.ident
+
+
+def test_an_engage_after_the_clock_was_set_back_is_granted(working: Remote) -> None:
+    working.server.disengage(working.now_ns)
+    working.now_ns -= 100 * 10**9
+    working.step()
+    working.ask("engage", max_age_s=0.15)
+    working.step()
+    assert working.answered(working.requests) == ""
+
+
+def test_a_silence_of_motion_and_its_end_are_noted(working: Remote) -> None:
+    working.server.session.take_happenings()
+    working.beat()
+    working.step(round(1.1 * GAP_S * 1e9))
+    working.honest(10)
+    said = [(happening.what, happening.text) for happening in working.server.session.take_happenings()]
+    assert said == [("silent", "no motion for 100 ms"), ("heard", "motion again")]
 
 
 def test_a_stop_within_the_operators_own_flood_acts_at_once(working: Remote) -> None:
