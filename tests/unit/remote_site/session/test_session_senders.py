@@ -410,7 +410,8 @@ def test_a_flooding_client_is_refused_and_the_operator_is_served(working: Remote
                 working.beat(key=key, connection=OTHER)
         working.move()
         working.step()
-    assert set(working.link.expelled) == {(stream, key, OTHER, EXPELLED_S)}
+    assert working.link.expelled == [(stream, key, OTHER, EXPELLED_S)]
+    assert working.server.expelled == {stream: 1}
     assert len(working.link.answers) <= PACKETS_AT_ONCE + 10
     working.ask("disengage")
     working.step()
@@ -469,4 +470,5 @@ def test_a_stop_within_the_operators_own_flood_acts_at_once(working: Remote) -> 
     working.ask("estop")
     working.step()
     assert working.server.session.fault == Fault(FaultCode.OPERATOR_STOP)
+    assert len(working.server.take_notes()) <= PACKETS_AT_ONCE
     assert set(working.link.expelled) == {("control", OPERATOR, OWN, 0.0)}
