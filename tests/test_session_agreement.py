@@ -20,7 +20,7 @@ from common.link.link import OperatorLink, RemoteLink
 from common.link.packet_filter import FUTURE_TOLERANCE_NS
 from common.wire.messages import TOUCH_BLOCK, TOUCH_FIELDS, Motion, Touch
 from common.wire.packets import SCHEMA_VERSION, LinkState
-from common.wire.session_messages import Answer, Request
+from common.wire.session_messages import ASKED_BEFORE, Answer, Request
 from operator_site.session.session_client import SessionClient
 from remote_site.session.local_control import answer_desk
 from remote_site.session.session_server import SILENCE_NS, SessionServer
@@ -379,6 +379,24 @@ def test_an_engage_on_its_way_while_the_remote_site_stops_acting_has_no_effect(
         assert session.state is LinkState.CONNECTED
     pair.until(lambda: not pair.client.session.engaged)
     pair.ask("engage")
+    pair.until(lambda: both_engaged(pair))
+
+
+def test_a_persons_engage_that_came_too_late_is_not_repeated(make: Callable[..., Pair]) -> None:
+    pair = make(engage=False)
+    pair.client.engages_itself = False
+    pair.until(lambda: pair.client.clock.uncertainty_ns)
+    cast(MemoryPair, pair).network.impair(TO_REMOTE, "control", delay_s=0.1)
+    pair.client.want_engaged = True
+    pair.turn()
+    answer_desk(pair.server, pair.remote_now(), "", "disengage")
+    for _ in range(1000):
+        pair.turn()
+        pair.wait(0.001)
+        assert pair.server.session.state is LinkState.CONNECTED
+    assert not pair.client.want_engaged
+    assert pair.client.refusal == ASKED_BEFORE
+    pair.client.want_engaged = True
     pair.until(lambda: both_engaged(pair))
 
 

@@ -9,6 +9,8 @@ from common.wire.packets import MAX_INTEGER, BadPacket, Integer, LinkState, Pack
 
 LONGEST_REFUSAL = 400
 """Maximum length of an answer's reason, characters."""
+ASKED_BEFORE = "asked before the remote site disengaged: engage again"
+"""Refusal of a request to engage that was sent before a person at the remote site disengaged or cleared a fault."""
 DESK_REQUESTS = ("attend", "clutch", "scale")
 """Requests that only the local control of the operator site takes."""
 REMOTE_DESK_REQUESTS = ("restore_force", "mute_voice", "unmute_voice")

@@ -21,7 +21,7 @@ from common.wire.messages import Touch, motion_packet, motion_rows, pack_hand
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import BadPacket, LinkState, WrongVersion
 from common.wire.roughness_um import RoughnessUm
-from common.wire.session_messages import Answer, Heartbeat, Request
+from common.wire.session_messages import ASKED_BEFORE, Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
 from operator_site.session.remote_status import RemotePatient, recording_stopped, remote_patient
@@ -338,6 +338,8 @@ class SessionClient:
             if refusal and refusal != self.refusal:
                 log.warning("%s refused: %s", verb, refusal)
             self.refusal = refusal
+            if refusal == ASKED_BEFORE and not self.engages_itself:
+                self._withdraw()
         elif verb == "estop":
             self.stopping.answered(answer)
         elif verb == "status" and not answer.refused:

@@ -25,6 +25,7 @@ from common.timing.timeouts import SESSION_SILENCE_S
 from common.wire.messages import Motion
 from common.wire.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.wire.session_messages import (
+    ASKED_BEFORE,
     DESK_REQUESTS,
     LONGEST_REFUSAL,
     REMOTE_DESK_REQUESTS,
@@ -362,7 +363,7 @@ class SessionServer:
                     raise Refused(f"not ready: {not_ready}")
                 earliest_ns = request.time_ns + self._offset_ns - (self._uncertainty_ns or 0)
                 if earliest_ns <= self._left_ns:  # repeated until it was granted, and late
-                    raise Refused("asked before the remote site disengaged: engage again")
+                    raise Refused(ASKED_BEFORE)
                 agreed_s = details["max_age_s"] = self._agree_on_age(request)
                 session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
                 self._agreed_ns = now_ns
