@@ -70,7 +70,7 @@ class OperatorGate:
         self._fault: Fault | None = None
         self._wall = wall
         self._force = [ForceLimits(wall) for _ in range(n)]
-        self._set_c = [min(profile.high_c, max(profile.low_c, SKIN_NEUTRAL_C))] * n
+        self._set_c = [SKIN_NEUTRAL_C] * n
         self._drive = [0.0] * n
         self._driven = [False] * n
         self._dose = [ThermalDose() for _ in range(n)]
