@@ -16,7 +16,7 @@ from common.link.packet_filter import MOST_AHEAD
 from common.wire.messages import motion_packet, pack_hand
 from common.wire.packets import LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
-from remote_site.session.session_server import EXPELLED_S, PACKETS_AT_ONCE, SILENCE_NS, SessionServer
+from remote_site.session.session_server import EXPELLED_S, PACKETS_AT_ONCE, SETTLED_NS, SILENCE_NS, SessionServer
 
 MS = 1_000_000
 TICK_NS = 2 * MS
@@ -101,24 +101,25 @@ class Remote:
         connection: int = OWN,
         sequence: int | None = None,
         late_ns: int = 0,
+        state: LinkState = LinkState.ENGAGED,
     ) -> None:
         """Send a motion; the operator numbers it, by default as its next one, from where the answer to hello says."""
         self.motions += sequence is None
         number = self.first_motion - 1 + self.motions if sequence is None else sequence
         hand = pack_hand(x_m, 0.0, [0.0] * 5)
-        packet = motion_packet(self.ident, number, self.now_ns - late_ns, LinkState.ENGAGED, hand)
+        packet = motion_packet(self.ident, number, self.now_ns - late_ns, state, hand)
         self.arrive("motion", key, packet, connection)
 
     def step(self, ns: int = TICK_NS) -> None:
         self.now_ns += ns
         self.server.step(self.now_ns, "")
 
-    def honest(self, ms: int = 100) -> None:
+    def honest(self, ms: int = 100, state: LinkState = LinkState.ENGAGED) -> None:
         """The operator works for a time: a beat every 50 ms, a motion each tick."""
         for tick in range(ms // 2):
             if tick % 25 == 0:
                 self.beat()
-            self.move()
+            self.move(state=state)
             self.step()
 
     def answered(self, verb_sequence: int) -> str:
@@ -453,6 +454,39 @@ def test_an_engage_after_the_clock_was_set_back_is_granted(working: Remote) -> N
     working.ask("engage", max_age_s=0.15)
     working.step()
     assert working.answered(working.requests) == ""
+
+
+def test_an_operators_site_that_is_no_longer_engaged_ends_it_here_after_a_grace_period(working: Remote) -> None:
+    working.honest(5000)
+    working.honest(SETTLED_NS // MS, LinkState.CONNECTED)
+    assert working.server.session.engaged
+    working.honest(100, LinkState.CONNECTED)
+    assert working.server.session.state is LinkState.CONNECTED
+
+
+def test_a_heartbeat_of_another_session_keeps_none_and_has_no_answer(working: Remote) -> None:
+    working.link.beats.clear()
+    for _ in range(0, SILENCE_NS + 200 * MS, 50 * MS):
+        other = Heartbeat(working.ident + 1, 1, working.now_ns, LinkState.ENGAGED, working.now_ns, 0, 0, MS)
+        working.arrive("heartbeat", OPERATOR, other.encode())
+        working.step(50 * MS)
+    assert not working.ident
+    working.beat()
+    working.step()
+    assert working.link.beats == []
+
+
+def test_an_observer_is_one_until_it_is_silent(working: Remote) -> None:
+    working.ask("hello", key=OBSERVER, connection=OTHER, **ABLE, role="observer")
+    for _ in range(0, 3 * SILENCE_NS, 50 * MS):
+        working.beat(OBSERVER, OTHER)
+        working.honest(50)
+        assert list(working.server.observers) == [OBSERVER]
+    assert working.link.beats.count(b"observer 20") == 3 * SILENCE_NS // (50 * MS)
+    working.honest(SILENCE_NS // MS - 50)
+    assert working.server.observers
+    working.honest(100)
+    assert working.server.observers == {}
 
 
 def test_a_silence_of_motion_and_its_end_are_noted(working: Remote) -> None:
