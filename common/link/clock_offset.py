@@ -49,9 +49,10 @@ class ClockOffset:
         self.uncertainty_ns = bound + math.ceil(DRIFT * (t4_ns - sent_ns)) + 1
 
     def _contradicts(self, sample: tuple[int, int, int], now_ns: int) -> bool:
-        """Return whether the ranges of this measurement and of the best known one do not overlap."""
+        """Return whether a clock was stepped: the ranges of this and the best measurement do not overlap."""
         if self.uncertainty_ns is None or not self._samples:
             return False
         _, offset_ns, bound_ns = sample
-        drifted_ns = math.ceil(DRIFT * abs(now_ns - self._samples[-1][0])) + 2
-        return abs(offset_ns - self.offset_ns) > bound_ns + self.uncertainty_ns + drifted_ns
+        since_ns = now_ns - self._samples[-1][0]
+        drifted_ns = math.ceil(DRIFT * since_ns) + 2
+        return since_ns < 0 or abs(offset_ns - self.offset_ns) > bound_ns + self.uncertainty_ns + drifted_ns

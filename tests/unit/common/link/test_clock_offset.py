@@ -68,3 +68,13 @@ def test_a_clock_that_was_stepped_is_found_by_the_next_measurement() -> None:
         clock.add(t1, arrived, arrived, t1 + 1_000_000)
         assert clock.offset_ns == offset_ns
     assert clock.steps == 2
+
+
+def test_measurements_from_before_both_clocks_were_set_back_count_no_more() -> None:
+    clock = ClockOffset()
+    for begin_ns in (10**15, 10**14):
+        for t1 in range(begin_ns, begin_ns + 10**9, 50_000_000):
+            clock.add(t1, t1 + 500_000, t1 + 500_000, t1 + 1_000_000)
+            assert clock.uncertainty_ns is not None
+            assert 500_000 <= clock.uncertainty_ns <= 510_000
+    assert clock.steps == 1
