@@ -321,6 +321,33 @@ def test_a_remote_site_that_sends_far_too_many_answers_is_read_no_faster(pair: P
     assert pair.client.damaged["control: too many"] >= 390
 
 
+def test_after_the_clock_was_set_back_it_asks_and_beats_on_and_finds_a_silent_remote_site(pair: Pair) -> None:
+    pair.remote.now_ns -= 100 * 10**9
+    assert pair.asked("status", 3000) >= 2
+    assert pair.client.session.ident == IDENT
+    pair.remote.now_ns -= 100 * 10**9
+    pair.remote.alive = False
+    pair.run(SILENCE_NS // MS)
+    assert pair.client.session.ident == IDENT
+    pair.run(100)
+    assert pair.client.session.ident == 0
+
+
+def test_a_silence_of_touch_and_its_end_are_noted(pair: Pair) -> None:
+    pair.client.want_engaged, pair.remote.state = True, LinkState.ENGAGED
+    pair.run()
+    pair.answer("engage", max_age_s=0.15)
+    pair.run(100)
+    assert pair.client.both_engaged
+    pair.client.session.take_happenings()
+    pair.remote.alive = False
+    pair.run(104)
+    pair.remote.alive = True
+    pair.run()
+    said = [(happening.what, happening.text) for happening in pair.client.session.take_happenings()]
+    assert said == [("silent", "no touch for 100 ms"), ("heard", "touch again")]
+
+
 def test_the_patients_consent_is_what_the_remote_site_has_noted(pair: Pair) -> None:
     pair.client.remote.clear()  # as before the first hello
     assert pair.client.remote_consent is None
