@@ -649,6 +649,45 @@ def test_a_plate_that_returns_to_its_finger_during_a_standstill_has_no_fault(dri
         plate.step(0.0)
 
 
+def test_a_plate_that_returns_to_its_finger_while_it_has_no_reading_has_no_fault():
+    rig, plate = Rig(WIDE), Plate(33.0)
+    for _ in range(700):
+        rig.step(peltier_drive=1.0, plate_measured_c=plate.reading_c)
+        plate.step(1.0)
+    for _ in range(1000):
+        rig.step(peltier_drive=1.0, plate_measured_c=plate.reading_c, measurement_age_s=1.0)
+    for _ in range(100):
+        assert rig.step(plate_measured_c=34.0).fault is None
+
+
+@pytest.mark.parametrize("value", NOT_FINITE)
+def test_a_reading_that_is_no_number_spends_no_dose(value):
+    rig = Rig()
+    rig.warm_up()
+    rig.step(plate_measured_c=value)
+    rig.gate.clear_fault()
+    out = rig.step(peltier_drive=0.5)
+    assert (out.fault, out.limited, out.peltier_drive) == (None, [0] * 5, [0.5] * 5)
+
+
+def test_a_plate_is_watched_afresh_once_its_fault_was_cleared():
+    rig, took = Rig(), []
+    for _ in range(2):
+        took.append(next(tick for tick in range(5000) if rig.step(peltier_drive=0.1).fault is not None))
+        rig.gate.clear_fault()
+    assert took[1] == pytest.approx(took[0], abs=2.0 * CHECK_S / DT)
+
+
+def test_a_clock_that_is_set_back_delays_no_check_of_a_plate():
+    rig = Rig()
+    rig.warm_up(peltier_drive=0.1)
+    rig.t_s -= 3600.0
+    took = 0
+    while rig.step(peltier_drive=1.0).fault is None:
+        took += 1
+        assert took * DT < 2.0
+
+
 @pytest.mark.parametrize("read_c", [(41.5, 34.0), (34.0, 41.5)], ids=["before", "after"])
 @pytest.mark.parametrize("unseen", ["standstill", "no reading"])
 def test_dose_counts_a_gap_at_the_hotter_of_its_two_ends(unseen, read_c):
