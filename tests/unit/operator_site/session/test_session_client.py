@@ -250,6 +250,30 @@ def test_clearing_a_fault_needs_a_new_request_even_before_the_next_tick(pair: Pa
 
 
 @pytest.mark.parametrize("engages_itself", [False, True])
+def test_after_a_fault_of_the_remote_site_engaging_needs_a_new_request(pair: Pair, engages_itself: bool) -> None:
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.run(300)
+    pair.answer("engage", max_age_s=0.15)
+    pair.remote.state = LinkState.ENGAGED
+    pair.run(300)
+    assert pair.client.both_engaged
+    pair.remote.state = LinkState.FAULT
+    pair.run(500)
+    pair.remote.state = LinkState.CONNECTED
+    assert pair.asked("engage", 1000) == 0
+    assert pair.client.session.state is LinkState.CONNECTED
+
+
+def test_an_observer_requests_nothing_but_the_session() -> None:
+    pair = Pair()
+    pair.client.role, pair.client.want_engaged = OBSERVER, True
+    pair.connect()
+    pair.run(3000)
+    assert pair.client.session.ident == IDENT, "its heartbeats keep it"
+    assert {request.verb for request in pair.remote.asked} == {"hello"}
+
+
+@pytest.mark.parametrize("engages_itself", [False, True])
 def test_a_remote_site_that_has_disengaged_is_asked_again_only_without_a_required_request(
     pair: Pair, engages_itself: bool
 ) -> None:
