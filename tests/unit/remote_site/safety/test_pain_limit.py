@@ -119,6 +119,13 @@ def test_a_report_that_is_too_early_for_its_press_lowers_it_too():
     assert pressed(PainLimit(), lambda t_s: 3.0, lambda t_s: 6.0 * (t_s > 0.2)) == PAIN_LEAST_N
 
 
+def test_a_report_that_is_too_early_and_lasts_until_no_finger_presses_sets_the_lowest_limit():
+    def force_n(t_s):
+        return 3.0 if t_s < 0.15 else 0.2
+
+    assert pressed(PainLimit(), force_n, lambda t_s: 6.0 * (t_s > 0.2), 1.0) == PAIN_LEAST_N
+
+
 def test_of_several_fingers_the_lightest_counts_in_a_report_that_is_too_early_too():
     limit = PainLimit()
     for tick in range(100):

@@ -955,6 +955,10 @@ def test_a_released_finger_may_sink_with_the_object_by_the_deflection_of_its_ser
     assert took_s > MEMORY_S  # until it must have retreated
 
 
+def test_a_released_finger_whose_force_sensor_reads_below_zero_is_no_fault():
+    assert until_fault(Rig(), 1.0, engaged=False, force_n=-3.0) == (math.inf, "")
+
+
 def test_single_wrong_lost_or_late_reports_are_no_fault():
     rig = Rig()
     late: list[float] = [0.0] * 40
@@ -978,9 +982,10 @@ def test_old_reports_do_not_count_towards_a_fault():
     assert until_fault(rig, 1.0, wanted_x_m=0.1, measured_x_m=0.2)[0] < PERSIST_S
 
 
-def test_an_unreported_hand_may_stand_anywhere():
+@pytest.mark.parametrize("engaged", [True, False])
+def test_an_unreported_hand_may_stand_anywhere(engaged):
     rig = Rig()
-    rig.run(200)
+    rig.run(200, engaged=engaged)
     rig.step(force_age_s=GAP_S + 0.01)
     elsewhere = {"wanted_x_m": 0.2, "measured_x_m": 0.2, "measured_z_m": 0.009}
     assert until_fault(rig, 1.0, engaged=False, **elsewhere) == (math.inf, "")
