@@ -80,3 +80,17 @@ def test_they_stay_where_the_way_remains_as_it_is() -> None:
     way.run(60.0, loss=0.05)
     chance = Random(1)
     assert all(way.beat(80.0 * (chance.random() < 0.1)) for _ in range(20 * 600))
+
+
+def test_they_stay_where_some_heartbeats_are_far_later_than_before() -> None:
+    way = Way(60.0)
+    way.run(60.0, loss=0.05)
+    assert all(way.beat(400.0 * (number % 10 != 9)) for number in range(1000))
+
+
+@pytest.mark.parametrize(("slower_ms", "stay"), [(75.0, True), (85.0, False)])
+def test_they_end_where_every_round_trip_is_twice_as_long_and_20_ms_more(slower_ms: float, stay: bool) -> None:
+    way = Way(60.0)
+    way.run(60.0, loss=0.05)
+    way.round_trip_ms += slower_ms
+    assert all(way.beat() for _ in range(100)) is stay

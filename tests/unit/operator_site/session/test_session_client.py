@@ -264,6 +264,20 @@ def test_after_a_fault_of_the_remote_site_engaging_needs_a_new_request(pair: Pai
     assert pair.client.session.state is LinkState.CONNECTED
 
 
+@pytest.mark.parametrize("engages_itself", [False, True])
+def test_a_fault_of_this_site_ends_the_wish_to_engage(pair: Pair, engages_itself: bool) -> None:
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.client.session.latch(Fault(FaultCode.MODULE_CUT_OUT, "index"))
+    pair.run()
+    assert not pair.client.want_engaged
+
+
+def test_no_motion_is_sent_without_a_session() -> None:
+    pair = Pair()
+    pair.run()
+    assert pair.client.send_motion(pair.remote.now_ns, 0.0, 0.0, [0.0] * 5) is None
+
+
 def test_an_observer_requests_nothing_but_the_session() -> None:
     pair = Pair()
     pair.client.role, pair.client.want_engaged = OBSERVER, True
