@@ -844,6 +844,15 @@ def test_faults_that_lie_far_apart_need_no_test():
     assert rig.gate.undriven == one(True, False)
 
 
+def test_the_reading_of_a_plate_that_needs_a_test_may_stand_still():
+    rig = Rig(WIDE)
+    named_twice(rig)
+    for _ in range(2000):
+        out = rig.step(plate_measured_c=one(41.0, 33.0))
+        assert out.fault is None
+    assert out.limited == one(Limit.PLATE_TEST, 0)
+
+
 def test_no_test_pulse_while_released_nor_across_a_standstill():
     rig = Rig()
     named_twice(rig)
