@@ -266,7 +266,7 @@ class OperatorGate:
     def _plate_drive(self, finger: int, live: bool, wanted: float, measured_c: float, limited: list[int]) -> float:
         if self._repeated[finger].needs_test:
             limited[finger] |= Limit.PLATE_TEST.value
-            wanted = self._test(finger, measured_c, live)
+            wanted = self._repeated[finger].step(self._t_s, measured_c, live and not self._spent[finger])
         if math.isnan(measured_c):
             limited[finger] |= Limit.PLATE_UNKNOWN.value
             return 0.0
@@ -286,14 +286,6 @@ class OperatorGate:
         ):
             limited[finger] |= Limit.PLATE_TEMPERATURE.value
             return 0.0
-        return drive
-
-    def _test(self, finger: int, measured_c: float, live: bool) -> float:
-        """Return the drive of a plate's test; after a passed test, the plate is watched again."""
-        repeated = self._repeated[finger]
-        drive = repeated.step(self._t_s, measured_c, live and not self._spent[finger])
-        if not repeated.needs_test:
-            self._follow[finger] = PlateFollowing()
         return drive
 
 
