@@ -32,7 +32,7 @@ from common.limits import (
     WIDE,
     PlateRange,
 )
-from common.safety.repeated_fault import REPEATED_S, ROUND_S, TEST_EVERY_S
+from common.safety.repeated_fault import REPEATED_S, ROUND_S, TEST_EVERY_S, WINDOW_S
 from common.timing.timeouts import TICK_AGE_S
 from operator_site.safety.force_limits import FORCE_FALL_N_S, FORCE_MARGIN_S, ForceLimits
 from operator_site.safety.gated_output import Outputs
@@ -842,6 +842,17 @@ def test_faults_that_lie_far_apart_need_no_test():
     rig.step()
     rig.gate.trip(FAILED)
     assert rig.gate.undriven == one(True, False)
+
+
+def test_no_test_of_a_plate_goes_on_while_its_dose_is_spent():
+    rig = Rig(WIDE)
+    named_twice(rig)
+    rig.step(plate_measured_c=one(41.4, 33.0))
+    rig.step(plate_measured_c=one(41.4, 33.0), dt=14.5)
+    spent = Limit.PLATE_TEST | Limit.DOSE
+    assert next(tick * 0.02 for tick in range(4000) if rig.step(dt=0.02).limited[1] != spent) > 30.0
+    ticks = next(tick for tick in range(200) if rig.step(dt=0.02).peltier_drive[1])
+    assert ticks * 0.02 == pytest.approx(ROUND_S + WINDOW_S, abs=0.05)
 
 
 def test_the_reading_of_a_plate_that_needs_a_test_may_stand_still():
