@@ -272,6 +272,45 @@ def test_a_fault_of_this_site_ends_the_wish_to_engage(pair: Pair, engages_itself
     assert not pair.client.want_engaged
 
 
+def test_a_disengage_here_is_neutral_at_once_and_asked_of_the_remote_site(pair: Pair) -> None:
+    pair.client.want_engaged = True
+    pair.run(300)
+    pair.answer("engage", max_age_s=0.15)
+    pair.remote.state = LinkState.ENGAGED
+    pair.run(300)
+    pair.client.disengage(pair.remote.now_ns, "no console")
+    session = pair.client.session
+    assert (session.state, session.paused, pair.client.want_engaged) == (LinkState.CONNECTED, "no console", False)
+    assert pair.remote.count("disengage") == 1
+
+
+def test_a_note_is_sent_to_the_remote_site(pair: Pair) -> None:
+    pair.client.annotate(pair.remote.now_ns, "warm here")
+    assert pair.remote.asked[-1].verb == "annotate"
+    assert pair.remote.asked[-1].details == {"text": "warm here"}
+
+
+def test_a_lost_session_brings_no_wish_back_and_leaves_no_fault_of_the_remote_site(pair: Pair) -> None:
+    pair.client.want_engaged, pair.remote.state = False, LinkState.FAULT
+    pair.run(10)
+    pair.answer("status", fault=list(Fault(FaultCode.REMOTE_STOP)))
+    assert pair.client.remote_fault == Fault(FaultCode.REMOTE_STOP)
+    pair.remote.alive = False
+    pair.run(SILENCE_NS // MS + 100)
+    assert (pair.client.session.ident, pair.client.want_engaged, pair.client.remote_fault) == (0, False, None)
+
+
+def test_only_an_operator_in_a_session_says_goodbye(pair: Pair) -> None:
+    alone = Pair()
+    alone.client.goodbye(alone.remote.now_ns)
+    pair.client.role = OBSERVER
+    pair.client.goodbye(pair.remote.now_ns)
+    assert alone.remote.count("goodbye") == pair.remote.count("goodbye") == 0
+    pair.client.role = OPERATOR
+    pair.client.goodbye(pair.remote.now_ns)
+    assert pair.remote.count("goodbye") == 1
+
+
 def test_no_motion_is_sent_without_a_session() -> None:
     pair = Pair()
     pair.run()
