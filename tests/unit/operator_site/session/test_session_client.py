@@ -12,7 +12,7 @@ from common.link.session_state import Refused
 from common.wire.messages import Motion
 from common.wire.noted_consent import NotedConsent
 from common.wire.packets import MAX_TEXT, LinkState
-from common.wire.session_messages import Answer
+from common.wire.session_messages import ASKED_BEFORE, Answer
 from operator_site.session.session_client import SILENCE_NS
 from tests.unit.operator_site.session_pair import ABLE, FIRST_MOTION, IDENT, MS, Pair
 
@@ -309,6 +309,20 @@ def test_only_an_operator_in_a_session_says_goodbye(pair: Pair) -> None:
     pair.client.role = OPERATOR
     pair.client.goodbye(pair.remote.now_ns)
     assert pair.remote.count("goodbye") == 1
+
+
+@pytest.mark.parametrize(
+    ("refused", "engages_itself", "repeats"),
+    [(ASKED_BEFORE, False, False), (ASKED_BEFORE, True, True), ("not ready: exoskeleton", False, True)],
+)
+def test_a_persons_engage_is_not_repeated_after_a_person_at_the_remote_site_has_disengaged(
+    pair: Pair, refused: str, engages_itself: bool, repeats: bool
+) -> None:
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.run(300)
+    pair.answer("engage", refused)
+    assert pair.client.refusal == refused
+    assert (pair.asked("engage", 1000) > 0) is pair.client.want_engaged is repeats
 
 
 def test_no_motion_is_sent_without_a_session() -> None:
