@@ -95,7 +95,7 @@ BREAKS = (
     Break(
         "deadband without refresh",
         "common/link/deadband.py",
-        "t_s - self._sent_s <= self._quiet_s",
+        "t_s - self._sent_s <= quiet_s",
         "t_s - self._sent_s",
         "tests/unit/common/link/test_deadband.py",
     ),
