@@ -112,8 +112,15 @@ def _safe(node: NodeOnTrial) -> Outcome:
 
 
 def _in_force(node: NodeOnTrial, messages: list[can.Message], command: Command) -> list[tuple[float, bool]]:
-    """Return the times of the state frames, s, and whether the command is in force in each."""
-    return [(at_s, values[command.in_force] > 0.0) for at_s, values in node.talk.states(messages)]
+    """Return the times of the state frames, s, and whether the command is in force in each.
+
+    Raises:
+        NotApplicable: there are no state frames.
+    """
+    states = node.talk.states(messages)
+    if not states:
+        raise NotApplicable(f"no {node.talk.kind.state}")
+    return [(at_s, values[command.in_force] > 0.0) for at_s, values in states]
 
 
 def _repeat(
@@ -133,8 +140,6 @@ def _refuses(node: NodeOnTrial, make: Callable[[Command], can.Message]) -> Outco
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(make, command), command, 4.0 * MODULE_TIMEOUT_S)
         node.settle()
-        if not said:
-            raise NotApplicable(f"no {node.talk.kind.state}")
         if said[-1][1]:
             return Outcome(False, f"{command.frame}: in force")
     return Outcome(True, f"{', '.join(command.frame for command in node.talk.kind.commands)}: not in force")
@@ -147,8 +152,6 @@ def _obeys(node: NodeOnTrial) -> Outcome:
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(_good, node, command), command, 5.0 * MODULE_TIMEOUT_S)
         node.settle()
-        if not said:
-            raise NotApplicable(f"no {node.talk.kind.state}")
         begun = next((n for n, (_, in_force) in enumerate(said) if in_force), len(said))
         gaps = sum(not in_force for _, in_force in said[begun:])
         if gaps:
@@ -167,8 +170,6 @@ def _times_out(node: NodeOnTrial) -> Outcome:
         for _ in phases(node):
             node.talk.say(command.frame, node.acting(command.frame))
             said = _in_force(node, node.talk.listen(4.0 * MODULE_TIMEOUT_S), command)
-            if not said:
-                raise NotApplicable(f"no {node.talk.kind.state}")
             longest_s = max(longest_s, acting_s(said))
     return Outcome(
         longest_s <= MODULE_TIMEOUT_S + HALF_A_REPORT_S, f"one frame seen in force for {1e3 * longest_s:.0f} ms at most"
@@ -201,8 +202,6 @@ def _skipping(node: NodeOnTrial) -> Outcome:
     for command in node.talk.kind.commands:
         said = _repeat(node, partial(every_third, command), command, 4.0 * MODULE_TIMEOUT_S)
         node.settle()
-        if not said:
-            raise NotApplicable(f"no {node.talk.kind.state}")
         if not said[-1][1]:
             return Outcome(False, f"{command.frame}: not in force with every third counter")
     return Outcome(True, "every third counter: in force")
