@@ -13,15 +13,7 @@ import zmq
 
 from common.faults.texts import said_fault
 from common.link.authenticator import Authenticator
-from common.link.curve import (
-    Inbox,
-    LinkProblem,
-    prepare_socket,
-    receive_requests,
-    send_answer,
-    serve_curve,
-    use_curve,
-)
+from common.link.curve import Inbox, LinkProblem, prepare_socket, receive_requests, send_answer, serve_curve, use_curve
 from common.link.keys import KeyPair
 from common.link.session_state import Refused
 from common.wire.packets import BadPacket

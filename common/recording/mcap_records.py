@@ -29,11 +29,7 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from mcap.stream_reader import (  # type: ignore[attr-defined]  # the decompressor is not the library's own name
-    breakup_chunk,
-    get_chunk_data_stream,
-    zstandard,
-)
+from mcap.stream_reader import breakup_chunk, get_chunk_data_stream, zstandard  # type: ignore[attr-defined]  # the decompressor is not the library's own name
 
 MAGIC = b"\x89MCAP0\r\n"
 LONGEST_RECORD_BYTES = 1 << 28

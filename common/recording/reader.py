@@ -7,18 +7,7 @@ from pathlib import Path
 from typing import IO
 
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Message,
-    Metadata,
-    Schema,
-    Statistics,
-)
+from mcap.records import Attachment, Channel, Chunk, ChunkIndex, DataEnd, Footer, Message, Metadata, Schema, Statistics
 
 from common.recording.encrypted_file import DamagedChunk, decrypting
 from common.recording.mcap_records import (

@@ -2,14 +2,7 @@
 
 from common.buses.drive_monitor import CommandMonitor, DriveMonitor
 from common.buses.serial_driver import SerialDriver
-from common.buses.serial_messages import (
-    DRIVE_FULL,
-    DeviceFlag,
-    DeviceKind,
-    HeaterCommand,
-    MessageId,
-    ThermalReading,
-)
+from common.buses.serial_messages import DRIVE_FULL, DeviceFlag, DeviceKind, HeaterCommand, MessageId, ThermalReading
 from common.buses.thermometry import COUNT_MAX, ssr_c
 from common.buses.wiring import SYSTEM, Wiring
 from common.faults.fault import Fault, FaultCode

@@ -5,14 +5,7 @@ import logging
 import math
 import socket as sockets
 
-from common.buses.serial_messages import (
-    DeviceKind,
-    FrameReader,
-    Identity,
-    MessageId,
-    PatientSwitchState,
-    encode_frame,
-)
+from common.buses.serial_messages import DeviceKind, FrameReader, Identity, MessageId, PatientSwitchState, encode_frame
 
 log = logging.getLogger(__name__)
 

@@ -1,13 +1,6 @@
 """Emulate the remote thermal sensor's module, which reads plate and ambient temperature and drives the Peltier."""
 
-from common.buses.serial_messages import (
-    BadPayload,
-    DeviceKind,
-    Frame,
-    HeaterCommand,
-    MessageId,
-    ThermalReading,
-)
+from common.buses.serial_messages import BadPayload, DeviceKind, Frame, HeaterCommand, MessageId, ThermalReading
 from common.buses.thermometry import ssr_c
 from common.limits import SENSOR_PLATE_C
 from sim_sensors.devices.plate_module import CutOut, PlateModule

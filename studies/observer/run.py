@@ -13,13 +13,7 @@ from common.config.site_models import RenderingConfig
 from common.limits import PLATE_COOLING_K_S, PLATE_HEATING_K_S
 from sim_sensors.physics.finger_plate import DEEP_C, ROOM_C
 from studies.compared import Compared
-from studies.observer.texture_comparison import (
-    OWN_STIFFNESS,
-    Strokes,
-    confusion_rows,
-    matching_rows,
-    strokes,
-)
+from studies.observer.texture_comparison import OWN_STIFFNESS, Strokes, confusion_rows, matching_rows, strokes
 from studies.observer.thermal_comparison import (
     OBJECT_C,
     USUAL_S,

@@ -6,16 +6,7 @@ from typing import Any
 from studies.compared import Compared
 from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of
 from studies.running import Progress, tables_of
-from studies.second_world.worlds import (
-    CHUNK,
-    FINGERS,
-    LIFTED_S,
-    USUAL,
-    Objects,
-    World,
-    calibration_hands,
-    judged_hands,
-)
+from studies.second_world.worlds import CHUNK, FINGERS, LIFTED_S, USUAL, Objects, World, calibration_hands, judged_hands
 from studies.thermal_identification.answers import Answered, by_fingers, knowledge_of
 from studies.thermal_identification.shares import shares
 from studies.thermal_identification.situations import FOUR, calibrated

@@ -11,17 +11,7 @@ from matplotlib.lines import Line2D
 from common.limits import MOTOR_FLOOR_RPM
 from common.wire.messages import ExplorationMode
 from studies.drawing import Data, Rows, curve, figure_file, where
-from teletaction.plotting.figure_style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    MODE_COLOURS,
-    ORANGE,
-    PLUM,
-    RED,
-    plain_ticks,
-)
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, MODE_COLOURS, ORANGE, PLUM, RED, plain_ticks
 
 _OPAQUE: dict[str, Any] = {"frameon": True, "framealpha": 1.0, "edgecolor": "white"}
 _LAYERS = {"epidermis": RED, "dermis": ORANGE, "subcutis": BLUE}

@@ -15,18 +15,7 @@ from studies.thermal_identification.map_figure import (
     draw_untrained,
     map_keys,
 )
-from teletaction.plotting.figure_style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PLUM,
-    PURPLE,
-    RED,
-    SKY,
-    plain_ticks,
-)
+from teletaction.plotting.figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, PLUM, PURPLE, RED, SKY, plain_ticks
 
 METHODS: Mapping[str, tuple[str, Any, str]] = {
     "paper": (RED, ":", "x"),

@@ -20,26 +20,10 @@ from studies.thermal_identification.answers import Answered, knowledge_of
 from studies.thermal_identification.bound import bounds
 from studies.thermal_identification.cost import BASELINE, cost_by_materials, costs
 from studies.thermal_identification.maps import Axes
-from studies.thermal_identification.pieces import (
-    ONE,
-    Calibration,
-    Examples,
-    by_reference,
-    calibrate,
-    examine,
-    examples,
-)
+from studies.thermal_identification.pieces import ONE, Calibration, Examples, by_reference, calibrate, examine, examples
 from studies.thermal_identification.reference import Reference, train
 from studies.thermal_identification.shares import errors, reliability, shares
-from studies.thermal_identification.situations import (
-    EQUAL_K,
-    FOUR,
-    SECONDS,
-    STAGGERED_K,
-    TWELVE,
-    Situation,
-    touched,
-)
+from studies.thermal_identification.situations import EQUAL_K, FOUR, SECONDS, STAGGERED_K, TWELVE, Situation, touched
 
 FINGERS = (2, 3, 5)
 REFERENCE, REFERENCE_TWO = "reference", "reference, 2 staggered"

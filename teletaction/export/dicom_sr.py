@@ -33,13 +33,7 @@ from common.files.private_file import create_private, replacing
 from common.version import software_version
 from operator_site.console.examination.findings import KINDS
 from teletaction.export.body_site import BodySite
-from teletaction.export.clinical_findings import (
-    PSEUDONYMS,
-    UNIT_TEXT,
-    ClinicalExamination,
-    ClinicalFinding,
-    Quantity,
-)
+from teletaction.export.clinical_findings import PSEUDONYMS, UNIT_TEXT, ClinicalExamination, ClinicalFinding, Quantity
 from teletaction.export.named_recording import NamedRecording
 
 SCHEME = "99TELETACTION"

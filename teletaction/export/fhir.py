@@ -11,13 +11,7 @@ from typing import Any
 
 from common.files.private_file import write_private
 from teletaction.export.body_site import BodySite
-from teletaction.export.clinical_findings import (
-    PSEUDONYMS,
-    UNIT_TEXT,
-    ClinicalExamination,
-    ClinicalFinding,
-    Quantity,
-)
+from teletaction.export.clinical_findings import PSEUDONYMS, UNIT_TEXT, ClinicalExamination, ClinicalFinding, Quantity
 from teletaction.export.named_recording import NamedRecording
 
 Resource = dict[str, Any]

@@ -13,13 +13,7 @@ from matplotlib.lines import Line2D
 from common.fingers import FINGERS
 from common.limits import CONTACT_FORCE_N, FINGER_FORCE_N
 from teletaction.plotting.figure_layout import WIDTH_IN, Margins
-from teletaction.plotting.figure_style import (
-    BLACK,
-    BLUE,
-    label_once,
-    mode_keys,
-    status_keys,
-)
+from teletaction.plotting.figure_style import BLACK, BLUE, label_once, mode_keys, status_keys
 from teletaction.report.finger_panels import (
     draw_comfort,
     draw_force,

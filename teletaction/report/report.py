@@ -20,13 +20,7 @@ from teletaction.report.convergence_figure import MOST_TOUCHES, convergence_figu
 from teletaction.report.examination import Examination
 from teletaction.report.examination_page import finding_blocks, maps, next_page, not_felt, signed_page
 from teletaction.report.examination_record import record
-from teletaction.report.figures import (
-    force_figure,
-    modes_figure,
-    session_figure,
-    temperature_figure,
-    vibration_figure,
-)
+from teletaction.report.figures import force_figure, modes_figure, session_figure, temperature_figure, vibration_figure
 from teletaction.report.found_lumps import found_lumps
 from teletaction.report.report_limits import acted_table, extremes_table
 from teletaction.report.report_parts import annex, fact_list, figure, section

@@ -17,14 +17,7 @@ from common.link.host_name import Resolver, bare_host
 from common.runtime.status_file import StatusFile
 from common.wire.streams import STREAMS
 from teletaction.tunnel.connection import Connection, close_all
-from teletaction.tunnel.greeting import (
-    REACHED,
-    READY,
-    read_hello,
-    read_stream,
-    refusal,
-    request,
-)
+from teletaction.tunnel.greeting import REACHED, READY, read_hello, read_stream, refusal, request
 from teletaction.tunnel.room_secret import read_secret
 from teletaction.tunnel.until_stopped import until_stopped
 

@@ -18,10 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.runtime.parallel_map import Map, Progress, unseen
-from remote_site.thermal.calibration.calibration_touches import (
-    UNKNOWN_OBJECT_SD_K,
-    CalibrationReadings,
-)
+from remote_site.thermal.calibration.calibration_touches import UNKNOWN_OBJECT_SD_K, CalibrationReadings
 from remote_site.thermal.calibration.population_prior import (
     BACK_SHARE,
     COMMON,
