@@ -291,11 +291,7 @@ def session_with(link: OperatorSide, config: OperatorConfig, stamp_ns: ReadClock
 
 
 def run_operator(config: OperatorConfig, stop: Callable[[], bool]) -> None:
-    """Run the operator site until `stop()`.
-
-    Raises:
-        ValueError, OSError: keys or devices cannot be used.
-    """
+    """Run the operator site until `stop()`; raises ValueError or OSError where keys or devices cannot be used."""
     keys = load_keys(config.link.keys)
     remote_key = remote_public_key(config.link)
     clock = HostClock()

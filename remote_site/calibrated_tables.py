@@ -6,9 +6,5 @@ from remote_site.thermal.material_table import MaterialTable
 
 
 def load_tables(config: RemoteConfig) -> tuple[MaterialTable, SurfaceTable]:
-    """Read the site's calibrated tables.
-
-    Raises:
-        ValueError: a table cannot be used.
-    """
+    """Read the site's calibrated tables; raises ValueError where a table cannot be used."""
     return MaterialTable.load(config.calibration.materials), SurfaceTable.load(config.calibration.surfaces)

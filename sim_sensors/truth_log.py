@@ -72,11 +72,7 @@ class TruthLog:
     def __init__(
         self, path: Path | None, streams: Mapping[str, Mapping[str, object]], metadata: Mapping[str, str]
     ) -> None:
-        """Open the file.
-
-        Raises:
-            ValueError: the file cannot be created.
-        """
+        """Open the file; raises ValueError where it cannot be created."""
         try:
             self._recorder = Recorder(path, streams, metadata) if path is not None else None
         except OSError as error:

@@ -47,11 +47,7 @@ class Compared:
     counted: str | None = None
 
     def numbers(self, data: Mapping[str, Any]) -> dict[str, Number]:
-        """Numbers of a run by name.
-
-        Raises:
-            ValueError: `by` does not distinguish the rows.
-        """
+        """Numbers of a run by name; raises ValueError where `by` does not distinguish the rows."""
         found: dict[str, Number] = {}
         for row in self._rows(data):
             which = [f"{column}={row.get(column)}" for column in self.by]

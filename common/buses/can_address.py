@@ -36,11 +36,7 @@ class CanAddress(StrictModel):
         return f"{self.interface}:{self.channel}"
 
     def open(self) -> can.BusABC:
-        """Open the bus; may block for a moment.
-
-        Raises:
-            DeviceAbsent: it cannot be opened.
-        """
+        """Open the bus, which may block for a moment; raises DeviceAbsent where it cannot be opened."""
         try:
             if self.interface == "socketcand":
                 return GatewayBus(self.channel, self.host, self.port)

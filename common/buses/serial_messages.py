@@ -193,11 +193,7 @@ class HeaterCommand:
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<h")
 
     def encode(self) -> bytes:
-        """Payload bytes.
-
-        Raises:
-            ValueError: the drive is beyond full drive.
-        """
+        """Return the payload bytes; raises ValueError where the drive is beyond full drive."""
         _check_drive(self.drive_permille)
         return self.LAYOUT.pack(self.drive_permille)
 
@@ -230,11 +226,7 @@ class TactTipCommand:
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<HhHHB")
 
     def encode(self) -> bytes:
-        """Payload bytes.
-
-        Raises:
-            ValueError: a drive is out of its range.
-        """
+        """Return the payload bytes; raises ValueError where a drive is out of its range."""
         self._check()
         return self.LAYOUT.pack(
             self.motor_mv, self.peltier_permille, self.pulse_mv, self.pulse_us, self.pulse_number & 0xFF
@@ -310,11 +302,7 @@ class PatientSwitchState:
     WITH_SLIDER: ClassVar[struct.Struct] = struct.Struct("<IBH")
 
     def encode(self) -> bytes:
-        """Payload bytes.
-
-        Raises:
-            ValueError: the slider is beyond its end.
-        """
+        """Return the payload bytes; raises ValueError where the slider is beyond its end."""
         head = (self.device_time_us & 0xFFFFFFFF, self.closed)
         if self.pain_permille is None:
             return self.LAYOUT.pack(*head)

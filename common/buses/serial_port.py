@@ -42,11 +42,7 @@ class Port(Protocol):
         """
 
     def write(self, data: bytes) -> int:
-        """Write; return how many bytes the line took.
-
-        Raises:
-            OSError: the connection has ended.
-        """
+        """Return how many of the bytes the line took; raises OSError where the connection has ended."""
 
     def unread(self) -> int:
         """Return how many bytes wait to be read; raises OSError as `read`."""

@@ -36,11 +36,7 @@ class Wiring(Protocol):
     """Connection between a site and its devices."""
 
     def open_port(self, address: str) -> Port:
-        """Open a serial line.
-
-        Raises:
-            DeviceAbsent: there is no device, or another program uses it.
-        """
+        """Open a serial line; raises DeviceAbsent where there is no device, or another program uses it."""
 
     def open_bus(self, address: CanAddress) -> can.BusABC:
         """Open a CAN bus; raises DeviceAbsent."""

@@ -22,10 +22,6 @@ class RecordingConfig(StrictModel):
 
 
 def require_own_file(record: Path | None, status: Path | None) -> None:
-    """Check that the status file does not replace the recording.
-
-    Raises:
-        ValueError: both are one file.
-    """
+    """Check that the status file does not replace the recording; raises ValueError where both are one file."""
     if record is not None and record == status:
         raise ValueError("record and status name the same file")

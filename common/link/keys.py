@@ -136,11 +136,7 @@ def _make_folder(folder: Path) -> None:
 
 
 def check_public_key(text: str) -> str:
-    """Return `text` when it is a Z85 public key.
-
-    Raises:
-        KeyProblem: the text is no such key.
-    """
+    """Return `text` when it is a Z85 public key; raises KeyProblem where it is none."""
     try:
         if len(text) == KEY_LENGTH and len(zmq.utils.z85.decode(text)) == 32:
             return text

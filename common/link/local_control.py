@@ -44,11 +44,7 @@ class OwnerSocket:
     """A socket on loopback that admits only the owner of the site's secret key. Never blocks."""
 
     def __init__(self, kind: int, port: int, keys: KeyPair, domain: str):
-        """Bind.
-
-        Raises:
-            LinkProblem: the port is in use.
-        """
+        """Bind; raises LinkProblem where the port is in use."""
         self._context = zmq.Context()
         # Handshakes are not limited, so that frequent requests for the status never keep out an emergency stop.
         self._authenticator = Authenticator(self._context, lambda _, key: key == keys.public, limited=False)

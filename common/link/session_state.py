@@ -104,11 +104,7 @@ class Session:
             self.state = LinkState.DISCONNECTED
 
     def engage(self, text: str = "") -> None:
-        """Let outputs leave neutral.
-
-        Raises:
-            Refused: there is no far side, or a fault is latched.
-        """
+        """Let outputs leave neutral; raises Refused where there is no far side, or a fault is latched."""
         if self.state is LinkState.FAULT:
             raise Refused(f"a fault is latched ({fault_text(self.fault)}): clear it first")
         if self.state is LinkState.DISCONNECTED:

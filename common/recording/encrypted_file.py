@@ -66,11 +66,7 @@ class Header:
 
     @classmethod
     def read(cls, content: bytes) -> Self:
-        """Read the first bytes of a file.
-
-        Raises:
-            CannotDecrypt: they are no header, or one of another version.
-        """
+        """Read the first bytes of a file; raises CannotDecrypt where they are no header, or of another version."""
         if len(content) < HEADER_BYTES or not content.startswith(MAGIC):
             raise CannotDecrypt("cut within its head: nothing in it can be read")
         _, version, recipient, sealed, prefix = _HEADER.unpack_from(content)
@@ -281,11 +277,7 @@ class EncryptedReader(io.RawIOBase):
         return at
 
     def readinto(self, buffer: object) -> int:
-        """Read bytes of one chunk.
-
-        Raises:
-            DamagedChunk: the chunk is not what was written.
-        """
+        """Read bytes of one chunk; raises DamagedChunk where it is not what was written."""
         room = memoryview(buffer).cast("B")  # type: ignore[arg-type]  # whatever has room
         if self._at >= self._starts[-1]:
             return 0

@@ -27,11 +27,7 @@ class StatusFile:
     """
 
     def __init__(self, path: Path | None, process: str, loop: PeriodicLoop | None = None):
-        """Write to `path`; None disables writing.
-
-        Raises:
-            OSError: `path` is a symbolic link.
-        """
+        """Write to `path`, or nothing for None; raises OSError where `path` is a symbolic link."""
         if path is not None:
             refuse_link(path)
         self._path = path

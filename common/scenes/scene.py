@@ -188,11 +188,7 @@ class Scene(StrictModel):
         return self.materials.get(name) or materials()[name]
 
     def object_named(self, name: str) -> SceneObject:
-        """Look an object up.
-
-        Raises:
-            KeyError: there is no object of this name.
-        """
+        """Look an object up; raises KeyError where there is none of this name."""
         for thing in self.objects:
             if thing.name == name:
                 return thing

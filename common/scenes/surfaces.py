@@ -79,11 +79,7 @@ def read_surfaces(path: Path) -> dict[str, SurfaceKind]:
 
 
 def surface_kind(name: str) -> SurfaceKind:
-    """Look a surface up by name.
-
-    Raises:
-        ValueError: there is no such surface; the message lists the known ones.
-    """
+    """Look a surface up by name; raises ValueError, which lists the known ones, where there is no such surface."""
     try:
         return surfaces()[name]
     except KeyError:

@@ -14,11 +14,7 @@ class Patient(Row):
 
 
 def read_patient(payload: bytes) -> Patient:
-    """Read a recorded row.
-
-    Raises:
-        ValueError: it is none, or a value is beyond its range.
-    """
+    """Read a recorded row; raises ValueError where it is none, or a value is beyond its range."""
     row = Patient.unpack(payload)
     if row.pain is not None and not 0.0 <= row.pain <= WORST_PAIN:
         raise ValueError(f"pain {row.pain} is not within 0..{WORST_PAIN:g}")

@@ -48,11 +48,7 @@ class Touched:
 
     @classmethod
     def of(cls, name: str) -> "Touched":
-        """Return an object of a material by its name or alias.
-
-        Raises:
-            KeyError: the material is unknown.
-        """
+        """Return an object of a material by its name or alias; raises KeyError where the material is unknown."""
         known = material(name)
         k = known.conductivity_w_mk
         return cls(k, known.density_kg_m3, known.specific_heat_j_kgk, contact_resistance_m2k_w(k))

@@ -53,11 +53,7 @@ class SensorFrame(Row):
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        """Read what `pack` wrote.
-
-        Raises:
-            ValueError: the payload is something else.
-        """
+        """Read what `pack` wrote; raises ValueError where the payload is something else."""
         try:
             sensed = super().unpack(payload)
         except ValueError as error:

@@ -20,11 +20,7 @@ class SwitchLine:
     """Speaks the protocol of a patient switch with one host at a time. The newest connection replaces an older one."""
 
     def __init__(self, port: int) -> None:
-        """Listen on loopback at `port`.
-
-        Raises:
-            OSError: the port is in use.
-        """
+        """Listen on loopback at `port`; raises OSError where the port is in use."""
         try:
             self._listening = sockets.create_server((_HOST, port), backlog=4)
         except OSError as error:

@@ -234,11 +234,7 @@ class TraceFile:
                 column.append(cell.strip())
 
     def texts(self, name: str) -> list[tuple[int, str]]:
-        """Return line number and text of every cell of a column.
-
-        Raises:
-            ValueError: there is no such column.
-        """
+        """Return line number and text of every cell of a column; raises ValueError where there is no such column."""
         return list(zip(self.lines, self._cells(name), strict=True))
 
     def numbers(self, name: str, blank: bool = False) -> Array:

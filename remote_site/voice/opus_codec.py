@@ -39,11 +39,7 @@ class OpusDecoder:
         self._codec.sample_rate, self._codec.format, self._codec.layout = RATE_HZ, FORMAT, LAYOUT
 
     def decode(self, content: bytes) -> Samples:
-        """Return the samples of one frame.
-
-        Raises:
-            ValueError: it is no frame of 20 ms.
-        """
+        """Return the samples of a frame; raises ValueError where it is no frame of 20 ms."""
         try:
             blocks = [frame.to_ndarray().reshape(-1) for frame in self._codec.decode(av.Packet(content))]
         except FFmpegError as error:

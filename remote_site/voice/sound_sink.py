@@ -64,11 +64,7 @@ class WavSink:
     """
 
     def __init__(self, path: Path) -> None:
-        """Create the file.
-
-        Raises:
-            OSError: it cannot be created.
-        """
+        """Create the file; raises OSError where that is impossible."""
         self.problem = ""
         self._path = path
         self._made = create_private(path, replace=True)

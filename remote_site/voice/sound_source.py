@@ -131,11 +131,7 @@ class DeviceSource:
 
 
 def open_source(place: str | Path) -> SoundSource:
-    """Open a source of the configuration.
-
-    Raises:
-        ValueError: it is no tone, or no file with sound.
-    """
+    """Open a source of the configuration; raises ValueError where it is no tone, or no file with sound."""
     if isinstance(place, Path):
         return PacedSource(_repeated(place))
     kind, _, name = place.partition(":")

@@ -179,11 +179,7 @@ class Voice:
         return min(states, default=VoiceState.ABSENT)
 
     def answer(self, verb: str, _: dict[str, Any] | None = None) -> dict[str, Any]:
-        """Carry out a request of a person at the remote site.
-
-        Raises:
-            Refused: it is not for this process.
-        """
+        """Carry out a request of a person at the remote site; raises Refused where it is not for this process."""
         match verb:
             case "status":
                 pass

@@ -33,11 +33,7 @@ class StreamProxy:
     """All connections of one stream of the link, past and present."""
 
     def __init__(self, stream: Stream, config: SimNetworkConfig, live: LiveNetwork, sockets: SelectLoop) -> None:
-        """Listen.
-
-        Raises:
-            ValueError: the address is taken or is not this machine's.
-        """
+        """Listen; raises ValueError where the address is taken or is not this machine's."""
         self.connections: list[Connection] = []
         self._name = stream.name
         self._to = (config.to_host, config.to_base_port + stream.port)
@@ -105,11 +101,7 @@ class NetworkProxy:
     """The network of a session, for all of its streams."""
 
     def __init__(self, config: SimNetworkConfig, sockets: SelectLoop) -> None:
-        """Open all ports.
-
-        Raises:
-            ValueError: the network is unknown or its file is bad, or a port is taken.
-        """
+        """Open all ports; raises ValueError where the network is unknown or its file is bad, or a port is taken."""
         network = load_network(config.network)
         self._sockets = sockets
         self.live = LiveNetwork(network, None if config.wait_for_start else sockets.now())

@@ -70,11 +70,7 @@ class SurfaceProfile:
 
 
 def relief_of(name: str) -> Relief:
-    """Return the relief of a surface.
-
-    Raises:
-        ValueError: unknown surface; the message lists the known ones.
-    """
+    """Return the relief of a surface; raises ValueError, which lists the known ones, where it is unknown."""
     grooves = surface_kind(name).grooves
     return Relief(*ROUGHNESS_M[name], grooves)
 

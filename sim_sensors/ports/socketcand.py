@@ -52,11 +52,7 @@ class SocketcandBus(NodeBus):
     """
 
     def __init__(self, loop: SelectLoop, host: str, port: int, nodes: Sequence[Node] = ()) -> None:
-        """Serve the bus at `host`:`port` (0: one that is free).
-
-        Raises:
-            ValueError: the address is taken.
-        """
+        """Serve the bus at `host`:`port` (0: one that is free); raises ValueError where the address is taken."""
         super().__init__(nodes)
         self._loop = loop
         self._clients: dict[int, _Client] = {}

@@ -90,11 +90,7 @@ class TcpPort:
         self._socket.bind(address)
 
     def plug(self) -> None:
-        """Listen again at the same address.
-
-        Raises:
-            ValueError: another listener has taken the address.
-        """
+        """Listen again at the same address; raises ValueError where another listener has taken the address."""
         if self._plugged:
             return
         try:

@@ -85,11 +85,7 @@ class Palpated(NamedTuple):
 
 
 def read_palpated(folder: Path, name: str) -> Palpated:
-    """Return one of SETS; the cells are in `x_mm,y_mm,lump`.
-
-    Raises:
-        ValueError: a file cannot be read.
-    """
+    """Return one of SETS; the cells are in `x_mm,y_mm,lump`; raises ValueError where a file cannot be read."""
     cells = TraceFile(folder / "truth" / f"{SETS[name]}.csv")
     places_m = 1e-3 * np.column_stack([cells.numbers(axis) for axis in ("x_mm", "y_mm")])
     lump = np.array([text != "0" for _, text in cells.texts("lump")])

@@ -151,11 +151,7 @@ def _balanced(answers: Sequence[Mapping[str, Any]], right: Sequence[bool]) -> fl
 
 
 def read_touches(folder: Path, seed: int) -> list[Touch]:
-    """All recordings, with noise and steps added.
-
-    Raises:
-        ValueError: see `run`.
-    """
+    """All recordings, with noise and steps added; raises ValueError as `run`."""
     named = [(path, match) for path in sorted(folder.glob("*.csv")) if (match := _NAME.fullmatch(path.stem))]
     if not named:
         raise Unavailable(f"{folder}: no recordings named setNN_CLASS_K.csv")

@@ -138,11 +138,7 @@ def read_models(folder: Path) -> list[TextureModel]:
 
 
 def read_model(path: Path) -> TextureModel:
-    """Read one model.
-
-    Raises:
-        ValueError: the file is no model; the message names it.
-    """
+    """Read one model; raises ValueError, which names the file, where it is no model."""
     try:
         root = ElementTree.parse(path).getroot()
         each = root.findall("model")

@@ -55,11 +55,7 @@ class PortEnd:
         self.now = time.monotonic
 
     def send(self, data: bytes) -> None:
-        """Put bytes on the line.
-
-        Raises:
-            DeviceAbsent: the line is gone, or accepted no bytes for half a second.
-        """
+        """Put bytes on the line; raises DeviceAbsent where the line is gone, or accepted no bytes for half a second."""
         until_s = self.now() + _FULL_S
         try:
             while data:
@@ -134,11 +130,7 @@ class ModuleTalk:
     def __init__(
         self, end: ModuleEnd, expected_kind: DeviceKind | None = None, expected_finger: int | None = None
     ) -> None:
-        """Ask the module for its identity.
-
-        Raises:
-            DeviceAbsent: no answer, and no `expected_kind`.
-        """
+        """Ask the module for its identity; raises DeviceAbsent without an answer and without `expected_kind`."""
         self.end = end
         self.expected_kind, self.expected_finger = expected_kind, expected_finger
         self.watch: Callable[[Frame], None] = lambda frame: None

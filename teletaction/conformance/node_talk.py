@@ -92,32 +92,20 @@ class BusEnd:
     """A CAN bus in real time."""
 
     def __init__(self, address: CanAddress) -> None:
-        """Open the bus.
-
-        Raises:
-            DeviceAbsent: the bus cannot be opened.
-        """
+        """Open the bus; raises DeviceAbsent where it cannot be opened."""
         self._bus = address.open()
         self.address = f"CAN {address}"
         self.now = time.monotonic
 
     def send(self, message: can.Message) -> None:
-        """Put a frame on the bus.
-
-        Raises:
-            DeviceAbsent: the bus is gone.
-        """
+        """Put a frame on the bus; raises DeviceAbsent where it is gone."""
         try:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
             raise DeviceAbsent(f"{self.address}: {error}") from None
 
     def receive(self, seconds: float) -> Iterator[can.Message]:
-        """Yield the frames of the next `seconds`.
-
-        Raises:
-            DeviceAbsent: the bus is gone.
-        """
+        """Yield the frames of the next `seconds`; raises DeviceAbsent where the bus is gone."""
         until_s = self.now() + seconds
         while (left_s := until_s - self.now()) > 0.0:
             message = self._next(left_s)
@@ -125,11 +113,7 @@ class BusEnd:
                 yield message
 
     def waiting(self) -> Iterator[can.Message]:
-        """Yield the frames that have arrived and were not read.
-
-        Raises:
-            DeviceAbsent: the bus is gone.
-        """
+        """Yield the frames that have arrived and were not read; raises DeviceAbsent where the bus is gone."""
         while (message := self._next(0.0)) is not None:
             yield message
 
@@ -254,11 +238,7 @@ class NodeTalk:
         return messages
 
     def now_at(self, name: str) -> Values:
-        """Return the newest values of a frame.
-
-        Raises:
-            NotApplicable: no such frame has arrived.
-        """
+        """Return the newest values of a frame; raises NotApplicable where no such frame has arrived."""
         if name not in self.newest:
             raise NotApplicable(f"no {name}")
         return self.newest[name]

@@ -25,11 +25,7 @@ class FoxgloveServer:
     """
 
     def __init__(self, place: Place):
-        """Listen.
-
-        Raises:
-            RuntimeError: the port is in use.
-        """
+        """Listen; raises RuntimeError where the port is in use."""
         self._context = foxglove.Context()
         self._channels = {topic: self._channel(topic, schema_name(topic), TOPICS[topic].schema) for topic in FED_TOPICS}
         self._log = self._channel("log", LOG_NAME, LOG_SCHEMA)

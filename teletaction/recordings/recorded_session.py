@@ -20,11 +20,7 @@ class RecordedSession:
     """
 
     def __init__(self, path: Path, file: IO[bytes]):
-        """Open `file`, found at `path`.
-
-        Raises:
-            ValueError: the file is no MCAP file, truncated or damaged.
-        """
+        """Open `file`, found at `path`; raises ValueError where it is no MCAP file, truncated or damaged."""
         self.path = path
         self.reader = RecordingReader(path, file)
         self.start_ns = self.reader.start_ns

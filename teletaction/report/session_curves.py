@@ -69,11 +69,7 @@ class SessionCurves:
 
     @classmethod
     def of(cls, data: SessionData, fingers: int = len(FINGERS)) -> "SessionCurves":
-        """Find the session's start and touches.
-
-        Raises:
-            ValueError: `fingers` is not in 1..5.
-        """
+        """Find the session's start and touches; raises ValueError where `fingers` is not in 1..5."""
         series = [s for s in (data.touch, data.rendered, data.gate, data.fingertips, data.contact) if len(s)]
         first_s = min((float(s.time_s[0]) for s in series), default=0.0)
         last_s = max((float(s.time_s[-1]) for s in series), default=first_s)

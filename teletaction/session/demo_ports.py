@@ -52,11 +52,7 @@ class DemoPorts:
 
     @classmethod
     def free(cls, fingers: Sequence[FingerName]) -> Self:
-        """Return ports that nothing listens on.
-
-        Raises:
-            OSError: there are not enough.
-        """
+        """Return ports that nothing listens on; raises OSError where there are not enough."""
         streams = 2 * len(STREAMS)
         first = free_port_block(streams + 3 * len(fingers) + SINGLE)
         ports = count(first + streams)

@@ -25,11 +25,7 @@ class LauncherFigures(msgspec.Struct, frozen=True):
 
     @classmethod
     def read(cls, folder: Path) -> "LauncherFigures | None":
-        """Read the file; None where no demo wrote one.
-
-        Raises:
-            ValueError: the file is damaged.
-        """
+        """Read the file, None where no demo wrote one; raises ValueError where it is damaged."""
         path = folder / LAUNCHER
         if not path.exists():
             return None

@@ -198,11 +198,7 @@ class MemoryCan(can.BusABC):
     """A driver's connection to a bus."""
 
     def __init__(self, bus: MemoryBus) -> None:
-        """Connect.
-
-        Raises:
-            DeviceAbsent: the bus is gone.
-        """
+        """Connect; raises DeviceAbsent where the bus is gone."""
         if not bus.plugged:
             raise DeviceAbsent("the bus is gone")
         super().__init__("memory")

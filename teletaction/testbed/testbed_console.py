@@ -83,11 +83,7 @@ class TestbedConsole:
     __test__ = False
 
     def __init__(self, bed: Testbed, feed: MemoryFeed, config: ConsoleConfig) -> None:
-        """Begin beside a session that writes to `feed`.
-
-        Raises:
-            OSError: the record cannot be created.
-        """
+        """Begin beside a session that writes to `feed`; raises OSError where the record cannot be created."""
         self._bed, self._look = bed, Interval(_LOOK_S)
         self._keeping = Journal(config.record, {})
         list(feed.receive())  # a console receives no data from before its start

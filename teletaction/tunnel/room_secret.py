@@ -11,11 +11,7 @@ _LEAST = 32
 
 
 def create_secret(path: Path) -> None:
-    """Make the file of a new room.
-
-    Raises:
-        KeyProblem: the file exists, or cannot be created.
-    """
+    """Make the file of a new room; raises KeyProblem where it exists or cannot be created."""
     try:
         file = create_private(path)
         try:

@@ -14,11 +14,7 @@ LEAST_DIFFERENCE_K = 1.0
 
 
 def touch_of(trace: ThermalTrace) -> RecordedTouch:
-    """Return the touch in a trace.
-
-    Raises:
-        ValueError: there is no contact.
-    """
+    """Return the touch in a trace; raises ValueError where there is no contact."""
     touch = find_touch(trace)
     if touch is None:
         raise ValueError(f"{trace.name}: column force_n: no contact (0.30 N held for 50 ms)")
