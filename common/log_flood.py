@@ -29,11 +29,7 @@ class FloodFilter(logging.Filter):
     """
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic):
-        """Start with full buckets.
-
-        Args:
-            now_s: a steady clock, s.
-        """
+        """Start with full buckets; `now_s` is a steady clock, s."""
         super().__init__()
         self._now_s = now_s
         self._others: RateLimiters[_Place] = RateLimiters(PER_S, AT_ONCE)

@@ -94,11 +94,7 @@ def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
 def staleness(end: SessionEnd, acts_on: str, now_ns: int, gap_s: float) -> str:
     """Return which data of an acting site is late, and for how long; empty for fresh data or a site that does not act.
 
-    Args:
-        end: this site's end of the session.
-        acts_on: stream from which `end` accepts packets.
-        now_ns: time of this site's clock, ns.
-        gap_s: maximum gap between accepted packets, s; after a longer one outputs go to safe.
+    Data on the stream `acts_on` is late after `gap_s` without an accepted packet, s; then outputs go to safe.
     """
     if not end.both_engaged:
         return ""
@@ -111,10 +107,7 @@ def staleness(end: SessionEnd, acts_on: str, now_ns: int, gap_s: float) -> str:
 def desk_answer(verb: str, end: SessionEnd, not_ready: str) -> dict[str, Any]:
     """Return the answer to a local command that was carried out, and log the command unless it only asks.
 
-    Args:
-        verb: the command.
-        end: this site's end of the session.
-        not_ready: fault of the gate, else the missing devices; empty when the site may engage.
+    `not_ready` is the gate's fault or else the missing devices; empty when the site may engage.
     """
     answer = in_brief(end, not_ready)
     if verb not in ("status", "attend"):

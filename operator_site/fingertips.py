@@ -57,11 +57,7 @@ class Fingertips:
         body: Body | None = None,
         vibration: VibrationScale = "speed",
     ) -> None:
-        """Begin at rest.
-
-        Args:
-            wall: bound of the walls that the exoskeleton can display passively.
-        """
+        """Begin at rest; `wall` is the bound of the walls that the exoskeleton can display passively."""
         n = len(FINGERS)
         self._wall = wall
         self._contacts = [PassiveContact(wall) for _ in range(n)]

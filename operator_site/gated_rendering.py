@@ -89,12 +89,9 @@ class GatedRendering:
         return dict(zip(FINGERS, self._gate.produced_mj, strict=True))
 
     def step(self, now: RenderingInput, touch: Touch | None, coupling: Coupling = DIRECT) -> GatedOutput:
-        """Return the outputs that may reach the devices in this tick.
+        """Return the outputs that may reach the devices in this tick, through this coupling to the remote hand.
 
-        Args:
-            now: input of this tick.
-            touch: the touch packet that `now` names; None without one, or if a recording has lost it.
-            coupling: coupling of the hand to the remote hand.
+        `touch` is the packet that `now` names; None without one, or if a recording has lost it.
         """
         gate = self._gate
         if now.fault_cleared:

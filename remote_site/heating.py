@@ -25,11 +25,9 @@ class Heating:
         self._heaters = {n: FingerHeating(offset_k) for n, offset_k in zip(self._numbers, offsets_k, strict=False)}
 
     def step(self, sensed: SensorFrame, touches: Mapping[int, FingerIdentification]) -> list[float]:
-        """Return the wanted drive of each heater (5,), -1..1; 0 for a finger without identification.
+        """Return the wanted drive of each heater (5,), -1..1, by this tick's readings and what they identify.
 
-        Args:
-            sensed: this tick's readings.
-            touches: identification of each finger by these readings, by finger number.
+        It is 0 for a finger without identification.
         """
         if not touches or sensed.time_s < self._time_s:
             self._restart()

@@ -60,11 +60,9 @@ class EncoderGlitches:
         self.faults = []
 
     def step(self, sent_s: float, read_m: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
-        """Take a frame's readings, m; return the time since the frame before, s, and the places to act on, m.
+        """Take finite readings of a frame, m; return the time since the last frame, s, and the places to act on, m.
 
-        Args:
-            sent_s: time of the frame on the bus's clock, s; a delay of site or gateway does not change it.
-            read_m: reading of each encoder, finite.
+        `sent_s` is the bus's clock, s, which a delay of site or gateway does not change.
         """
         dt_s, self._sent_s = sent_s - self._sent_s, sent_s
         if not 0.0 < dt_s <= UNSEEN_S:  # the first frame, the first for long, or the first of another gateway

@@ -33,12 +33,7 @@ class FrameErrorRate:
         """Time of the frame before, s."""
 
     def step(self, sent_s: float, damaged: bool) -> None:
-        """Take a frame.
-
-        Args:
-            sent_s: time of the frame on the bus's clock, s.
-            damaged: whether it was refused.
-        """
+        """Take a frame, sent at `sent_s` on the bus's clock, s; `damaged` if it was refused."""
         if self._seen < WINDOW:
             self._seen += 1
         before_s, self._before_s = self._before_s, sent_s

@@ -21,12 +21,9 @@ OBSERVER = "observer"
 
 
 def capabilities(fingers: tuple[str, ...], rate_hz: float, **more: Any) -> dict[str, Any]:
-    """Return a site's own capabilities, as sent in a hello and its answer.
+    """Return a site's own capabilities, as sent in a hello and its answer; `rate_hz` is that of its loop and packets.
 
-    Args:
-        fingers: names of the fingers in use.
-        rate_hz: rate of the site's loop, Hz, and so of its packets.
-        more: fields of one kind of site, such as its calibration's hash or its output ranges.
+    `more` are fields of one kind of site, such as its calibration's hash or its output ranges.
     """
     same = {"schema": SCHEMA_VERSION, "layout": LAYOUT, "motion_numbers": MOTION_NUMBERS}
     return {**same, "fingers": list(fingers), "rate_hz": rate_hz, **more}

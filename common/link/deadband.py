@@ -111,13 +111,7 @@ class Deadband:
         self.spared = 0
 
     def step(self, t_s: float, changed: bool, refresh_s: float = REFRESH_S) -> bool:
-        """Return whether to send at `t_s`, s.
-
-        Args:
-            t_s: this site's clock, s.
-            changed: whether the far side would perceive a change.
-            refresh_s: maximum interval between two packets, s.
-        """
+        """Return whether to send at `t_s`, s: on a change that the far side would perceive, or after `refresh_s`, s."""
         if changed:
             self._again = 1 + self._repeats
         quiet_s = refresh_s - self._early_s

@@ -47,12 +47,7 @@ class EmergencyStop:
             self.asked_ns, self.after_s = None, {}
 
     def step(self, now_ns: int, unconfirmed: Unconfirmed) -> Confirmation | None:
-        """Return the result once, as soon as it is known.
-
-        Args:
-            now_ns: this site's clock, ns.
-            unconfirmed: called with the time of the stop.
-        """
+        """Return the result once, as soon as it is known; `unconfirmed` gets the time of the stop, ns."""
         if self.asked_ns is None or now_ns <= self.asked_ns:
             return None
         if not self._waiting and None not in self.after_s.values():

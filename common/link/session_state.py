@@ -91,11 +91,9 @@ class Session:
         self.note("connected", text)
 
     def disconnect(self, why: str = "", *, left: bool = False) -> None:
-        """End the session. A latched fault remains; a far side may connect again to clear it.
+        """End the session; `left` if the far side left on purpose, and `why` for people to read.
 
-        Args:
-            why: reason for people to read.
-            left: whether the far side left on purpose.
+        A latched fault remains; a far side may connect again to clear it.
         """
         if self.ident:
             self.note("left" if left else "disconnected", why)
@@ -115,11 +113,7 @@ class Session:
         self.paused = None
 
     def disengage(self, why: str = "") -> None:
-        """Bring outputs to neutral; always allowed.
-
-        Args:
-            why: reason for people to read; empty if a person at this site asks for it.
-        """
+        """Bring outputs to neutral; always allowed. `why` is empty if a person at this site asks for it."""
         if self.state is LinkState.ENGAGED:
             self.state = LinkState.CONNECTED
             self.paused = printable(why)
@@ -163,10 +157,7 @@ class Session:
     def heard(self, gap_ns: int | None, gap_s: float, stream: str) -> None:
         """Note when a stream falls silent while engaged, and when it is heard again.
 
-        Args:
-            gap_ns: time since its last accepted packet, ns; None before the first.
-            gap_s: silence that causes the safe state, s.
-            stream: name of the stream.
+        Its last accepted packet came `gap_ns` ago, None before the first; a gap of `gap_s`, s, causes the safe state.
         """
         silent = gap_ns is None or not 0 <= gap_ns <= gap_s * 1e9
         if silent and not self.silent and self.engaged and gap_ns is not None:

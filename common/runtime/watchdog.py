@@ -38,11 +38,9 @@ class Standstill:
         self._wake_ups = 0
 
     def wake_up(self, ticks: int, starved: bool) -> bool:
-        """Count a wake-up, every WAKE_UP_S; return whether the loop has stood still for too long.
+        """Count a wake-up, every WAKE_UP_S, and the loop's ticks; return whether it has stood still for too long.
 
-        Args:
-            ticks: number of ticks that the loop has made.
-            starved: whether the loop's thread was ready since the last wake-up, but had no processor.
+        A `starved` thread was ready since the last wake-up, but had no processor.
         """
         if ticks != self._ticks:
             self._ticks, self._wake_ups = ticks, 0

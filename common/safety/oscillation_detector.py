@@ -43,13 +43,7 @@ class OscillationDetector:
         self._fed_cycles = 0
 
     def step(self, t_s: float, force_n: float, fed: bool) -> Fault | None:
-        """Return a fault if the force oscillates, else None.
-
-        Args:
-            t_s: time, s.
-            force_n: force, N.
-            fed: whether the limit on the port's energy acts now.
-        """
+        """Return a fault if the force oscillates, else None; `fed` if the limit on the port's energy acts now."""
         self._fed = self._fed or fed
         beyond_n = force_n - self._extreme_n if self._rising else self._extreme_n - force_n
         if beyond_n > 0.0:

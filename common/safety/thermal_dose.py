@@ -27,12 +27,7 @@ class ThermalDose:
         self._over_k = 0.0
 
     def step(self, t_s: float, plate_c: float) -> bool:
-        """Add the dose since the last reading; return whether the dose is spent.
-
-        Args:
-            t_s: time, s, finite. A clock that was set back adds no dose.
-            plate_c: present temperature of the plate, C, finite.
-        """
+        """Add the dose of a finite reading, C; return whether it is spent. A clock that was set back adds none."""
         if plate_c <= DOSE_ABOVE_C and not self._bins:  # the usual case; a hotter reading leaves a bin
             self._read_s, self._spent = t_s, False
             return False

@@ -50,11 +50,9 @@ class ReactionTime:
         return float(np.sqrt(self.probabilities @ (REACTIONS_S - self.mean_s) ** 2))
 
     def threshold_n(self, press: Press, share: float) -> float:
-        """Return a quantile of the force at which the reported pain began, N.
+        """Return the force, N, above which the reported pain began with the probability `share`, 0..1.
 
-        Args:
-            press: a press with a report. Of several fingers, the one that presses least counts.
-            share: probability that the threshold is lower, 0..1.
+        Of several fingers, the one that presses least counts.
         """
         forces = press.forces_n(press.risen_s - REACTIONS_S)
         forces_n = np.where(forces >= PRESSED_N, forces, np.inf).min(axis=1)

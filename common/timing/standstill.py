@@ -121,12 +121,9 @@ class Witness:
         return self._step(host_s, reported_s, drained)
 
     def frames(self, host_s: float, count: int, *, drained: bool = True) -> float:
-        """Take the total number of frames of FRAME_S read from a CAN node; return the standstill that it shows, s.
+        """Take the number of all frames of FRAME_S read from a CAN node; return the standstill that it shows, s.
 
-        Args:
-            host_s: host time after they were read, s.
-            count: total number of frames of all connections.
-            drained: whether no more frames wait.
+        They were read until `host_s`, s, by all connections; `drained` if no more wait.
         """
         before_s, self._device_s = self._device_s, count * FRAME_S
         return self._step(host_s, self._device_s - before_s, drained)

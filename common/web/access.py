@@ -73,9 +73,7 @@ class Access:
     def expected(self, host: str | None, origin: str | None) -> bool:
         """Return whether a request is addressed to this page and comes from it, if the browser names its origin.
 
-        Args:
-            host: header `Host`.
-            origin: header `Origin`; browsers send it with every websocket.
+        They are the headers `Host` and `Origin`; browsers send the second with every websocket.
         """
         if host is None:
             return False

@@ -7,12 +7,7 @@ _PLACE = re.compile(r"`\$\[(\d+)\]")
 
 
 def misfit(names: Sequence[str], error: str) -> str:
-    """Return why a list is refused: the first field that does not fit, or the number of fields.
-
-    Args:
-        names: names of the list's fields, in order.
-        error: message of the decoder, which contains the field's number.
-    """
+    """Return why a decoder refused a list: the first field that does not fit, or the number of fields."""
     found = _PLACE.search(error)
     if found is None:
         return f"not a list of {len(names)} fields: {error}"

@@ -41,13 +41,9 @@ class StuckJoints:
         """Time since the last change of each height, and of the hand's pose, s; at first no hand is present."""
 
     def step(self, dt_s: float, z_m: Sequence[float], pose_m: Sequence[float], pushed_n: Sequence[float]) -> None:
-        """Take a frame of heights.
+        """Take heights and pose as read, m, and the exoskeleton's force on each finger (5,), N.
 
-        Args:
-            dt_s: time since the frame before, s; 0 or less where it is not known.
-            z_m: heights (5,), m, as read.
-            pose_m: x and y of the hand, m.
-            pushed_n: force of the exoskeleton on each finger, (5,), N.
+        The frame before was `dt_s` ago, s; 0 or less where that is not known.
         """
         passed_s = min(LONGEST_S, max(0.0, dt_s))
         before_m, self._z_m = self._z_m or z_m, z_m

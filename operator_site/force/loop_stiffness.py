@@ -32,12 +32,7 @@ class LoopStiffness:
         self._t_s = self._height_s = math.nan
 
     def step(self, t_s: float, height_s: float) -> None:
-        """Take one tick.
-
-        Args:
-            t_s: time, s.
-            height_s: time of the measured heights that it answers, s; a repeated time is ignored.
-        """
+        """Take one tick, which answers heights measured at `height_s`, s; a repeated time is ignored."""
         if height_s == self._height_s:
             return
         passed_s = t_s - self._t_s

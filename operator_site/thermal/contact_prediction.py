@@ -46,12 +46,7 @@ class ContactPrediction:
 
 
 def contact_in_s(height_m: float, approach_m_s: float) -> float:
-    """Return the time until contact, s; infinite below SLOWEST_M_S.
-
-    Args:
-        height_m: height of the finger above the surface, m; below the surface the time is 0.
-        approach_m_s: speed towards the surface, m/s.
-    """
+    """Return the time until contact, s; 0 below the surface, and infinite below SLOWEST_M_S."""
     if not approach_m_s >= SLOWEST_M_S:
         return math.inf
     return max(0.0, height_m) / approach_m_s

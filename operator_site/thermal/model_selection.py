@@ -106,12 +106,9 @@ def _largest_k(rung: int, touched: Touched, dwell_s: float) -> float:
 
 
 def choose(touched: Touched, difference_k: float, dwell_s: float = LONGEST_S) -> Choice:
-    """Select the smallest model that is accurate enough.
+    """Select the smallest model that is accurate enough for an expected dwell, s.
 
-    Args:
-        touched: the touched object.
-        difference_k: object minus skin surface at contact, K.
-        dwell_s: expected dwell of the touch, s.
+    `difference_k` is the object minus the skin's surface at contact, K.
     """
     wanted = abs(difference_k)
     largest = 0.0

@@ -200,13 +200,7 @@ def skin_step(model: SkinModel, touched: Touched | None, air_w_m2k: float = 10.0
 
 
 def refined(x: Floats, old: SkinModel, new: SkinModel) -> Floats:
-    """Convert a state of `old` to the cells of `new`: interpolate profiles, and keep the means of layers and object.
-
-    Args:
-        x: (old.states,) departures, K.
-        old: model of `x`.
-        new: model of the result.
-    """
+    """Convert departures (old.states,), K, to the cells of `new`: interpolate profiles, keep layer and object means."""
     before, after = old.tissue, new.tissue
     m, k = old.skin_cells, new.skin_cells
     result = np.zeros(new.states)

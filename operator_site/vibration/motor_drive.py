@@ -107,11 +107,7 @@ class MotorDrive:
         self.speed_rad_s = 0.0
 
     def step(self, t_s: float, rpm: float) -> None:
-        """Find voltage and pulse for the next command to the module.
-
-        Args:
-            rpm: wanted motor speed, rpm; zero and non-finite speeds give 0 V.
-        """
+        """Find voltage and pulse for the next command to the module; zero and non-finite speeds give 0 V."""
         if rpm == 0.0 == self.speed_rad_s and not self.hold_mv:  # at rest, and stays there
             self._t_s = self._pulse_until_s = t_s
             return

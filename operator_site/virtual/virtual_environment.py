@@ -66,13 +66,7 @@ class VirtualEnvironment:
     """Computes touches and events of all fingers over a scene. Pure: time is an argument, s."""
 
     def __init__(self, scene: Scene, fingers: Iterable[str], seed: int):
-        """Draw a session: the objects' temperatures and the distances of arbitrary grooves.
-
-        Args:
-            scene: objects to touch; its script is not used.
-            fingers: names of the fingers in use; the others touch nothing.
-            seed: seed of all draws.
-        """
+        """Draw the objects' temperatures and the distances of arbitrary grooves; the scene's script is not used."""
         self._pieces = _draw(scene, np.random.default_rng(seed))
         self._numbers = [FINGERS.index(finger) for finger in fingers]
         self._time_s = -math.inf

@@ -64,12 +64,9 @@ class VirtualSession:
         return b"" if self.touch is None else self.touch.encode()
 
     def step(self, now_ns: int, not_ready: str, unconfirmed: Unconfirmed) -> None:
-        """Engage if wanted and possible, and check the confirmation of an emergency stop.
+        """Engage unless a reason `not_ready` is given, and check the confirmation of an emergency stop.
 
-        Args:
-            now_ns: time, ns.
-            not_ready: why the site may not engage, such as a missing device; empty if it may.
-            unconfirmed: returns why each device may have had outputs on since a time, s.
+        `unconfirmed` returns why each device may have had outputs on since a time, s.
         """
         session = self.session
         if not session.ident:

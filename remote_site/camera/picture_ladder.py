@@ -89,12 +89,9 @@ class PictureLadder:
         return RUNGS[self.number]
 
     def step(self, now_s: float, touch_age_s: float, picture_age_s: float) -> None:
-        """Take what the operator's reader has measured.
+        """Take the largest age of touch since the last step and that of the newest picture when it was received, s.
 
-        Args:
-            now_s: time of the camera's clock, s.
-            touch_age_s: largest age of touch since the last step, s; 0 where it is not known.
-            picture_age_s: age of the newest picture when it was received, s; 0 where it is not known.
+        An age is 0 where it is not known.
         """
         if touch_age_s > 0.0:
             self._touch.take(now_s, touch_age_s)

@@ -18,12 +18,7 @@ class PictureLag:
         self._now_s = self._stamp_s = -math.inf
 
     def take(self, now_s: float, stamp_s: float) -> float:
-        """Return the lag of a picture, s.
-
-        Args:
-            now_s: when it came, s of this machine's clock.
-            stamp_s: its time stamp, s of the camera's clock.
-        """
+        """Return the lag, s, of a picture that came at `now_s` of this machine's clock, by its own time stamp, s."""
         came_s = now_s - stamp_s
         if stamp_s < self._stamp_s:  # the camera's clock has begun again
             self._least_s = came_s

@@ -21,13 +21,7 @@ class VideoEncoder:
     """Encoder of one size, rate and bit rate; the first picture is a key picture."""
 
     def __init__(self, width: int, height: int, rate_hz: float, bit_s: int) -> None:
-        """Open the codec.
-
-        Args:
-            width, height: size of the pictures, pixels; even.
-            rate_hz: pictures a second, 1/s.
-            bit_s: bit rate, bit/s.
-        """
+        """Open the codec for pictures of an even size, pixels, at a rate, Hz, and a bit rate, bit/s."""
         self.width, self.height = width, height
         self._codec = av.CodecContext.create("libvpx", "w")
         self._codec.width, self._codec.height = width, height
@@ -49,12 +43,9 @@ class VideoEncoder:
         }
 
     def encode(self, frame: av.VideoFrame, time_ns: int, key: bool) -> Encoded | None:
-        """Encode one picture; None where the codec leaves it out to keep its bit rate.
+        """Encode a picture of any size and format; None where the codec leaves it out to keep its bit rate.
 
-        Args:
-            frame: the picture, of any size and format.
-            time_ns: its time, ns; later than that of the picture before.
-            key: whether it has to be a key picture.
+        Its time, ns, is later than that of the picture before; `key` asks for a key picture.
         """
         own = frame.reformat(self.width, self.height, "yuv420p")
         own.pts, own.time_base = time_ns // 1_000_000, Fraction(1, 1000)

@@ -44,13 +44,7 @@ class ForceSensorFault:
         self._set_m.add(t_s, set_m)
 
     def step(self, dt_s: float, force_n: float, height_m: float) -> Fault | None:
-        """Take a reading; return the fault, None without one.
-
-        Args:
-            dt_s: time since the reading before, s; 0 or less where it is not known.
-            force_n: contact force, N.
-            height_m: height of the finger, m.
-        """
+        """Take a reading; return the fault, None without one. `dt_s` is 0 or less where it is not known."""
         passed_s = dt_s if 0.0 <= dt_s <= LONGEST_TICK_S else LONGEST_TICK_S if dt_s > 0.0 else 0.0
         if force_n == self._force_n:
             self._same_s += passed_s

@@ -33,13 +33,9 @@ class StuckEncoder:
         self._same_s = self._wrong_s = 0.0
 
     def step(self, dt_s: float, height_m: float, force_n: float, set_m: float | None) -> Fault | None:
-        """Take a reading; return the fault, None without one.
+        """Take a reading; return the fault, None without one. `dt_s` is 0 or less where it is not known.
 
-        Args:
-            dt_s: time since the reading before, s; 0 or less where it is not known.
-            height_m: height of the finger as read, m.
-            force_n: contact force, N.
-            set_m: set-point that the finger follows, m; None while it follows none.
+        `set_m` is the set-point that the finger follows, m; None while it follows none.
         """
         if set_m is None or height_m != self._height_m:
             # A reading before the first set-point is not of a finger that follows.

@@ -29,14 +29,10 @@ class TextureSensor(SerialDriver):
         """Chunks that were read and not yet returned."""
 
     def read(self, t_s: float) -> bytes | None:
-        """Return the next chunks of counts (int16 little endian), oldest first; None if none waits.
+        """Return the next chunks of counts (int16 little endian), oldest first; None if none waits at `t_s`, s.
 
         One call returns at most _MOST_AT_ONCE chunks.
-
         After a standstill of the host's clock, older chunks are dropped.
-
-        Args:
-            t_s: time now, s.
         """
         if self.line.silent and not self.waiting:
             self.stood_still_s = 0.0

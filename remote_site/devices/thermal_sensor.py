@@ -85,13 +85,7 @@ class ThermometerCheck:
         self._since_s = 0.0
 
     def step(self, t_s: float, counts: int, drive: float = 0.0) -> ThermalReason:
-        """Return the fault of a reading; NONE if it is plausible.
-
-        Args:
-            t_s: time of the reading, s.
-            counts: counts of the reading, 0..4095.
-            drive: present heater drive, -1..1.
-        """
+        """Return the fault of a reading of `counts`, 0..4095, at a heater drive of -1..1; NONE if it is plausible."""
         before, before_s = self._counts, self._t_s
         self._counts, self._t_s = counts, t_s
         if before is None or counts != before or abs(drive) < DRIVEN or t_s - before_s > GAP_S:

@@ -61,12 +61,7 @@ class FingerIdentification:
         hand: HandMotion,
         events: TouchEvents,
     ) -> None:
-        """Identify with the calibrated tables of sensors, materials and surfaces.
-
-        Args:
-            hand: motion of the hand that has this finger; step it before the finger.
-            events: takes the finger's events; step it before the finger.
-        """
+        """Identify with calibrated sensors, materials and surfaces; step `hand` and `events` before the finger."""
         self._finger = finger
         self.row = NO_TOUCH
         self.contact = False

@@ -47,14 +47,9 @@ class Perception:
         contain: Containment | None = None,
         period_s: float = 0.002,
     ):
-        """Identify with the calibrated tables.
+        """Identify with the calibrated materials and surfaces; `contain` latches exceptions, if given.
 
-        Args:
-            fingers: fingers in use.
-            table: calibrated materials.
-            surfaces: calibrated textures.
-            contain: latches exceptions of identification, if given.
-            period_s: period of the ticks, s; a late tick postpones solutions, see `SolvingTurns`.
+        A tick later than `period_s`, s, postpones solutions, see `SolvingTurns`.
         """
         self._contain = contain or Containment()
         self._turns = SolvingTurns(period_s)

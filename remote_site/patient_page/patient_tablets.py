@@ -46,11 +46,7 @@ class PatientTablets:
         contain: Containment,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Serve pages.
-
-        Args:
-            site_reads: whether the remote site has the switch open.
-        """
+        """Serve pages; `site_reads` returns whether the remote site has the switch open."""
         self.switch, self.contain = switch, contain
         self.counts: Counter[str] = Counter()
         self._site_reads, self._now_s = site_reads, now_s

@@ -88,12 +88,9 @@ class SensorFault:
         """Number of latest blocks in which the finger does not stroke."""
 
     def step(self, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
-        """Take the next block; return the present fault.
+        """Take the next samples, V, and the contact force, N; return the present fault.
 
-        Args:
-            samples_v: samples, V.
-            force_n: contact force, N.
-            resting: whether the finger does not stroke; then only the force can move the signal.
+        In a `resting` finger, which does not stroke, only the force can move the signal.
         """
         before_n, self._force_n = self._force_n, force_n
         changed_n = 0.0 if before_n is None else force_n - before_n

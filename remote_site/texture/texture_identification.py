@@ -299,11 +299,9 @@ class TextureIdentification:
 
 
 def groove_rad_s(strength_v: float, groove_v: float | None) -> float:
-    """Return the amplitude of a groove's impulse, rad/s.
+    """Return the amplitude of a groove's impulse, rad/s, from its curvature for one newton, V.
 
-    Args:
-        strength_v: curvature of the groove for one newton, V.
-        groove_v: curvature for one newton of the calibrated grooves, V; None if none was calibrated.
+    `groove_v` is that of the calibrated grooves; None if none was calibrated.
     """
     share = 1.0 if groove_v is None else strength_v / groove_v
     return GROOVE_RAD_S * min(max(share, FAINTEST), STRONGEST)

@@ -40,9 +40,7 @@ class ContactChange:
     def step(self, dt_s: float, force_n: float) -> float:
         """Return the variance of ln conductance that a change of contact just added beyond the law of force.
 
-        Args:
-            dt_s: time since the last reading, s.
-            force_n: mean force since the last reading, N.
+        `force_n` is the mean in the `dt_s` since the last reading, s.
         """
         if force_n < CONTACT_OFF_N:
             self._away = True

@@ -25,13 +25,7 @@ class EstimateDrift:
         self._near_s, self._next_s = 0.0, FROM_S
 
     def step(self, since_s: float, object_c: float, object_c_sd: float) -> bool:
-        """Take an estimate, and return whether they have been too far from an earlier one for HELD_S.
-
-        Args:
-            since_s: time after contact, s.
-            object_c: temperature of the object, C.
-            object_c_sd: its standard deviation, K.
-        """
+        """Take an estimate, C, and its SD, K; return whether they have been too far from an earlier one for HELD_S."""
         if all(abs(object_c - c) <= MOST_SD * math.hypot(object_c_sd, sd) for c, sd in self._earlier):
             self._near_s = since_s
         if since_s >= self._next_s:

@@ -69,12 +69,7 @@ class FingerThermal:
         self.own.alone = answer is None
 
     def step(self, sensed: SensorFrame, exploration: ModeDetector) -> str | None:
-        """Advance to `sensed.time_s`; return a material when it is named first in a touch.
-
-        Args:
-            sensed: readings of this tick.
-            exploration: the finger's exploration mode; step it before.
-        """
+        """Advance to `sensed.time_s`; return a material when first named in a touch. Step `exploration` before."""
         self._follow(sensed, exploration)
         self.answer = self._joint if exploration.contact else NO_CONTACT
         material = self.answer.material
@@ -179,12 +174,7 @@ class SensorClock:
         self._delay_s = self._held_s = 0.0
 
     def step(self, arrived_s: float, device_us: int) -> float:
-        """Return the time of a reading, s; it includes the usual transport delay.
-
-        Args:
-            arrived_s: time of arrival, s.
-            device_us: time of the reading by the sensor's clock, us modulo 2^32.
-        """
+        """Return the time of a reading, s, with the usual transport delay, from its device time, us modulo 2^32."""
         if self._first_s is not None:
             since_us = (device_us - self._device_us + _WRAPS // 2) % _WRAPS - _WRAPS // 2
             on_time_s = self._first_s + since_us * 1e-6

@@ -120,12 +120,7 @@ class MaterialPosterior:
         self._case_ln = np.log(share * ANYWHERE_K / sd_k) - 0.5 * (warmer_k / sd_k) ** 2
 
     def judge(self, touches: Sequence[TouchEvidence], *, compare: bool = True) -> Posterior:
-        """Return the posterior from one or more touches, assumed to be on one object.
-
-        Args:
-            touches: evidence of the touches.
-            compare: whether to compute the probability that it is one object.
-        """
+        """Return the posterior from touches, assumed to be on one object; `compare` for the probability of that."""
         ln_likelihood, information, vector = self._gained(touches)
         share = _independent_share(information)
         ln_weight, mean, covariance = self._weigh(

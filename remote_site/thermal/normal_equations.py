@@ -88,8 +88,7 @@ class NormalEquations:
     def carried_variance(self, variance: Array) -> Array:
         """Return a variance of the plate at contact, K^2, with the effect of a changed contact on later readings.
 
-        Args:
-            variance: (n,) variance of the contact's ln conductance times the square of plate minus object, K^2.
+        `variance` (n,) is that of the contact's ln conductance times the square of plate minus object, K^2.
         """
         plate, by_conductance = self._model.courses[:, PLATE], self._model.courses[:, CONDUCTANCE]
         return np.asarray(variance * (by_conductance / np.maximum(plate, COOLED)) ** 2)

@@ -37,13 +37,7 @@ class PeltierBackside:
         self._heater_k = 0.0
 
     def step(self, dt_s: float, drive: float, plate_k: float) -> None:
-        """Take one reading.
-
-        Args:
-            dt_s: time since the previous reading, s.
-            drive: drive of the heater in that time, -1..1; positive values heat.
-            plate_k: temperature of the plate above ambient, K.
-        """
+        """Take the plate above ambient, K, after `dt_s` at this drive of the heater, -1..1; positive values heat."""
         dt_s = min(max(dt_s, 0.0), LONGEST_S)
         heater_k_s = drive * HEATING_K_S if drive > 0.0 else -drive * COOLING_K_S
         self._heater_k += dt_s * (heater_k_s - RECOVERS_PER_S * self._heater_k)

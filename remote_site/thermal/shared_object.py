@@ -46,11 +46,7 @@ class SharedObject:
         return self.look(fingers)
 
     def look(self, fingers: Mapping[int, ThermalIdentification]) -> ThermalResult | None:
-        """Return the answer for all fingers in contact; None if each finger answers for itself.
-
-        Args:
-            fingers: the identification of each finger in contact.
-        """
+        """Return the answer for all fingers in contact; None if each finger answers for itself."""
         touching: list[ThermalIdentification] = []
         longest_s, running = 0.0, False
         for finger in fingers.values():

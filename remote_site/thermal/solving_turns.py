@@ -42,12 +42,7 @@ class SolvingTurns:
         self.postponed = 0
 
     def step(self, t_s: float, solvers: Sequence[Solver]) -> Solver | None:
-        """Return the solver for the tick that begins at `t_s`; None without one.
-
-        Args:
-            t_s: time, s.
-            solvers: all solvers that take turns, the same in each tick.
-        """
+        """Return the solver for the tick that begins at `t_s`; None without one. All solvers are the same each tick."""
         late = t_s - self._before_s > self._longest_s
         self._before_s = t_s
         least_s = POSTPONED_S if late else 0.0

@@ -173,13 +173,7 @@ class TouchEstimate:
         self._pressed = ContactChange(sensor)
 
     def take(self, dt_s: float, reading_c: float, force_n: float) -> None:
-        """Take one reading, for later work.
-
-        Args:
-            dt_s: time since the previous reading, s.
-            reading_c: reading, C.
-            force_n: mean force since the previous reading, N.
-        """
+        """Take one reading, for later work; `force_n` is the mean since the previous reading, `dt_s` before."""
         self._since_s += dt_s
         changed = self._pressed.step(dt_s, force_n)
         self._readings.append(Reading(dt_s, reading_c - self._start_c, force_n, changed))

@@ -96,9 +96,7 @@ def spread(sd: float, spacing: float) -> tuple[Array, Array, float]:
 def substances(table: MaterialTable, foreign_share: float = FOREIGN) -> Substances:
     """Return the calibrated materials, each as frequent as in calibration, and steps of effusivity for all others.
 
-    Args:
-        table: calibrated materials.
-        foreign_share: prior probability of all others together.
+    `foreign_share` is the prior probability of all others together.
     """
     touches = np.array([entry.touches for entry in table.materials], dtype=np.float64)
     foreign = _foreign_ln_effusivity(table)

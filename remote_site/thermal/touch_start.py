@@ -41,14 +41,9 @@ class RecordedTouch:
 
 
 def reading_at_contact(before_s: Sequence[float], before_c: Sequence[float]) -> tuple[float, float]:
-    """Return the reading at contact, C, and its slope, K/s.
+    """Return the reading at contact, C, and its slope, K/s, from the newest readings of a free sensor.
 
-    Args:
-        before_s: times of the newest readings of a free sensor, s.
-        before_c: these readings, C.
-
-    Raises:
-        ValueError: there is no reading.
+    Raises ValueError without a reading.
     """
     if not before_c:
         raise ValueError("no reading before contact")

@@ -31,14 +31,7 @@ class WarmedSpot:
         self._before_s = -math.inf
 
     def press(self, t_s: float, x_m: float, y_m: float, began: bool) -> None:
-        """Take a tick of contact.
-
-        Args:
-            t_s: time, s.
-            x_m: place of the hand along the bench, m.
-            y_m: place of the hand across the bench, m.
-            began: whether the contact has just begun.
-        """
+        """Take a tick of contact at a place of the hand on the bench, m; `began` if it has just begun."""
         if not self.near(x_m, y_m) or (began and self.left(t_s, x_m, y_m) <= WARM):
             self._x_m, self._y_m, self._pressed_s = x_m, y_m, 0.0
         elif not began:

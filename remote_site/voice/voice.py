@@ -63,14 +63,9 @@ class Voice:
         consents: bool,
         holder: SessionHolder | None = None,
     ) -> None:
-        """Serve `source` and `sink` on `server`.
+        """Serve `source` and `sink` on `server`; `consents` if the patient consents to a recording of sound.
 
-        Args:
-            server: serves the readers.
-            source: the microphone.
-            sink: the loudspeaker.
-            consents: whether the patient consents to a recording of sound.
-            holder: knows whose session it is; by default nobody's.
+        `holder` knows whose session it is; by default nobody's.
         """
         self.muted = False
         self.holder = holder or SessionHolder(None)

@@ -45,9 +45,7 @@ def phased(starts_s: Sequence[float], phases: Sequence[Conditions]) -> Condition
 def recorded(send_time_s: Sequence[float], round_trip_s: Sequence[float]) -> ConditionsOverTime:
     """Return half of the recorded round trips as delay in each direction, linear in between; the record repeats.
 
-    Args:
-        send_time_s: times of sending, increasing, s.
-        round_trip_s: the round trip that began at each, s.
+    The times of sending increase, s.
     """
     times_s, delays_s = np.array(send_time_s) - send_time_s[0], 0.5 * np.array(round_trip_s)
     return lambda time_s: Conditions(delay_s=float(np.interp(time_s % times_s[-1], times_s, delays_s)))

@@ -21,13 +21,7 @@ _DARK, _LIGHT = 24, 232
 
 
 def draw_stamp(luma: Luma, time_s: float, contacts: NDArray[np.bool_]) -> None:
-    """Draw the stamp into the bottom rows.
-
-    Args:
-        luma: brightness, at least 64 by 64; changed in place.
-        time_s: time of the picture, s.
-        contacts: (5,) whether each finger touches.
-    """
+    """Draw the stamp into the bottom rows of `luma`, at least 64 by 64; `contacts` (5,) says which fingers touch."""
     time_ms = round(time_s * 1e3) % _PERIOD_MS
     bits = np.zeros(_BLOCKS, dtype=bool)
     bits[:_TIME_BITS] = [time_ms >> bit & 1 for bit in range(_TIME_BITS)]
@@ -41,9 +35,7 @@ def draw_stamp(luma: Luma, time_s: float, contacts: NDArray[np.bool_]) -> None:
 def read_stamp(luma: Luma, near_s: float) -> tuple[float, NDArray[np.bool_]] | None:
     """Return time, s, and contacts (5,) of a picture's stamp; None if it cannot be read.
 
-    Args:
-        luma: brightness.
-        near_s: a time within two hours of the picture's, s, because the stamp repeats.
+    `near_s` is within two hours of the picture's time, s, because the stamp repeats.
     """
     side = luma.shape[1] // _BLOCKS
     inner = luma[luma.shape[0] - side :, : side * _BLOCKS].reshape(side, _BLOCKS, side)

@@ -35,13 +35,7 @@ class CameraView:
     """Draws pictures in YUV 4:2:0, one byte a sample."""
 
     def __init__(self, scene: Scene, fingers: tuple[str, ...], width: int, height: int) -> None:
-        """Choose the view.
-
-        Args:
-            scene: the objects on the bench.
-            fingers: the fingers that take part.
-            width, height: size of the picture, pixels; even.
-        """
+        """Choose the view of the scene's bench for the fingers that take part; width and height are even, pixels."""
         self._fingers = [FINGERS.index(finger) for finger in fingers]
         first_m = min(thing.x_m for thing in scene.objects) - _MARGIN_M
         last_m = max(thing.x_m + thing.length_m for thing in scene.objects) + _MARGIN_M
@@ -88,13 +82,7 @@ class CameraView:
             plane[half] = value
 
     def draw(self, time_s: float, x_m: float, y_m: float, force_n: Array) -> bytes:
-        """Return the picture: the three planes, one after the other.
-
-        Args:
-            time_s: time of the picture, s; it is written into the stamp.
-            x_m, y_m: place of the hand, m.
-            force_n: (5,) force of each finger on an object, N.
-        """
+        """Return the picture with its time's stamp, three planes in turn, for forces (5,) on an object, N."""
         planes = [plane.copy() for plane in self._still]
         touches = force_n > _TOUCHES_N
         for finger in self._fingers:

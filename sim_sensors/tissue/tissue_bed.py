@@ -33,13 +33,7 @@ class TissueBed:
     """Tissue of one object."""
 
     def __init__(self, thing: SceneObject, tissue: Tissue, rng: np.random.Generator) -> None:
-        """Lay out the grid; all randomness comes from `rng`.
-
-        Args:
-            thing: the object; it has edges in y.
-            tissue: its tissue.
-            rng: source of the natural variation.
-        """
+        """Lay out the grid of an object with edges in y; all randomness comes from `rng`."""
         self._tissue = tissue
         self._height_m = thing.height_m
         self._middle_m = thing.middle_m
@@ -66,14 +60,9 @@ class TissueBed:
     def under(
         self, time_s: float, x_m: float, y_m: float, z_m: float, velocity_m_s: tuple[float, float]
     ) -> tuple[float, float]:
-        """Return the height of the surface below a finger, m, and the force per depth there, N/m.
+        """Return the height of the surface below a finger at a place, m, and the force per depth there, N/m.
 
-        Args:
-            time_s: time since the start of the world.
-            x_m: place of the finger.
-            y_m: likewise.
-            z_m: its height.
-            velocity_m_s: its velocity along the bench.
+        `velocity_m_s` is the finger's along the bench.
         """
         tissue, middle = self._tissue, self._middle_m
         breath = 2.0 * math.pi * tissue.breaths_per_min / 60.0 * time_s

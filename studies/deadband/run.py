@@ -43,9 +43,7 @@ COMPARED = (
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
     """Send all motions and forces through deadbands; returns rows of TABLES. `skipped` names missing recordings.
 
-    Args:
-        quick: two recordings, one draw, and 2 to 3 s of simulated work.
-        seed: seed of hands and losses.
+    A quick run takes two recordings, one draw, and 2 to 3 s of simulated work.
     """
     hands, forces_n = recorded(), recorded_forces_n()
     skipped = [] if hands else ["recorded motions: no bilateral_1dof in the folder that TELETACTION_DATA names"]

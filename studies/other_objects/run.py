@@ -58,12 +58,7 @@ FULL = Sizes(3, 25, 8, (0.5, 1.0, 2.0, 3.0, 5.0, 6.0))
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
-    """Measure everything.
-
-    Args:
-        quick: few kinds of sensors and touches.
-        seed: seed of every touch.
-    """
+    """Measure everything; a quick run has few kinds of sensors and touches."""
     return measure(QUICK if quick else FULL, seed, progress, work)
 
 

@@ -266,13 +266,7 @@ def splits(strokes: Sequence[Stroke], seed: int) -> dict[str, NDArray[np.intp]]:
 
 
 def judged(strokes: Sequence[Stroke], groups: NDArray[np.intp], method: Method) -> tuple[list[Row], list[Row]]:
-    """Judge the strokes of each group by what was learned from the others; returns counts and wrong answers.
-
-    Args:
-        strokes: all strokes.
-        groups: group number of each stroke.
-        method: the method to judge.
-    """
+    """Judge the strokes of each group by what was learned from the others; returns counts and wrong answers."""
     rows, wrong = [], []
     for group in np.unique(groups):
         learn = [s for s, own in zip(strokes, groups, strict=True) if own != group]

@@ -54,9 +54,7 @@ def grown(first: float, total: float, count: int) -> Array:
 def alone(sensor: Sensor, leak: float) -> tuple[Network, tuple[int, ...], int]:
     """Return the network of a sensor in the air, the numbers of its plate's rings, and that of its back.
 
-    Args:
-        sensor: kind of sensor.
-        leak: this unit's leaks as a multiple of the kind's.
+    `leak` is this unit's leaks as a multiple of the kind's.
     """
     network = Network()
     edges = np.linspace(0.0, sensor.radius_m, RINGS_INSIDE + 1)

@@ -52,13 +52,7 @@ class Stepper:
     """Temperatures of a network over time, K above ambient, (n,)."""
 
     def __init__(self, network: Network, contacts: Sequence[tuple[int, int]], step_s: float) -> None:
-        """Prepare steps of one length.
-
-        Args:
-            network: the network without the contacts.
-            contacts: pairs of nodes whose conductance each step states.
-            step_s: length of a step, s.
-        """
+        """Prepare steps of one length, s; each states the conductance of the contacts, which are pairs of nodes."""
         self._rate = np.array(network.capacity_j_k) / step_s
         between = np.zeros((len(self._rate), len(contacts)))
         for number, (i, j) in enumerate(contacts):
@@ -79,15 +73,7 @@ class Stepper:
         self.above_k, self._before_k = above_k.copy(), None
 
     def step(self, contact_w_k: Array, heat_w: Array) -> Array:
-        """Step once.
-
-        Args:
-            contact_w_k: conductance of each contact, W/K.
-            heat_w: heat into each node, W.
-
-        Returns:
-            The new temperatures, K above ambient.
-        """
+        """Return the new temperatures, K above ambient, with conductances, W/K, and the heat into each node, W."""
         now_k = self.above_k
         if self._before_k is None:
             inverse, spread, coupling = self._ways[0]

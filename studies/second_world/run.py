@@ -84,12 +84,7 @@ FULL = Sizes(
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
-    """Measure everything.
-
-    Args:
-        quick: few kinds of sensors and touches.
-        seed: seed of every touch.
-    """
+    """Measure everything; a quick run has few kinds of sensors and touches."""
     return measure(QUICK if quick else FULL, seed, progress, work)
 
 

@@ -58,13 +58,7 @@ def band_powers(signal: Array, rate_hz: float) -> Array:
 def moments(signal: Array) -> Array:
     """Return mean, ln of standard deviation, skewness, kurtosis and ln of the steps' deviation, signal by signal.
 
-    Skewness and kurtosis of a flat signal are 0.
-
-    Args:
-        signal: samples, or samples x signals; any unit.
-
-    Raises:
-        ValueError: fewer than 16 samples.
+    Skewness and kurtosis of a flat signal are 0. Raises ValueError with fewer than 16 samples.
     """
     columns = _columns(signal)
     spread = np.maximum(columns.std(axis=0), SILENT)

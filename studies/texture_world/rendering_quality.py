@@ -73,13 +73,9 @@ def similarities(shown: Array, sensed: Array) -> dict[str, float]:
 
 
 def qualities(models: Sequence[TextureModel], places: Sequence[int], ln_v: Sequence[float], seed: int) -> Iterator[Row]:
-    """Yield the quality of each way to render some textures; nothing without the metrics.
+    """Yield the quality of each way to render the textures at `places`; nothing without the metrics.
 
-    Args:
-        models: all textures.
-        places: those to render.
-        ln_v: ln of the shipped roughness, V, of each of `models`.
-        seed: of the strokes.
+    `ln_v` is ln of the shipped roughness, V, of each of `models`.
     """
     if not installed():
         return

@@ -176,13 +176,7 @@ class _Sensor:
     def __init__(
         self, knowledge: ThermalKnowledge, touch: RecordedTouch, beside: ThermalKnowledge | None = None
     ) -> None:
-        """Begin at contact.
-
-        Args:
-            knowledge: knowledge of this sensor.
-            touch: the touch.
-            beside: knowledge of the heated sensor, if this is the unheated one beside it.
-        """
+        """Begin at contact; `beside` is the knowledge of the heated sensor, if this is the unheated one beside it."""
         self._knowledge, self._beside = knowledge, beside
         ambient_c = knowledge.table.ambient_c if touch.ambient_c is None else touch.ambient_c
         self._estimate = TouchEstimate(

@@ -26,9 +26,7 @@ Update = Callable[[int], object]
 def cost(updates: Sequence[Callable[[], Update]], readings: int) -> tuple[dict[str, float], dict[str, float]]:
     """Time updates in alternation with the baseline; return early, late and overall costs, in baselines and in us.
 
-    Args:
-        updates: functions that each return an update for reading k of a touch, 1 <= k <= `readings`.
-        readings: number of readings after contact.
+    Each of `updates` returns an update for reading k of a touch, 1 <= k <= `readings`.
     """
     left, right = np.random.default_rng(0).standard_normal((2, _SIZE, _SIZE))
     unit_s = list[float]()

@@ -129,12 +129,9 @@ FULL = Sizes(
 
 
 def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[str, Any]:
-    """Measure everything.
+    """Measure everything; the costs are measured in this process after all other work.
 
-    Args:
-        quick: less than two minutes on two processors instead of less than twenty.
-        seed: seed of every touch.
-        work: runs the pieces; the costs are measured in this process after all other work.
+    A quick run takes less than two minutes on two processors instead of less than twenty.
     """
     return measure(QUICK if quick else FULL, seed, progress, work)
 

@@ -62,9 +62,7 @@ class OnTrial:
     def tried(self, allowed: Container[How], report: Callable[[Tried], None]) -> list[Tried]:
         """Try the duties, report each at once, and leave a driven device neutral, also after an interruption.
 
-        Args:
-            allowed: kinds of trial that the user has agreed to.
-            report: called with each result.
+        `allowed` are the kinds of trial that the user has agreed to.
         """
         results, stopped, driving = [], "", False
         try:

@@ -59,12 +59,7 @@ def finite(value: float | None) -> float | None:
 
 
 def grouped(plain: Named, by_finger: Mapping[str, Any]) -> Named:
-    """Return plain fields, then for each finger a map of its values.
-
-    Args:
-        plain: values of the whole hand.
-        by_finger: five values of each field, in the order of FINGERS.
-    """
+    """Return the plain values of the whole hand, then for each finger a map of its values, in the order of FINGERS."""
     if not by_finger:
         return plain
     return plain | {

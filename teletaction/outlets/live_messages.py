@@ -36,12 +36,7 @@ class LiveMessages:
         self._site_time = SiteTime()
 
     def take(self, here_ns: int, fed: Sequence[Fed]) -> list[NamedMessage]:
-        """Return the readable messages with their names.
-
-        Args:
-            here_ns: time of their arrival on this machine's monotonic clock, ns.
-            fed: messages of the feed, oldest first.
-        """
+        """Return the readable messages of the feed with their names; they arrived at `here_ns`, monotonic, ns."""
         if not fed:
             return []
         ahead_ns = self._ahead_ns(here_ns, fed[-1].time_ns)

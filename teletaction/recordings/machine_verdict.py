@@ -16,11 +16,7 @@ def behind(summary: Mapping[str, Any]) -> str:
 
 
 def machine_verdict(summary: Mapping[str, Any]) -> str:
-    """Return the verdict as one paragraph; empty if the summary has no figures of the processes.
-
-    Args:
-        summary: content of `summary.json`.
-    """
+    """Return the verdict on `summary.json` as one paragraph; empty if it has no figures of the processes."""
     if not summary.get("loop"):
         return ""
     late_s = max(_behind_s(summary).values(), default=0.0)

@@ -170,10 +170,6 @@ def impulses(data: SessionData, things: Sequence[str]) -> dict[str, Any]:
     """Compare what the true fingertips crossed with impulses displayed to the operator, also by object.
 
     An impulse belongs to a groove, or else to an edge, which is a border of two objects; without both it is invented.
-
-    Args:
-        data: the merged recording.
-        things: names of the scene's objects, in its order.
     """
     sent = _by(data.sent_events, "ident")
     shown = [

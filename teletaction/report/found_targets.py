@@ -86,13 +86,7 @@ def found_targets(scene: Scene, tactile_map: TactileMap) -> list[dict[str, Any]]
 
 
 def judged(thing: SceneObject, tactile_map: TactileMap, found: Found | None) -> dict[str, Any]:
-    """Compare a target with its place and value on the map.
-
-    Args:
-        thing: the target; its `target` must be set.
-        tactile_map: the map.
-        found: place found on the map; None if it was not found.
-    """
+    """Compare a target, whose `target` is set, with its place and value on the map; `found` is None without one."""
     quantity = thing.target
     assert quantity is not None
     row: dict[str, Any] = {"target": thing.name, "quantity": quantity, "place_error_mm": None, "value": None}

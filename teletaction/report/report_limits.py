@@ -48,10 +48,7 @@ def acted_table(session: SessionCurves) -> Element:
 def reached(session: SessionCurves, from_s: float | None = None, to_s: float | None = None) -> str:
     """List the limits that acted for at least SHORTEST_S on a finger, with the longest time; name a missing gate.
 
-    Args:
-        session: the signals.
-        from_s: begin of the examination, s of the recording's clock; by default the time at which both sites engaged.
-        to_s: its end; by default that of the recording.
+    By default they acted from when both sites engaged to the end; times are s of the recording's clock.
     """
     missing = [site for site, series, _ in _gates(session) if not len(series)]
     if len(missing) == len(_gates(session)):

@@ -97,9 +97,7 @@ def fitting_here(console: bool) -> Rates:
 def fitting_rates(machine: Machine, others: float = 0.0) -> Rates:
     """Return the fastest rates that a session with five fingers holds on a machine; DEFAULT if no faster ones fit.
 
-    Args:
-        machine: measurement of the machine.
-        others: number of processors that other work will take.
+    `others` is the number of processors that other work will take.
     """
     for rates in FASTER:
         takes = session_takes(rates, machine.step_s).values()

@@ -7,13 +7,7 @@ import numpy as np
 
 
 def quickest_s(work: Callable[[], object], times: int, rounds: int = 7) -> float:
-    """Return the mean time of one call in the quickest round, s.
-
-    Args:
-        work: function to time.
-        times: calls in each round.
-        rounds: number of rounds.
-    """
+    """Return the mean time of one call in the quickest of several rounds of `times` calls, s."""
     best = np.inf
     for _ in range(rounds):
         begin_s = time.perf_counter()

@@ -60,8 +60,7 @@ class SpectrumModel(StrictModel):
     def distances(self, pieces: Array) -> tuple[Array, int] | None:
         """Return a stroke's squared distance to each surface, and the number of bands; None with too few bands.
 
-        Args:
-            pieces: ln power, pieces x bands; bands that are nan are left out.
+        `pieces` are ln power, pieces x bands; bands that are nan are left out.
         """
         seen = np.isfinite(pieces).all(axis=0)
         if np.count_nonzero(seen) < LEAST_BANDS:

@@ -20,11 +20,7 @@ SILENT = 1e-14
 def stroke_spectrum(signal_v: Array, rate_hz: float, speed_m_s: float, force_n: float) -> StrokeSpectrum | None:
     """Return the spectrum of a steady stroke; None if it is shorter than one window.
 
-    Args:
-        signal_v: samples, (n,), V or the sensor's own unit.
-        rate_hz: sampling rate, at least 1000 Hz.
-        speed_m_s: mean speed, m/s.
-        force_n: mean force, N.
+    Samples are in V or the sensor's own unit, at 1000 Hz or more; speed and force are means.
     """
     window = round(WINDOW_S * rate_hz)
     if len(signal_v) < window:

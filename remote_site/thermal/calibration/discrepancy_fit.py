@@ -71,12 +71,9 @@ class Seen:
 
 
 def evidence_course(table: str, times_s: Sequence[float], touch: RecordedTouch) -> list[TouchEvidence | None]:
-    """Return the evidence of a touch at these times; None where the touch was over.
+    """Return the evidence of a touch at ascending times after contact, s; None where the touch was over.
 
-    Args:
-        table: the table as JSON, a form that passes between processes.
-        times_s: times after contact, s, ascending.
-        touch: the touch.
+    The table is JSON, a form that passes between processes.
     """
     identification = ThermalIdentification(knowledge_of(table))
     identification.start(0.0, touch.start_c, touch.slope_k_s, touch.ambient_c)

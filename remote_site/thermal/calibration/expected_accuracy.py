@@ -41,14 +41,10 @@ class Judged:
 
 
 def judge_in_folds(before: MaterialTable, seen: dict[float, list[Seen]]) -> list[Judged]:
-    """Judge each touch with a discrepancy learned from the other folds.
+    """Judge each touch with a discrepancy learned from the other folds; `before` is the table before it was learned.
 
     The populations stay, although they were fitted to the same touches. Two touches of one material are moved to a
     common object temperature and judged as two fingers. Errors that fingers of one hand share are missing from this.
-
-    Args:
-        before: the table before its discrepancy was learned.
-        seen: evidence of the touches by time after contact, s.
     """
     judged_s = [t_s for t_s in TIMES_S if t_s in seen]
     parts = {t_s: seen[t_s] for t_s in judged_s}

@@ -398,9 +398,7 @@ class PopulationFit:
 def population_scatter(away: Array, covariance: Array) -> Array:
     """Return the covariance of ln effusivity and ln conductance of the next touch of a material, (2, 2).
 
-    Args:
-        away: (touches, 2) differences of the touches from the material's mean.
-        covariance: (touches, 2, 2) uncertainty of each difference.
+    `away` (touches, 2) is the difference from the material's mean; `covariance` (touches, 2, 2) its uncertainty.
     """
     weight, count = np.array(PRIOR_TOUCHES[:2]), len(away)
     usual = np.diag(weight * np.square(USUAL_SD[:2]))

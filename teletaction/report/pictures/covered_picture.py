@@ -24,12 +24,7 @@ COVER = 128
 
 
 def marked_places(acts: Mapping[Any, Mapping[str, Any]], at_s: float) -> Places | None:
-    """Return the places of the marks that were valid at a time, s; None without any.
-
-    Args:
-        acts: recorded requests of the users.
-        at_s: time on the clock of the acts, s.
-    """
+    """Return the places of the marks that were valid at a time, s of the recorded acts' clock; None without any."""
     before = [act for act in acts.values() if act["verb"] == VERB and act.get("ok") and act["at_s"] <= at_s]
     if not before:
         return None
@@ -40,12 +35,7 @@ def marked_places(acts: Mapping[Any, Mapping[str, Any]], at_s: float) -> Places 
 
 
 def covered(pixels: Pixels, places: Places | None) -> Pixels:
-    """Return a picture with everything outside the surroundings of the marks covered; without marks, all of it.
-
-    Args:
-        pixels: the picture, (rows, columns, 3), RGB.
-        places: places of the marks.
-    """
+    """Return an RGB picture with everything outside the surroundings of the marks covered; without marks, all of it."""
     hidden = np.full_like(pixels, COVER)
     if places is None:
         return hidden
