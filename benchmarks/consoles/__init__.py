@@ -1,4 +1,1 @@
-"""Cost of consoles and their pages.
-
-`run` measures and `figure` draws.
-"""
+"""Cost of consoles and their pages."""

@@ -1,4 +1,1 @@
-"""The kinesthetic loop at 1 kHz through python-can.
-
-`run` measures and `figure` draws.
-"""
+"""The kinesthetic loop at 1 kHz through python-can."""

@@ -1,4 +1,1 @@
-"""Latency and cost of the link beside bare sockets.
-
-`run` measures and `figure` draws.
-"""
+"""Latency and cost of the link beside bare sockets."""

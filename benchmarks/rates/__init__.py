@@ -1,4 +1,1 @@
-"""Speed, correctness and cost of a session at different tick rates.
-
-`run` measures and `figure` draws.
-"""
+"""Speed, correctness and cost of a session at different tick rates."""

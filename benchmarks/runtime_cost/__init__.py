@@ -1,4 +1,1 @@
-"""Cost of a tick of each process, in lock step.
-
-`run` measures and `figure` draws.
-"""
+"""Cost of a tick of each process, in lock step."""

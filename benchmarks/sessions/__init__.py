@@ -1,4 +1,1 @@
-"""Number of sessions that one machine carries.
-
-`run` measures and `figure` draws.
-"""
+"""Number of sessions that one machine carries."""

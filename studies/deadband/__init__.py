@@ -1,4 +1,1 @@
-"""Perceptual deadband of packets: packets against error.
-
-`run` measures and `figure` draws.
-"""
+"""Perceptual deadband of packets: packets against error."""

@@ -1,4 +1,1 @@
-"""Exploration modes from noisy motion and force.
-
-`run` measures and `figure` draws.
-"""
+"""Exploration modes from noisy motion and force."""

@@ -1,4 +1,1 @@
-"""Spacing of grooves at the operator's finger over networks with jitter and loss.
-
-`run` measures and `figure` draws.
-"""
+"""Spacing of grooves at the operator's finger over networks with jitter and loss."""

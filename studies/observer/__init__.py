@@ -1,4 +1,1 @@
-"""Both experiments of Kron & Schmidt 2003, repeated with an observer model.
-
-`run` measures and `figure` draws.
-"""
+"""Both experiments of Kron & Schmidt 2003, repeated with an observer model."""

@@ -1,4 +1,1 @@
-"""Three figures of Kron & Schmidt 2003, computed on the simulated devices.
-
-`run` measures and `figure` draws.
-"""
+"""Three figures of Kron & Schmidt 2003, computed on the simulated devices."""

@@ -1,4 +1,1 @@
-"""Groove periods and fabrics from recorded strokes.
-
-`run` measures and `figure` draws.
-"""
+"""Groove periods and fabrics from recorded strokes."""

@@ -1,4 +1,1 @@
-"""Material from recorded touches of a fabric sensor, beside a linear classifier.
-
-`run` measures and `figure` draws.
-"""
+"""Material from recorded touches of a fabric sensor, beside a linear classifier."""

@@ -1,4 +1,1 @@
-"""Stiffness and height of a pressed surface.
-
-`run` measures and `figure` draws.
-"""
+"""Stiffness and height of a pressed surface."""

@@ -1,4 +1,1 @@
-"""Targets found on a tactile map.
-
-`run` measures and `figure` draws.
-"""
+"""Targets found on a tactile map."""

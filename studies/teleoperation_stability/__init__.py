@@ -1,4 +1,1 @@
-"""Stability over a delayed link: five architectures compared.
-
-`run` measures and `figure` draws.
-"""
+"""Stability over a delayed link: five architectures compared."""

@@ -1,4 +1,1 @@
-"""Surfaces, roughness and grooves from simulated strokes.
-
-`run` measures and `figure` draws.
-"""
+"""Surfaces, roughness and grooves from simulated strokes."""

@@ -1,4 +1,1 @@
-"""A hundred textures of the world, rendered from public haptic models.
-
-`run` measures and `figure` draws.
-"""
+"""A hundred textures of the world, rendered from public haptic models."""

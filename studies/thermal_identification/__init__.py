@@ -1,4 +1,1 @@
-"""Material and temperature from a touch: speed, accuracy, cost and limits.
-
-`run` measures and `figure` draws.
-"""
+"""Material and temperature from a touch: speed, accuracy, cost and limits."""

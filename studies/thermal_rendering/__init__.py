@@ -1,4 +1,1 @@
-"""Temperature at the operator's finger: skin models, integrators, plates and the whole loop.
-
-`run` measures and `figure` draws.
-"""
+"""Temperature at the operator's finger: skin models, integrators, plates and the whole loop."""

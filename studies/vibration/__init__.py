@@ -1,4 +1,1 @@
-"""Vibration at the operator's finger.
-
-`run` measures and `figure` draws.
-"""
+"""Vibration at the operator's finger."""
