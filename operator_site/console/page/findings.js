@@ -46,7 +46,7 @@ export function showFindings() {
   const { findings } = now.state, mayEdit = acts() && Boolean(now.state.session.pseudonym), undo = mayEdit ? now.state.undo : null;
   write(byId("found-title"), WORDS.findingsTitle(findings.filter(found => !found.withdrawn).length));
   byId("found-none").hidden = findings.length > 0;
-  write(byId("found-none"), acts() ? WORDS.none : WORDS.noFindings);
+  write(byId("found-none"), acts() ? WORDS.markFirst : WORDS.noFindings);
   const list = byId("found-list"), held = list.contains(document.activeElement) ? document.activeElement.closest("li").firstChild.dataset.jump : null;
   remake(list, [findings, mayEdit, undo], () => findings.map(found => row(found, mayEdit, undo === found.id)).reverse());
   if (held && !list.contains(document.activeElement)) (entry(held) ?? byId("ticks")).focus(); // a jump back in a recording drops it

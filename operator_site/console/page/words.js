@@ -28,7 +28,7 @@ export const FIXED = {
   markFinding: "Mark a finding", kinds: "Kind of finding", save: "Save", discard: "Discard",
   markingHelp: "Arrows: 1 mm, with Shift 5",
   body: "Body", bodyMark: "Place on the body", bodyViews: "View", bodyRegions: "Region", bodySides: "Side of the examined person", landmark: "Landmark", landmarkMm: "mm from it",
-  useBody: "Use this place", noBody: "No place", withdraw: "Withdraw", reason: "Reason", cancel: "Cancel", none: "No findings yet. F marks one.",
+  useBody: "Use this place", noBody: "No place", withdraw: "Withdraw", reason: "Reason", cancel: "Cancel",
   noteTo: "Note to", saveNote: "Save note", close: "Close", details: "Details", playback: "Playback", position: "Position in the recording", timeLine: "Time line: states, findings, alarms, faults; [ and ] jump", speed: "Speed",
   session: "Examination", startSession: "Begin an examination", studyNumber: "Study number", mapTop: "Map: top is", mapRight: "right is",
   begin: "Begin", sound: "Alarm sound", playAlarm: "Play alarm sound", heard: "I heard it", withoutSound: "Work without sound", takeControl: "Take control",
@@ -77,7 +77,7 @@ export const WORDS = {
   findingsTitle: standing => count(standing, "finding"), undo: "Undo", undoOf: id => `Undo the last change of finding ${id}`, edit: "Edit", editOf: id => `Edit finding ${id}`, noPlace: "no place",
   withdrawn: reason => `withdrawn: ${reason}`, withdrawAsk: id => `Withdraw finding ${id}? It stays in the record, struck out.`, reasonNeeded: "Give a reason.",
   proposed: kind => `Proposed ${kind}`, confident: step => `Confidence: ${step}.`, chooseBody: "Choose", bodyAsk: "Choose a region.", landmarkFar: mm => `The distance is a number from 0 to ${mm} mm.`, noSide: "no side", landmarkAt: (name, mm) => `${Number.isFinite(mm) ? `${mm} mm from` : "at"} ${name}`,
-  noFindings: "No findings yet.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", softened: "∪ soft", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
+  noFindings: "No findings yet.", markFirst: "No findings yet. F marks one.", notSaved: "not yet on disk", noteSaving: "Saving…", limit: "LIMIT", softened: "∪ soft", limits: names => `limit: ${names.join(", ")}`, old: seconds => `${seconds.toFixed(1)} s`,
   camera: {
     live: age_s => `Picture ${age_s.toFixed(2)} s`, late: age_s => `Picture late by ${age_s.toFixed(1)} s`, frozen: age_s => `Picture frozen for ${age_s.toFixed(1)} s`,
     waiting: "No picture yet", no_camera: "No camera", refused: "Camera refuses the key", reduced: "Reduced for touch",
