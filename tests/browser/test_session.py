@@ -17,6 +17,9 @@ FOCUS = """() => {
     ring: parseFloat(style.outlineWidth), style: style.outlineStyle, class: e.className };
 }"""
 
+APART_MS = 550
+"""Two presses further apart than a double click, ms."""
+
 
 def tab_to(page: Any, ident: str) -> None:
     """Tab until an element has the focus; on the way every focus is visible and not covered."""
@@ -93,6 +96,7 @@ def test_engaging_takes_a_held_press_or_two(stage: Stage, open_page: Open) -> No
     page.click("#act-button")
     page.wait_for_selector("#act-button:has-text('Confirm engage')")
     assert [ask for ask in stage.asks if ask["verb"] == "engage"] == []
+    page.wait_for_timeout(APART_MS)
     page.click("#act-button")
     wait_for(stage, "engage")
     stage.show("ready")
@@ -124,8 +128,35 @@ def test_a_held_enter_is_one_press(stage: Stage, open_page: Open) -> None:
     page.keyboard.up("Enter")
     page.wait_for_selector("#act-button:has-text('Confirm engage')")
     assert stage.asks == []
+    page.wait_for_timeout(APART_MS)
     page.keyboard.press("Enter")
     wait_for(stage, "engage")
+
+
+@pytest.mark.parametrize("way", ["mouse", "touch"])
+def test_a_double_click_is_one_press(stage: Stage, open_page: Open, way: str) -> None:
+    page = open_page("ready", has_touch=way == "touch")
+    if way == "touch":
+        page.tap("#act-button")
+        page.tap("#act-button")
+    else:
+        page.dblclick("#act-button")
+    page.wait_for_selector("#act-button:has-text('Confirm engage')")
+    stage.show("paused")
+    page.wait_for_selector("body[data-shown=paused]")
+    page.click("#session-button")
+    page.dblclick("#end-button")
+    page.wait_for_selector("#end-button:has-text('?')")
+    page.wait_for_timeout(300)  # a request would have come
+    assert stage.asks == []
+
+
+def test_words_that_are_typed_without_a_text_field_do_not_engage(stage: Stage, open_page: Open) -> None:
+    page = open_page("ready")
+    page.keyboard.type("feel", delay=100)
+    page.keyboard.type("eye", delay=APART_MS)
+    page.wait_for_timeout(300)  # a request would have come
+    assert [ask for ask in stage.asks if ask["verb"] == "engage"] == []
 
 
 def test_pausing_is_one_press_and_a_fault_is_cleared_by_holding(stage: Stage, open_page: Open) -> None:

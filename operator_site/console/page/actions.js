@@ -4,7 +4,7 @@ import { acts, driven, known, lastState, live, now } from "./now.js";
 import { open } from "./sheets.js";
 import { FIXED, WORDS } from "./words.js";
 
-const HOLD_MS = 1000, CONFIRM_MS = 5000, STEP_MS = 50;
+const HOLD_MS = 1000, CONFIRM_MS = 5000, APART_MS = 500, STEP_MS = 50;
 let connection = null, say = null, held = null, confirming = null, begun = null; // what the button did when it was pressed
 
 export function startActions(link, speak) {
@@ -15,7 +15,7 @@ export function startActions(link, speak) {
   for (const kind of ["pointerup", "pointercancel", "pointerleave"]) button.addEventListener(kind, event => release(event.type === "pointerup"));
   button.addEventListener("click", event => {
     const act = current(), alone = event.detail === 0; // from the keyboard or assistive software
-    if (act.hold) { if (alone) twice(act.verb); } else if (alone || act.text === begun.text) act.press(); // a released hold is no press of what follows
+    if (act.hold) { if (alone) twice(act.verb); } else if (alone || act.text === begun?.text) act.press(); // a released hold is no press of what follows
   });
   button.addEventListener("contextmenu", event => event.preventDefault());
 }
@@ -77,13 +77,20 @@ function end() {
 }
 
 function twice(verb) {
-  if (confirming && confirming.verb === verb) { calm(); ask(verb); return; }
+  const at_ms = performance.now();
+  if (confirming?.verb === verb) {
+    if (at_ms - confirming.at_ms < APART_MS) return; // a double click is one press
+    calm();
+    ask(verb);
+    return;
+  }
   calm();
-  confirming = { verb, timer: setTimeout(() => { confirming = null; showActions(); }, CONFIRM_MS) };
+  confirming = { verb, at_ms, timer: setTimeout(() => { confirming = null; showActions(); }, CONFIRM_MS) };
   showActions();
 }
 
-function calm() {
+// Takes the first of two presses back.
+export function calm() {
   if (confirming) clearTimeout(confirming.timer);
   confirming = null;
 }

@@ -1,5 +1,5 @@
 // Keys. The STOP keys come first at any focus; key repeat is ignored.
-import { hold, pause, release } from "./actions.js";
+import { calm, hold, pause, release } from "./actions.js";
 import { acknowledge, quiet } from "./alarms.js";
 import { closeBody } from "./body.js";
 import { nextSize } from "./camera.js";
@@ -40,6 +40,7 @@ export function startKeys({ choose, details, listed }) {
     if (stops(event)) { swallow(event); if (!event.repeat) press(); return; }
     if (event.key === PEDAL) { event.preventDefault(); if (!event.repeat) holdClutch(); return; }
     if (event.repeat && event.key === "Enter" && !document.activeElement?.matches("textarea")) { event.preventDefault(); return; } // it presses a button once
+    if (event.key.length === 1 && !/[ec]/i.test(event.key) && document.activeElement !== byId("act-button")) calm(); // words that are typed without a text field
     if (event.ctrlKey || event.metaKey || typing()) return;
     if (playback() && !menu() && playbackKey(event)) return;
     if (document.activeElement !== byId("map-surface") || marked()) if (markingKey(event)) return;

@@ -18,7 +18,7 @@ export function startSession() {
   byId("sound-heard").addEventListener("click", () => ask("sound", { answer: "heard" }));
   byId("sound-refused").addEventListener("click", () => ask("sound", { answer: "refused" }));
   byId("take-button").addEventListener("click", () => ask("take_control"));
-  byId("end-button").addEventListener("click", end);
+  byId("end-button").addEventListener("click", event => { if (event.detail < 2) end(); }); // a double click is one press
   byId("begin-body").addEventListener("click", () => openBody(body, showBody));
   showBody(null);
 }

@@ -112,7 +112,7 @@ export const ANCHORS = {
 };
 
 export const KEYS = [
-  ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice"], ["P", "pause"], ["G, F9 or pedal", "hold: clutch open, the remote hand stays"],
+  ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice, 0.5 s apart"], ["P", "pause"], ["G, F9 or pedal", "hold: clutch open, the remote hand stays"],
   ["C", "hold 1 s: clear a fault of a site"], ["K", "acknowledge alarms that are over"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
   ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"], ["W", "camera: small, large, off"], ["H, O", "hold: talk; open microphone"],
   ["LIMIT", "an output is at its limit: move slower, or lift"], ["∪ soft", "the surface is stiffer than the force displays; nothing to do"],
