@@ -24,6 +24,8 @@ SIZES = {
 """Width and height in CSS pixels, and the pixel ratio: a zoom of 200 % halves the first two and doubles the last."""
 FAKE_MICROPHONE = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
 """A microphone that beeps once a second, and a user who allows it."""
+USED = "--autoplay-policy=no-user-gesture-required"
+"""The user has pressed something before: the page may sound."""
 LIVE = "body[data-shown]:not([data-shown=unknown])"
 """The page has heard of the console's state."""
 THROTTLING_OFF = (
@@ -47,7 +49,9 @@ def browser() -> Iterator[Any]:
         pytest.skip("no chromium: install it, or name it in CHROMIUM")
     with sync_api.sync_playwright() as playwright:
         opened = playwright.chromium.launch(
-            executable_path=path, args=["--no-sandbox", *FAKE_MICROPHONE], ignore_default_args=list(THROTTLING_OFF)
+            executable_path=path,
+            args=["--no-sandbox", USED, *FAKE_MICROPHONE],
+            ignore_default_args=list(THROTTLING_OFF),
         )
         yield opened
         opened.close()

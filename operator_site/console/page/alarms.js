@@ -2,7 +2,7 @@
 import { siteTime_s } from "./camera.js";
 import { byId, make, remake, shape, write } from "./dom.js";
 import { acts, driven, known, now, playback, silent_s } from "./now.js";
-import { AGAIN_S, burst } from "./sound.js";
+import { AGAIN_S, burst, soundPossible } from "./sound.js";
 import { WORDS } from "./words.js";
 
 const QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 44;
@@ -17,7 +17,7 @@ export function startAlarms(link, speak) {
   byId("quiet-button").addEventListener("click", quiet);
 }
 
-// The page's own alarms: connection, token, data, and a STOP that was not sent.
+// The page's own alarms: connection, token, data, a STOP that was not sent, and a reloaded page that may not sound yet.
 function own() {
   const acted = driven(), urgent = acted ? "high" : "medium", late_s = silent_s();
   const alarms = [], raise = (id, priority, text) => alarms.push({ id, priority, text, active: true });
@@ -27,6 +27,7 @@ function own() {
   else if (late_s > 0) raise("no-data", urgent, WORDS.noData(late_s));
   else if (!acted && now.state?.session.why) raise("paused", "low", WORDS.pausedBy(now.state.session.why));
   return alarms;
+  if (acts() && now.state.session.sound === "heard" && !soundPossible()) raise("silent", "low", WORDS.noSoundYet);
 }
 
 const listed = () => [...own(), ...(now.state?.alarms ?? [])];

@@ -171,4 +171,5 @@ document.addEventListener("focusout", () => setTimeout(showStop));
 setInterval(showNumbers, NUMBERS_MS);
 setInterval(showState, STATE_MS);
 showNow();
+wakeSound(); // some browsers allow it at once, such as after a reload
 connection.start();

@@ -57,7 +57,7 @@ export const WORDS = {
   observer: control => `OBSERVER. Control is at ${control}.`, controlElsewhere: control => `Control is at ${control}.`,
   quiet: "Sound off 60 s (Q)", quietFor: seconds => `Sound off ${seconds} s`,
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
-  soundBlocked: "No sound before you press something.",
+  soundBlocked: "No sound before you press something.", noSoundYet: "No alarm sound in this page. Click into it once.",
   recording: "● REC", notRecording: "not recording",
   against: contrasts => `contrast: ${contrasts.join(", ")}`,
   held: (name, seconds) => `${name}, ${seconds.toFixed(1)} s ago`,
