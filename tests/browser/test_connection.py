@@ -97,12 +97,44 @@ def test_a_console_that_falls_silent_raises_the_pages_own_alarm(stage: Stage, op
     assert page.inner_text("#object") == "object -- °C"
 
 
+def test_no_old_alarm_stands_before_the_pages_own(stage: Stage, open_page: Open) -> None:
+    page = open_page("fault")
+    page.wait_for_selector("#alarm-text:has-text('LINK LOST. Outputs are neutral.')")
+    stage.scenario.sends = False
+    page.wait_for_selector("#alarm-text:has-text('Screen is not live.')")
+    assert page.get_attribute("#alarm", "data-priority") == "high"
+    assert page.inner_text("#alarm-button") == "+2 (A)"
+
+
+def test_an_alarms_age_is_not_shown_while_nothing_is_heard(stage: Stage, open_page: Open) -> None:
+    page = open_page("stop_not_confirmed")
+    page.wait_for_selector("#alarm-age:has-text('for 1 min')")
+    stage.scenario.sends = False
+    page.wait_for_selector("#alarm-age", state="hidden")
+    assert "STOP NOT CONFIRMED" in page.inner_text("#alarm-text")
+
+
+def test_before_the_first_state_nothing_can_be_pressed_in_vain(stage: Stage, browser: Any) -> None:
+    stage.show("silent")
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.goto(stage.url)
+    page.wait_for_selector("#alarm-text:has-text('Screen is not live.')")
+    assert page.is_disabled("#session-button")
+    assert page.is_disabled("#clutch-button")
+    assert "Clutch" in page.inner_text("#clutch-button")
+    page.close()
+
+
 def test_old_values_turn_grey_with_their_age_and_then_vanish(stage: Stage, open_page: Open) -> None:
     page = open_page("missing_devices")
     page.wait_for_selector("td.force_n.stale")
     middle = page.locator("td.remarks, tr.remarks td").nth(2)
     assert middle.inner_text().startswith("0.")
     assert page.locator("td.force_n").nth(3).inner_text() == "--"
+    page.wait_for_selector("#identification-title:has-text(' old')")
+    grey = page.evaluate("getComputedStyle(document.querySelector('tbody .stale')).color")
+    for value in ("#object", "#against", "#decision", "#decision-more", "#properties dd"):
+        assert page.evaluate(f"getComputedStyle(document.querySelector('{value}')).color") == grey, value
     stage.scenario.age_s = 1.2
     page.wait_for_selector("tbody:nth-of-type(1) td:nth-of-type(3):has-text('--')")
 

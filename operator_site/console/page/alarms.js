@@ -19,7 +19,8 @@ export function startAlarms(link, speak) {
 
 // The page's own alarms: connection, token, data, a STOP that was not sent, and a reloaded page that may not sound yet.
 function own() {
-  const acted = driven(), urgent = acted ? "high" : "medium", late_s = silent_s();
+  const acted = driven(), late_s = silent_s();
+  const urgent = acted || now.state?.alarms.some(alarm => alarm.active && alarm.priority === "high") ? "high" : "medium"; // no old alarm stands before it
   const alarms = [], raise = (id, priority, text) => alarms.push({ id, priority, text, active: true });
   if (now.stopPressed && !now.connected) raise("stop-not-sent", "high", WORDS.stopNotSent);
   if (now.refused) raise("refused", "medium", WORDS.refused);
@@ -60,9 +61,9 @@ export function showAlarms() {
   if (!byId("sheet-alarms").hidden) showList();
 }
 
-// The time since the alarm began; one whose text counts the silence itself has none.
+// The time since the alarm began, while it is known; one whose text counts the silence itself has none.
 function ageOf(alarm) {
-  return alarm?.id !== "feed" && alarm?.age_s >= 0 ? WORDS.alarmAge(alarm.active, alarm.age_s) : "";
+  return alarm?.id !== "feed" && alarm?.age_s >= 0 && silent_s() === 0 ? WORDS.alarmAge(alarm.active, alarm.age_s) : "";
 }
 
 const acknowledgeable = () => acts() && known() && now.state.you.in_control && now.state.alarms.some(latched);
@@ -88,7 +89,7 @@ export function quiet() {
   const until_ms = performance.now() + QUIET_S * 1000;
   for (const alarm of standing().filter(quietable)) {
     quietUntil_ms.set(alarm.id, until_ms);
-    if (now.connected) connection.ask("quiet", { alarm: alarm.id, seconds: QUIET_S });
+    if (acts() && now.connected && "since_s" in alarm) connection.ask("quiet", { alarm: alarm.id, seconds: QUIET_S });
   }
   showAlarms();
 }
@@ -127,7 +128,7 @@ function announce(top) {
 
 export function showList() {
   const all = listed().sort((a, b) => (b.since_s ?? Infinity) - (a.since_s ?? Infinity));
-  remake(byId("alarm-list"), all, () => (all.length ? all.map(item) : [make("li", { text: WORDS.noAlarms })]));
+  remake(byId("alarm-list"), all.map(alarm => ({ ...alarm, age_s: null })), () => (all.length ? all.map(item) : [make("li", { text: WORDS.noAlarms })]));
 }
 
 function item(alarm) {

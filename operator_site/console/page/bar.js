@@ -15,6 +15,7 @@ export function showBar() {
   document.body.dataset.playback = String(playback());
   write(byId("state-word"), STATES[shown]);
   byId("state-shape").setAttribute("href", `#shape-${SHAPES[shown] ?? shown}`);
+  byId("session-button").disabled = !state;
   if (!state) return;
   const session = state.session, isLive = live() && shown !== "unknown";
   const clock_s = session.playback ? session.playback.at_s : session.clock_s;

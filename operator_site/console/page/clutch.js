@@ -1,7 +1,7 @@
 // Clutch and motion scale. A key or pedal holds the clutch open, the button opens and closes it.
 import { ask } from "./actions.js";
 import { byId, make, remake, write } from "./dom.js";
-import { acts, known, now } from "./now.js";
+import { acts, known, lastState, now } from "./now.js";
 import { WORDS } from "./words.js";
 
 const SCALES = [1, 2, 5];
@@ -32,8 +32,7 @@ export function releaseClutch() {
 }
 
 export function showClutch() {
-  if (!now.state) return;
-  const { open, scale, edges } = now.state.coupling, state = now.state.session.state;
+  const { open, scale, edges } = now.state?.coupling ?? { open: false, scale: 1, edges: [] }, state = lastState();
   const button = byId("clutch-button"), list = byId("scale");
   remake(button, [open], () => [make("span", { text: open ? WORDS.closeClutch : WORDS.clutch }), " ", make("kbd", { text: "G" })]);
   button.disabled = !may() || (state !== "engaged" && !open);

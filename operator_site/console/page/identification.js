@@ -16,12 +16,12 @@ export function showIdentification() {
   const [head, rest] = !known ? ["--", ""] : finger.decision === "IDENTIFIED" ? [finger.line, ""] : [finger.decision, finger.line];
   const more = rest || !known || !finger.limits.length ? rest : WORDS.limits(finger.limits);
   write(byId("decision"), head);
-  byId("decision").className = [finger?.decision === "DECIDING" ? "tentative" : "", stale ? "stale" : "", head.length > LONG ? "long" : ""].join(" ");
+  byId("decision").className = [finger?.decision === "DECIDING" ? "tentative" : "", head.length > LONG ? "long" : ""].join(" ");
+  byId("identification").classList.toggle("stale", stale);
   write(byId("decision-more"), more);
   const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C${finger.object_c_uncertain ? WORDS.uncertain : ""}` : "-- °C";
   write(byId("object"), `${WORDS.object} ${warmth}`);
   write(byId("against"), known && Object.keys(finger.against ?? {}).length ? WORDS.against(Object.values(finger.against)) : "");
-  byId("object").className = stale ? "stale" : "";
   write(byId("chart-meaning"), now.state?.meaning ?? WORDS.notCalibrated);
   showProperties(known ? finger : null);
 }
