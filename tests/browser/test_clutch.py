@@ -78,3 +78,12 @@ def test_where_it_is_not_possible_nothing_is_asked(stage: Stage, open_page: Open
     page.keyboard.press("F9")
     page.keyboard.press("t")  # a later request shows that none came before
     assert [ask for ask in stage.asks if ask["verb"] in ("clutch", "scale")] == []
+
+
+@pytest.mark.parametrize("size", [(1440, 900, 1), (1280, 800, 1), (1024, 768, 1)])
+def test_an_open_clutch_moves_nothing_else(stage: Stage, open_page: Open, size: tuple[int, int, int]) -> None:
+    page = open_page("engaged", size)
+    before = page.locator("#finger-table").bounding_box()
+    page.click("#clutch-button")
+    page.wait_for_selector("#clutch-button:has-text('Close clutch')")
+    assert page.locator("#finger-table").bounding_box() == before

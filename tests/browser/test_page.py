@@ -8,7 +8,7 @@ import pytest
 
 from common.limits import MOTION_SCALES
 from operator_site.console.web.server import PAGE
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, wait_for
 from tests.browser.stage import Stage
 from tests.waiting import wait_until
 
@@ -169,3 +169,65 @@ def test_the_users_theme_outlasts_a_change_of_the_systems(open_page: Open) -> No
     for system in ("light", "dark"):
         page.emulate_media(color_scheme=system)
     assert page.get_attribute("html", "data-theme") == "light"
+
+
+MUTE = """Object.defineProperty(AudioContext.prototype, 'state',
+  { get: () => window.allowed ? 'running' : 'suspended' });"""
+"""A browser that waits for an act of the user, as after a reload."""
+
+
+@pytest.mark.console
+def test_a_page_that_may_not_sound_yet_says_what_to_do(open_page: Open) -> None:
+    page = open_page("paused", script=MUTE)
+    page.keyboard.press("a")
+    page.wait_for_selector("#alarm-list li:has-text('No alarm sound in this page. Click into it once.')")
+    page.evaluate("window.allowed = true")
+    page.wait_for_selector("#alarm-list li:has-text('No alarm sound')", state="detached")
+    assert open_page("connected", script=MUTE).locator("#alarm-text:has-text('sound')").count() == 0, (
+        "it is asked first"
+    )
+
+
+@pytest.mark.console
+def test_the_sounds_button_does_not_read_as_a_sound_that_is_off(stage: Stage, open_page: Open) -> None:
+    page = open_page("unknown")
+    page.wait_for_selector("#quiet-button:has-text('Pause sound 60 s (Q)')")
+    page.keyboard.press("q")
+    page.wait_for_selector("#quiet-button:has-text('Sound paused 60 s')")
+    assert [ask["details"]["alarm"] for ask in wait_for(stage, "quiet")] == ["plate-index"]
+
+
+@pytest.mark.console
+def test_an_observer_pauses_the_sound_of_its_own_page_only(stage: Stage, open_page: Open) -> None:
+    stage.show("observer").alarm("link", "medium", "Link slow: 200 ± 8 ms. Move slowly.")
+    page = open_page()
+    page.wait_for_selector("#quiet-button:visible")
+    page.keyboard.press("q")
+    page.wait_for_selector("#quiet-button:has-text('Sound paused')")
+    assert [ask["verb"] for ask in stage.asks if ask["verb"] != "place"] == []
+
+
+@pytest.mark.console
+def test_a_list_of_alarms_that_only_grow_older_is_not_written_again(stage: Stage, open_page: Open) -> None:
+    page = open_page("fault")
+    page.keyboard.press("a")
+    page.wait_for_selector("#alarm-list li")
+    page.evaluate("document.querySelector('#alarm-list li').id = 'read'")
+    for alarm in stage.scenario.state["alarms"]:
+        alarm["age_s"] += 1.0
+    page.wait_for_timeout(500)  # a few states
+    assert page.locator("#read").count() == 1
+
+
+@pytest.mark.console
+def test_with_the_systems_colours_the_mark_and_a_held_press_are_seen(open_page: Open) -> None:
+    page = open_page("ready", forced_colors="active")
+    fills = "({ backgroundColor, backgroundImage }) => [backgroundColor, backgroundImage]"
+    ground, _ = page.evaluate(f"({fills})(getComputedStyle(document.body))")
+    mark, _ = page.evaluate(f"({fills})(getComputedStyle(document.querySelector('#mark-step')))")
+    assert mark != ground
+    page.hover("#act-button")
+    page.mouse.down()
+    _, held = page.evaluate(f"({fills})(getComputedStyle(document.querySelector('#act-button')))")
+    page.mouse.up()
+    assert "gradient" in held

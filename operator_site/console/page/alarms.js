@@ -27,8 +27,8 @@ function own() {
   else if (late_s > 0 && !now.connected) raise("no-connection", urgent, WORDS.noConnection);
   else if (late_s > 0) raise("no-data", urgent, WORDS.noData(late_s));
   else if (!acted && now.state?.session.why) raise("paused", "low", WORDS.pausedBy(now.state.session.why));
-  return alarms;
   if (acts() && now.state.session.sound === "heard" && !soundPossible()) raise("silent", "low", WORDS.noSoundYet);
+  return alarms;
 }
 
 const listed = () => [...own(), ...(now.state?.alarms ?? [])];

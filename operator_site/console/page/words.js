@@ -55,7 +55,7 @@ export const WORDS = {
   consents: names => `The patient agrees to have recorded: ${names.map(name => RECORDED[name]).join(", ")}.`,
   confirmEnd: (pseudonym, findings) => `End examination ${pseudonym}? ${count(findings, "finding")}.`,
   observer: control => `OBSERVER. Control is at ${control}.`, controlElsewhere: control => `Control is at ${control}.`,
-  quiet: "Sound off 60 s (Q)", quietFor: seconds => `Sound off ${seconds} s`,
+  quiet: "Pause sound 60\u00a0s (Q)", quietFor: seconds => `Sound paused ${seconds}\u00a0s`,
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
   soundBlocked: "No sound before you press something.", noSoundYet: "No alarm sound in this page. Click into it once.",
   recording: "● REC", notRecording: "not recording",
@@ -114,8 +114,8 @@ export const ANCHORS = {
 export const KEYS = [
   ["Space, Esc", "STOP while engaging, engaged, paused; in a text field only Esc"], ["E", "hold 1 s: engage, resume; or twice, 0.5 s apart"], ["P", "pause"], ["G, F9 or pedal", "hold: clutch open, the remote hand stays"],
   ["C", "hold 1 s: clear a fault of a site"], ["K", "acknowledge alarms that are over"], ["F, N", "finding, note"], ["1–5, 0", "finger D1 thumb to D5 little, or the one that touched last"], ["T R S M", "quantity on the map"],
-  ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, sound off 60 s"], ["D", "details"], ["W", "camera: small, large, off"], ["H, O", "hold: talk; open microphone"],
-  ["LIMIT", "an output is at its limit: move slower, or lift"], ["∪ soft", "the surface is stiffer than the force displays; nothing to do"],
+  ["U", "how sure the map is"], ["V", "two maps"], ["B", "compare"], ["+ − X", "zoom, fit"], [", .", "narrower, wider colours"], ["A, Q", "alarms, pause the sound for 60 s"], ["D", "details"], ["W", "camera: small, large, off"], ["H, O", "hold: talk; open microphone"],
+  ["N, ° below a finger", "force at your finger; temperature of its plate, not of the object, °C"], ["LIMIT", "an output is at its limit: move slower, or lift"], ["∪ soft", "the surface is stiffer than the force displays; nothing to do"],
   ["L", "light or dark"], ["?", "keys"], ["Playback", "Space plays, arrows 1 s, Shift 10 s, [ ] events, Home, End"],
 ];
 
