@@ -324,3 +324,11 @@ def test_the_next_place_to_press_and_its_name_do_not_stand_under_a_fingers_name(
             found = {word.pop("text"): word for word in page.evaluate(WORDS_AROUND_NEXT, [dx, dy])}
             assert not overlap(found["D2"], found["next"]), (dx, dy)
             assert not overlap(found["D2"], found["mark"]), (dx, dy)
+
+
+def test_a_chosen_comparison_gives_the_letter_keys_back(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.focus("#compare")
+    page.select_option("#compare", "mirror")
+    page.keyboard.press("p")
+    wait_for(stage, "disengage")

@@ -156,3 +156,23 @@ def test_a_jump_into_another_contact_begins_the_chart_anew(stage: Stage, open_pa
     page.focus("#chart .equal")
     page.wait_for_selector("#chart-table:has-text('97 %')")
     assert page.locator("#chart-table tr").all_inner_texts()[1:] == ["6.0\trubber\t97 %"]
+
+
+def test_a_chosen_speed_gives_the_keys_back(stage: Stage, open_page: Open) -> None:
+    page = open_page("playback")
+    page.focus("#speed")
+    page.select_option("#speed", "4")
+    assert wait_for(stage, "play")[0]["details"] == {"speed": 4}
+    page.keyboard.press("Space")
+    wait_for(stage, "pause")
+
+
+def test_a_speed_is_chosen_before_it_is_played(stage: Stage, open_page: Open) -> None:
+    stage.show("playback").state["session"]["playback"]["playing"] = False
+    page = open_page()
+    page.wait_for_selector("#play-button:has-text('Play')")
+    assert page.input_value("#speed") == "1"
+    page.select_option("#speed", "4")
+    page.wait_for_timeout(500)  # a few states
+    page.keyboard.press("Space")
+    assert wait_for(stage, "play")[0]["details"] == {"speed": 4}

@@ -1,6 +1,6 @@
 // Clutch and motion scale. A key or pedal holds the clutch open, the button opens and closes it.
 import { ask } from "./actions.js";
-import { byId, make, remake, write } from "./dom.js";
+import { byId, make, onChoice, remake, write } from "./dom.js";
 import { acts, known, lastState, now } from "./now.js";
 import { WORDS } from "./words.js";
 
@@ -11,8 +11,7 @@ export function startClutch() {
   const scale = byId("scale");
   scale.append(...SCALES.map(n => make("option", { value: n, text: `1:${n}` })));
   byId("clutch-button").addEventListener("click", () => ask("clutch", { open: !now.state.coupling.open }));
-  // A list that keeps the focus would keep the letter keys, too.
-  scale.addEventListener("change", async () => { scale.blur(); await ask("scale", { scale: Number(scale.value) }); showClutch(); });
+  onChoice(scale, async value => { await ask("scale", { scale: Number(value) }); showClutch(); });
   // Without the focus the release of a key is not seen: the clutch then stays open until the button closes it.
   window.addEventListener("blur", () => { held = false; });
 }

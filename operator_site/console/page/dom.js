@@ -83,6 +83,11 @@ export function once(act) {
   };
 }
 
+// Acts on a choice from a list, which gives the focus back: it would keep the letter keys.
+export function onChoice(list, act) {
+  list.addEventListener("change", () => { list.blur(); act(list.value); });
+}
+
 export function typing() {
   return document.activeElement?.matches("input:not([type=range]), textarea");
 }

@@ -171,5 +171,5 @@ document.addEventListener("focusout", () => setTimeout(showStop));
 setInterval(showNumbers, NUMBERS_MS);
 setInterval(showState, STATE_MS);
 showNow();
-wakeSound(); // some browsers allow it at once, such as after a reload
+wakeSound(); // a browser that is set so allows it at once
 connection.start();

@@ -1,6 +1,6 @@
 // Region D: the tactile map along the plane's normal, as one pane or two. Only the user chooses, moves and zooms what it shows;
 // until then it opens on the quantity that was felt in most cells, and fits what was felt.
-import { byId, equal, fit, make, write } from "./dom.js";
+import { byId, equal, fit, make, onChoice, write } from "./dom.js";
 import { drawLegend } from "./legend.js";
 import { comparable, COMPARISONS, differences, forgetBefore, hasBefore, keepBefore, SPAN } from "./map_compare.js";
 import { drawOver } from "./map_over.js";
@@ -29,7 +29,7 @@ export function startMap(link, pick) {
     byId("quantities").append(button);
   }
   byId("compare").append(...COMPARISONS.map(name => make("option", { value: name, text: WORDS.comparisons[name] })));
-  byId("compare").addEventListener("change", () => compareWith(byId("compare").value));
+  onChoice(byId("compare"), compareWith);
   byId("compare-set").addEventListener("click", setReference);
   byId("sure-button").addEventListener("click", showSure);
   byId("both-button").addEventListener("click", showBoth);

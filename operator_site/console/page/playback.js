@@ -1,17 +1,17 @@
 // Plays a recording: play, pause, speed, and a slider under a time line with states, findings, alarms and faults.
 import { ask } from "./actions.js";
-import { byId, make, remake, shape, write } from "./dom.js";
+import { byId, make, onChoice, remake, shape, write } from "./dom.js";
 import { now, playback } from "./now.js";
 import { OF_LINK } from "./shown.js";
 import { STATES, WORDS } from "./words.js";
 
 const SPEEDS = [0.5, 1, 2, 4, 8], HELD_MS = 400, NEAR_PX = 24, LABEL_PX = 100;
-let movedAt_ms = -Infinity;
+let movedAt_ms = -Infinity, chosen = false; // a speed for the next play
 
 export function startPlayback() {
   byId("speed").append(...SPEEDS.map(speed => make("option", { value: speed, text: `${speed} ×` })));
   byId("play-button").addEventListener("click", play);
-  byId("speed").addEventListener("change", () => { if (now.state.session.playback?.playing) ask("play", { speed: Number(byId("speed").value) }); });
+  onChoice(byId("speed"), speed => { if (now.state.session.playback?.playing) ask("play", { speed: Number(speed) }); else chosen = true; });
   byId("slider").addEventListener("input", () => seek(byId("slider").valueAsNumber));
   const line = byId("ticks");
   line.addEventListener("pointermove", event => describe(nearest(event)));
@@ -69,7 +69,8 @@ export function showPlayback() {
   write(byId("played"), `${where}${state}${played.partial ? ` · ${WORDS.partial}` : ""}`);
   slider.setAttribute("aria-valuetext", where);
   write(byId("play-button"), played.playing ? WORDS.pausePlay : WORDS.play);
-  if (document.activeElement !== byId("speed")) byId("speed").value = String(SPEEDS.includes(played.speed) ? played.speed : 1);
+  chosen &&= !played.playing;
+  if (!chosen && document.activeElement !== byId("speed")) byId("speed").value = String(SPEEDS.includes(played.speed) ? played.speed : 1);
   const wide = byId("ticks").clientWidth;
   remake(byId("ticks"), [marks, length_s, wide], () => labelled(marks, length_s, wide));
   remake(byId("modes"), [marks, length_s, wide], () => spans(marks.filter(mark => mark.kind === "mode"), length_s, wide));
