@@ -77,6 +77,13 @@ def test_in_a_text_field_space_types_and_escape_stops(stage: Stage, open_page: O
     assert page.input_value("#note-text").endswith("two words")
 
 
+def test_the_key_under_stop_is_one_that_stops(open_page: Open) -> None:
+    page = open_page("connected")
+    page.focus("#begin-pseudonym")
+    page.wait_for_timeout(300)  # the focus is followed
+    assert page.inner_text("#stop-key") == "press here"
+
+
 def test_a_held_key_is_one_stop(stage: Stage, open_page: Open) -> None:
     stage.answers["estop"] = lambda _: {}
     page = open_page("engaged")

@@ -60,7 +60,7 @@ function finish() {
 
 export function showStop() {
   const stop = now.state ? now.state.stop : null;
-  write(byId("stop-key"), !known() && !playback() ? WORDS.notLiveFor(silent_s()) : typing() ? WORDS.escapeKey : underWay() ? WORDS.spaceKey : WORDS.stopKeyOff);
+  write(byId("stop-key"), !known() && !playback() ? WORDS.notLiveFor(silent_s()) : !underWay() ? WORDS.stopKeyOff : typing() ? WORDS.escapeKey : WORDS.spaceKey);
   const answers = byId("answers");
   answers.hidden = !now.stopPressed && !stop;
   if (answers.hidden) return;
