@@ -216,7 +216,8 @@ def checks(console: Console, now_s: float, operator: str) -> list[dict[str, Any]
         return found
     found += [
         _check("disk", around.disk_used < DISK_NEARLY_FULL, used, "df -h"),
-        _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND),
+        _check("sound", bool(around.sound), texts.SOUND_NOT_HEARD, texts.PLAY_SOUND)
+        | ({"text": texts.NO_SOUND} if around.sound == "refused" else {}),
     ]
     if consent.agreed is not None:
         text = texts.consents_differ(consent.here, consent.there)

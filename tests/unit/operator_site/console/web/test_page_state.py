@@ -13,6 +13,7 @@ from common.faults.texts import fault_figures
 from common.fingers import FINGER_Y_M
 from common.limits import GAP_S
 from common.wire.packets import LinkState
+from operator_site.console.alarms.alarm_rules import Surroundings
 from operator_site.console.map.lump_areas import Searched
 from operator_site.console.model import Console
 from operator_site.console.state.site_now import SILENT_S
@@ -46,6 +47,17 @@ def test_the_check_list_of_a_recording_judges_nothing_of_the_console_that_plays_
     names = {check["name"] for check in page_state(console, AT_S, lambda _: True, "operator.toml")["checks"]}
     assert names >= {"operator site", "calibration", "link"}
     assert ({"disk", "sound", "consent"} & names) == ({"disk", "sound", "consent"} if live else set())
+
+
+@pytest.mark.parametrize(
+    ("sound", "ready", "text"), [("", False, "Not heard yet."), ("heard", True, ""), ("refused", True, "off")]
+)
+def test_the_check_list_does_not_call_a_refused_sound_ready(sound: str, ready: bool, text: str) -> None:
+    console = Console()
+    console.around = Surroundings(sound=sound)
+    found = page_state(console, AT_S, lambda _: True, "operator.toml")["checks"]
+    (check,) = (check for check in found if check["name"] == "sound")
+    assert (check["ready"], check["text"]) == (ready, text)
 
 
 def words(console: Console, now_s: float) -> tuple[str, LinkState]:
