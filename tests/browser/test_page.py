@@ -231,3 +231,11 @@ def test_with_the_systems_colours_the_mark_and_a_held_press_are_seen(open_page: 
     _, held = page.evaluate(f"({fills})(getComputedStyle(document.querySelector('#act-button')))")
     page.mouse.up()
     assert "gradient" in held
+
+
+@pytest.mark.console
+def test_a_contrast_names_its_quantity(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.wait_for_selector("#against:has-text('−0.9 ± 0.3 K, 1.8 ± 0.1 times as stiff')")
+    del stage.scenario.state["fingers"][1]["against"]["temperature"]
+    page.wait_for_function("() => document.getElementById('against').textContent === '1.8 ± 0.1 times as stiff'")

@@ -21,7 +21,7 @@ export function showIdentification() {
   write(byId("decision-more"), more);
   const warmth = known ? `${withSd(finger.object_c, finger.object_c_sd)} °C${finger.object_c_uncertain ? WORDS.uncertain : ""}` : "-- °C";
   write(byId("object"), `${WORDS.object} ${warmth}`);
-  write(byId("against"), known && Object.keys(finger.against ?? {}).length ? WORDS.against(Object.values(finger.against)) : "");
+  write(byId("against"), known ? WORDS.against(finger.against) : "");
   write(byId("chart-meaning"), now.state?.meaning ?? WORDS.notCalibrated);
   showProperties(known ? finger : null);
 }

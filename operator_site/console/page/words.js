@@ -59,7 +59,7 @@ export const WORDS = {
   soundAsk: "Did you hear it?", soundHeard: "Alarm sound was heard.", soundRefused: "Alarms make no sound here.", soundNeeded: "Engaging needs this answer once.",
   soundBlocked: "No sound before you press something.", noSoundYet: "No alarm sound in this page. Click into it once.",
   recording: "● REC", notRecording: "not recording",
-  against: contrasts => `contrast: ${contrasts.join(", ")}`,
+  against: ({ temperature, stiffness }) => [temperature, stiffness && `${stiffness} as stiff`].filter(Boolean).join(", "),
   held: (name, seconds) => `${name}, ${seconds.toFixed(1)} s ago`,
   oldFinger: (name, seconds) => `${name}, ${seconds.toFixed(1)} s old`,
   active: (name, seconds) => (typeof seconds !== "number" ? name : `${name}, ${seconds.toFixed(1)} s since contact`), auto: "auto",
