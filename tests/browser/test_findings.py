@@ -403,3 +403,12 @@ def test_two_clicks_on_begin_are_one_examination(stage: Stage, open_page: Open) 
     page.click("#sound-refused")
     wait_for(stage, "sound")
     assert [ask["verb"] for ask in stage.asks].count("begin") == 1
+
+
+def test_without_an_examination_no_finding_is_begun(stage: Stage, open_page: Open) -> None:
+    page = open_page("connected")
+    page.click("#sheet-session .close")
+    assert page.is_disabled("#finding-button")
+    page.keyboard.press("f")
+    page.wait_for_selector("#read-out:has-text('No examination is open.')")
+    assert page.is_hidden("#marking")

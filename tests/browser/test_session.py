@@ -265,6 +265,28 @@ def test_control_is_taken_over_only_while_nothing_is_driven(stage: Stage, open_p
     page.wait_for_selector("#act-button:enabled:has-text('Engage')")
 
 
+@pytest.mark.parametrize(
+    ("state", "offered", "is_offered"), [("engaged", "Pause", False), ("fault", "Take control", True)]
+)
+def test_a_page_without_control_offers_nothing_that_is_refused(
+    stage: Stage, open_page: Open, state: str, offered: str, is_offered: bool
+) -> None:
+    stage.show(state).shows(you={"role": "act", "in_control": False, "control": "OR-2"})
+    page = open_page()
+    page.wait_for_selector(f"#act-button:has-text('{offered}')")
+    assert "Control is at OR-2." in page.inner_text("#act-button")
+    assert page.is_enabled("#act-button") == is_offered
+    for button in ("#finding-button", "#note-button", "#clutch-button"):
+        assert page.is_disabled(button), button
+    assert page.locator("[data-edit]").count() == 0
+    for key in "pfn":
+        page.keyboard.press(key)
+    page.wait_for_timeout(300)  # a request would have come
+    assert [ask["verb"] for ask in stage.asks if ask["verb"] != "place"] == []
+    page.keyboard.press("Space") if state == "engaged" else page.click("#stop")
+    wait_for(stage, "estop")
+
+
 def test_a_recording_is_played_and_sought(stage: Stage, open_page: Open) -> None:
     page = open_page("playback")
     page.keyboard.press("Space")

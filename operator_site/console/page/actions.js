@@ -1,6 +1,6 @@
 // The first button: engage, pause, resume, clear. A request that drives fingers is held for 1 s or pressed twice.
 import { byId, make, remake, write } from "./dom.js";
-import { acts, driven, known, lastState, live, now } from "./now.js";
+import { acts, controls, driven, known, lastState, live, now } from "./now.js";
 import { open } from "./sheets.js";
 import { FIXED, WORDS } from "./words.js";
 
@@ -22,15 +22,16 @@ export function startActions(link, speak) {
 
 // Returns what the button does now; `hold` needs a held press or two presses.
 function current() {
-  const state = lastState(), in_control = Boolean(now.state?.you.in_control);
+  const state = lastState();
   const nothing = { text: WORDS.engage, press: () => {}, disabled: true };
   if (!acts() || !live()) return nothing;
   if (now.stopPressed || (now.state.stop && !now.state.stop.confirmed)) return { ...nothing, text: WORDS.clear };
   if (state === "silent") return nothing;
-  if (driven()) return { text: WORDS.pause, key: "P", press: pause };
+  const elsewhere = controls() ? "" : WORDS.controlElsewhere(now.state.you.control);
+  if (driven()) return { text: WORDS.pause, key: "P", press: pause, more: elsewhere, disabled: Boolean(elsewhere) };
   if (!known()) return nothing;
+  if (elsewhere) return { text: FIXED.takeControl, more: elsewhere, press: () => ask("take_control") };
   if (clearable()) return { verb: "clear_fault", hold: true, text: WORDS.clear, confirm: WORDS.confirmClear, key: "C" };
-  if (!in_control) return { text: FIXED.takeControl, more: WORDS.controlElsewhere(now.state.you.control), press: () => ask("take_control") };
   if (state === "disconnected") return nothing;
   if (!now.state.session.pseudonym) return { text: WORDS.startSession, press: () => open("sheet-session") };
   const paused = state === "paused";
@@ -47,7 +48,7 @@ export async function ask(verb, details = {}) {
 }
 
 export function pause() {
-  if (acts() && driven()) ask("disengage");
+  if (controls() && driven()) ask("disengage");
 }
 
 // A held press fills the ring in 1 s. After a short press, a second one within 5 s counts, too.
@@ -109,7 +110,7 @@ export function showActions() {
     return parts;
   });
   button.disabled = Boolean(act.disabled);
-  byId("finding-button").disabled = !acts() || !known();
-  byId("note-button").disabled = !acts();
+  byId("finding-button").disabled = !controls() || !known() || !now.state.session.pseudonym;
+  byId("note-button").disabled = !controls();
   write(byId("looking-on"), now.state?.you.role === "observe" ? WORDS.observer(now.state.you.control ?? "--") : "");
 }

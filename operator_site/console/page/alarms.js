@@ -1,7 +1,7 @@
 // Region B: alarm line, list and sound, and the page's own alarms for a lost console.
 import { siteTime_s } from "./camera.js";
 import { byId, make, remake, shape, write } from "./dom.js";
-import { acts, driven, known, now, playback, silent_s } from "./now.js";
+import { acts, controls, driven, known, now, playback, silent_s } from "./now.js";
 import { AGAIN_S, burst, soundPossible } from "./sound.js";
 import { WORDS } from "./words.js";
 
@@ -66,7 +66,7 @@ function ageOf(alarm) {
   return alarm?.id !== "feed" && alarm?.age_s >= 0 && silent_s() === 0 ? WORDS.alarmAge(alarm.active, alarm.age_s) : "";
 }
 
-const acknowledgeable = () => acts() && known() && now.state.you.in_control && now.state.alarms.some(latched);
+const acknowledgeable = () => controls() && known() && now.state.alarms.some(latched);
 
 // Ends the past alarms that a person must know of; a fault of the site is cleared by the main button.
 export async function acknowledge() {
@@ -89,7 +89,7 @@ export function quiet() {
   const until_ms = performance.now() + QUIET_S * 1000;
   for (const alarm of standing().filter(quietable)) {
     quietUntil_ms.set(alarm.id, until_ms);
-    if (acts() && now.connected && "since_s" in alarm) connection.ask("quiet", { alarm: alarm.id, seconds: QUIET_S });
+    if (controls() && now.connected && "since_s" in alarm) connection.ask("quiet", { alarm: alarm.id, seconds: QUIET_S });
   }
   showAlarms();
 }

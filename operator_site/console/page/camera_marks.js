@@ -1,7 +1,7 @@
 // Registers the camera's picture with the map: four marks, each touched by a finger and tapped in the picture.
 import { ask } from "./actions.js";
 import { pickInPicture } from "./camera.js";
-import { now } from "./now.js";
+import { controls, now } from "./now.js";
 import { WORDS } from "./words.js";
 
 const MARKS = 4, LEAST = 1e-4;
@@ -32,6 +32,6 @@ export function askMarks(say, done) {
     say(fit ? WORDS.markError(fit.error_mm) : WORDS.markLine);
     done(fit);
     // Recorded, so that the report can cover the picture elsewhere.
-    if (fit && now.state?.you.in_control) ask("camera_marks", Object.fromEntries(marks.flatMap((mark, n) => Object.entries(mark).map(([name, value]) => [`${name}${n + 1}`, value]))));
+    if (fit && controls()) ask("camera_marks", Object.fromEntries(marks.flatMap((mark, n) => Object.entries(mark).map(([name, value]) => [`${name}${n + 1}`, value]))));
   });
 }

@@ -1,7 +1,7 @@
 // Clutch and motion scale. A key or pedal holds the clutch open, the button opens and closes it.
 import { ask } from "./actions.js";
 import { byId, make, onChoice, remake, write } from "./dom.js";
-import { acts, known, lastState, now } from "./now.js";
+import { controls, known, lastState, now } from "./now.js";
 import { WORDS } from "./words.js";
 
 const SCALES = [1, 2, 5];
@@ -16,7 +16,7 @@ export function startClutch() {
   window.addEventListener("blur", () => { held = false; });
 }
 
-const may = () => acts() && known() && now.state.you.in_control;
+const may = () => controls() && known();
 
 export function holdClutch() {
   if (held || !may() || now.state.session.state !== "engaged") return;

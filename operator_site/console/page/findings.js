@@ -3,7 +3,7 @@ import { ask } from "./actions.js";
 import { byId, make, once, remake, write } from "./dom.js";
 import { lookAt } from "./map.js";
 import { edit, marked } from "./marking.js";
-import { acts, live, now, playback } from "./now.js";
+import { controls, live, now, playback } from "./now.js";
 import { jumpToFinding } from "./playback.js";
 import { WORDS } from "./words.js";
 
@@ -43,10 +43,10 @@ const entry = id => byId("found-list").querySelector(`[data-jump="${id}"]`);
 
 export function showFindings() {
   if (!now.state) return;
-  const { findings } = now.state, mayEdit = acts() && Boolean(now.state.session.pseudonym), undo = mayEdit ? now.state.undo : null;
+  const { findings } = now.state, mayEdit = controls() && Boolean(now.state.session.pseudonym), undo = mayEdit ? now.state.undo : null;
   write(byId("found-title"), WORDS.findingsTitle(findings.filter(found => !found.withdrawn).length));
   byId("found-none").hidden = findings.length > 0;
-  write(byId("found-none"), acts() ? WORDS.markFirst : WORDS.noFindings);
+  write(byId("found-none"), mayEdit ? WORDS.markFirst : WORDS.noFindings);
   const list = byId("found-list"), held = list.contains(document.activeElement) ? document.activeElement.closest("li").firstChild.dataset.jump : null;
   remake(list, [findings, mayEdit, undo], () => findings.map(found => row(found, mayEdit, undo === found.id)).reverse());
   if (held && !list.contains(document.activeElement)) (entry(held) ?? byId("ticks")).focus(); // a jump back in a recording drops it

@@ -2,7 +2,7 @@
 // proposes the kind from the contrast with the surroundings, and says before saving where there is none.
 import { bodyText, openBody } from "./body.js";
 import { byId, make, write } from "./dom.js";
-import { acts, known, now } from "./now.js";
+import { controls, known, now } from "./now.js";
 import { fingerPlace, moved } from "./map.js";
 import { expect, openNote } from "./notes.js";
 import { capital, FINGER_NAMES, FINGERS, KINDS, WORDS } from "./words.js";
@@ -46,14 +46,15 @@ export function marked() {
 }
 
 export function begin() {
-  if (!acts() || !known() || finding) return;
+  if (!controls() || !known() || finding) return;
+  if (!now.state.session.pseudonym) { say(WORDS.noSession); return; }
   const place = fingerPlace();
   finding = { finger: FINGERS[now.active], at_s: now.picture.time_s, x_mm: place ? Math.round(place.x) : null, y_mm: place ? Math.round(place.y) : null, kind: null };
   openTray();
 }
 
 export function edit(found) {
-  if (!acts() || !known() || finding) return;
+  if (!controls() || !known() || finding) return;
   finding = { id: found.id, finger: found.finger, x_mm: found.x_mm, y_mm: found.y_mm, kind: found.kind, body: found.body, chosen: true };
   openTray();
 }

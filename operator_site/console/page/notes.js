@@ -1,6 +1,6 @@
 // Writes a note to a finding. Space types here and Esc is STOP; closing keeps the text for this finding.
 import { byId, make, remake, write } from "./dom.js";
-import { acts, now } from "./now.js";
+import { controls, now } from "./now.js";
 import { WORDS } from "./words.js";
 
 const drafts = new Map(); // unsaved texts by study number and finding
@@ -26,7 +26,7 @@ function choices() {
 }
 
 export function openNote(id = null) {
-  if (!acts()) return;
+  if (!controls()) return;
   const last = id === null ? choices().at(-1) : choices().find(([offered]) => offered === id);
   if (!last) { say(WORDS.noFindings); return; }
   byId("noting").hidden = false;

@@ -17,6 +17,11 @@ export function acts() {
   return now.state?.you.role === "act" && !playback();
 }
 
+// Returns whether this page is in control: the console refuses others all but STOP.
+export function controls() {
+  return acts() && now.state.you.in_control;
+}
+
 // Returns the silence of the console, s; 0 without one. A hidden page draws nothing; a recording may pause.
 export function silent_s(at_ms = performance.now()) {
   if (playback() && now.connected) return 0;

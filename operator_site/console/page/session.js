@@ -2,7 +2,7 @@
 import { ask } from "./actions.js";
 import { byId, make, once, remake, write } from "./dom.js";
 import { bodyText, openBody } from "./body.js";
-import { acts, known, live, now, playback } from "./now.js";
+import { acts, controls, known, live, now, playback } from "./now.js";
 import { close, open } from "./sheets.js";
 import { burst, soundPossible, wakeSound } from "./sound.js";
 import { capital, SIDES, WORDS } from "./words.js";
@@ -56,19 +56,19 @@ export function showSession() {
   if (!now.state) return;
   const { session, you } = now.state, findings = now.state.findings.filter(found => !found.withdrawn), inSession = Boolean(session.pseudonym);
   // Offers once to begin a session while none is open.
-  if (!offered && acts() && !inSession && live() && ["connected", "disconnected"].includes(session.state)) { offered = true; open("sheet-session"); }
+  if (!offered && controls() && !inSession && live() && ["connected", "disconnected"].includes(session.state)) { offered = true; open("sheet-session"); }
   if (hadSession && !inSession && session.saved) open("sheet-session");
   hadSession = inSession;
   const sheet = byId("sheet-session");
-  sheet.classList.toggle("start", acts() && !inSession && !["engaged", "engaging"].includes(session.state));
-  byId("session-begin").hidden = inSession || !acts();
+  sheet.classList.toggle("start", controls() && !inSession && !["engaged", "engaging"].includes(session.state));
+  byId("session-begin").hidden = inSession || !controls();
   byId("begin-consent-field").hidden = !session.consented.length;
   write(byId("begin-consent-text"), WORDS.consents(session.consented));
-  byId("session-running").hidden = acts() && !inSession && !session.saved && you.in_control;
-  byId("session-sound").hidden = !acts() || session.state === "engaged";
+  byId("session-running").hidden = controls() && !inSession && !session.saved;
+  byId("session-sound").hidden = !controls() || session.state === "engaged";
   byId("take-button").hidden = !acts() || you.in_control || session.state === "engaged";
   const ended = document.activeElement === byId("end-button") && !inSession; // its button goes away with the focus
-  byId("end-button").hidden = !acts() || !inSession;
+  byId("end-button").hidden = !controls() || !inSession;
   write(byId("end-button"), ending ? WORDS.confirmEnd(session.pseudonym, findings.length) : WORDS.end);
   const control = you.in_control ? "" : ` ${WORDS.controlElsewhere(you.control)}`;
   const summary = session.saved ? session.saved.text : inSession ? WORDS.sessionOpen(session.pseudonym, session.body) : playback() ? session.title ?? "" : WORDS.noSession;

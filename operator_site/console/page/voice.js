@@ -2,7 +2,7 @@
 import { siteTime_s } from "./camera.js";
 import { openBeside } from "./connection.js";
 import { byId, write } from "./dom.js";
-import { acts, now, playback } from "./now.js";
+import { acts, controls, now, playback } from "./now.js";
 import { audio } from "./sound.js";
 import { WORDS } from "./words.js";
 
@@ -15,7 +15,7 @@ let echo = {}, next_s = 0, sequence = 0, encoding = []; // times of sounds in th
 
 const words = WORDS.voice, codes = typeof AudioDecoder !== "undefined"; // on HTTPS and localhost
 const clock_s = () => performance.now() / 1000, heard = () => audio()?.state === "running", connected = () => socket?.readyState === WebSocket.OPEN;
-const may = () => acts() && now.state.voice && now.state.you.in_control, talks = () => (held || open) && microphone && may();
+const may = () => controls() && now.state.voice, talks = () => (held || open) && microphone && may();
 
 function connect() {
   echo = { sent_s: 0, heard_s: 0 };
