@@ -239,3 +239,11 @@ def test_a_contrast_names_its_quantity(stage: Stage, open_page: Open) -> None:
     page.wait_for_selector("#against:has-text('−0.9 ± 0.3 K, 1.8 ± 0.1 times as stiff')")
     del stage.scenario.state["fingers"][1]["against"]["temperature"]
     page.wait_for_function("() => document.getElementById('against').textContent === '1.8 ± 0.1 times as stiff'")
+
+
+@pytest.mark.console
+def test_the_name_of_the_tab_is_its_state(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged")
+    page.wait_for_function("() => document.title === 'ENGAGED · teletaction'")
+    stage.show("playback")
+    page.wait_for_function("() => document.title === 'PLAYBACK · teletaction'")

@@ -14,6 +14,7 @@ export function showBar() {
   document.body.dataset.connected = String(now.connected);
   document.body.dataset.playback = String(playback());
   write(byId("state-word"), STATES[shown]);
+  write(document.querySelector("title"), `${STATES[shown]} · teletaction`);
   byId("state-shape").setAttribute("href", `#shape-${SHAPES[shown] ?? shown}`);
   byId("session-button").disabled = !state;
   if (!state) return;
