@@ -242,6 +242,9 @@ def test_letter_keys_can_be_moved_to_alt(stage: Stage, open_page: Open) -> None:
     assert [ask for ask in stage.asks if ask["verb"] == "disengage"] == []
     page.keyboard.press("Alt+p")
     wait_for(stage, "disengage")
+    hint = "getComputedStyle(document.querySelector('{}'), '::before').content"
+    assert page.evaluate(hint.format("#act-button kbd")) == '"Alt "', "its key is shown as it works"
+    assert page.evaluate(hint.format("#finding-save kbd")) == "none"
 
 
 def test_an_observer_acts_in_no_way(stage: Stage, open_page: Open) -> None:

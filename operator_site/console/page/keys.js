@@ -21,14 +21,11 @@ const PEDAL = "F9";
 let plain = true;
 
 export function startKeys({ choose, details, listed }) {
-  plain = remembered("letters") !== "alt";
+  useLetters(remembered("letters") !== "alt");
   byId("key-list").append(...KEYS.flatMap(([keys, does]) => [make("dt", {}, make("kbd", { text: keys })), make("dd", { text: does })]));
-  const lettersButton = byId("letters-button");
-  write(lettersButton, WORDS.letters(plain));
-  lettersButton.addEventListener("click", () => {
-    plain = !plain;
+  byId("letters-button").addEventListener("click", () => {
+    useLetters(!plain);
     remember("letters", plain ? "plain" : "alt");
-    write(lettersButton, WORDS.letters(plain));
   });
   byId("theme-button").addEventListener("click", otherTheme);
   const letters = {
@@ -60,6 +57,13 @@ export function startKeys({ choose, details, listed }) {
     if (["e", "c"].includes(event.key.toLowerCase())) release();
   }, { capture: true });
   window.addEventListener("blur", () => release(false));
+}
+
+// The keys beside the words of buttons show whether they need Alt.
+function useLetters(alone) {
+  plain = alone;
+  document.body.dataset.letters = plain ? "plain" : "alt";
+  write(byId("letters-button"), WORDS.letters(plain));
 }
 
 // An open list uses letters itself.
