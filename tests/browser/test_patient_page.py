@@ -1,5 +1,6 @@
 """The patient's page in a real browser, read by the remote site's driver: stop, slider, silence, and its looks."""
 
+import io
 import math
 import threading
 import time
@@ -7,6 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from matplotlib.image import imread
 
 from common.config.page_models import PatientPageConfig
 from common.limits import SWITCH_HOLD_S, SWITCH_LOST_S, SWITCH_SILENCE_S
@@ -189,3 +191,12 @@ def test_all_of_it_is_seen_at_every_size(
         assert box["y"] + box["height"] <= size[1]
     assert page.evaluate(LOOK) + axe_findings(page) == []
     picture_of(page, f"patient page {size[0]} x {size[1]}")
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_with_the_systems_colours_button_and_slider_are_seen(page: Any, scheme: str) -> None:
+    page.emulate_media(forced_colors="active", color_scheme=scheme)
+    red = imread(io.BytesIO(page.locator("#stop").screenshot()))[200, 50]
+    assert red[0] - red[1:3].max() > 0.4
+    thumb, *_, beside = imread(io.BytesIO(page.locator("#slider").screenshot()))[48, 44:200]
+    assert abs(thumb[:3] - beside[:3]).max() > 0.2
