@@ -97,6 +97,23 @@ def test_a_console_that_falls_silent_raises_the_pages_own_alarm(stage: Stage, op
     assert page.inner_text("#object") == "object -- °C"
 
 
+UNANSWERED = """
+  window.WebSocket = new Proxy(WebSocket, { construct: (real, [address]) => (window.lost
+    ? Object.assign(new EventTarget(), { readyState: 0, send() {}, close() {} }) : new real(address)) });
+"""
+"""A network that drops what a browser sends to open a connection, while `lost`."""
+
+
+def test_a_connection_that_does_not_open_is_tried_again(stage: Stage, open_page: Open) -> None:
+    page = open_page("engaged", script=UNANSWERED)
+    page.evaluate("window.lost = true")
+    stage.close_all()
+    page.wait_for_selector("body[data-connected=false]")
+    page.wait_for_timeout(1000)  # it tries
+    page.evaluate("window.lost = false")
+    page.wait_for_selector("body[data-shown=engaged]")
+
+
 def test_no_old_alarm_stands_before_the_pages_own(stage: Stage, open_page: Open) -> None:
     page = open_page("fault")
     page.wait_for_selector("#alarm-text:has-text('LINK LOST. Outputs are neutral.')")

@@ -143,8 +143,9 @@ export class Connection {
     this.send({ kind: "alive", visible: !document.hidden, sequence: this.drawn });
   }
 
+  // Also a connection that does not open: a browser waits minutes for it.
   beat() {
-    if (this.ready && performance.now() - this.last_ms > SILENT_MS) this.open();
+    if (this.socket !== null && performance.now() - this.last_ms > SILENT_MS) this.open();
     this.alive();
   }
 
