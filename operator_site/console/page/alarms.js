@@ -5,7 +5,7 @@ import { acts, controls, driven, known, now, playback, silent_s } from "./now.js
 import { AGAIN_S, burst, soundPossible } from "./sound.js";
 import { WORDS } from "./words.js";
 
-const QUIET_S = 60, ANNOUNCE_MS = 2000, LONG = 44;
+const QUIET_S = 60, ANNOUNCE_MS = 2000, STARTS_MS = 1000, LONG = 44;
 const RANK = { high: 3, medium: 2, low: 1 };
 const quietUntil_ms = new Map(), sounded = new Map();
 let connection = null, say = null, announced = "", announcedAt_ms = -Infinity;
@@ -27,7 +27,7 @@ function own() {
   else if (late_s > 0 && !now.connected) raise("no-connection", urgent, WORDS.noConnection);
   else if (late_s > 0) raise("no-data", urgent, WORDS.noData(late_s));
   else if (!acted && now.state?.session.why) raise("paused", "low", WORDS.pausedBy(now.state.session.why));
-  if (acts() && now.state.session.sound === "heard" && !soundPossible()) raise("silent", "low", WORDS.noSoundYet);
+  if (acts() && now.state.session.sound === "heard" && !soundPossible() && performance.now() - now.loaded_ms > STARTS_MS) raise("silent", "low", WORDS.noSoundYet);
   return alarms;
 }
 

@@ -15,7 +15,7 @@ let echo = {}, next_s = 0, sequence = 0, encoding = []; // times of sounds in th
 
 const words = WORDS.voice, codes = typeof AudioDecoder !== "undefined"; // on HTTPS and localhost
 const clock_s = () => performance.now() / 1000, heard = () => audio()?.state === "running", connected = () => socket?.readyState === WebSocket.OPEN;
-const may = () => controls() && now.state.voice, talks = () => (held || open) && microphone && may();
+const may = () => controls() && Boolean(now.state.voice), talks = () => (held || open) && microphone && may();
 
 function connect() {
   echo = { sent_s: 0, heard_s: 0 };
