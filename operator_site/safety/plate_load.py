@@ -28,8 +28,7 @@ RATE_SHARE = 0.4
 RISE_K_S = 0.5
 """Rise of the excess that is a fault, K/s.
 
-Simulated sound plates reach 0.3 in 36 minutes, with contact, heat capacity, drive, blood and water drawn at random, and
-0.4 where a drive begins at once after a finger was put on.
+Simulated sound plates reach 0.3 in 100 minutes, with contact, heat capacity, drive, blood and water drawn at random.
 """
 SETTLE_S = 8.0
 """Time with drive before the first judgement, s."""
