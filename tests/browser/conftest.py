@@ -74,7 +74,9 @@ def open_page(browser: Any, stage: Stage) -> Iterator[Open]:
     wrong: list[str] = []
 
     def heard(message: Any) -> None:
-        if message.type == "error" and "WebSocket connection to" not in message.text:
+        # With a new title of the tab the browser asks for its icon again, also while the console is away.
+        icon = message.location["url"].endswith("/icon.svg")
+        if message.type == "error" and "WebSocket connection to" not in message.text and not icon:
             wrong.append(message.text)
 
     def opener(
