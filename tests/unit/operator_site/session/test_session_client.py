@@ -22,6 +22,16 @@ THERE = "remote site: stopped, confirmed by every device after 12 ms"
 CONFIRMED = {"after_s": 0.012, "unconfirmed": ""}
 
 
+def engage(pair: Pair, engages_itself: bool = False) -> None:
+    """Engage at both sites."""
+    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
+    pair.run(300)
+    pair.answer("engage", max_age_s=0.15)
+    pair.remote.state = LinkState.ENGAGED
+    pair.run(300)
+    assert pair.client.both_engaged
+
+
 def test_the_remote_calibration_is_reported_and_bounded(pair: Pair) -> None:
     assert pair.client.calibrated == ""
     pair.client.remote["calibrated"] = "Calibrated 2026-11-03, " + "x" * 1000
@@ -238,11 +248,7 @@ def test_an_engage_that_is_granted_after_a_person_has_disengaged_or_stopped_has_
 
 @pytest.mark.parametrize("engages_itself", [False, True])
 def test_clearing_a_fault_needs_a_new_request_even_before_the_next_tick(pair: Pair, engages_itself: bool) -> None:
-    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
-    pair.run(300)
-    pair.answer("engage", max_age_s=0.15)
-    pair.remote.state = LinkState.ENGAGED
-    pair.run(300)
+    engage(pair, engages_itself)
     pair.client.session.latch(Fault(FaultCode.MODULE_CUT_OUT, "index"))
     pair.client.clear(pair.remote.now_ns)
     assert pair.asked("engage", 300) == 0
@@ -251,12 +257,7 @@ def test_clearing_a_fault_needs_a_new_request_even_before_the_next_tick(pair: Pa
 
 @pytest.mark.parametrize("engages_itself", [False, True])
 def test_after_a_fault_of_the_remote_site_engaging_needs_a_new_request(pair: Pair, engages_itself: bool) -> None:
-    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
-    pair.run(300)
-    pair.answer("engage", max_age_s=0.15)
-    pair.remote.state = LinkState.ENGAGED
-    pair.run(300)
-    assert pair.client.both_engaged
+    engage(pair, engages_itself)
     pair.remote.state = LinkState.FAULT
     pair.run(500)
     pair.remote.state = LinkState.CONNECTED
@@ -273,11 +274,7 @@ def test_a_fault_of_this_site_ends_the_wish_to_engage(pair: Pair, engages_itself
 
 
 def test_a_disengage_here_is_neutral_at_once_and_asked_of_the_remote_site(pair: Pair) -> None:
-    pair.client.want_engaged = True
-    pair.run(300)
-    pair.answer("engage", max_age_s=0.15)
-    pair.remote.state = LinkState.ENGAGED
-    pair.run(300)
+    engage(pair)
     pair.client.disengage(pair.remote.now_ns, "no console")
     session = pair.client.session
     assert (session.state, session.paused, pair.client.want_engaged) == (LinkState.CONNECTED, "no console", False)
@@ -344,12 +341,7 @@ def test_an_observer_requests_nothing_but_the_session() -> None:
 def test_a_remote_site_that_has_disengaged_is_asked_again_only_without_a_required_request(
     pair: Pair, engages_itself: bool
 ) -> None:
-    pair.client.want_engaged, pair.client.engages_itself = True, engages_itself
-    pair.run(300)
-    pair.answer("engage", max_age_s=0.15)
-    pair.remote.state = LinkState.ENGAGED
-    pair.run(300)
-    assert pair.client.both_engaged
+    engage(pair, engages_itself)
     pair.remote.state = LinkState.CONNECTED
     assert (pair.asked("engage", 1_000) > 0) is engages_itself
     assert pair.client.session.paused == "the remote site is no longer engaged"
