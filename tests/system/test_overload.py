@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from common import limits
@@ -23,8 +24,10 @@ LEAST_NAMED = 0.5
 """Of the touches that hold: on this machine names come later, and each finger has eight seconds."""
 LOADED_S, SECONDS = 60.0, 68.0
 """How long the hand works beside the load, and in all."""
-WHOLE_S = 2.0
-"""After the load has ended."""
+WHOLE_S = 6.0
+"""Time after the load in which each site holds its rate for a full second. A machine that others use takes ticks of
+other seconds, but work that waits since the load would take ticks of each.
+"""
 LOOPS = {"remote/sensed": DEFAULT.remote_hz, "operator/rendered": DEFAULT.operator_hz}
 """A stream that has a row for each tick of a site, with its rate."""
 
@@ -34,8 +37,17 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("overload")
 
 
+def slow() -> str:
+    """What is too slow here and now for a session without this load; empty where it fits."""
+    machine = Machine.measured()
+    if sum(session_takes(DEFAULT, machine.step_s).values()) <= FITS * machine.idle:
+        return ""
+    return f"a reference step takes {machine.step_s * 1e6:.0f} us and {machine.idle:.1f} processors are idle"
+
+
 @pytest.fixture(scope="module")
 def summary(out: Path) -> dict[str, Any]:
+    slow_before = slow()
     demo = f"demo --headless --seconds {SECONDS:g} --rates {DEFAULT} --out".split()
     command = [sys.executable, "-m", "teletaction", *demo, str(out)]
     with busy(2):
@@ -46,23 +58,20 @@ def summary(out: Path) -> dict[str, Any]:
     _, said = run.communicate(timeout=120)
     assert run.returncode == 0, said
     found: dict[str, Any] = json.loads((out / "summary.json").read_text("utf-8"))
-    return found | {"said": said, "eased_s": eased_s}
+    return found | {"said": said, "eased_s": eased_s, "slow": slow_before or slow()}
 
 
 def test_the_session_is_whole_soon_after_the_load(out: Path, summary: dict[str, Any]) -> None:
-    machine = Machine.measured()
-    if sum(session_takes(DEFAULT, machine.step_s).values()) > FITS * machine.idle:
-        pytest.skip(
-            f"a reference step takes {machine.step_s * 1e6:.0f} us and {machine.idle:.1f} processors are idle: "
-            "the session does not fit without this load either"
-        )
-    from_s = summary["eased_s"] + WHOLE_S
+    if summary["slow"]:
+        pytest.skip(f"{summary['slow']}: the session does not fit without this load either")
     with (out / "session.mcap").open("rb") as file:
         session = RecordedSession(out / "session.mcap", file)
         ticks = [(stream, time_ns * 1e-9) for stream, _, time_ns, _ in session.messages(tuple(LOOPS))]
     for stream, rate_hz in LOOPS.items():
-        after_s = [time_s for name, time_s in ticks if name == stream and time_s >= from_s]
-        assert len(after_s) > HELD * rate_hz * (after_s[-1] - from_s) > 0.0, stream
+        after_s = np.array([time_s for name, time_s in ticks if name == stream]) - summary["eased_s"]
+        after_s = after_s[(after_s >= 0.0) & (after_s < WHOLE_S)]
+        in_a_second = np.searchsorted(after_s, after_s + 1.0) - np.arange(len(after_s))
+        assert in_a_second.max() >= HELD * rate_hz, stream
 
 
 def test_every_tap_is_felt(summary: dict[str, Any]) -> None:
