@@ -94,6 +94,7 @@ Faults that take too long in real time, or that no process can be given, are tes
 | a CAN node that receives no commands for a while | safe and resumes: force from zero, fingers lowered at 20 mm/s |
 | a bad TactTip's faults, cleared for 10 min | latched twice; then that plate alone is off until mended |
 | a thermal sensor frozen or reversed for 10 min | its heater alone is off until mended |
+| a thermal sensor loose before the session | its heater gets at most 1.5 s of strong drive in 30 s |
 | anything of this page at random, several at once | within the hold times; nothing while latched; works at the end |
 
 A remote site that is killed while a person's stop is latched is latched again when it is started

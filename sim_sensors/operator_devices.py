@@ -138,6 +138,7 @@ class OperatorDevices:
                     self.exoskeleton,
                     drives=self.modules,
                     thermistors=self.thermistors,
+                    contacts=self.plates.contacts,
                     encoders=self.encoders,
                     intruder=self.bus.intruder,
                     hang=self.hang,

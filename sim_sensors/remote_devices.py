@@ -170,6 +170,7 @@ class RemoteDevices:
                     self.robot,
                     drives=self.thermal,
                     thermistors=self.thermistors,
+                    contacts=self.world.thermistor_contacts,
                     encoders=self.encoders,
                     intruder=self.bus.intruder,
                     hang=self.hang,

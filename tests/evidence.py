@@ -124,13 +124,19 @@ HAZARDS = (
     Hazard(
         "a sensor's heated plate burns the patient",
         ("SENSOR_PLATE_C",),
-        ("remote_site.safety.patient_gate", "remote_site.safety.heater_limits", "common.safety.repeated_fault"),
+        (
+            "remote_site.safety.patient_gate",
+            "remote_site.safety.heater_limits",
+            "remote_site.safety.slow_heating",
+            "common.safety.repeated_fault",
+        ),
         (
             f"{_PATIENT_GATE}::test_hot_sensor_plate_is_a_fault",
             f"{_PATIENT_GATE}::test_heater_is_off_on_contact",
             f"{_PATIENT_GATE}::test_heater_looks_ahead_of_its_sensor",
             f"{_PATIENT_GATE}::test_heater_needs_engagement_motion_and_a_believable_reading",
             "tests/unit/remote_site/safety/test_heater_limits.py",
+            "tests/unit/remote_site/safety/test_slow_heating.py",
             "tests/unit/common/safety/test_repeated_fault.py",
             "tests/virtual/test_repeated_heater_faults.py",
         ),

@@ -5,6 +5,7 @@ import math
 from common.limits import GAP_S, SENSOR_PLATE_C
 from common.safety.repeated_fault import RepeatedFault
 from common.safety.thermal_dose import ThermalDose
+from remote_site.safety.slow_heating import SlowHeating
 
 SENSOR_LOW_C = -5.0
 """Lowest plausible reading, C; a lower one is a fault of the read-out."""
@@ -48,6 +49,7 @@ class HeaterLimits:
         self._rate_k_s = 0.0
         self._dose = ThermalDose()
         self._work_s = self._against_s = 0.0
+        self._slow_heating = SlowHeating()
         self.repeated = RepeatedFault(TEST_DRIVE, TEST_LEAST_K)
         self._implausible = False
 
@@ -84,6 +86,8 @@ class HeaterLimits:
             if self._work_s > SILENT_WORK_S or self._against_s > AGAINST_WORK_S:
                 self._work_s = self._against_s = 0.0
                 self.repeated.demand_test()
+        if self._slow_heating.step(dt_s, drive, self._rate_k_s):
+            self.repeated.demand_test()
         self.spent = self._dose.step(t_s, plate_c)
         rate_k_s = self._rate_k_s
         self.too_hot = plate_c + (LOOK_AHEAD_S * rate_k_s if rate_k_s > 0.0 else 0.0) > SENSOR_PLATE_C

@@ -22,6 +22,7 @@ from sim_sensors.devices.telemanipulator import Telemanipulator
 from sim_sensors.faults.faults import End, Fault
 from sim_sensors.physics.finger_plate import FingerPlates
 from sim_sensors.physics.remote_world import RemoteWorld
+from sim_sensors.physics.thermistor_contacts import ThermistorContacts
 from sim_sensors.ports.camera_server import CameraServer
 from sim_sensors.ports.intruder import Intruder
 from sim_sensors.ports.node_bus import NodeBus
@@ -47,6 +48,7 @@ def device_faults(
     node: CanNode,
     drives: Mapping[Finger, PlateModule],
     thermistors: Mapping[Finger, Thermistor],
+    contacts: ThermistorContacts,
     encoders: Mapping[Finger, Encoder],
     intruder: Intruder,
     hang: Hang,
@@ -59,11 +61,13 @@ def device_faults(
         node: the CAN node; a share of its frames can be damaged.
         drives: modules whose Peltier drive can be stuck, by finger.
         thermistors: temperature sensors by finger.
+        contacts: thermal contacts of all five of them, which can loosen.
         encoders: encoders of the node by finger.
         intruder: second sender on the bus.
         hang: pause of the whole process.
     """
     lines: dict[str, SerialServer | NodeBus] = {**serial, "can": bus}
+    places = {str(finger): FINGERS.index(finger) for finger in thermistors}
     return {
         "unplug": Fault("DEVICE", lines, _unplug),
         "silence": Fault("DEVICE", lines, _setting("silent", _no_argument, False)),
@@ -72,6 +76,7 @@ def device_faults(
         "bus_off": Fault("", {"": bus}, _turn_off),
         "stuck": Fault("FINGER PERMILLE", _by_finger(drives), _setting("stuck_permille", _permille)),
         "thermistor": _of_parts(thermistors, "open", "short", "frozen"),
+        "loosen": Fault("FINGER CONTACT_PER_S", places, partial(_loosen, contacts.lost_per_s)),
         "hang": Fault("SECONDS", {"": hang}, _hang),
         "damage": Fault("can counter|crc SHARE", {"can": node.transmitter}, _setting("damage", _damage)),
         "encoder": _of_parts(encoders, "glitch", "stuck"),
@@ -122,15 +127,13 @@ def operator_faults(exoskeleton: Exoskeleton, modules: Mapping[Finger, TactTip],
     Args:
         exoskeleton: its drives can apply a fixed force in place of the commanded one.
         modules: TactTips by finger; the motor's driver can apply a fixed voltage in place of the commanded one.
-        plates: plates of the TactTips; they can lack cooling water, their Peltiers can be wired in reverse, and their
-            thermistors can come off.
+        plates: plates of the TactTips; they can lack cooling water, their Peltiers can be wired in reverse.
     """
     places = {str(finger): FINGERS.index(finger) for finger in modules}
     return {
         "push": Fault("FINGER NEWTON", places, partial(_push, exoskeleton.stuck_n)),
         "water": Fault("FINGER", places, partial(_mark, plates.dry)),
         "reverse": Fault("FINGER", places, partial(_mark, plates.reversed)),
-        "loosen": Fault("FINGER CONTACT_PER_S", places, partial(_loosen, plates.loosening_per_s)),
         "motor": Fault("FINGER MILLIVOLT", _by_finger(modules), _setting("stuck_mv", _millivolt)),
     }
 

@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_sensors.physics.thermistor_contacts import ThermistorContacts
+
 STEP_S = 0.010
 IMPLICIT_STEPS = 5
 _ROUNDING_S = 1e-9
@@ -47,8 +49,6 @@ CASE_W_K = 0.002
 
 NTC_LAG_S = 0.06
 NTC_NOISE_K = 0.01
-LEAST_NTC_CONTACT = 0.4
-"""Thermal contact to which an NTC loosens, as its share of the difference between plate and room."""
 
 DEEP_C = 34.0
 ARTERY_C = 35.0
@@ -117,7 +117,7 @@ class FingerPlates:
         ntc_c: temperature of the plate's NTC element, C, with lag and noise.
         dry: fingers whose hot side has lost its cooling water, bool; False at first.
         reversed: fingers whose Peltiers are wired in reverse, so that a drive above 0 cools, bool; False at first.
-        loosening_per_s: contact that each finger's NTC loses per second; 0 at first, and 0 restores the contact.
+        contacts: thermal contacts of the NTCs, one per finger.
     """
 
     def __init__(self, count: int, seed: int, ntc_noise_k: float = NTC_NOISE_K) -> None:
@@ -164,8 +164,7 @@ class FingerPlates:
         self._state = np.repeat(start[:, None], count, axis=1)
         self.dry: NDArray[np.bool_] = np.zeros(count, dtype=np.bool_)
         self.reversed: NDArray[np.bool_] = np.zeros(count, dtype=np.bool_)
-        self.loosening_per_s: NDArray[np.float64] = np.zeros(count)
-        self._ntc_contact = np.ones(count)
+        self.contacts = ThermistorContacts(count)
         self._random = np.random.default_rng([seed, 0x9A7E])
         self._noise_k = ntc_noise_k
         self._since_s = 0.0
@@ -236,11 +235,5 @@ class FingerPlates:
         if self.dry.any():
             self._state = np.where(self.dry, self._dry(before, pumped), self._state)
         self._ntc += (self._state[_PLATE] - self._ntc) * (STEP_S / (NTC_LAG_S + STEP_S))
-        reads_c = self._loosen(self._ntc) if self.loosening_per_s.any() else self._ntc
+        reads_c = self.contacts.read(STEP_S, self._ntc, ROOM_C)
         self.ntc_c = reads_c + self._noise_k * self._random.standard_normal(len(current))
-
-    def _loosen(self, plate_c: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the temperatures of the NTCs, C, 10 ms later; a loose one is nearer to the room's."""
-        contact = np.maximum(LEAST_NTC_CONTACT, self._ntc_contact - STEP_S * self.loosening_per_s)
-        self._ntc_contact = np.where(self.loosening_per_s > 0.0, contact, 1.0)
-        return ROOM_C + self._ntc_contact * (plate_c - ROOM_C)

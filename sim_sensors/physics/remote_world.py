@@ -22,6 +22,7 @@ from sim_sensors.physics.plate_travel import PlateTravel
 from sim_sensors.physics.surface import GROOVE_DEPTH_M
 from sim_sensors.physics.texture_touch import NOISE_V, TextureTouch
 from sim_sensors.physics.thermal_touch import STEP_S, SensorSpread, ThermalTouch, draw_touch_factor
+from sim_sensors.physics.thermistor_contacts import ThermistorContacts
 from sim_sensors.physics.true_mode import CONTACT_N, TrueMode
 
 HOVER_M = 0.006
@@ -144,6 +145,11 @@ class RemoteWorld:
     def plate_c(self) -> NDArray[np.float64]:
         """True temperatures of the sensors' plates, C."""
         return self._thermal.plate_c
+
+    @property
+    def thermistor_contacts(self) -> ThermistorContacts:
+        """Contacts of the sensors' resistors with their plates."""
+        return self._thermal.contacts
 
     def step(
         self,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sim_sensors.physics.object_column import CELLS, ObjectColumn
 from sim_sensors.physics.ssr_converter import NOISE_C, counts_of
+from sim_sensors.physics.thermistor_contacts import ThermistorContacts
 
 Array = NDArray[np.float64]
 
@@ -89,7 +90,7 @@ def draw_touch_factor(rng: np.random.Generator, spread: float = TOUCH_SPREAD) ->
 
 
 class ThermalTouch:
-    """Temperatures of n sensors, C, initially at ambient.
+    """Temperatures of n sensors, C, initially at ambient, and `contacts` of their resistors with the plates.
 
     `plate_c`, `back_c`, `case_c`, `ssr_c` have shape (n,); `column_c` (n, cells) holds the touched objects.
     """
@@ -101,6 +102,7 @@ class ThermalTouch:
         self.plate_c = np.full(n, ambient_c)
         self._sides_c = np.full((2, n), ambient_c)
         self.ssr_c = np.full(n, ambient_c)
+        self.contacts = ThermistorContacts(n)
         self.column_c = np.full((n, cells), ambient_c)
         self.object_c = np.full(n, ambient_c)
         self.area_m2 = np.full(n, AREA_M2)
@@ -238,7 +240,7 @@ class ThermalTouch:
 
     def _convert(self) -> None:
         read_c = NOISE_C * self._rng.standard_normal((2, self._n))
-        read_c[0] += self.ssr_c
+        read_c[0] += self.contacts.read(STEP_S, self.ssr_c, self.ambient_c)
         read_c[1] += self.ambient_c
         counts = counts_of(read_c)
         self._ssr_counts: NDArray[np.int16] = counts[0]

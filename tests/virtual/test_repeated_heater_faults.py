@@ -58,6 +58,13 @@ class Sensors:
         """Whether a heater gets no drive but a test pulse."""
         return bool(self._limited[finger] & Limit.HEATER_TEST)
 
+    def loosen(self, contact: float) -> None:
+        """Let the bad sensor have this share of its thermal contact from the beginning."""
+        contacts = self.touch.contacts
+        contacts.lost_per_s[BAD] = 1.0 - contact
+        contacts.read(1.0, self.touch.ssr_c, 23.0)
+        contacts.lost_per_s[BAD] = math.ulp(0.0)  # it loses no more
+
     def run(self, seconds: float) -> None:
         """Let time pass in free air."""
         for _ in range(round(seconds / COARSE_TICK_S)):
@@ -120,6 +127,18 @@ def test_two_minutes_with_a_bad_sensor_give_its_heater_little_drive(
     assert sensors.hottest_c[BAD] <= SENSOR_PLATE_C
     assert sensors.in_test(BAD)
     assert not sensors.in_test(SOUND)
+
+
+@pytest.mark.parametrize("contact", [0.4, 0.5])
+def test_a_sensor_that_is_loose_before_the_session_does_not_heat_its_plate_beyond_its_limit(contact: float) -> None:
+    sensors = Sensors()
+    sensors.loosen(contact)
+    sensors.run(2.0)
+    assert sensors.in_test(BAD)
+    sensors.run(WATCHED_S)
+    assert sensors.hottest_c[BAD] <= SENSOR_PLATE_C
+    assert not sensors.in_test(SOUND)
+    assert sensors.touch.plate_c[SOUND] == pytest.approx(33.0, abs=0.5)
 
 
 @pytest.mark.parametrize("fault", [freeze, reverse])

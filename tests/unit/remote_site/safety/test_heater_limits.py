@@ -17,6 +17,7 @@ from remote_site.safety.heater_limits import (
     SILENT_WORK_S,
     HeaterLimits,
 )
+from remote_site.safety.slow_heating import LEAST_RATE_K_S
 
 BELOW_LOW_C, ABOVE_HIGH_C = math.nextafter(SENSOR_LOW_C, -9.0), math.nextafter(SENSOR_HIGH_C, 99.0)
 
@@ -94,21 +95,21 @@ def test_the_rate_restarts_when_a_reading_returns() -> None:
 
 @pytest.mark.parametrize("answers_k", [SILENT_K, -SILENT_K, 0.29, -0.29, 0.0])
 def test_drive_without_an_answer_of_the_reading_demands_a_test(answers_k: float) -> None:
-    plate, drive = Plate(), HOLDING_DRIVE + 0.3
+    plate, drive = Plate(), HOLDING_DRIVE + 0.2
     plate.step(0.0)
-    assert not plate.step(0.0, SILENT_WORK_S / 0.3, drive).repeated.needs_test
+    assert not plate.step(0.0, SILENT_WORK_S / 0.2, drive).repeated.needs_test
     answered = abs(answers_k) >= SILENT_K
     assert plate.step(answers_k, 0.01, drive).repeated.needs_test is not answered
-    plate.step(answers_k, SILENT_WORK_S / 0.3 - 0.02, -drive)
+    plate.step(answers_k, SILENT_WORK_S / 0.2 - 0.02, -drive)
     assert plate.limits.repeated.needs_test is not answered
     assert plate.step(answers_k, 0.02, drive).repeated.needs_test is True
 
 
-@pytest.mark.parametrize("drive", [1.0, -1.0])
+@pytest.mark.parametrize("drive", [0.45, -1.0])
 def test_a_plate_that_runs_away_from_its_drive_demands_a_test(drive: float) -> None:
     """A Peltier element that is wired in reverse would cool the plate to below 0 C, or heat it to its limit."""
     plate, tick_s = Plate(), 0.01
-    for tick in range(200):
+    for tick in range(700):
         demanded = plate.step(30.0 - drive * 5.0 * tick * tick_s, tick_s, drive).repeated.needs_test
         driven_s = (tick + 1) * tick_s * (abs(drive) - HOLDING_DRIVE)
         if abs(driven_s - AGAINST_WORK_S) > tick_s:
@@ -145,3 +146,11 @@ def test_each_time_a_reading_becomes_implausible_is_one_fault() -> None:
         for dt_s, reading_c in ((0.0, 99.0), (0.0, math.nan), (0.0, 33.0), (0.0, 33.0)):
             assert not plate.step(reading_c, dt_s).repeated.needs_test
         assert plate.step(99.0, after_s).repeated.needs_test is repeated
+
+
+@pytest.mark.parametrize(("rate_k_s", "tested"), [(LEAST_RATE_K_S + 0.1, False), (LEAST_RATE_K_S - 0.1, True)])
+def test_a_reading_that_rises_too_slowly_at_full_drive_demands_a_test(rate_k_s: float, tested: bool) -> None:
+    plate, dt_s = Plate(), 0.01
+    for tick in range(round(2.0 / dt_s)):
+        plate.step(15.0 + rate_k_s * tick * dt_s, dt_s, drive=1.0)
+    assert plate.limits.repeated.needs_test is tested

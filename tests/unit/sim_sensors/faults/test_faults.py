@@ -16,6 +16,8 @@ from common.limits import MODULE_TIMEOUT_S
 from sim_sensors.faults.faults import Fault, Faults
 from sim_sensors.operator_devices import OperatorDevices
 from sim_sensors.physics.finger_plate import ROOM_C, WATER_C
+from sim_sensors.physics.fingertip import HIGH_Z_M
+from sim_sensors.physics.ssr_converter import celsius_of
 from sim_sensors.ports.select_loop import SelectLoop
 from sim_sensors.ports.simulation_loop import STEP_S
 from sim_sensors.remote_devices import RemoteDevices
@@ -215,6 +217,24 @@ def test_a_thermistor_that_comes_off_reads_too_little_until_it_is_mended(operato
     operator.faults.apply("mend loosen index")
     advance(operator, range(2001, 2101))
     assert plates.ntc_c[index] == pytest.approx(plates.plate_c[index], abs=0.1)
+
+
+def test_a_thermal_sensor_that_comes_off_reads_too_little_until_it_is_mended(remote: RemoteDevices) -> None:
+    index, world = FINGERS.index("index"), remote.world
+
+    def too_little_k() -> np.ndarray:
+        """After four seconds in air, with the heaters off."""
+        for _ in range(round(4.0 / STEP_S)):
+            world.step(STEP_S, 0.0, 0.0, np.full(5, HIGH_Z_M), np.zeros(5))
+        return np.asarray(world.plate_c - celsius_of(world.ssr_counts()))
+
+    world.plate_c[:] = 34.0
+    remote.faults.apply("loosen index 0.2")
+    read_k = too_little_k()
+    assert read_k[index] == pytest.approx(0.6 * (world.plate_c[index] - world.scene.ambient_c), abs=0.5)
+    assert np.delete(read_k, index) == pytest.approx([0.0] * 4, abs=0.5)
+    remote.faults.apply("mend loosen index")
+    assert too_little_k()[index] == pytest.approx(0.0, abs=0.5)
 
 
 def test_the_process_hangs_at_its_next_step_so_that_its_client_is_answered(operator: OperatorDevices) -> None:

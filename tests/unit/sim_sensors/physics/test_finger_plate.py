@@ -142,14 +142,6 @@ def test_reversed_peltiers_heat_when_they_should_cool() -> None:
     assert wrong.hot_side_c[0] == sound.hot_side_c[0]
 
 
-def test_a_loose_ntc_keeps_the_rest_of_its_contact() -> None:
-    plates = FingerPlates(2, 0, ntc_noise_k=0.0)
-    plates.loosening_per_s[1] = 0.2
-    run(plates, 0.3, 10.0)
-    kept = (plates.ntc_c - finger_plate.ROOM_C) / (plates.plate_c - finger_plate.ROOM_C)
-    assert kept == pytest.approx([1.0, finger_plate.LEAST_NTC_CONTACT], abs=0.01)
-
-
 def test_the_ntcs_noise_is_as_large_as_it_is_said_to_be() -> None:
     plates = FingerPlates(1000, 0, ntc_noise_k=0.1)
     assert np.std(run(plates, 0.0, 0.1).ntc_c) == pytest.approx(0.1, rel=0.1)
