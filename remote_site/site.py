@@ -35,10 +35,10 @@ from common.wire.noted_consent import NotedConsent
 from common.wire.packets import LinkState
 from remote_site.calibrated_tables import load_tables
 from remote_site.devices.devices import RemoteDevices
-from remote_site.devices.sensor_frame import HandPlace, SensorFrame
+from remote_site.devices.sensor_frame import HandPlace, SensorFrame, with_sensors_in_doubt
 from remote_site.heating import Heating
 from remote_site.identification.perception import Perception, nothing_touched
-from remote_site.safety.limit_flags import Limit, limit_names
+from remote_site.safety.limit_flags import HEATER_TEST, Limit, limit_names
 from remote_site.safety.patient_gate import PatientGate
 from remote_site.safety.setpoints import GatedCommand
 from remote_site.session.local_control import answer_desk
@@ -128,7 +128,7 @@ class RemoteSite:
         server, contain = self.server, self.contain
         if server.session.state is not LinkState.FAULT:
             contain.not_latched()
-        sensed_now = self._sensed = self._read(now_ns * 1e-9)
+        sensed_now = self._sensed = self._plausible(self._read(now_ns * 1e-9))
         now_ns += self._devices.tick.stood_still_ns
         self._now_ns = now_ns
         with contain.step("session"):
@@ -168,6 +168,11 @@ class RemoteSite:
             return self._devices.read(now_s, self._followed())
         now_s += self._devices.tick.stood_still_ns * 1e-9
         return structs.replace(self._sensed, time_s=now_s, texture_counts=_NOTHING_NEW, plates=_NOTHING_NEW, hand=None)
+
+    def _plausible(self, sensed: SensorFrame) -> SensorFrame:
+        """Return the readings; a thermal sensor's is implausible while the gate wants a test of it."""
+        untested = [bool(bits & HEATER_TEST) for bits in self._command.limited]
+        return with_sensors_in_doubt(sensed, untested) if any(untested) else sensed
 
     def _serve(self, now_ns: int) -> None:
         """Take local requests and the packets of the operator, and step the session."""

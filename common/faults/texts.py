@@ -77,7 +77,7 @@ _THERMAL = {
     ThermalReason.SENSOR_SHORTED: "sensor fault: thermal sensor shorted",
     ThermalReason.SENSOR_OPEN: "sensor fault: thermal sensor open",
     ThermalReason.SENSOR_JUMPS: "sensor fault: thermal sensor jumps",
-    ThermalReason.SENSOR_FROZEN: "sensor fault: thermal sensor frozen",
+    ThermalReason.SENSOR_FROZEN: "sensor fault: thermal sensor does not follow its heater",
 }
 
 

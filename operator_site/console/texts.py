@@ -94,7 +94,7 @@ _REASONS = {
     ThermalReason.SENSOR_SHORTED: "sensor shorted",
     ThermalReason.SENSOR_OPEN: "sensor open",
     ThermalReason.SENSOR_JUMPS: "sensor jumps",
-    ThermalReason.SENSOR_FROZEN: "sensor frozen",
+    ThermalReason.SENSOR_FROZEN: "sensor ignores heater",
 }
 _CAMERA = {
     Seen.LATE: ("Picture {age_s:.1f} s late.", "Move slowly."),

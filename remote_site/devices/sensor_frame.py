@@ -1,6 +1,9 @@
 """Readings of all devices of the remote site in one tick: the exact input of identification, recorded and replayed."""
 
+from collections.abc import Sequence
 from typing import NamedTuple, Self
+
+from msgspec import structs
 
 from common.recording.recorded_row import Finite, FixedFive, Row, Whole
 from common.wire.messages import THERMAL_REASONS, ThermalReason
@@ -63,3 +66,13 @@ class SensorFrame(Row):
         if any(plate is not None and plate.fault not in THERMAL_REASONS for plate in sensed.plates):
             raise ValueError("not a record of sensed values: a plate's fault is no code of a thermal reason")
         return sensed
+
+
+def with_sensors_in_doubt(sensed: SensorFrame, in_doubt: Sequence[bool]) -> SensorFrame:
+    """Return readings of which those of some thermal sensors, (5,), are implausible."""
+    code = ThermalReason.SENSOR_FROZEN.code
+    plates = [
+        structs.replace(plate, fault=plate.fault or code) if plate is not None and doubted else plate
+        for plate, doubted in zip(sensed.plates, in_doubt, strict=True)
+    ]
+    return structs.replace(sensed, plates=tuple(plates))

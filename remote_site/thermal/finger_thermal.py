@@ -62,6 +62,8 @@ class FingerThermal:
         """Times, s, and temperatures, C, of the newest readings of the free sensor."""
         self._sensor_s = -1.0
         self._ambient_c: float | None = None
+        self._fault = ThermalReason.NONE
+        """Why the last reading is implausible."""
 
     def share(self, answer: ThermalResult | None) -> None:
         """Take the joint answer of all fingers on its object, for the next step; None if it answers for itself."""
@@ -86,9 +88,11 @@ class FingerThermal:
     def _follow(self, sensed: SensorFrame, exploration: ModeDetector) -> None:
         """Start, feed and end the thermal touch."""
         t_s, own, reading = sensed.time_s, self.own, sensed.plates[self._finger]
-        fault = ThermalReason.NONE
         if reading is not None:
-            self._ambient_c, fault = reading.ambient_c, reason_of(reading)
+            self._ambient_c, self._fault = reading.ambient_c, reason_of(reading)
+        elif t_s - self._sensor_s > READING_AGE_S:
+            self._fault = ThermalReason.NONE
+        fault = self._fault
         if exploration.began:
             self._land(sensed, fault)
         elif exploration.ended and t_s - self._contact_s > TAP_S:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import structs
 from numpy.typing import NDArray
 
 from common.exploration.hand_motion import HandMotion
@@ -145,6 +146,16 @@ def test_stroking_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
 def test_a_sensor_fault_ends_the_thermal_touch(knowledge: ThermalKnowledge) -> None:
     touches = explore(knowledge, on("metal"), fault=ThermalReason.SENSOR_OPEN)
     assert touches[2000].thermal.reason is ThermalReason.SENSOR_OPEN
+
+
+def test_a_touch_of_a_faulty_sensor_says_what_is_wrong_with_it(knowledge: ThermalKnowledge) -> None:
+    """Its contact is found between two readings."""
+
+    def faulty(t: float, reading: PlateReading) -> PlateReading | None:
+        return None if 0.495 < t < 0.525 else structs.replace(reading, fault=ThermalReason.SENSOR_OPEN.code)
+
+    touches = explore(knowledge, on("metal"), seconds=1.5, spoiled=faulty)
+    assert {touch.thermal.reason for touch in touches if touch.contact} == {ThermalReason.SENSOR_OPEN}
 
 
 def short(t: float, reading: PlateReading) -> PlateReading:
