@@ -4,8 +4,9 @@
     clipped         some samples are at an end of the range: the sensor is pressed or shaken beyond its range
     disconnected    no sample differs from the next: a connected sensor has noise
     noise only      the signal stays noise when the finger lands or lifts: the sensor is loose
+    too few samples fewer samples come than the rate says: the sensor is slower, or its line loses some
 
-The last fault needs a change of force by a finger that does not stroke, so that it is diagnosed at the next contact. It
+"Noise only" needs a change of force by a finger that does not stroke, so that it is diagnosed at the next contact. It
 ends when the signal shows any course, or becomes louder than its noise, whatever the finger does. A force sensor that
 jumps may have reported a contact that never was. The diagnosis is independent of units and delays. Force and texture
 come from two devices, and on a busy host either may arrive 0.1 s after the other. The test therefore does not compare
@@ -26,12 +27,22 @@ SATURATED = "saturated: stuck at the end of its range"
 CLIPPED = "clipped: beyond its range again and again"
 DISCONNECTED = "disconnected: no noise at all"
 NOISE_ONLY = "noise only: does not follow the force"
+TOO_FEW = "too few samples: slower than its rate, or a line that loses some"
 RAIL_V = 9.98
 """Magnitude from which a sample is at an end of the converter's range, V."""
 STILL_V = 1e-3
 """Span below which a signal has no noise, V; less than a step of the converter."""
 SATURATED_S, FLAT_S, CLIPPED_S, FOLLOWS_S = 0.05, 0.10, 0.50, 0.40
 """Durations over which each fault is judged, s: saturated, disconnected, clipped, noise only."""
+COUNTED_S = 1.0
+"""Signal of which the duration is compared with the time that it took, s."""
+TOO_SLOW, ENOUGH = 0.90, 0.95
+"""Rates of samples over RATE_HZ below which they are too few, and from which they are enough again.
+
+A path is shorter by the same factor. Firmware keeps to ENOUGH.
+"""
+PAUSE_S = 0.05
+"""Time between two blocks from which on the signal has paused, s; then counting begins again."""
 CLIPPED_PART = 0.01
 """Largest fraction of samples at the ends of the range in a sound signal."""
 _CLIPPED_MOST = CLIPPED_PART * CLIPPED_S * RATE_HZ
@@ -86,12 +97,20 @@ class SensorFault:
         """Force after the integrator in each block of FOLLOWS_S, N."""
         self._rested = 0
         """Number of latest blocks in which the finger does not stroke."""
+        self._ends_s: deque[float] = deque(maxlen=1 + round(COUNTED_S / block_s))
+        """End of each block since the last pause, in COUNTED_S, s."""
 
-    def step(self, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
-        """Take the next samples, V, and the contact force, N; return the present fault.
+    def step(self, end_s: float, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
+        """Take the next samples, V, which end at `end_s`, s, and the contact force, N; return the present fault.
 
         In a `resting` finger, which does not stroke, only the force can move the signal.
         """
+        ends_s = self._ends_s
+        if ends_s and end_s - ends_s[-1] > PAUSE_S:
+            ends_s.clear()
+        ends_s.append(end_s)
+        slowest = ENOUGH if self.fault == TOO_FEW else TOO_SLOW
+        too_few = len(ends_s) == ends_s.maxlen and slowest * (end_s - ends_s[0]) > COUNTED_S
         before_n, self._force_n = self._force_n, force_n
         changed_n = 0.0 if before_n is None else force_n - before_n
         low_v, high_v = min(samples_v), max(samples_v)
@@ -112,6 +131,8 @@ class SensorFault:
         span_v = high_v - low_v
         sound = not railed and self._noise_v2 is None and self._clipped <= _CLIPPED_MOST and span_v >= STILL_V
         self.fault = None if sound else self._name(span_v)
+        if too_few and self.fault is None:
+            self.fault = TOO_FEW
         return self.fault
 
     def _name(self, span_v: float) -> str | None:

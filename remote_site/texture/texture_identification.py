@@ -213,7 +213,7 @@ class TextureIdentification:
         late = end_s - self._time_s > _GAP_S
         self._mode, self._time_s = mode, end_s
         resting = mode is not ExplorationMode.STROKING and speed_m_s < STROKING_M_S
-        if watch.step(samples_v, force_n, resting) is not None:
+        if watch.step(end_s, samples_v, force_n, resting) is not None:
             if not faulty:
                 self._forget()
             return [], False

@@ -8,7 +8,7 @@ import pytest
 
 from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
 from remote_site.texture.recorded.stroke_playback import Array
-from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED
+from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED, TOO_FEW, SensorFault
 from remote_site.texture.tip_path import RATE_HZ
 from sim_sensors.traces.simulated_stroke import simulate_stroke
 from studies.texture.strokes import stroking
@@ -89,3 +89,32 @@ def test_a_sound_sensor_has_no_fault_when_force_and_texture_come_apart(late_s):
     trace = drawn("closely_grooved_pvc", 85_000)
     apart = replace(trace, pressure_v=np.roll(trace.pressure_v, round(late_s * RATE_HZ)))
     assert {block.texture.fault for block in played(apart)} == {None}
+
+
+def named(rate_hz: float, late_s: float, seconds: float = 4.0) -> list[str | None]:
+    """Fault after each block of a sensor of this rate, which a loop reads up to `late_s` late, at most four at once."""
+    watch, chance, found, read, t_s = SensorFault(10), np.random.default_rng(1), [], 0, 0.0
+    while t_s < seconds:
+        t_s += 0.002 + chance.uniform(0.0, late_s)
+        ready = min(int(t_s * rate_hz / 10.0) - read, 4)
+        ends_s = [t_s - left * 10.0 / RATE_HZ for left in range(ready - 1, -1, -1)]
+        found += [watch.step(end_s, [0.01, -0.01] * 5, 0.0, False) for end_s in ends_s]
+        read += ready
+    return found
+
+
+@pytest.mark.parametrize("late_s", [0.0003, 0.010])
+def test_a_sensor_slower_than_firmware_may_be_is_named_and_a_late_loop_is_not(late_s):
+    assert set(named(0.955 * RATE_HZ, late_s)) == {None}
+    for slow_hz in (0.5 * RATE_HZ, 0.85 * RATE_HZ):
+        found = named(slow_hz, late_s)
+        assert found[-1] == TOO_FEW
+        assert set(found[found.index(TOO_FEW) :]) == {TOO_FEW}
+
+
+def test_a_pause_is_not_too_few_samples():
+    watch, t_s, found = SensorFault(10), 0.0, set()
+    for block in range(2000):
+        t_s += 0.105 if block % 100 == 0 else 0.005
+        found.add(watch.step(t_s, [0.01, -0.01] * 5, 0.0, False))
+    assert found == {None}
