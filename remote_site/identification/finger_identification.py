@@ -33,11 +33,14 @@ from remote_site.texture.surface_table import (
 )
 from remote_site.texture.texture_identification import TextureIdentification, groove_rad_s
 from remote_site.texture.texture_law import ln_roughness
+from remote_site.texture.tip_path import RATE_HZ
 from remote_site.thermal.finger_thermal import FingerThermal
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 
 _EFFUSIVITY_UNKNOWN_LN_SD = TOUCH_RANGES["effusivity_ln_sd"][1]
 """Standard deviation of ln effusivity that stands for an unknown effusivity."""
+_GAPS = 16
+"""Number of the latest gaps between grooves that give the period: it soon follows another grating."""
 
 
 class FingerIdentification:
@@ -67,7 +70,7 @@ class FingerIdentification:
         self.contact = False
         self.thermal = FingerThermal(finger, knowledge)
         self.surface = SurfaceEstimate()
-        self.period = GroovePeriod()
+        self.period = GroovePeriod(_GAPS)
         self.roughness_v = 0.0
         self.texture_fault: str | None = None
         self._groove_v = surfaces.groove_v
@@ -102,7 +105,7 @@ class FingerIdentification:
         self.surface.step(t_s, force_n, sensed.x_m, sensed.y_m, z_m, offset_n)
         if exploration.began:
             self._events.add(EventKind.TAP, finger, exploration.approach_m_s)
-            self.period = GroovePeriod()
+            self.period = GroovePeriod(_GAPS)
             self._rough = False
         if stroked and mode is not ExplorationMode.STROKING:
             self.period.interrupt()
@@ -127,12 +130,13 @@ class FingerIdentification:
         if self._rough and stroking:
             self.roughness_v = texture.roughness_v
             self._stroke = self._strokes.at(ln_roughness(self.roughness_v))
+        self.period.stroke(self._hand.speed_m_s * (len(counts) // 2) / RATE_HZ)
         for impulse in impulses:
             amplitude_rad_s = groove_rad_s(impulse.strength_v, self._groove_v)
             at_m = self._events.add(EventKind.GROOVE, self._finger, amplitude_rad_s, time_s=impulse.time_s)
             self.period.groove(impulse.place_m, at_m)
-        if self.texture_fault is not None:
-            self.period.interrupt()  # after a fault, the path begins again
+        if texture.interrupted or self.texture_fault is not None:
+            self.period.interrupt()  # the path begins again
 
     def _touch(self, sensed: SensorFrame, stroke: StrokeConstants) -> TouchRow:
         """Return the finger's row; a free finger has no surface, so that none is rendered."""

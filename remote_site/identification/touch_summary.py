@@ -50,7 +50,7 @@ def _summary(finger: FingerIdentification) -> TouchSummary:
     if (roughness := finger.roughness) is not None:
         value_v, sd_v = roughness
         summary = summary._replace(roughness_v=min(value_v, ROUGHNESS_MAX_V), roughness_sd_v=min(sd_v, ROUGHNESS_MAX_V))
-    if (period := finger.period.estimate()) is not None:
+    if (period := finger.period.estimate()) is not None and not period.irregular:
         groove_m, sd_m = period.period_m, period.period_sd_m
         summary = summary._replace(groove_m=min(groove_m, GROOVE_MAX_M), groove_sd_m=min(sd_m, GROOVE_MAX_M))
     return summary

@@ -77,7 +77,11 @@ class TextureReading:
 
 
 class TextureIdentification:
-    """Texture identification of one finger."""
+    """Texture identification of one finger.
+
+    Attributes:
+        interrupted: whether the samples of the last `take` interrupted the path.
+    """
 
     def __init__(self, surfaces: SurfaceTable, rail_v: float = RAIL_V) -> None:
         """Identify with the law of the sensor and the calibrated surfaces; `rail_v` is the end of its range, V."""
@@ -93,6 +97,7 @@ class TextureIdentification:
         self._mode = ExplorationMode.FREE
         self._lost_s = -math.inf
         self._time_s = -np.inf
+        self.interrupted = False
         self._forget()
 
     def _forget(self) -> None:
@@ -122,6 +127,7 @@ class TextureIdentification:
         self._filter.interrupt()
         self._moved_m: float | None = None
         self._settled: list[PathCell] = []
+        self.interrupted = True
 
     @property
     def fault(self) -> str | None:
@@ -180,6 +186,7 @@ class TextureIdentification:
         self, t_s: float, samples_v: Sequence[float], force_n: float, speed_m_s: float, mode: ExplorationMode
     ) -> list[Impulse]:
         """Take samples as `step`, with one force, speed and mode for all; return only their impulses."""
+        self.interrupted = False
         if len(samples_v) == BLOCK and not self._waiting:
             return self._block(t_s, samples_v, force_n, speed_m_s, mode)[0]
         return self._gather(t_s, [(sample_v, force_n, speed_m_s, mode) for sample_v in samples_v])[0]

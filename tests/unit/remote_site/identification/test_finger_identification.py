@@ -17,6 +17,7 @@ from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
 from remote_site.identification.finger_identification import FingerIdentification
 from remote_site.identification.perception import FOREIGN_SHARE
 from remote_site.identification.touch_events import TouchEvents
+from remote_site.identification.touch_summary import TouchSummaries
 from remote_site.thermal.heater_control import OFFSETS_K, STAGGER_K
 from remote_site.thermal.thermal_identification import ThermalKnowledge
 from remote_site.thermal.thermal_result import ThermalResult
@@ -253,6 +254,54 @@ def test_no_distance_of_grooves_spans_a_fault_of_the_sensor(knowledge: ThermalKn
     assert faulty
     assert grooves > 3
     assert finger.period.estimate() is None, "each side of the fault has too few grooves for a period"
+
+
+def test_no_distance_of_grooves_spans_lost_samples(knowledge: ThermalKnowledge) -> None:
+    stroke = simulate_stroke("widely_grooved_pvc", 7, 50.0, 1.0, length_m=0.2)
+    counts = (stroke.pressure_v / VOLTS_PER_COUNT).round().astype("<i2")
+    x_m = np.cumsum(1e-3 * stroke.speed_mm_s) / 2000.0
+    hand, events = HandMotion(), TouchEvents()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
+    period = None
+    for first in range(0, len(counts) - 9, 10):
+        last = first + 9
+        t_s, x, force_n = float(stroke.time_s[last]), float(x_m[last]), float(stroke.force_n[last])
+        chunk = None if first % 450 < 40 else counts[first : last + 1].tobytes()  # 20 of 225 ms are lost
+        sensed = SensorFrame(t_s, x, 0.0, (0.0,) * COUNT, (force_n,) * COUNT, (chunk,) * COUNT, (None,) * COUNT, None)
+        hand.step(t_s, x, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+        period = finger.period.estimate() or period
+    assert period is not None
+    assert period.period_m == pytest.approx(0.008, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("surface", "then", "known"),
+    [
+        ("closely_grooved_pvc", None, True),
+        ("closely_grooved_pvc", "plain_pvc", False),
+        ("arbitrarily_grooved_pvc", None, False),
+    ],
+)
+def test_a_period_is_shown_on_regular_grooves_only(
+    knowledge: ThermalKnowledge, surface: str, then: str | None, known: bool
+) -> None:
+    made = simulate_stroke(surface, 7, 80.0, 1.0, length_m=0.14, then=then)
+    counts = (made.pressure_v / VOLTS_PER_COUNT).round().astype("<i2")
+    x_m = np.cumsum(1e-3 * made.speed_mm_s) / 2000.0
+    hand, events, summaries = HandMotion(), TouchEvents(), TouchSummaries()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
+    grooves, shown_m = 0, []
+    for number, _ in enumerate(stroked(finger, hand, events, made, x_m, counts)):
+        grooves += sum(event.kind is EventKind.GROOVE for event in events.new)
+        summaries.step(float(made.time_s[10 * number + 9]), {FINGER: finger})
+        if finger.mode is ExplorationMode.STROKING:
+            shown_m.append(summaries.summaries[FINGER].groove_m)
+    assert grooves > 10
+    assert (shown_m[-1] is not None) is known
+    if known:
+        assert shown_m[-1] == pytest.approx(0.002, rel=0.01)
 
 
 def test_the_way_around_a_turn_is_no_distance_of_grooves(knowledge: ThermalKnowledge) -> None:

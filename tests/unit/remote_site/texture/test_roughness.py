@@ -143,6 +143,26 @@ def test_grooves_without_a_period_are_irregular():
     assert period_of(np.cumsum(np.random.default_rng(0).uniform(0.002, 0.008, 30))).irregular
 
 
+def test_two_spacings_that_alternate_are_no_period():
+    """The groove that is over makes one spacing the middle one, and half of the gaps equal it."""
+    assert period_of(np.cumsum([0.002, 0.003] * 10)).irregular
+
+
+def test_grooves_end_where_none_follows_and_another_grating_has_its_own_period():
+    period, place_m = GroovePeriod(16), 0.0
+    for spacing_m in (0.002, 0.008, 0.007):
+        for _ in range(17):
+            place_m += spacing_m
+            period.stroke(spacing_m)
+            period.groove(place_m, (place_m, 0.0))
+        assert period.estimate().period_m == pytest.approx(spacing_m)
+        assert not period.estimate().irregular
+    period.stroke(0.024)
+    assert period.estimate() is not None, "two grooves may be missed"
+    period.stroke(0.001)
+    assert period.estimate() is None
+
+
 def test_an_interruption_makes_no_gap():
     period = GroovePeriod()
     for place_m in (0.000, 0.004, 0.008):
