@@ -4,6 +4,7 @@
     clipped         some samples are at an end of the range: the sensor is pressed or shaken beyond its range
     disconnected    no sample differs from the next: a connected sensor has noise
     noise only      the signal stays noise when the finger lands or lifts: the sensor is loose
+    noisy           the signal moves fast without contact: hum, or a loose wire
     too few samples fewer samples come than the rate says: the sensor is slower, or its line loses some
 
 "Noise only" needs a change of force by a finger that does not stroke, so that it is diagnosed at the next contact. It
@@ -27,6 +28,7 @@ SATURATED = "saturated: stuck at the end of its range"
 CLIPPED = "clipped: beyond its range again and again"
 DISCONNECTED = "disconnected: no noise at all"
 NOISE_ONLY = "noise only: does not follow the force"
+NOISY = "noisy: moves without contact"
 TOO_FEW = "too few samples: slower than its rate, or a line that loses some"
 RAIL_V = 9.98
 """Magnitude from which a sample is at an end of the converter's range, V."""
@@ -57,8 +59,14 @@ White noise has 1 +- 0.11 in 80 blocks, and hum of 50 Hz has 1. A fingertip that
 that rests or is pressed has less.
 """
 
+FREE_S = 0.3
+"""Time after which the integrator has forgotten a contact, s."""
+NOISE_RATIO = 10.0
+"""Curvature without contact over that of the calibrated noise from which on the identification fails."""
+RMS_OF_MEDIAN = 1.4826
+"""Rms of a normal curvature over its median magnitude, which a knock at the table does not change."""
 WATCH_EVERY = 4
-"""Number of blocks between two tests for noise only: 20 ms of FOLLOWS_S."""
+"""Number of blocks between two tests for noise: 20 ms of FOLLOWS_S."""
 LOUDER = 4.0
 """Ratio of the noise's mean squares that ends the fault; a stroke over plain plastic reaches it, noise does not."""
 
@@ -70,9 +78,14 @@ class SensorFault:
         fault: name of the fault; None while the sensor is sound.
     """
 
-    def __init__(self, samples: int, rail_v: float = RAIL_V) -> None:
-        """Begin; a block has this number of samples, and from the magnitude `rail_v`, V, a sample is at an end."""
+    def __init__(self, samples: int, rail_v: float = RAIL_V, noise_v: float = math.inf) -> None:
+        """Begin; a block has this number of samples, and from the magnitude `rail_v`, V, a sample is at an end.
+
+        `noise_v` is the calibrated noise of a sample, rms, V; infinite or 0 if it is not known.
+        """
         self._rail_v = rail_v
+        self._loudest_v = NOISE_RATIO * (noise_v or math.inf) * math.sqrt(1.5 / samples) / RMS_OF_MEDIAN
+        self._noisy = False
         self.fault: str | None = None
         self._samples = samples
         block_s = self._block_s = samples / RATE_HZ
@@ -97,13 +110,17 @@ class SensorFault:
         """Force after the integrator in each block of FOLLOWS_S, N."""
         self._rested = 0
         """Number of latest blocks in which the finger does not stroke."""
+        self._free = 0
+        """Number of latest blocks without contact."""
         self._ends_s: deque[float] = deque(maxlen=1 + round(COUNTED_S / block_s))
         """End of each block since the last pause, in COUNTED_S, s."""
 
-    def step(self, end_s: float, samples_v: Sequence[float], force_n: float, resting: bool) -> str | None:
+    def step(
+        self, end_s: float, samples_v: Sequence[float], force_n: float, resting: bool, free: bool = False
+    ) -> str | None:
         """Take the next samples, V, which end at `end_s`, s, and the contact force, N; return the present fault.
 
-        In a `resting` finger, which does not stroke, only the force can move the signal.
+        In a `resting` finger, which does not stroke, only the force can move the signal; in a `free` one nothing can.
         """
         ends_s = self._ends_s
         if ends_s and end_s - ends_s[-1] > PAUSE_S:
@@ -125,11 +142,16 @@ class SensorFault:
         self._means_v.append(sum(samples_v) / self._samples)
         self._presses_n.append(self._keep * (self._presses_n[-1] + changed_n))
         self._rested = self._rested + 1 if resting else 0
+        self._free = self._free + 1 if free else 0
         self._count += 1
-        if self._count % WATCH_EVERY == 0 and (resting or self._noise_v2 is not None):
-            self._watch_signal()
+        if self._count % WATCH_EVERY == 0:
+            if resting or self._noise_v2 is not None:
+                self._watch_signal()
+            if self._free * self._block_s >= FREE_S + FOLLOWS_S:
+                self._watch_noise()
         span_v = high_v - low_v
-        sound = not railed and self._noise_v2 is None and self._clipped <= _CLIPPED_MOST and span_v >= STILL_V
+        quiet = self._noise_v2 is None and not self._noisy
+        sound = not railed and quiet and self._clipped <= _CLIPPED_MOST and span_v >= STILL_V
         self.fault = None if sound else self._name(span_v)
         if too_few and self.fault is None:
             self.fault = TOO_FEW
@@ -144,13 +166,21 @@ class SensorFault:
             lows_v, highs_v = zip(*self._spans_v, strict=True)
             if max(highs_v) - min(lows_v) < STILL_V:
                 return DISCONNECTED
-        return None if self._noise_v2 is None else NOISE_ONLY
+        if self._noise_v2 is not None:
+            return NOISE_ONLY
+        return NOISY if self._noisy else None
 
     def _pressed(self) -> bool:
         """Return whether the force changed in FOLLOWS_S, without LATE_S at both ends."""
         late = round(LATE_S / self._block_s)
         pressed_n = list(islice(self._presses_n, late, len(self._presses_n) - late))
         return max(pressed_n) - min(pressed_n) >= PRESSED_N
+
+    def _watch_noise(self) -> None:
+        """Test whether the signal moves without contact: by the curvature of three blocks, as at 40 mm/s."""
+        means_v = np.array(self._means_v)
+        curvature_v = means_v[1:-1] - 0.5 * (means_v[:-2] + means_v[2:])
+        self._noisy = float(np.median(np.abs(curvature_v))) > self._loudest_v
 
     def _watch_signal(self) -> None:
         """Test for noise only after a change of force; while the fault lasts, test whether it ends."""

@@ -92,7 +92,7 @@ class TextureIdentification:
         self._impulses = GrooveDetector(faintest_v)
         self._roughness = Roughness()
         self._filter = SurfaceFilter(surfaces)
-        self._watch = SensorFault(BLOCK, rail_v)
+        self._watch = SensorFault(BLOCK, rail_v, self._law.noise_v)
         self._waiting: list[_Sample] = []
         self._mode = ExplorationMode.FREE
         self._lost_s = -math.inf
@@ -220,7 +220,7 @@ class TextureIdentification:
         late = end_s - self._time_s > _GAP_S
         self._mode, self._time_s = mode, end_s
         resting = mode is not ExplorationMode.STROKING and speed_m_s < STROKING_M_S
-        if watch.step(end_s, samples_v, force_n, resting) is not None:
+        if watch.step(end_s, samples_v, force_n, resting, mode is ExplorationMode.FREE) is not None:
             if not faulty:
                 self._forget()
             return [], False

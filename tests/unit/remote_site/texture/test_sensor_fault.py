@@ -8,7 +8,7 @@ import pytest
 
 from remote_site.devices.texture_sensor import VOLTS_PER_COUNT
 from remote_site.texture.recorded.stroke_playback import Array
-from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, SATURATED, TOO_FEW, SensorFault
+from remote_site.texture.sensor_fault import CLIPPED, DISCONNECTED, NOISE_ONLY, NOISY, SATURATED, TOO_FEW, SensorFault
 from remote_site.texture.tip_path import RATE_HZ
 from sim_sensors.traces.simulated_stroke import simulate_stroke
 from studies.texture.strokes import stroking
@@ -118,3 +118,61 @@ def test_a_pause_is_not_too_few_samples():
         t_s += 0.105 if block % 100 == 0 else 0.005
         found.add(watch.step(t_s, [0.01, -0.01] * 5, 0.0, False))
     assert found == {None}
+
+
+FREE_TIME_S = np.arange(1, 2001) / RATE_HZ
+"""Times of a second without contact."""
+
+
+def without_contact(added_v: Array, touched_s: float = 1.0) -> str | None:
+    """Fault at the end of a touch, after a second without contact in which this is added to the noise."""
+    watch, signal_v = SensorFault(10, noise_v=0.008), noise(0.008)(FREE_TIME_S) + added_v
+    for block, end_s in enumerate(FREE_TIME_S[9::10].tolist()):
+        watch.step(end_s, signal_v[10 * block : 10 * block + 10].tolist(), 0.0, True, True)
+    for block in range(1, round(touched_s * RATE_HZ / 10) + 1):
+        watch.step(1.0 + 0.005 * block, (0.3 + noise(0.008)(np.zeros(10))).tolist(), 1.0, False)
+    return watch.fault
+
+
+@pytest.mark.parametrize("hum_hz", [50.0, 60.0])
+def test_hum_without_contact_is_named_in_the_next_touch(hum_hz):
+    hum = np.sin(2.0 * np.pi * hum_hz * FREE_TIME_S)
+    assert without_contact(0.05 * hum) == NOISY
+    assert without_contact(0.01 * hum) is None
+
+
+def test_drift_a_knock_and_speech_are_no_hum():
+    knock = np.exp(-np.maximum(FREE_TIME_S - 0.9, 0.0) / 0.05) * (FREE_TIME_S > 0.9)
+    assert without_contact(0.5 * FREE_TIME_S) is None
+    assert without_contact(knock * np.sin(2.0 * np.pi * 25.0 * FREE_TIME_S)) is None
+    assert without_contact(0.1 * np.sin(2.0 * np.pi * 230.0 * FREE_TIME_S)) is None
+    assert without_contact(noise(0.02)(FREE_TIME_S)) is None
+
+
+def test_hum_that_is_over_is_no_fault_after_the_next_time_without_contact():
+    watch = SensorFault(10, noise_v=0.008)
+    faults = []
+    for second, hum_v in enumerate((0.1, 0.0)):
+        signal_v = noise(0.008)(FREE_TIME_S) + hum_v * np.sin(2.0 * np.pi * 50.0 * FREE_TIME_S)
+        for block, end_s in enumerate((second + FREE_TIME_S[9::10]).tolist()):
+            watch.step(end_s, signal_v[10 * block : 10 * block + 10].tolist(), 0.0, True, True)
+        faults.append(watch.fault)
+    assert faults == [NOISY, None]
+
+
+def test_hum_over_a_surface_gives_no_roughness():
+    sound = drawn("plain_pvc", 87_000)
+    before = np.arange(-1.0, 0.0, 1.0 / RATE_HZ)
+    time_s = np.concatenate([before, sound.time_s])
+    hum = 0.1 * np.sin(2.0 * np.pi * 50.0 * time_s)
+    quiet = np.zeros(len(before))
+    noisy = replace(
+        sound,
+        time_s=time_s,
+        pressure_v=np.concatenate([noise(0.008)(before), sound.pressure_v]) + hum,
+        force_n=np.concatenate([quiet, sound.force_n]),
+        speed_mm_s=np.concatenate([quiet, sound.speed_mm_s]),
+    )
+    textures = [block.texture for block in stroking(played(noisy))]
+    assert {texture.fault for texture in textures} == {NOISY}
+    assert not any(texture.valid or texture.impulses for texture in textures)
