@@ -114,20 +114,23 @@ class FingerIdentification:
         named = self.thermal.step(sensed, exploration)
         if named is not None:
             self._events.add(EventKind.MATERIAL, finger, self.thermal.answer.probability, named)
-        # Without fresh texture samples the surface is rendered as smooth.
+        # Without fresh texture samples the surface is rendered as smooth, and nothing is known of it.
         measured = t_s - self._texture_s <= GAP_S and self.texture_fault is None
+        if not measured:
+            self.period = GroovePeriod(_GAPS)
+            self._rough = False
         self.row = self._touch(sensed, self._stroke if measured else SMOOTH)
 
     def _take_texture(self, t_s: float, counts: bytes, force_n: float, mode: ExplorationMode) -> None:
         """Take one chunk of the texture signal."""
-        texture, stroking = self._texture, mode is ExplorationMode.STROKING
+        texture = self._texture
         self._texture_s = t_s
         impulses = texture.take(t_s, texture_v(counts), force_n, self._hand.speed_m_s, mode)
         self.texture_fault = texture.fault
-        if not stroking and self.texture_fault is None:
+        if mode is not ExplorationMode.STROKING:
             return
         self._rough = texture.valid
-        if self._rough and stroking:
+        if self._rough:
             self.roughness_v = texture.roughness_v
             self._stroke = self._strokes.at(ln_roughness(self.roughness_v))
         self.period.stroke(self._hand.speed_m_s * (len(counts) // 2) / RATE_HZ)
@@ -135,8 +138,8 @@ class FingerIdentification:
             amplitude_rad_s = groove_rad_s(impulse.strength_v, self._groove_v)
             at_m = self._events.add(EventKind.GROOVE, self._finger, amplitude_rad_s, time_s=impulse.time_s)
             self.period.groove(impulse.place_m, at_m)
-        if texture.interrupted or self.texture_fault is not None:
-            self.period.interrupt()  # the path begins again
+        if texture.interrupted:
+            self.period.interrupt()
 
     def _touch(self, sensed: SensorFrame, stroke: StrokeConstants) -> TouchRow:
         """Return the finger's row; a free finger has no surface, so that none is rendered."""

@@ -276,6 +276,33 @@ def test_no_distance_of_grooves_spans_lost_samples(knowledge: ThermalKnowledge) 
     assert period.period_m == pytest.approx(0.008, rel=0.01)
 
 
+@pytest.mark.parametrize("broken", ["silent", "saturated"])
+def test_nothing_is_known_of_the_surface_without_the_sensor(knowledge: ThermalKnowledge, broken: str) -> None:
+    stroke = simulate_stroke("closely_grooved_pvc", 7, 80.0, 1.0, length_m=0.1)
+    counts = (stroke.pressure_v / VOLTS_PER_COUNT).round().astype("<i2")
+    x_m = np.cumsum(1e-3 * stroke.speed_mm_s) / 2000.0
+    hand, events, summaries = HandMotion(), TouchEvents(), TouchSummaries()
+    finger = FingerIdentification(FINGER, knowledge, SURFACES, hand, events)
+    shown = []
+    for first in range(0, len(counts) * 2 // 3, 10):
+        last = first + 9
+        t_s, x, force_n = float(stroke.time_s[last]), float(x_m[last]), float(stroke.force_n[last])
+        chunk: bytes | None = counts[first : last + 1].tobytes()
+        if first > len(counts) // 2:
+            chunk = None if broken == "silent" else np.full(10, 2047, "<i2").tobytes()
+        sensed = SensorFrame(t_s, x, 0.0, (0.0,) * COUNT, (force_n,) * COUNT, (chunk,) * COUNT, (None,) * COUNT, None)
+        hand.step(t_s, x, 0.0)
+        events.step(sensed)
+        finger.step(sensed)
+        summaries.step(t_s, {FINGER: finger})
+        shown.append(summaries.summaries[FINGER])
+    before = shown[len(shown) * 3 // 4 - 2]
+    assert before.roughness_v is not None
+    assert before.groove_m is not None
+    assert finger.contact
+    assert (shown[-1].roughness_v, shown[-1].groove_m) == (None, None)
+
+
 @pytest.mark.parametrize(
     ("surface", "then", "known"),
     [
