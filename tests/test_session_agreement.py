@@ -400,6 +400,26 @@ def test_a_persons_engage_that_came_too_late_is_not_repeated(make: Callable[...,
     pair.until(lambda: both_engaged(pair))
 
 
+@pytest.mark.parametrize("side", ["remote", "operator"])
+def test_a_disengage_ends_a_persons_engage_that_waits_for_a_device(make: Callable[..., Pair], side: str) -> None:
+    pair = make(engage=False)
+    pair.client.engages_itself = False
+    pair.until(lambda: pair.client.clock.uncertainty_ns)
+    setattr(pair, f"{side}_missing", "index thermal_sensor")
+    pair.client.want_engaged = True
+    for _ in range(300):
+        pair.turn()
+        pair.wait(0.001)
+    answer_desk(pair.server, pair.remote_now(), pair.remote_missing, "disengage")
+    pair.wait(0.001)
+    setattr(pair, f"{side}_missing", "")
+    pair.until(lambda: not pair.client.want_engaged)
+    assert pair.client.refusal == ASKED_BEFORE
+    assert not pair.server.session.engaged
+    pair.client.want_engaged = True
+    pair.until(lambda: both_engaged(pair))
+
+
 def test_an_operator_without_touch_moves_nothing_and_stays_engaged(make: Callable[..., Pair]) -> None:
     pair = make()
     pair.until(lambda: both_engaged(pair))

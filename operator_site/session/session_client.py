@@ -101,6 +101,8 @@ class SessionClient:
     _now_ns: int = _LONG_AGO_NS
     _asked_ns: dict[str, int] = field(default_factory=dict)
     _asked: dict[int, str] = field(default_factory=dict)
+    _wanted_ns: int = 0
+    """Time of a person's request to engage that waits; of the last step without one, ns."""
     _rates: RateLimiters[str] = field(default_factory=lambda: RateLimiters(_PACKETS_PER_S, _PACKETS_AT_ONCE))
     _beat_ns: int = _LONG_AGO_NS
     _heard_ns: int = 0
@@ -196,8 +198,10 @@ class SessionClient:
             if not self.engages_itself:
                 self._withdraw()
         wants = self.want_engaged and self.session.state is LinkState.CONNECTED
+        if self.engages_itself or not wants:
+            self._wanted_ns = now_ns
         if self._in_time(wants) and wants and not not_ready:
-            self._ask("engage", now_ns, {"max_age_s": self.max_age_s})
+            self._ask("engage", now_ns, {"max_age_s": self.max_age_s}, self._wanted_ns)
 
     def _in_time(self, wants: bool) -> bool:
         """Return whether the clock offset is known well enough to judge the age of packets.
@@ -251,10 +255,10 @@ class SessionClient:
         gap_ns = self.acceptance.gap_ns(now_ns)
         return gap_ns is not None and 0 <= gap_ns <= self.gap_s * 1e9
 
-    def request(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
-        """Send a control request; a later `step` takes its answer."""
+    def request(self, verb: str, time_ns: int, details: dict[str, Any]) -> None:
+        """Send a control request of this time; a later `step` takes its answer."""
         self._sequence += 1
-        packet = Request(self.session.ident, self._sequence, now_ns, verb, details).encode()
+        packet = Request(self.session.ident, self._sequence, time_ns, verb, details).encode()
         if self.link.send("control", packet):
             self._asked = {**dict(list(self._asked.items())[-20:]), self._sequence: verb}
 
@@ -303,10 +307,11 @@ class SessionClient:
         self.remote_fault, self.remote_recording, self.remote_patient = None, "", None
         self.stopping.remote_gone(why)
 
-    def _ask(self, verb: str, now_ns: int, details: dict[str, Any]) -> None:
+    def _ask(self, verb: str, now_ns: int, details: dict[str, Any], wanted_ns: int | None = None) -> None:
+        """Send a request that is due; with the time since when it is wanted, ns, its repetitions have that time."""
         if now_ns - self._asked_ns.get(verb, _LONG_AGO_NS) >= _ASK_NS:
             self._asked_ns[verb] = now_ns
-            self.request(verb, now_ns, details)
+            self.request(verb, now_ns if wanted_ns is None else wanted_ns, details)
 
     def _within_rate(self, stream: str, now_ns: int) -> list[bytes]:
         """Return the packets of a request stream within the rate limit."""

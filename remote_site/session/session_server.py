@@ -359,11 +359,11 @@ class SessionServer:
         details: dict[str, Any] = {}
         match request.verb:
             case "engage":
+                earliest_ns = request.time_ns + self._offset_ns - (self._uncertainty_ns or 0)
+                if earliest_ns <= self._left_ns:  # repeated until it was granted, or late
+                    raise Refused(ASKED_BEFORE)
                 if not_ready:
                     raise Refused(f"not ready: {not_ready}")
-                earliest_ns = request.time_ns + self._offset_ns - (self._uncertainty_ns or 0)
-                if earliest_ns <= self._left_ns:  # repeated until it was granted, and late
-                    raise Refused(ASKED_BEFORE)
                 agreed_s = details["max_age_s"] = self._agree_on_age(request)
                 session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
                 self._agreed_ns = now_ns
