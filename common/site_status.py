@@ -92,11 +92,11 @@ def in_brief(end: SessionEnd, missing: str) -> dict[str, Any]:
 
 
 def staleness(end: SessionEnd, acts_on: str, now_ns: int, gap_s: float) -> str:
-    """Return which data of an acting site is late, and for how long; empty for fresh data or a site that does not act.
+    """Return which data of an engaged site is late, and for how long; empty for fresh data or a site not engaged.
 
     Data on the stream `acts_on` is late after `gap_s` without an accepted packet, s; then outputs go to safe.
     """
-    if not end.both_engaged:
+    if not end.session.engaged:
         return ""
     gap_ns = end.acceptance.gap_ns(now_ns)
     if gap_ns is None:

@@ -152,9 +152,10 @@ class OperatorSite:
         self._end_old_request(now_ns)
         session, hand = client.session, self._hand
         self.coupling.step(session.engaged, session.ident, hand.place)
-        if self.coupling.now.open and session.silent and session.engaged:
+        if self.coupling.now.open and session.engaged and (session.silent or client.remote_stale):
             # The remote fingers have retreated, and no hand lowers them.
-            client.disengage(now_ns, "the link was silent while the clutch was open")
+            lost = "the link was silent" if session.silent else "motion was lost"
+            client.disengage(now_ns, f"{lost} while the clutch was open")
 
     def _end_old_request(self, now_ns: int) -> None:
         """End a person's request to engage that could not be fulfilled in time."""
@@ -189,6 +190,8 @@ class OperatorSite:
         stale = staleness(client, "touch", self._now_ns, self._gap_s)
         if client.session.state is LinkState.DISCONNECTED:
             stale = client.refusal or "no remote site"
+        elif client.remote_stale and not stale:
+            stale = f"at the remote site: {client.remote_stale}"
         return {
             **site_figures(
                 client,
@@ -205,6 +208,7 @@ class OperatorSite:
             "produced_mj": self.rendering.produced_mj,
             "remote_fault": fault_figures(client.remote_fault),
             "remote_recording": client.remote_recording,
+            "remote_stale": client.remote_stale,
             "refusal": client.refusal,
             "calibrated": client.calibrated,
             "roughness_um": client.roughness_um,

@@ -48,6 +48,8 @@ RETREAT_AFTER_S = 0.100
 """Time for which a stopped remote finger stands before it retreats, s."""
 SESSION_SILENCE_S = 1.5
 """Maximum silence in a session, s: on the slowest link a hello, its answer and the first heartbeat take this time."""
+MOTION_SILENCE_S = 5.0
+"""Maximum time without motion in an engaged session, s; later, nothing at the patient may begin to move by itself."""
 SITE_WATCHDOG_S = 1.5
 NOTICE_S = 1.0
 """Interval between two status files, and between two notifications of the supervisor, s."""
@@ -180,6 +182,13 @@ def ladder(rate_hz: float, gap_s: float, age_s: float, far_rate_hz: float | None
             "no heartbeat: the session ends, the operator sends hello again",
             # A hello, its answer and the first heartbeat each travel one way, one after the other.
             ({"heartbeat": 5}, {"age": 3}, {"force hold": 1}, {"thermal hold": 1}, {"motor still": 1}, {"retreat": 1}),
+        ),
+        Timeout(
+            "motion silence",
+            MOTION_SILENCE_S,
+            "session",
+            "no motion, although heartbeats come: the remote site disengages",
+            ({"session silence": 2}, {"retreat": 1}),
         ),
         Timeout(
             "site watchdog",

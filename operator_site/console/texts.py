@@ -109,6 +109,7 @@ _SURE = 0.995
 """Smallest probability that is shown as above 99 %."""
 OBSERVER = "OBSERVER. Control is at {who}."
 LINK_LOST = "LINK LOST. Outputs are neutral. Wait for the link."
+MOTION_LOST = "MOTION LOST: remote fingers have lifted. Wait, or pause."
 LINK_BACK = "Link was lost: session ended. Acknowledge (K)."
 FAULT_OVER = "Fault is over. Acknowledge (K)."
 STOP_LATE = "Stop was confirmed late. Acknowledge (K)."

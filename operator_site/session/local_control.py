@@ -66,6 +66,7 @@ def answer_desk(
         **desk_answer(verb, client, not_ready),
         "time_ns": now_ns,
         "remote_fault": client.remote_fault,
+        "remote_stale": client.remote_stale,
         "refusal": client.refusal,
         "wanted": client.want_engaged,
         "session": client.session.ident,

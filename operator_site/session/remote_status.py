@@ -1,4 +1,4 @@
-"""Reads the remote site's recording and its patient from the answer to a status request."""
+"""Reads the remote site's recording, motion and patient from the answer to a status request."""
 
 import math
 from collections.abc import Mapping
@@ -35,10 +35,16 @@ def recording_stopped(details: Mapping[str, object]) -> str:
     Raises:
         BadPacket: the reason is no text.
     """
-    said = details.get("recording", "")
-    if not isinstance(said, str):
-        raise BadPacket("recording is no text")
-    return one_line(said, LONGEST_REFUSAL).strip() or ("the remote site does not say why" if said else "")
+    return _line("recording", details)
+
+
+def late_motion(details: Mapping[str, object]) -> str:
+    """Return since when no motion arrives at the engaged remote site, in one line; empty while it does.
+
+    Raises:
+        BadPacket: it is no text.
+    """
+    return _line("stale", details)
 
 
 def remote_patient(details: Mapping[str, object]) -> RemotePatient | None:
@@ -74,6 +80,13 @@ def patient_details(patient: RemotePatient | None, time_ns: int) -> dict[str, ob
         "pain_agreed": patient.agreed,
         "pain_ns": time_ns,
     }
+
+
+def _line(name: str, details: Mapping[str, object]) -> str:
+    said = details.get(name, "")
+    if not isinstance(said, str):
+        raise BadPacket(f"{name} is no text")
+    return one_line(said, LONGEST_REFUSAL).strip() or ("the remote site does not say why" if said else "")
 
 
 def _number(name: str, value: object, high: float, low: float = -math.inf) -> float:

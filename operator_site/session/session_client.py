@@ -24,7 +24,7 @@ from common.wire.roughness_um import RoughnessUm
 from common.wire.session_messages import ASKED_BEFORE, Answer, Heartbeat, Request
 from common.wire.streams import STREAMS
 from operator_site.session.emergency_stop import SessionEmergencyStop
-from operator_site.session.remote_status import RemotePatient, recording_stopped, remote_patient
+from operator_site.session.remote_status import RemotePatient, late_motion, recording_stopped, remote_patient
 from operator_site.session.second_connections import SecondConnections
 
 log = logging.getLogger(__name__)
@@ -37,8 +37,8 @@ _ASK_NS = 200_000_000
 """Time between two tries of a request, ns."""
 _STATUS_NS = 1_000_000_000
 """Time between two requests for the status of a remote site without a fault, ns."""
-_PATIENT_NS = 200_000_000
-"""The same where the remote site has a pain slider, ns."""
+_OFTEN_NS = 200_000_000
+"""The same where the remote site has a pain slider, or gets no motion, ns."""
 _BEAT_NS = round(1e9 / STREAMS["heartbeat"].rate_hz)
 _LONG_AGO_NS = -(10**18)
 _PACKETS_PER_S, _PACKETS_AT_ONCE = 100.0, 200
@@ -79,6 +79,7 @@ class SessionClient:
     """The fault latched at the remote site; None without one."""
     remote_recording: str = ""
     """Reason why the remote site's recording stopped; empty while it works or if unknown."""
+    _late_motion: str = ""
     remote_patient: RemotePatient | None = None
     """What the remote site last reported of its patient; None without a pain slider."""
     patient_ns: int = 0
@@ -123,6 +124,11 @@ class SessionClient:
     def stopped(self) -> str:
         """Outcome of the last emergency stop at both sites; empty while it is under way."""
         return self.stopping.outcome
+
+    @property
+    def remote_stale(self) -> str:
+        """Since when no motion arrives at the remote site, while this site is engaged; empty otherwise."""
+        return self._late_motion if self.session.engaged else ""
 
     @property
     def calibrated(self) -> str:
@@ -190,11 +196,12 @@ class SessionClient:
                 self._ask("status", now_ns, {})
         elif self.remote_fault:
             self.remote_fault, self.refusal = None, ""
-        interval_ns = _STATUS_NS if self.remote_patient is None else _PATIENT_NS
+        interval_ns = _STATUS_NS if self.remote_patient is None and not self.remote_stale else _OFTEN_NS
         if now_ns - self._asked_ns.get("status", _LONG_AGO_NS) >= interval_ns:
             self._ask("status", now_ns, {})
         if self._remote_let_go():
-            self.session.disengage("the remote site is no longer engaged")
+            why = "the remote site is no longer engaged"
+            self.session.disengage(f"{why}: {self.remote_stale}" if self.remote_stale else why)
             if not self.engages_itself:
                 self._withdraw()
         wants = self.want_engaged and self.session.state is LinkState.CONNECTED
@@ -304,7 +311,7 @@ class SessionClient:
     def _end(self, why: str) -> None:
         self.session.disconnect(why)
         self.want_engaged = self.want_engaged and self.engages_itself
-        self.remote_fault, self.remote_recording, self.remote_patient = None, "", None
+        self._forget_status()
         self.stopping.remote_gone(why)
 
     def _ask(self, verb: str, now_ns: int, details: dict[str, Any], wanted_ns: int | None = None) -> None:
@@ -357,14 +364,20 @@ class SessionClient:
         try:
             if self.touch is not None and self.touch.state is LinkState.FAULT:
                 self.remote_fault = read_fault(details.get("fault"))
-            recording, patient = recording_stopped(details), remote_patient(details)
+            recording, late, patient = recording_stopped(details), late_motion(details), remote_patient(details)
         except BadPacket as error:
             self._count_damaged("control", error)
             return
         if recording and recording != self.remote_recording:
             log.warning("the remote site's recording stopped: %s", recording)
-        self.remote_recording = recording
+        if late and not self._late_motion:
+            log.warning("the remote site gets no motion: %s", late)
+        self.remote_recording, self._late_motion = recording, late
         self.remote_patient, self.patient_ns = patient, now_ns
+
+    def _forget_status(self) -> None:
+        """Forget what the remote site reported, because the session is another."""
+        self.remote_fault, self.remote_recording, self._late_motion, self.remote_patient = None, "", "", None
 
     def _welcomed(self, verb: str, answer: Answer, now_ns: int) -> str:
         """Take a granted hello or engage; return why this site refuses it, empty when it accepts."""
@@ -379,7 +392,7 @@ class SessionClient:
             self.acceptance.max_age_ns = round(agreed_s * 1e9)
             self.session.engage(f"packets up to {agreed_s * 1e3:.0f} ms old count")
             self._heard_ns = self._engaged_ns = now_ns
-            self._ended = ""
+            self._ended = self._late_motion = ""
         return ""
 
     def _begin(self, answer: Answer, now_ns: int) -> str:
@@ -399,7 +412,7 @@ class SessionClient:
         self.session.connect(ident, f"calibration {self.remote.get('calibration', 'unknown')}")
         self.clock = ClockOffset()
         self.touch = None
-        self.remote_fault, self.remote_recording, self.remote_patient = None, "", None
+        self._forget_status()
         self.acceptance.restart()
         self.acceptance.max_age_ns = round(self.max_age_s * 1e9)
         self._motion_sequence = first_motion - 1

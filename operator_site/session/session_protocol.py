@@ -43,6 +43,10 @@ class SessionProtocol(SessionEnd, Protocol):
         """Reason why the recording at the other end stopped; empty while it works or if unknown."""
 
     @property
+    def remote_stale(self) -> str:
+        """Since when no motion arrives at the other end, while this end is engaged; empty otherwise."""
+
+    @property
     def remote_patient(self) -> RemotePatient | None:
         """What the other end last reported of its patient; None without a pain slider."""
 

@@ -43,6 +43,7 @@ class VirtualSession:
     """Result of the last emergency stop; empty while it is under way."""
     remote_fault: Fault | None = None
     remote_recording: str = ""
+    remote_stale: str = ""
     remote_patient: RemotePatient | None = None
     patient_ns: int = 0
     refusal: str = ""

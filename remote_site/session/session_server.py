@@ -21,7 +21,8 @@ from common.link.packet_filter import PacketFilter
 from common.link.rate_limiter import RateLimiters
 from common.link.session_state import Refused, Session, note_text
 from common.runtime.containment import Containment
-from common.timing.timeouts import SESSION_SILENCE_S
+from common.site_status import staleness
+from common.timing.timeouts import MOTION_SILENCE_S, SESSION_SILENCE_S
 from common.wire.messages import Motion
 from common.wire.packets import SCHEMA_VERSION, BadPacket, LinkState, WrongVersion
 from common.wire.session_messages import (
@@ -140,8 +141,8 @@ class SessionServer:
         if why := self._motion_refused():
             self._answer(self._connections.answers_to, 0, now_ns, why)
             self._end(why)
-        if self._operator_let_go():
-            self.session.disengage("the operator's site is no longer engaged")
+        if why := self._operator_let_go(now_ns):
+            self.session.disengage(why)
         self._confirm_stop(now_ns, unconfirmed)
 
     @property
@@ -259,14 +260,21 @@ class SessionServer:
             return ""
         return f"motion has been refused for {SESSION_SILENCE_S:g} s: {why}"
 
-    def _operator_let_go(self) -> bool:
-        """Return whether the operator's site reports disengaged for longer than the grace period."""
+    def _operator_let_go(self, now_ns: int) -> str:
+        """Return how the operator let go of the engaged session; empty otherwise.
+
+        Its site reports disengaged for longer than the grace period, or no motion comes.
+        """
+        if not self.session.engaged:
+            return ""
         motion, heard_ns = self.motion, self.acceptance.last_ns
-        if motion is None or heard_ns is None or not self.session.engaged:
-            return False
-        if motion.state is LinkState.ENGAGED:
-            self._agreed_ns = heard_ns
-        return heard_ns - self._agreed_ns > SETTLED_NS
+        if motion is not None and heard_ns is not None:
+            if motion.state is LinkState.ENGAGED:
+                self._agreed_ns = heard_ns
+            if heard_ns - self._agreed_ns > SETTLED_NS:
+                return "the operator's site is no longer engaged"
+        silent_ns = now_ns - max(self._agreed_ns, heard_ns or 0)
+        return f"no motion for {MOTION_SILENCE_S:g} s" if silent_ns > MOTION_SILENCE_S * 1e9 else ""
 
     def _heartbeat(self, sender: Sender, packet: bytes, now_ns: int) -> None:
         try:
@@ -346,7 +354,9 @@ class SessionServer:
             return self._observe(sender.key, now_ns) if observes else self._hello(request, sender, now_ns)
         if request.verb == "status":
             status = {"state": session.state.name.lower(), "fault": session.fault, "missing": not_ready}
-            return {**status, "recording": self.recording_stopped()[:LONGEST_REFUSAL], **self.patient()}
+            stale = staleness(self, "motion", now_ns, self.gap_s)
+            recording = self.recording_stopped()[:LONGEST_REFUSAL]
+            return {**status, "recording": recording, "stale": stale, **self.patient()}
         self._check(request, sender.key)
         if request.verb == "estop":  # accepted with any sequence and connection
             self.stop(now_ns, here=False)

@@ -4,17 +4,23 @@ from concurrent.futures import Future
 from itertools import pairwise
 from typing import Any
 
+import msgpack
 import pytest
 
 from common.fingers import FINGERS
 from common.limits import COUPLING_STEP_N, FORCE_SAFE_S, GAP_S
 from common.link.session_state import Refused
+from common.timing.timeouts import MOTION_SILENCE_S
 from common.wire.packets import LinkState
+from operator_site.console.model import Console
+from operator_site.console.texts import MOTION_LOST
 from operator_site.coupling.coupling import Places
 from tests.virtual.session import VirtualSession
 
 RESOLUTION_N = 0.01
 """Of a force on the exoskeleton's bus, N."""
+KNOWN_WITHIN_S = 1.5
+"""Time in which the operator's site knows the remote one's status: it is asked once a second."""
 SETTLED_S = 0.3
 """Longest time in which the remote hand stands after the command does, s."""
 
@@ -84,20 +90,50 @@ def test_a_silent_link_under_an_open_clutch_pauses_the_session(working: VirtualS
 
 
 @pytest.mark.long
-def test_lost_motion_under_an_open_clutch_lifts_the_finger_until_it_arrives_again(working: VirtualSession) -> None:
-    """The operator's site hears the remote one and cannot know it."""
+def test_lost_motion_under_an_open_clutch_lifts_the_finger_and_pauses_the_session(working: VirtualSession) -> None:
+    """The operator's site hears the remote one, and learns from its status that no motion arrives."""
     ask(working, "clutch", open=True)
     working.run(SETTLED_S)
-    before_n = working.now.contact_n
-    assert before_n > 0.1
+    assert working.now.contact_n > 0.1
     working.network.impair(stream="motion", cut=True)
-    working.run(0.5)
-    assert working.now.contact_n == 0.0
-    assert str(working.remote.figures()["stale"]).startswith("no motion for 0.")
-    assert working.both_engaged
+    working.until(lambda each: each.now.contact_n == 0.0, 0.5)
+    session = working.operator.client.session
+    working.until(lambda _: session.state is LinkState.CONNECTED, KNOWN_WITHIN_S)
+    assert session.paused == "motion was lost while the clutch was open"
     working.network.heal()
-    working.run(0.5)
-    assert working.now.contact_n == pytest.approx(before_n, abs=0.1)
+    working.run(1.0)
+    assert working.now.contact_n == 0.0, "no hand lowers the finger"
+
+
+@pytest.mark.long
+def test_lost_motion_is_said_at_both_sites_and_disengages_them(working: VirtualSession) -> None:
+    console = Console()
+
+    def alarms() -> list[str]:
+        now_ns = working.operator_host.now_ns()
+        console.take("operator/figures", now_ns, msgpack.packb(working.operator.figures()))
+        console.step(now_ns * 1e-9)
+        return [alarm.text for alarm in console.alarms.listed if alarm.ended_s is None]
+
+    working.run(1.0)
+    assert MOTION_LOST not in alarms()
+    working.operator.client.engages_itself = False
+    working.network.impair(stream="motion", cut=True)
+    working.run(GAP_S + KNOWN_WITHIN_S)
+    assert working.remote.figures()["state"] == "lost"
+    assert str(working.remote.figures()["stale"]).startswith("no motion for 1.")
+    assert str(working.operator.figures()["stale"]).startswith("at the remote site: no motion for ")
+    assert MOTION_LOST in alarms()
+    working.run(MOTION_SILENCE_S)
+    sessions = working.remote.server.session, working.operator.client.session
+    assert [session.state for session in sessions] == [LinkState.CONNECTED] * 2
+    assert sessions[0].paused == "no motion for 5 s"
+    assert str(sessions[1].paused).startswith("the remote site is no longer engaged: no motion for ")
+    assert MOTION_LOST not in alarms()
+    working.network.heal()
+    working.run(1.0)
+    assert working.now.contact_n == 0.0
+    assert not working.operator.client.want_engaged, "a person engages again"
 
 
 @pytest.mark.long

@@ -77,6 +77,8 @@ def causes(
         )
     if site.lost_engaged or site.link_silent:
         found["link"] = Cause(Priority.HIGH, texts.LINK_LOST, texts.LINK_BACK, latches=site.lost_engaged)
+    elif site.remote_stale:
+        found["motion"] = Cause(Priority.HIGH, texts.MOTION_LOST)
     found |= _plates(now_s, site, fingers, used)
     if site.fault and not site.stopping and not any(cause.priority is Priority.HIGH for cause in found.values()):
         found[FAULT] = Cause(Priority.HIGH, texts.fault(site.fault), texts.FAULT_OVER, latches=True)

@@ -135,6 +135,7 @@ class SiteNow:
         both: whether both sites are engaged.
         wanted: whether it engages as soon as it can.
         fault, remote_fault: latched fault of the operator site and of the remote site, or None.
+        remote_stale: since when no motion arrives at the engaged remote site; empty otherwise.
         refusal: the site's text why it refuses to connect; empty otherwise.
         figures: contents of its status file.
         calibrated: readable description of the calibration; empty if unknown.
@@ -160,7 +161,7 @@ class SiteNow:
         self.fault: Fault | None = None
         self.remote_fault: Fault | None = None
         self.paused: str | None = None
-        self.refusal = self.calibrated = ""
+        self.refusal = self.remote_stale = self.calibrated = ""
         self.roughness_um: RoughnessUm | None = None
         self.remote_consent: NotedConsent | None = None
         self.session = 0
@@ -293,6 +294,7 @@ class SiteNow:
         paused = report.get("paused", self.paused)
         self.paused = None if paused is None else str(paused)
         self.refusal = str(report.get("refusal", ""))
+        self.remote_stale = str(report.get("remote_stale", ""))
         self.wanted = bool(report.get("wanted", self.wanted))
         self.session = int(report.get("session", self.session))
         asked_ns = report.get("stop_asked_ns")

@@ -13,12 +13,15 @@ from common.site_status import in_brief, staleness
 NOW_NS = 1_000_000_000_000
 
 
-def end(acts: bool, last_ns: int | None) -> Any:
-    return SimpleNamespace(both_engaged=acts, acceptance=PacketFilter(150_000_000, last_ns=last_ns))
+def end(engaged: bool, last_ns: int | None) -> Any:
+    """An end of a session whose far side may never have sent a packet, and so never was engaged, too."""
+    session = SimpleNamespace(engaged=engaged)
+    acceptance = PacketFilter(150_000_000, last_ns=last_ns)
+    return SimpleNamespace(session=session, both_engaged=engaged and last_ns is not None, acceptance=acceptance)
 
 
 @pytest.mark.parametrize(
-    ("acts", "gap_s", "said"),
+    ("engaged", "gap_s", "said"),
     [
         (False, None, ""),
         (False, 9.0, ""),
@@ -29,9 +32,9 @@ def end(acts: bool, last_ns: int | None) -> Any:
         (True, 2.5, "no touch for 2.50 s"),
     ],
 )
-def test_only_an_acting_site_reports_missing_input(acts: bool, gap_s: float | None, said: str) -> None:
+def test_only_an_engaged_site_reports_missing_input(engaged: bool, gap_s: float | None, said: str) -> None:
     last_ns = None if gap_s is None else NOW_NS - round(gap_s * 1e9)
-    assert staleness(end(acts, last_ns), "touch", NOW_NS, GAP_S) == said
+    assert staleness(end(engaged, last_ns), "touch", NOW_NS, GAP_S) == said
 
 
 def engaged_end(*, both: bool, gap_s: float | None) -> Any:

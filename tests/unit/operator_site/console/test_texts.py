@@ -40,7 +40,7 @@ def test_no_alarm_is_longer_than_its_line() -> None:
     alarms += [texts.device_lost(name) for name in DEVICES]
     alarms += [texts.plate_held(name, 41.5) for name in FINGERS]
     alarms += [texts.site_slow(412.4, 500.0), texts.site_slow(None, "often")]
-    alarms += [texts.LINK_LOST, texts.LINK_BACK, texts.DISK_FULL, texts.NOT_RECORDED]
+    alarms += [texts.LINK_LOST, texts.LINK_BACK, texts.MOTION_LOST, texts.DISK_FULL, texts.NOT_RECORDED]
     alarms += [texts.REMOTE_NOT_RECORDED, texts.CONSOLE_NOT_RECORDED]
     alarms += [texts.bus_trouble(name, "x" * 300) for name in DEVICES]
     assert [text for text in alarms if len(text) > texts.LONGEST_ALARM] == []

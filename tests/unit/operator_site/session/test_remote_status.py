@@ -28,13 +28,39 @@ def test_a_stopped_remote_recording_is_known_until_it_works_again(pair: Pair, ca
     assert pair.client.remote_recording == "", "an older remote site says nothing of it"
 
 
+def test_motion_that_does_not_arrive_is_known_while_engaged_and_explains_the_pause(pair: Pair) -> None:
+    pair.client.want_engaged, pair.remote.state = True, LinkState.ENGAGED
+    pair.run(400)
+    pair.answer("engage", max_age_s=0.15)
+    assert pair.client.remote_stale == ""
+    pair.run(1_000)
+    pair.answer("status", stale="no motion for 1.20 s")
+    assert pair.client.remote_stale == "no motion for 1.20 s"
+    assert pair.asked("status", 1_000) == 5, "its end should be known soon"
+    pair.remote.state = LinkState.CONNECTED
+    pair.run(400)
+    assert pair.client.session.paused == "the remote site is no longer engaged: no motion for 1.20 s"
+    assert pair.client.remote_stale == "", "what is not engaged waits for no motion"
+    assert pair.asked("status", 1_000) == 1
+    pair.client.want_engaged, pair.remote.state = True, LinkState.ENGAGED
+    pair.run(400)
+    pair.answer("engage", max_age_s=0.15)
+    assert pair.client.session.engaged
+    assert pair.client.remote_stale == "", "that was before"
+    pair.run(1_000)
+    pair.answer("status", stale="no motion for 1.20 s")
+    pair.run(1_000)
+    pair.answer("status", state="engaged")
+    assert pair.client.remote_stale == "", "an older remote site says nothing of it"
+
+
 def test_the_remote_status_ends_with_the_session(pair: Pair) -> None:
     pair.run(1_000)
-    pair.answer("status", recording=STOPPED)
+    pair.answer("status", recording=STOPPED, stale="no motion for 1.20 s")
     pair.remote.alive = False
     pair.run(2_000)
     assert pair.client.session.state is LinkState.DISCONNECTED
-    assert pair.client.remote_recording == ""
+    assert pair.client.remote_recording == pair.client.remote_stale == ""
 
 
 @pytest.mark.parametrize("recording", ["x" * 3000, "no\nspace\x1b[31m\x00left", "\n" * 10])

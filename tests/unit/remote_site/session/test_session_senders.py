@@ -13,6 +13,7 @@ from common.link.capabilities import capabilities
 from common.link.curve import Received, Sender
 from common.link.link import RemoteLink
 from common.link.packet_filter import MOST_AHEAD
+from common.timing.timeouts import MOTION_SILENCE_S
 from common.wire.messages import motion_packet, pack_hand
 from common.wire.packets import LinkState
 from common.wire.session_messages import Answer, Heartbeat, Request
@@ -398,6 +399,36 @@ def test_a_pause_of_motion_after_a_late_copy_is_no_refusal(working: Remote) -> N
             working.beat()
         working.step()
     assert working.ident == ident
+
+
+@pytest.mark.parametrize("moved", [True, False])
+def test_without_any_motion_an_engaged_session_is_reported_and_ends_up_disengaged(moved: bool) -> None:
+    """As where a firewall blocks the port of motion, and heartbeats and touch pass."""
+    remote = Remote()
+    remote.ask("hello", **ABLE, role="operator")
+    remote.step()
+    remote.beat()
+    remote.ask("engage", max_age_s=0.15)
+    remote.step()
+    if moved:
+        remote.honest()
+    said = []
+    for tick in range(round((MOTION_SILENCE_S - 0.1) * 500)):
+        if tick % 25 == 0:
+            remote.beat()
+        if tick in (1, 1000):
+            remote.ask("status")
+        remote.step()
+        said += [answer.details["stale"] for _, answer in remote.link.answers[-1:] if "stale" in answer.details]
+        assert remote.server.session.engaged
+    assert list(dict.fromkeys(said)) == (["", "no motion for 2.00 s"] if moved else ["no motion has come yet"])
+    remote.beat()
+    remote.step(150 * MS)
+    session = remote.server.session
+    assert (session.state, session.paused) == (LinkState.CONNECTED, "no motion for 5 s")
+    remote.ask("status")
+    remote.step()
+    assert remote.link.answers[-1][1].details["stale"] == ""
 
 
 @pytest.mark.parametrize("stream", ["control", "heartbeat"])

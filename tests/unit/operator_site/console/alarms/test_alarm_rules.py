@@ -89,6 +89,17 @@ def test_a_link_that_is_lost_while_engaged_latches_until_it_is_back_and_cleared(
     assert console.alarms.clear(102.3, "me") == 1
 
 
+def test_motion_that_does_not_reach_the_remote_site_is_an_alarm_until_it_arrives_again(console: Console) -> None:
+    answer = {"state": "engaged", "session": 7, "time_ns": 102 * S, "remote_stale": "no motion for 1.20 s"}
+    console.take_answer(102.0, answer)
+    assert shown(console, 102.0) == [(Priority.HIGH, "MOTION LOST: remote fingers have lifted. Wait, or pause.")]
+    console.take("operator/rendered", 102 * S, rendered(gap_s=0.15))
+    assert [text.split(".")[0] for _, text in shown(console, 102.0)] == ["LINK LOST"], "nothing is known beyond it"
+    fed(console, 102.0, 102.1)
+    console.take_answer(102.1, answer | {"time_ns": round(102.1 * S), "remote_stale": ""})
+    assert shown(console, 102.1) == []
+
+
 def test_a_link_that_goes_while_nobody_is_engaged_is_no_alarm() -> None:
     console = Console()
     happen(console, 100.0, "connected")
