@@ -298,7 +298,7 @@ class Stage:
         elif verb in ("edit", "withdraw"):
             state = self.scenario.state
             found = next(found for found in state["findings"] if found["id"] == details["finding"])
-            state["before"], state["undo"] = dict(found), found["id"]
+            state["before"], state["undo"], state["changes"] = dict(found), found["id"], 1
             changed = {"withdrawn": details["reason"]} if verb == "withdraw" else details
             found.update({name: value for name, value in changed.items() if name != "finding"})
         elif verb == "undo":
@@ -306,7 +306,7 @@ class Stage:
             found = next(found for found in state["findings"] if found["id"] == state["undo"])
             found.clear()
             found.update(state["before"])
-            state["undo"] = None
+            state["undo"], state["changes"] = None, 0
         elif verb == "propose":
             return {"details": synthetic.PROPOSED}
         elif verb == "note":

@@ -148,7 +148,8 @@ BASE: dict[str, Any] = {
             "felt_mm": [-70.0, -48.0, 95.0, 48.0],
             "felt_cells": {"temperature": 12_000, "roughness": 12_000, "stiffness": 12_000, "material": 12_000}},
     "camera": None, "voice": None,
-    "findings": [], "undo": None, "meaning": "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %",
+    "findings": [], "undo": None, "changes": 0,
+    "meaning": "Calibrated 2026-11-03 (sensor TX-0007), 480 touches, effusivity ± 3 %",
     "decide_at": 0.995,
     "console": {"pictures_skipped": 0, "clients": 1},
 }  # fmt: skip

@@ -85,7 +85,8 @@ def test_a_finding_is_edited_withdrawn_and_brought_back(stage: Stage, open_page:
     assert "withdrawn: an edge of the table" in page.inner_text("[data-jump='1']")
     assert page.inner_text("#found-title") == "1 finding"
     press(page, "[data-undo='1']", way)
-    wait_for(stage, "undo")
+    (undone,) = wait_for(stage, "undo")
+    assert undone["details"] == {"finding": 1, "changes": 1}
     page.wait_for_selector("[data-edit='1']")
     page.wait_for_selector("[data-undo]", state="detached")
 
@@ -393,6 +394,28 @@ def test_two_clicks_on_undo_are_one_undo(stage: Stage, open_page: Open) -> None:
     page.keyboard.press("p")
     wait_for(stage, "disengage")
     assert [ask["verb"] for ask in stage.asks].count("undo") == 1
+
+
+def test_an_undo_is_repeated_as_it_was_after_a_lost_answer(stage: Stage, open_page: Open) -> None:
+    state = stage.show("engaged").state
+    state["undo"], state["changes"] = 1, 2
+    stage.answers["undo"] = lambda _: {"ok": None}
+    page = open_page()
+
+    def undo(times: int, text: str) -> dict[str, object]:
+        page.click("[data-undo='1']")
+        asked = wait_for(stage, "undo", times)
+        page.wait_for_selector(f"#polite:has-text('{text}')", state="attached")
+        details: dict[str, object] = asked[-1]["details"]
+        return details
+
+    assert undo(1, "No answer from the console.") == {"finding": 1, "changes": 2}
+    stage.answers["undo"] = lambda _: {"text": "Undo saved."}
+    state["changes"] = 1
+    page.wait_for_timeout(500)
+    assert undo(2, "Undo saved.") == {"finding": 1, "changes": 2}, "it may have been done"
+    stage.answers["undo"] = lambda _: {"text": "Undo saved again."}
+    assert undo(3, "Undo saved again.") == {"finding": 1, "changes": 1}
 
 
 def test_two_clicks_on_begin_are_one_examination(stage: Stage, open_page: Open) -> None:

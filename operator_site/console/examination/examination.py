@@ -202,14 +202,30 @@ class Examination:
             raise Refused(texts.REASON_NEEDED.format(longest=LONGEST_REASON))
         return self._change(before, replace(before, withdrawn=reason.strip(), change="withdraw"))
 
-    def undo(self) -> Finding:
-        """Undo the last change of a finding that is not undone yet; return the finding as it is again.
+    def undone(self, details: dict[str, Any]) -> Finding | None:
+        """Return the finding of an undo that was carried out, but whose answer was lost; None for any other request.
 
         Raises:
-            Refused: there is no such change.
+            Refused: the request names no finding that stands.
+        """
+        if self.pseudonym is None or details.get("changes") != len(self.undoable) + 1:
+            return None
+        finding = self.standing(details.get("finding"))
+        return finding if finding.change == "undo" else None
+
+    def undo(self, details: dict[str, Any]) -> Finding:
+        """Undo the last change of a finding that is not undone yet; return the finding as it is again.
+
+        `details` may name that finding, and the number of `changes` that can be undone.
+
+        Raises:
+            Refused: there is no such change, or the details name another one.
         """
         if self.pseudonym is None or not self.undoable:
             raise Refused(texts.NOTHING_TO_UNDO)
+        named = details.get("finding"), details.get("changes")
+        if named not in ((None, None), (self.undoable[-1].ident, len(self.undoable))):
+            raise Refused(texts.CHANGED_SINCE)
         finding = replace(self.undoable.pop(), change="undo")
         self.findings[finding.ident] = finding
         return finding

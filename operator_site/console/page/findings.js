@@ -7,7 +7,8 @@ import { controls, live, now, playback } from "./now.js";
 import { jumpToFinding } from "./playback.js";
 import { WORDS } from "./words.js";
 
-const undoLast = once(() => ask("undo"));
+const undoLast = once(undoChange);
+let unanswered = null; // the undo whose answer was lost: repeated as it was, it undoes no further change
 let withdrawing = null;
 
 export function startFindings() {
@@ -37,6 +38,12 @@ async function withdraw() {
   if (withdrawing !== finding) return; // closed since
   write(byId("withdraw-said"), answer.ok ? "" : answer.text);
   if (answer.ok) close();
+}
+
+async function undoChange() {
+  const { undo: finding, changes } = now.state;
+  if (unanswered?.finding !== finding || unanswered.changes !== changes + 1) unanswered = { finding, changes };
+  if ((await ask("undo", unanswered)).ok) unanswered = null;
 }
 
 const entry = id => byId("found-list").querySelector(`[data-jump="${id}"]`);

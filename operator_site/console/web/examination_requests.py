@@ -156,7 +156,10 @@ class ExaminationRequests:
         return await self._keep(finding, now_s, texts.WITHDRAWN, "saved.")
 
     async def _undo(self, client: Client, details: dict[str, Any], now_s: float) -> Answer:
-        finding = self.console.examination.undo()
+        examination = self.console.examination
+        if (undone := examination.undone(details)) is not None:
+            return await self._kept(undone, now_s, texts.UNDONE, f"saved: {undone.text}.")
+        finding = examination.undo(details)
         return await self._keep(finding, now_s, texts.UNDONE, f"saved: {finding.text}.")
 
     async def _keep(self, finding: Finding, now_s: float, text: str, on_disk: str) -> Answer:

@@ -69,6 +69,7 @@ def page_state(
             finding_state(finding, is_saved(finding.ident), from_s) for finding in console.examination.findings.values()
         ],
         "undo": _undo(console),
+        "changes": len(console.examination.undoable),
         "meaning": site.calibrated or None,
         "decide_at": DECIDE_AT,
         "camera": None if console.around.camera is None else camera_state(console.around.camera),

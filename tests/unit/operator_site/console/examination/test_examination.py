@@ -61,10 +61,10 @@ def test_edit_withdrawal_and_undo_are_records_of_the_whole_finding() -> None:
     with pytest.raises(Refused, match="was withdrawn"):
         made.note(1, "more")
     for kind, note in (("cold", "moves a little"), ("cold", ""), ("warm", "")):
-        records.append(made.undo().record())
+        records.append(made.undo({}).record())
         assert (records[-1]["kind"], records[-1]["note"], records[-1]["withdrawn"]) == (kind, note, "")
     with pytest.raises(Refused, match="nothing to undo"):
-        made.undo()
+        made.undo({})
     again = replayed(records)
     assert (again.findings, again.undoable, again.body) == (made.findings, made.undoable, made.body)
 
@@ -87,8 +87,8 @@ def test_a_console_that_starts_again_has_every_change_and_can_undo_it(tmp_path: 
     assert again.findings == made.findings
     assert again.body is not None
     assert again.body.record() == BODY
-    assert again.undo().withdrawn == ""
-    assert again.undo().x_m == 0.0
+    assert again.undo({}).withdrawn == ""
+    assert again.undo({}).x_m == 0.0
 
 
 @given(st.lists(st.sampled_from(["find", "edit", "note", "withdraw", "undo"]), max_size=30), st.randoms())
@@ -109,7 +109,7 @@ def test_the_records_alone_give_state_and_history_again(acts: list[str], random:
                 case "withdraw":
                     done = made.withdraw(ident, "why")
                 case _:
-                    done = made.undo()
+                    done = made.undo({})
         except Refused:
             continue
         if done is not before.get(done.ident):
@@ -166,7 +166,7 @@ def test_nothing_is_edited_withdrawn_or_undone_after_the_end() -> None:
     made.find(tactile_map, MARK, 2.0)
     made.note(1, "a")
     made.end(3.0)
-    for act in (lambda: made.edit(tactile_map, {"finding": 1}), lambda: made.withdraw(1, "why"), made.undo):
+    for act in (lambda: made.edit(tactile_map, {"finding": 1}), lambda: made.withdraw(1, "why"), lambda: made.undo({})):
         with pytest.raises(Refused):
             act()
 

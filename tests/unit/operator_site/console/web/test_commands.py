@@ -306,6 +306,29 @@ def test_a_note_that_is_sent_twice_is_kept_once(workplace: Workplace) -> None:
     assert not workplace.ask("note", finding=1, text="").ok
 
 
+def test_an_undo_that_is_sent_again_after_a_lost_answer_undoes_no_further_change(workplace: Workplace) -> None:
+    workplace.ask("begin", pseudonym="P-0417")
+    workplace.ask("finding", finger="index", x_mm=10.0, y_mm=0.0)
+    for text in ("hard", "softer"):
+        assert workplace.ask("note", finding=1, text=text).ok
+    for changes in (1, 3, "2", -1):
+        refused = workplace.ask("undo", finding=1, changes=changes)
+        assert (refused.ok, refused.text) == (False, "Changed since. Look at it, then undo again.")
+    assert not workplace.ask("undo", finding=2, changes=2).ok
+    found = workplace.console.examination.findings
+    first, again = (workplace.ask("undo", finding=1, changes=2) for _ in range(2))
+    assert first.ok
+    assert again == first
+    assert found[1].note == "hard"
+    assert [kept["change"] for kept in workplace.journal.of("console/finding")] == ["mark", "note", "note", "undo"]
+    assert workplace.ask("undo", finding=1, changes=1).ok
+    assert found[1].note == ""
+    assert workplace.ask("undo", finding=1, changes=1).ok, "again"
+    assert workplace.ask("undo", finding=1, changes=0).text == "There is nothing to undo."
+    workplace.ask("end")
+    assert workplace.ask("undo", finding=1, changes=1).text == "There is nothing to undo."
+
+
 def test_a_finding_that_is_marked_again_after_a_lost_answer_is_kept_once(workplace: Workplace) -> None:
     workplace.ask("begin", pseudonym="P-0417")
     mark: dict[str, Any] = {"finger": "index", "at_s": 100.5, "kind": "warm", "x_mm": 10.0, "y_mm": 0.0}
