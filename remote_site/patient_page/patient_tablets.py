@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from common.runtime.containment import Containment
 from common.web.access import Visitor
+from common.web.guarded_page import REFUSED
 from remote_site.patient_page.tablet_switch import BadAnswer, PageAnswer, TabletSwitch
 
 ASK_S = 0.020
@@ -62,7 +63,7 @@ class PatientTablets:
         """Serve one page until it leaves."""
         if visitor.role != "act" or len(self._tablets) >= MOST_PAGES:
             self.counts["pages refused"] += 1
-            await socket.close(FULL)
+            await socket.close(REFUSED if visitor.role != "act" else FULL)
             return
         tablet = _Tablet(self._now_s())
         if not self._tablets:

@@ -5,6 +5,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -164,6 +165,30 @@ def test_a_page_whose_network_has_gone_connects_again(bedside: Bedside, page: An
     page.get_by_role("status").get_by_text(READY).wait_for()
     wait_until(lambda: bedside.age_s() < SWITCH_SILENCE_S)
     assert page.evaluate("() => sockets.map(socket => socket.readyState > WebSocket.OPEN)") == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("code", "why"),
+    [
+        (4401, "This page may not be used here. Ask for its address again."),
+        (4408, "Too many tablets are open. Close one."),
+    ],
+)
+def test_a_refused_page_says_why_and_asks_less_and_less_often(page: Any, code: int, why: str) -> None:
+    opened_s: list[float] = []
+
+    def refuse(socket: Any) -> None:
+        opened_s.append(time.monotonic())
+        socket.close(code=code)
+
+    page.route_web_socket("**/patient", refuse)
+    page.reload()
+    page.get_by_role("status").get_by_text(why).wait_for()
+    page.wait_for_timeout(5500)
+    waits_s = [later - before for before, later in pairwise(opened_s)]
+    assert 2 <= len(waits_s) <= 3, "of 0.5, 1 and 2 s; 4 s are not over"
+    assert waits_s[-1] > 2 * waits_s[0]
+    page.get_by_role("status").get_by_text(why).wait_for()
 
 
 def test_another_tablet_stops_too(bedside: Bedside, page: Any, browser: Any) -> None:

@@ -5,6 +5,8 @@ const LOST_MS = 300;
 const SILENT_MS = 3000;
 const LOOK_MS = 100;
 const AGAIN_MS = 500;
+const LONGEST_WAIT_MS = 30000;
+const REFUSALS = { 4401: "refused", 4408: "full" };
 const STOPPED_MS = 10000;
 const CLICK_MS = 500;
 
@@ -17,6 +19,7 @@ const value = document.getElementById("value");
 const WORDS = {
   lost: "Not connected. The examination cannot continue.",
   refused: "This page may not be used here. Ask for its address again.",
+  full: "Too many tablets are open. Close one.",
   waiting: "Connected to this tablet only. The examination has not begun.",
   other: "Another tablet is in use. STOP works here too.",
   stopped: "Stopped. Say when it may continue.",
@@ -28,7 +31,8 @@ let asked = null;
 let heardMs = -Infinity;
 let openedMs = -Infinity;
 let stoppedMs = -Infinity;
-let refused = false;
+let refusal = null;
+let waitMs = AGAIN_MS;
 let placed = false;
 const holds = new Set();
 
@@ -41,7 +45,8 @@ function connect() {
     if (opened !== socket) return;
     asked = JSON.parse(data);
     heardMs = performance.now();
-    refused = false;
+    refusal = null;
+    waitMs = AGAIN_MS;
     if (asked.stopped) stoppedMs = heardMs;
     place();
     if (document.visibilityState === "visible") answer();
@@ -49,8 +54,9 @@ function connect() {
   });
   opened.addEventListener("close", ({ code }) => {
     if (opened !== socket) return;
-    refused = code === 4401;
-    setTimeout(connect, AGAIN_MS);
+    refusal = REFUSALS[code] ?? null;
+    setTimeout(connect, waitMs);
+    waitMs = refusal === null ? AGAIN_MS : Math.min(2 * waitMs, LONGEST_WAIT_MS);
   });
 }
 
@@ -82,13 +88,13 @@ function hold(what, pressed) {
 function show() {
   const lost = performance.now() - heardMs > LOST_MS;
   let word = "ready";
-  if (refused) word = "refused";
+  if (refusal !== null) word = refusal;
   else if (lost) word = "lost";
   else if (holds.size > 0 || performance.now() - stoppedMs < STOPPED_MS) word = "stopped";
   else if (!asked.in_use) word = "other";
   else if (!asked.site) word = "waiting";
   if (state.textContent !== WORDS[word]) state.textContent = WORDS[word];
-  state.classList.toggle("lost", lost || refused);
+  state.classList.toggle("lost", lost || refusal !== null);
   stop.classList.toggle("pressed", holds.size > 0 || Boolean(asked?.stopped));
   pain.hidden = asked === null || asked.pain === null;
   value.textContent = slider.value;

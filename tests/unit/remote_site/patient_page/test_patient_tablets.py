@@ -10,6 +10,7 @@ import pytest
 from common.limits import SWITCH_LOST_S
 from common.runtime.containment import Containment
 from common.web.access import Visitor
+from common.web.guarded_page import REFUSED
 from remote_site.patient_page.patient_tablets import AWAY_S, FULL, MOST_PAGES, NOT_UNDERSTOOD, PatientTablets
 from remote_site.patient_page.tablet_switch import TabletSwitch
 
@@ -149,7 +150,7 @@ def test_a_page_that_is_not_understood_is_sent_away(said: str | bytes) -> None:
 def test_observers_and_too_many_pages_are_sent_away() -> None:
     async def story() -> None:
         ward = Ward()
-        assert (await ward.enter(Visitor("relative", "observe"))).closed == FULL
+        assert (await ward.enter(Visitor("relative", "observe"))).closed == REFUSED
         pages = [await ward.enter() for _ in range(MOST_PAGES + 1)]
         assert [page.closed for page in pages] == [None] * MOST_PAGES + [FULL]
         await ward.leave()
