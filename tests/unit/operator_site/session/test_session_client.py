@@ -176,6 +176,12 @@ def test_the_reason_of_the_remote_site_for_not_clearing_is_known_until_its_fault
         pair.client.clear(pair.remote.now_ns)
 
 
+def test_the_capabilities_of_the_remote_site_are_those_of_its_answer(pair: Pair) -> None:
+    (connected,) = pair.client.session.take_happenings()
+    assert (connected.what, connected.text) == ("connected", "calibration abc")
+    assert pair.client.remote["calibration"] == "abc"
+
+
 def test_an_incompatible_remote_site_is_reported_once(caplog: pytest.LogCaptureFixture) -> None:
     foreign = Pair()
     for _ in range(5):
@@ -184,6 +190,7 @@ def test_an_incompatible_remote_site_is_reported_once(caplog: pytest.LogCaptureF
         assert "laid out differently" in foreign.client.refusal
         assert foreign.client.session.ident == 0
     assert foreign.remote.count("goodbye") == 5, "it shall not wait for this operator"
+    assert foreign.client.session.take_happenings() == [], "there was no session"
     assert caplog.text.count("laid out differently") == 1
 
 

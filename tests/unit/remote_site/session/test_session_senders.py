@@ -16,7 +16,7 @@ from common.link.packet_filter import MOST_AHEAD
 from common.timing.timeouts import MOTION_SILENCE_S
 from common.wire.messages import motion_packet, pack_hand
 from common.wire.packets import LinkState
-from common.wire.session_messages import Answer, Heartbeat, Request
+from common.wire.session_messages import DESK_REQUESTS, REMOTE_DESK_REQUESTS, Answer, Heartbeat, Request
 from remote_site.session.session_server import EXPELLED_S, PACKETS_AT_ONCE, SETTLED_NS, SILENCE_NS, SessionServer
 
 MS = 1_000_000
@@ -399,6 +399,25 @@ def test_a_pause_of_motion_after_a_late_copy_is_no_refusal(working: Remote) -> N
             working.beat()
         working.step()
     assert working.ident == ident
+
+
+@pytest.mark.parametrize("verb", [*DESK_REQUESTS, *REMOTE_DESK_REQUESTS])
+def test_a_request_for_a_desk_is_refused_over_the_link(working: Remote, verb: str) -> None:
+    working.ask(verb)
+    working.step()
+    assert working.answered(working.requests).startswith("that is for ")
+
+
+def test_the_age_that_one_session_agreed_on_does_not_hold_in_the_next(working: Remote) -> None:
+    working.ask("disengage")
+    working.ask("engage", max_age_s=0.05)
+    working.step()
+    assert working.server.acceptance.max_age_ns == 50 * MS
+    working.ask("goodbye")
+    working.step()
+    working.ask("hello", **ABLE, role="operator")
+    working.step()
+    assert working.server.acceptance.max_age_ns == 150 * MS
 
 
 @pytest.mark.parametrize("moved", [True, False])
