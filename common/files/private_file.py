@@ -2,11 +2,17 @@
 
 import errno
 import os
+import re
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
+from common.files.no_room import NO_ROOM
+
+PART = re.compile(r"(\.[0-9a-f]{8})?\.part$")
+"""End of the name of a file that is being made, or that a killed process has left."""
 _FLAGS = os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
@@ -43,20 +49,49 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
 def replacing(path: Path) -> Iterator[Path]:
     """Give the path of a file to make; once it is whole, it replaces the one at `path`. A failure leaves that one.
 
-    A device at `path` is given as it is.
+    Each call gives another path, as two commands may write the same file. A device at `path` is given as it is.
 
     Raises:
-        OSError: `path` is a symbolic link, or cannot be replaced.
+        OSError: `path` is a symbolic link, cannot be replaced, or has no room.
     """
     refuse_link(path)
-    made = path if path.is_char_device() else path.with_name(f"{path.name}.part")
+    made = path if path.is_char_device() else path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
         yield made
         if made != path:
             made.replace(path)
-    except BaseException:
+    except BaseException as error:
         discard(made)
+        if isinstance(error, OSError) and _is_of(error, made):
+            raise OSError(error.errno, error.strerror, str(path)) from None
         raise
+
+
+@contextmanager
+def creating(path: Path) -> Iterator[Path]:
+    """Give the path of a file to make, as `replacing` does; an existing file is an error.
+
+    Raises:
+        FileExistsError: the file exists.
+        OSError: as `replacing`.
+    """
+    _refuse_existing(path)
+    with replacing(path) as made:
+        yield made
+        _refuse_existing(path)
+
+
+def _refuse_existing(path: Path) -> None:
+    refuse_link(path)
+    if path.exists() and not path.is_char_device():
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
+
+
+def _is_of(error: OSError, made: Path) -> bool:
+    """Return whether an error names a file in the making, or is that of a write, which names none."""
+    if error.filename is None:
+        return error.errno in (*NO_ROOM, errno.EFBIG)
+    return os.fspath(error.filename) == str(made)
 
 
 def write_private(path: Path, content: bytes) -> None:

@@ -1,5 +1,7 @@
 """Checks the address that a remote site binds to: one open to a network needs a trusted key."""
 
+from shlex import quote
+
 from common.link.curve import LinkProblem
 from common.link.host_name import bare_host, is_loopback
 from common.link.keys import TrustedKeys
@@ -16,5 +18,5 @@ def check_bind(host: str, trusted: TrustedKeys) -> None:
     if not owners and not is_loopback(bare_host(host)):
         raise LinkProblem(
             f"{host} is open to a network and {trusted.file} trusts nobody: "
-            f"`teletaction keys trust --keys {trusted.folder} -- NAME KEY` first, or bind to 127.0.0.1"
+            f"`teletaction keys trust --keys {quote(str(trusted.folder))} -- NAME KEY` first, or bind to 127.0.0.1"
         )

@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from shlex import quote
 
 import zmq
 import zmq.auth
@@ -85,7 +86,7 @@ def load_keys(folder: Path) -> KeyPair:
     try:
         return _read_pair(secret_file)
     except FileNotFoundError:
-        name = shown(folder)
+        name = quote(shown(folder))
         raise KeyProblem(f"{shown(secret_file)}: no key; make one with `teletaction keys init --keys {name}`") from None
 
 

@@ -40,6 +40,8 @@ def open_recording(path: Path) -> IO[bytes]:
     """
     with ExitStack() as opened:
         file = opened.enter_context(path.open("rb"))
+        if not file.seekable():
+            raise ValueError(f"{path}: is a pipe; a recording is read from a file")
         try:
             content = _decrypted(file) if is_encrypted(file) else file
         except ModuleNotFoundError:

@@ -4,6 +4,7 @@ import heapq
 import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from shlex import quote
 from typing import IO
 
 from mcap.opcode import Opcode
@@ -33,7 +34,7 @@ class DamagedRecording(ValueError):
     """A recording that differs from what was written. The message names file, place and remedy in one line."""
 
     def __init__(self, path: Path, what: str):
-        super().__init__(f"{path}: damaged: {what}; `teletaction recover {path}` keeps what can be read")
+        super().__init__(f"{path}: damaged: {what}; `teletaction recover {quote(str(path))}` keeps what can be read")
 
 
 class RecordingReader:
@@ -162,7 +163,9 @@ def _checked(path: Path, file: IO[bytes]) -> "_Checked":
     if file.read(len(MAGIC)) != MAGIC:
         raise ValueError(f"{path}: not an MCAP file; recordings are what a process writes to its `record`")
     if not has_end(file):
-        raise ValueError(f"{path}: cut, without its end; `teletaction recover {path}` makes a whole one of it")
+        raise ValueError(
+            f"{path}: cut, without its end; `teletaction recover {quote(str(path))}` makes a whole one of it"
+        )
     return _Checked(path, file)
 
 

@@ -1,5 +1,7 @@
 """Finds the public key that the remote site must have."""
 
+from shlex import quote
+
 from common.config.link_models import OperatorLinkConfig
 from common.link.keys import KeyProblem, TrustedKeys, check_public_key
 
@@ -20,5 +22,5 @@ def remote_public_key(link: OperatorLinkConfig) -> str:
             return key
     raise KeyProblem(
         f"{trusted.file}: no key named `{NAME}`; "
-        f"add it with `teletaction keys trust --keys {trusted.folder} -- {NAME} KEY`"
+        f"add it with `teletaction keys trust --keys {quote(str(trusted.folder))} -- {NAME} KEY`"
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from tempfile import TemporaryFile
 
 from common.buses.can_address import CanAddress
@@ -174,7 +175,9 @@ def _trusted(keys: Path) -> str:
     trusted = TrustedKeys(keys)
     owners = trusted.owners()
     if not owners:
-        raise ValueError(f"{trusted.file}: nobody is trusted; `teletaction keys trust --keys {keys} -- NAME KEY`")
+        raise ValueError(
+            f"{trusted.file}: nobody is trusted; `teletaction keys trust --keys {quote(str(keys))} -- NAME KEY`"
+        )
     return ", ".join(f"{owner.name} ({owner.role.value}) {fingerprint(key)}" for key, owner in owners.items())
 
 

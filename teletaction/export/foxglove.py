@@ -37,7 +37,6 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
     Log times are wall-clock times, publish times are monotonic times. A field of unknown value is left out.
     """
     counts: dict[str, int] = {}
-    write_private(out / "layout.json", LAYOUT.read_bytes())
     with replacing(out / "session.mcap") as made, create_private(made, replace=True) as file:
         writer = Writer(file, compression=CompressionType.ZSTD, enable_data_crcs=True)
         writer.start(profile="", library="teletaction")
@@ -56,6 +55,7 @@ def write_foxglove(recording: NamedRecording, out: Path) -> dict[str, int]:
             writer.add_message(channel, recording.end_ns, json.dumps(image).encode(), recording.end_ns)
             counts[f"map/{quantity}"] = 1
         writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it untyped
+    write_private(out / "layout.json", LAYOUT.read_bytes())
     return counts
 
 

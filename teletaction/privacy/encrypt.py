@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from common.files.private_file import discard
+from common.files.private_file import creating
 from common.link.keys import KEY_LENGTH, KeyProblem, check_public_key, public_key_in
 from common.privacy.recording_file import create_recording, open_recording
 from common.recording.encrypted_file import CHUNK_BYTES, DamagedChunk, decrypting
@@ -41,17 +41,12 @@ def _copy(path: Path, out: Path, public_key: str | None) -> bool:
         if reader is not None and reader.problem:
             raise ValueError(f"{path}: damaged: {reader.problem}; `teletaction recover` keeps what can be read")
         try:
-            made = create_recording(out, public_key)
+            with creating(out) as made, create_recording(made, public_key, replace=True) as copy:
+                shutil.copyfileobj(source, copy, CHUNK_BYTES)
         except FileExistsError:
             raise ValueError(f"{out}: exists; name another file") from None
-        try:
-            with made:
-                shutil.copyfileobj(source, made, CHUNK_BYTES)
-        except BaseException as error:
-            discard(out)
-            if isinstance(error, DamagedChunk):
-                raise ValueError(f"{path}: damaged: {error}; `teletaction recover` keeps what can be read") from None
-            raise
+        except DamagedChunk as error:
+            raise ValueError(f"{path}: damaged: {error}; `teletaction recover` keeps what can be read") from None
     return reader is None or not reader.cut
 
 

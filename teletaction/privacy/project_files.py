@@ -6,6 +6,7 @@ import stat
 from collections.abc import Callable
 from pathlib import Path
 
+from common.files.private_file import PART
 from common.recording.encrypted_file import MAGIC as ENCRYPTED
 from common.recording.mcap_records import HEAD_BYTES
 from common.recording.mcap_records import MAGIC as MCAP
@@ -41,7 +42,8 @@ def kind_of(path: Path) -> str | None:
         start = file.read(_START_BYTES)
         file.seek(max(0, file.seek(0, 2) - _END_BYTES))
         end = file.read()
-    return next((kind for kind, test in _KINDS if test(path.name, start, end)), None)
+    name = PART.sub("", path.name)
+    return next((kind for kind, test in _KINDS if test(name, start, end)), None)
 
 
 _Test = Callable[[str, bytes, bytes], bool]

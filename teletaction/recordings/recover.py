@@ -8,7 +8,7 @@ from typing import IO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from common.files.private_file import discard
+from common.files.private_file import creating
 from common.privacy.recording_file import create_recording, open_recording, recipient_of
 from common.recording.encrypted_file import DamagedChunk
 from common.recording.mcap_records import MAGIC
@@ -58,18 +58,13 @@ def recover(path: Path, out: Path | None = None) -> Recovered | None:
             return None
         cut = TruncatedMcap(file)
         try:
-            made = create_recording(out, recipient_of([file]))
+            with creating(out) as made:
+                with create_recording(made, recipient_of([file]), replace=True) as copy:
+                    messages, seconds = _rewrite(cut, copy)
+                if not messages:
+                    raise ValueError(f"{path}: not one message in it can be read")
         except FileExistsError:
             raise ValueError(f"{out}: exists; name another file with --out") from None
-        try:
-            with made:
-                messages, seconds = _rewrite(cut, made)
-        except BaseException:
-            discard(out)
-            raise
-    if not messages:
-        discard(out)
-        raise ValueError(f"{path}: not one message in it can be read")
     return Recovered(out, messages, seconds, cut.unreadable_bytes, cut.damaged_parts, cut.doubtful)
 
 

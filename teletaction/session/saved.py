@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 
 from common.health import NoStatus, read_status
 from common.privacy.recording_file import open_recording
@@ -24,7 +25,7 @@ def incomplete_recordings(out: Path) -> list[str]:
     for path in _recordings(out):
         with open_recording(path) as file:
             if not has_end(file):
-                found.append(f"{path.stem}: cut off, `teletaction recover {path}` reads the rest")
+                found.append(f"{path.stem}: cut off, `teletaction recover {quote(str(path))}` reads the rest")
     for name in PROCESSES:
         try:
             status = read_status(out / f"{name}.json", 0)[0]

@@ -2,6 +2,7 @@
 
 import secrets
 from pathlib import Path
+from shlex import quote
 
 from common.files.private_file import create_private, discard
 from common.link.key_folder import KeyProblem, read_own, shown
@@ -33,7 +34,8 @@ def read_secret(path: Path) -> bytes:
     try:
         secret = read_own(path, secret=True).strip()
     except FileNotFoundError:
-        raise KeyProblem(f"{shown(path)}: no such file: `teletaction keys secret {shown(path)}` makes it") from None
+        name = shown(path)
+        raise KeyProblem(f"{name}: no such file: `teletaction keys secret {quote(name)}` makes it") from None
     if len(secret) < _LEAST:
         raise KeyProblem(f"{shown(path)}: the secret has {len(secret)} characters, at least {_LEAST} are needed")
     return secret

@@ -12,7 +12,7 @@ from typing import IO
 
 import pytest
 
-from common.files.private_file import create_private, write_private
+from common.files.private_file import create_private, creating, replacing, write_private
 from common.recording.recorder import Recorder
 from common.runtime.status_file import StatusFile
 
@@ -134,6 +134,40 @@ def test_a_file_that_does_not_fit_on_the_disk_leaves_the_one_before_and_is_named
     assert caught.value.errno == errno.EFBIG
     assert victim.read_text("utf-8") == "precious"
     assert list(victim.parent.iterdir()) == [victim]
+
+
+def test_a_full_disk_is_named_with_the_file_although_the_write_names_none(victim: Path) -> None:
+    with pytest.raises(OSError, match=r"No space left.*victim'$"), replacing(victim):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    with pytest.raises(OSError, match=r"Input/output error$"), replacing(victim):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))  # of another file, perhaps
+    assert victim.read_text("utf-8") == "precious"
+    assert list(victim.parent.iterdir()) == [victim]
+
+
+def test_two_commands_that_write_one_file_at_once_each_leave_a_whole_one(victim: Path) -> None:
+    with replacing(victim) as slow, create_private(slow, replace=True) as file:
+        file.write(b"slow, ")
+        write_private(victim, b"whole")
+        assert victim.read_text("utf-8") == "whole"
+        file.write(b"also whole")
+    assert victim.read_text("utf-8") == "slow, also whole"
+    assert list(victim.parent.iterdir()) == [victim]
+
+
+def test_a_file_that_must_not_exist_is_absent_until_it_is_whole_and_replaces_none(tmp_path: Path) -> None:
+    path = tmp_path / "new"
+    with creating(path) as made, create_private(made, replace=True) as file:
+        file.write(b"whole")
+        assert not path.exists()
+    assert path.read_text("utf-8") == "whole"
+    with pytest.raises(FileExistsError, match="new"), creating(path):
+        raise AssertionError("it exists")
+    path.unlink()
+    with pytest.raises(FileExistsError, match="new"), creating(path):
+        path.write_text("first", "utf-8")
+    assert path.read_text("utf-8") == "first"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_device_is_written_and_stays() -> None:

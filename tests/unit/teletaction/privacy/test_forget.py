@@ -84,6 +84,14 @@ def test_everything_of_an_examination_is_deleted_and_noted(folder: Path) -> None
     assert len((folder / FORGOTTEN).read_text().splitlines()) == 1
 
 
+def test_what_a_killed_command_has_left_is_deleted(folder: Path) -> None:
+    for name in ("exports/csv/operator-touch.csv", "exports/foxglove/session.mcap", "report.html", "operator.json"):
+        for end in (".0123abcd.part", ".part"):
+            shutil.copy(folder / name, folder / (name + end))
+    assert forget(folder, "--yes").code == 0
+    assert files(folder) == {FORGOTTEN}
+
+
 def test_foreign_files_are_named_and_kept(tmp_path: Path) -> None:
     for name, content in FOREIGN.items():
         (tmp_path / name).write_bytes(content)

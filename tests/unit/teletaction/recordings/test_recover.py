@@ -2,6 +2,7 @@
 
 import os
 import random
+import shlex
 import signal
 import subprocess
 import sys
@@ -15,12 +16,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from mcap.records import Chunk
+from mcap.records import Chunk, McapRecord
 from mcap.stream_reader import StreamReader
 
 from common.recording import recorder as recording
 from common.recording import writer_process
 from common.recording.recorder import Recorder
+from common.recording.truncated_mcap import TruncatedMcap
 from teletaction.recordings.recover import Recovered, recover
 from tests.commands import command, one_line
 from tests.places import ROOT
@@ -267,3 +269,41 @@ def test_an_interrupted_recovery_leaves_no_file(tmp_path: Path, whole: bytes, mo
     with pytest.raises(KeyboardInterrupt):
         recover(cut)
     assert [path.name for path in tmp_path.iterdir()] == ["remote.mcap"]
+
+
+def test_until_it_is_whole_a_recovery_has_no_name(
+    tmp_path: Path, whole: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recovery that is killed leaves no cut file that looks like its result, and the next one can begin."""
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: len(whole) // 2])
+    before = TruncatedMcap.records
+    seen: list[bool] = []
+
+    def records(self: TruncatedMcap) -> Iterator[McapRecord]:
+        for record in before(self):
+            seen.append((tmp_path / "cut-recovered.mcap").exists())
+            yield record
+
+    monkeypatch.setattr(TruncatedMcap, "records", records)
+    assert recovered(cut).messages
+    assert not any(seen)
+
+
+def test_the_command_to_recover_a_cut_file_can_be_copied(tmp_path: Path, whole: bytes) -> None:
+    cut = tmp_path / "Mrs. Müller's touch.mcap"
+    cut.write_bytes(whole[: len(whole) // 2])
+    line = one_line(command("export", cut, "--to", "csv", "--out", tmp_path / "csv"), 2)
+    words = shlex.split(line.split("`")[1])
+    assert words[1:] == ["recover", str(cut)]
+    assert command(*words[1:]).code == 0
+
+
+def test_a_pipe_is_named_and_refused(tmp_path: Path) -> None:
+    ours, theirs = os.pipe()
+    try:
+        line = one_line(command("report", f"/dev/fd/{ours}", "--out", tmp_path / "r.html"), 2)
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert line == f"teletaction: /dev/fd/{ours}: is a pipe; a recording is read from a file"
