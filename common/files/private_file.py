@@ -39,6 +39,8 @@ def create_private(path: Path, *, replace: bool = False) -> IO[bytes]:
     try:
         number = os.open(path, _FLAGS | os.O_CREAT | os.O_EXCL, 0o600)
     except FileExistsError:
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path)) from None
         if not path.is_char_device():
             raise
         number = os.open(path, _FLAGS)
@@ -91,7 +93,7 @@ def _is_of(error: OSError, made: Path) -> bool:
     """Return whether an error names a file in the making, or is that of a write, which names none."""
     if error.filename is None:
         return error.errno in (*NO_ROOM, errno.EFBIG)
-    return os.fspath(error.filename) == str(made)
+    return str(error.filename) == str(made)
 
 
 def write_private(path: Path, content: bytes) -> None:

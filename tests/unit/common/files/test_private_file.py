@@ -49,6 +49,11 @@ def test_status_files_and_recordings_are_readable_by_their_owner_only_and_leave_
     assert mode(tmp_path / "s.mcap") == 0o600
 
 
+def test_a_folder_in_place_of_a_recording_is_called_one(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError, match="Is a directory"):
+        Recorder(tmp_path, {}, {})
+
+
 @pytest.mark.parametrize("dangling", [False, True])
 def test_a_recording_is_not_written_through_a_link(tmp_path: Path, victim: Path, dangling: bool) -> None:
     link = tmp_path / "s.mcap"
