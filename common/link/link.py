@@ -57,6 +57,7 @@ _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 """Directions that an observer's key may use; the session judges an observer's requests."""
 _ENDS = zmq.EVENT_DISCONNECTED | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
 _ATTEMPTS = zmq.EVENT_CONNECT_DELAYED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_CONNECTED
+_OUTCOMES = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
 _OPEN_PER_S = 2.0
 """Maximum long-term rate at which streams are connected again, 1/s."""
 _LAST_REQUEST_MS = 100
@@ -219,12 +220,19 @@ class RemoteLink(CurveSockets):
 
 
 class OperatorLink(CurveSockets):
-    """The side that connects when the remote site is there: an operator or an observer."""
+    """The side that connects when the remote site is there: an operator or an observer.
+
+    Attributes:
+        remote_key: public key that the remote site has to prove.
+        unproven: number of handshakes since the last answered one that ended without an answer to this key, as with a
+            server of another key.
+    """
 
     def __init__(self, host: str, base_port: int, keys: KeyPair, remote_public_key: str, role: Role = Role.PARTNER):
         """Connect this role's streams in the background; an absent remote site is no error."""
         super().__init__()
-        self._base_port, self._keys, self._remote_key = base_port, keys, remote_public_key
+        self._base_port, self._keys, self.remote_key = base_port, keys, remote_public_key
+        self.unproven = 0
         self._resolver = Resolver(host, base_port)
         self._reopens = RateLimiter(_OPEN_PER_S, len(SITE_STREAMS))
         self._connections = {
@@ -265,12 +273,12 @@ class OperatorLink(CurveSockets):
     def _open(self, name: str) -> None:
         stream = self._connections[name]
         socket = self._socket(stream, _CLIENT_TYPE[stream.direction])
-        use_curve(socket, self._keys, self._remote_key)
+        use_curve(socket, self._keys, self.remote_key)
         if stream.direction is Direction.BOTH:
             # A request to an absent remote must fail now instead of arriving minutes later.
             socket.setsockopt(zmq.IMMEDIATE, 1)
             socket.setsockopt(zmq.SNDHWM, _UNSENT)
-        self._monitors[name] = socket.get_monitor_socket(zmq.EVENT_HANDSHAKE_FAILED_AUTH | _ENDS | _ATTEMPTS)
+        self._monitors[name] = socket.get_monitor_socket(_OUTCOMES | _ENDS | _ATTEMPTS)
         if self._address is not None:
             socket.setsockopt(zmq.IPV6, is_ipv6(self._address))
             socket.connect(tcp_endpoint(self._address, self._base_port + stream.port))
@@ -328,6 +336,9 @@ class OperatorLink(CurveSockets):
                 # After status 300 the library retries by itself; 400 is a refusal.
                 final = event["event"] == zmq.EVENT_HANDSHAKE_FAILED_AUTH and event["value"] == 400
                 refused = refused or final
+                if event["event"] & _OUTCOMES:
+                    failed = event["event"] == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
+                    self.unproven = self.unproven + 1 if failed else 0
                 if event["event"] & _ENDS:
                     self._ended.add(name)
                 elif event["event"] & _ATTEMPTS:

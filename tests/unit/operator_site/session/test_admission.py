@@ -10,7 +10,7 @@ import pytest
 
 from common.fingers import FINGERS
 from common.link.capabilities import capabilities
-from common.link.keys import TrustedKeys, load_keys
+from common.link.keys import TrustedKeys, fingerprint, load_keys
 from common.link.link import OperatorLink, RemoteLink
 from common.wire.streams import SITE_STREAMS
 from operator_site.session.admission import Admission
@@ -125,3 +125,34 @@ def test_a_site_that_was_never_trusted_is_admitted_once_it_is(
     wait_until(reported, every_s=0.1)
     trusted.trust("operator", load_keys(keys.operator).public)
     assert_admitted(client, admission, remote)
+
+
+def test_a_server_of_another_key_is_named_until_the_right_one_answers(
+    keys: Keys, base_port: int, operator: OperatorLink, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As after a new key of the remote site, or a key that was copied wrongly: neither side would say anything."""
+    client, admission = admitting(operator)
+
+    def reported() -> bool:
+        admission.each_second()
+        return bool(client.refusal)
+
+    with RemoteLink("127.0.0.1", base_port, load_keys(keys.stranger), TrustedKeys(keys.remote)):
+        wait_until(reported, every_s=0.1)
+        time.sleep(0.2)
+        admission.each_second()
+    expected = fingerprint(load_keys(keys.remote).public)
+    assert client.refusal.startswith(
+        f"remote.example:5600: what answers there does not prove the remote site's key {expected}:"
+    )
+    assert len([text for text in caplog.messages if expected in text]) == 1
+    with remote_link(keys, base_port) as remote:
+        assert_admitted(client, admission, remote)
+
+
+def test_an_absent_remote_site_is_not_accused(operator: OperatorLink) -> None:
+    client, admission = admitting(operator)
+    for _ in range(10):
+        time.sleep(0.05)
+        admission.each_second()
+    assert (client.refusal, operator.unproven) == ("", 0)
