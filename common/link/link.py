@@ -5,6 +5,7 @@ that its role may use.
 """
 
 import contextlib
+import errno
 import itertools
 import logging
 import time
@@ -57,6 +58,7 @@ _MAY_OBSERVE = (Direction.TO_OBSERVERS, Direction.BOTH)
 """Directions that an observer's key may use; the session judges an observer's requests."""
 _ENDS = zmq.EVENT_DISCONNECTED | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
 _ATTEMPTS = zmq.EVENT_CONNECT_DELAYED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_CONNECTED
+_NOT_HERE = "no address of this host; set bind in [link] to one, or to 0.0.0.0 for all"
 _OUTCOMES = zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL
 _OPEN_PER_S = 2.0
 """Maximum long-term rate at which streams are connected again, 1/s."""
@@ -95,7 +97,8 @@ class RemoteLink(CurveSockets):
                 self._bind(stream)
             except zmq.ZMQError as error:
                 self.close()
-                raise LinkProblem(f"{self._address(stream)} ({stream.name}): {error.strerror}") from None
+                why = _NOT_HERE if error.errno in (errno.ENODEV, errno.EADDRNOTAVAIL) else error.strerror
+                raise LinkProblem(f"{self._address(stream)} ({stream.name}): {why}") from None
 
     def requests(self, stream: str) -> list[Received]:
         """Return clients' packets of a request stream, at most MOST_AT_ONCE; emergency stops first.

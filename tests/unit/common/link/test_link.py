@@ -198,6 +198,12 @@ def test_a_port_in_use_is_a_link_problem_and_leaves_nothing_behind(keys: Keys, b
         pass
 
 
+@pytest.mark.parametrize("host", ["no.such.host.invalid", "192.0.2.1"])
+def test_a_bind_to_another_host_says_what_to_write(keys: Keys, base_port: int, host: str) -> None:
+    with pytest.raises(LinkProblem, match=rf"tcp://{host}:.*: no address of this host; set bind in \[link\] to one"):
+        remote_link(keys, base_port, host)
+
+
 def test_an_address_of_another_machine_is_a_link_problem(keys: Keys, base_port: int) -> None:
     with pytest.raises(LinkProblem, match=r"192\.0\.2\.1"):
         remote_link(keys, base_port, "192.0.2.1")
