@@ -45,6 +45,17 @@ PINCH = """([from, to]) => {
     for (const [id, side] of [[1, -1], [2, 1]]) send('pointermove', id, side * (from + (to - from) * step / 4));
   send('pointerup', 1, -to); send('pointerup', 2, to);
 }"""
+COLOURS = """() => {
+  const canvas = document.getElementById('map-surface'), middle = [canvas.width / 2 - 20, canvas.height / 2 - 8];
+  return [...new Set(new Uint32Array(canvas.getContext('2d').getImageData(...middle, 16, 16).data.buffer))];
+}"""
+"""Colours of felt places in the middle of the map."""
+LEGEND = """async () => {
+  const { inkOf } = await import('/page/map_tiles.js'), places = Array.from({ length: 256 }, (_, at) => at / 255);
+  const inks = places.map(place => inkOf('temperature', place));
+  return inks.map(([red, green, blue]) => ((255 * 256 + blue) * 256 + green) * 256 + red);
+}"""
+WHITE = 0xFFFFFFFF
 WORDS_AROUND_NEXT = """async ([dx, dy]) => {
   const { drawOver, drawStill } = await import('/page/map_over.js'), { now } = await import('/page/now.js');
   const canvas = document.getElementById('map-over'), words = [], { width, height } = canvas.getBoundingClientRect();
@@ -295,6 +306,14 @@ def test_a_picture_from_a_file_lies_under_the_map_and_leaves_the_page_never(stag
     assert sent == []
     page.set_input_files("#photo-file", {"name": "x.png", "mimeType": "image/png", "buffer": b"no picture"})
     page.wait_for_selector("#photo-said:has-text('no picture')")
+
+
+def test_over_a_picture_the_colours_are_those_of_the_legend(open_page: Open) -> None:
+    page = open_page("engaged")
+    page.click("#photo-button")
+    page.set_input_files("#photo-file", {"name": "arm.png", "mimeType": "image/png", "buffer": png(40, 20)})
+    page.wait_for_function(f"() => {{ const c = ({COLOURS})(); return c.length > 1 && c.includes({WHITE}) }}")
+    assert set(page.evaluate(COLOURS)) - {WHITE} <= set(page.evaluate(LEGEND))
 
 
 def test_roughness_is_in_um_where_it_was_calibrated_and_never_in_volts(stage: Stage, open_page: Open) -> None:

@@ -4,7 +4,7 @@ import { drawStill, word } from "./map_over.js";
 import { drawPhoto, hasPhoto } from "./map_photo.js";
 import { marks } from "./words.js";
 
-const OVER_PHOTO = 0.6, SIGN_K = 1, LETTERS_PX = 28;
+const SIGN_K = 1, LETTERS_PX = 28;
 const patterns = new Map();
 
 // what: {painting, quantity, range, legend, materials, plain: whether values are shown, no spreads or differences}
@@ -18,10 +18,11 @@ export function paintPane(canvas, at, what) {
     slanted(brush, "#6D757D");
   });
   pen.fillRect(0, 0, canvas.width, canvas.height);
-  if (hasPhoto()) { drawPhoto(pen, at, scale); pen.globalAlpha = OVER_PHOTO; }
+  if (hasPhoto()) drawPhoto(pen, at, scale);
   const side = at.side_mm * at.scale * scale, place = [at.toX(at.left_mm) * scale, at.toY(at.near_mm + at.side_mm) * scale, side, side];
-  pen.drawImage(painting.colours, ...place);
-  pen.globalAlpha = 1;
+  // A picture is seen through holes, so that the colours stay those of the legend.
+  if (hasPhoto()) through(pen, canvas, painting.colours, place, "holes", holes, "source-in");
+  else pen.drawImage(painting.colours, ...place);
   through(pen, canvas, painting.stippled, place, "stipple", dots(4, 1));
   through(pen, canvas, painting.dotted, place, "dot", dots(8, 2));
   through(pen, canvas, painting.steep, place, "steep", brush => slanted(brush, "#10151B"));
@@ -52,16 +53,21 @@ function dots(step, size) {
   };
 }
 
-// Draws a pattern through a mask's cells only.
+function holes(brush) {
+  brush.fillRect(0, 0, 8, 8);
+  brush.clearRect(0, 0, 4, 4);
+}
+
+// Draws a pattern through a mask's cells only, or with "source-in" the cells through a pattern.
 const sieve = document.createElement("canvas");
-function through(pen, canvas, mask, place, name, draw) {
+function through(pen, canvas, mask, place, name, draw, how = "destination-in") {
   sieve.width = canvas.width;
   sieve.height = canvas.height;
   const brush = sieve.getContext("2d");
   brush.imageSmoothingEnabled = false;
   brush.fillStyle = pattern(pen, name, draw);
   brush.fillRect(0, 0, sieve.width, sieve.height);
-  brush.globalCompositeOperation = "destination-in";
+  brush.globalCompositeOperation = how;
   brush.drawImage(mask, ...place);
   pen.drawImage(sieve, 0, 0);
 }
