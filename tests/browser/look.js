@@ -6,10 +6,10 @@
   const root = document.documentElement;
   if (root.scrollWidth > innerWidth || root.scrollHeight > innerHeight) wrong.push('the page itself scrolls');
   const pieces = [];
-  // What is seen of a box: scrolling parents cut it.
-  const seen = (e, box) => {
+  // What is seen of a box: an element and its parents cut it where they scroll or hide.
+  const seen = (from, box) => {
     let { left, right, top, bottom } = box;
-    for (let at = e.parentElement; at; at = at.parentElement) {
+    for (let at = from; at; at = at.parentElement) {
       if (getComputedStyle(at).overflowY === 'visible') continue;
       const cut = at.getBoundingClientRect();
       [left, right, top, bottom] = [Math.max(left, cut.left), Math.min(right, cut.right), Math.max(top, cut.top), Math.min(bottom, cut.bottom)];
@@ -40,7 +40,7 @@
   for (const e of document.querySelectorAll('button, select, input, textarea, a')) {
     if (!visible(e)) continue;
     const box = e.getBoundingClientRect(), { width, height } = box;
-    pieces.push({ e, ...seen(e, box) });
+    pieces.push({ e, ...seen(e.parentElement, box) });
     if (width < 59.5 || height < 59.5) wrong.push(`target of ${width.toFixed(0)} x ${height.toFixed(0)}: ${name(e)}`);
   }
   pieces.forEach((a, at) => pieces.slice(at + 1).forEach(b => {

@@ -1,14 +1,20 @@
 """The patient's pain on the page: value and age, and the force limit with the act that ends it."""
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 
 from tests.browser.conftest import SIZES, Open
 from tests.browser.stage import Stage
-from tests.browser.synthetic import painful
+from tests.browser.synthetic import painful, shifted, talking
 from tests.browser.test_camera import LIVE_TEXT
-from tests.browser.test_every_state import LOOK
+from tests.browser.test_every_state import LOOK, axe_findings
 
 pytestmark = pytest.mark.console
+
+LEAST_PX = 240
+"""Smallest height of the map."""
 
 
 def test_pain_and_the_force_limit_are_shown_with_the_act_that_ends_it(open_page: Open) -> None:
@@ -23,16 +29,22 @@ def test_pain_and_the_force_limit_are_shown_with_the_act_that_ends_it(open_page:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_cameras_picture_covers_none_of_it(stage: Stage, open_page: Open, size: str) -> None:
-    stage.show("watching").state["patient"] = painful().state["patient"]
+def test_beside_all_else_it_covers_nothing_and_leaves_room_for_the_map(
+    stage: Stage, open_page: Open, picture_of: Callable[[Any, str], None], size: str
+) -> None:
+    scenario = stage.show("watching")
+    scenario.shows(patient=painful().state["patient"], voice=talking().state["voice"])
+    scenario.state["map"]["moved"] = shifted().state["map"]["moved"]
     page = open_page(size=SIZES[size])
     page.wait_for_selector(LIVE_TEXT)
-    assert page.evaluate(LOOK) == []
-    over = [page.eval_on_selector(name, "e => Number(getComputedStyle(e).zIndex)") for name in ("#patient", "#camera")]
-    assert over[0] > over[1]
-    text, picture = (page.locator(name).bounding_box() for name in ("#patient", "#camera"))
-    if SIZES[size][2] == 1:  # at a zoom of 200 % the text lies over the picture
-        assert text["y"] + text["height"] <= picture["y"]
+    for tray in ("closed", "open"):
+        assert page.evaluate(LOOK) + axe_findings(page) == []
+        text, surface, tools = (page.locator(name).bounding_box() for name in ("#patient", "#map-view", "#map-tools"))
+        assert text["y"] + text["height"] <= surface["y"]
+        assert text["y"] >= tools["y"] + tools["height"] or text["y"] + text["height"] <= tools["y"]
+        assert surface["height"] >= LEAST_PX
+        picture_of(page, f"patient beside all else, tray {tray} {size}")
+        page.click("#photo-button")
 
 
 def test_without_a_slider_there_is_no_line(open_page: Open) -> None:
