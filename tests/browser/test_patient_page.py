@@ -21,7 +21,7 @@ from tests.waiting import wait_until
 
 pytestmark = [pytest.mark.console, pytest.mark.timeout(120), pytest.mark.real_time(stall_s=math.inf)]
 
-SIZES = [(360, 740), (800, 1280), (1024, 768), (1440, 900)]
+SIZES = [(360, 740), (740, 360), (512, 384), (800, 1280), (1024, 768), (1440, 900)]
 READY = "Ready. You can stop at any time."
 
 
@@ -216,6 +216,14 @@ def test_all_of_it_is_seen_at_every_size(
         assert box["y"] + box["height"] <= size[1]
     assert page.evaluate(LOOK) + axe_findings(page) == []
     picture_of(page, f"patient page {size[0]} x {size[1]}")
+
+
+def test_large_text_leaves_the_slider_in_view(page: Any) -> None:
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.evaluate("document.documentElement.style.fontSize = '32px'")
+    page.get_by_role("status").get_by_text(READY).wait_for()
+    assert page.evaluate("document.documentElement.scrollHeight") == 740
+    assert page.get_by_role("button", name="STOP").bounding_box()["height"] >= 0.3 * 740
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
