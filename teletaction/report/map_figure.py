@@ -4,6 +4,7 @@ For greyscale prints, signs mark temperatures above and below the middle of the 
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,10 @@ _LOWEST_IN = 0.9
 """Least height of a map, so that its scale can be read, inches."""
 HALO = withStroke(linewidth=2.6, foreground="#FFFFFF")
 """White around outlines and their labels, so that they stand out on every colour."""
+_EDGE = withStroke(linewidth=1.2, foreground="#000000")
+"""Black around white signs and letters, so that they stand out on every colour."""
+_KEY_LETTERS = 14
+"""Longest line of a material's name, so that it fits beside the map, characters."""
 
 
 def _rgb(colour: str) -> list[float]:
@@ -114,7 +119,7 @@ def _draw_signs(axes: Axes, shown: MapPicture, middle_c: float) -> None:
         rows, columns = np.nonzero(sure & (sign * (np.nan_to_num(value, nan=middle_c) - middle_c) >= _SIGN_K))
         x = 1e3 * (shown.left_m + CELL_M * (_SIGN_EVERY * columns + _SIGN_EVERY // 2 + 0.5))
         y = 1e3 * (shown.near_m + CELL_M * (_SIGN_EVERY * rows + _SIGN_EVERY // 2 + 0.5))
-        axes.plot(x, y, marker, color="#FFFFFF", markersize=3.5, markeredgewidth=0.8)
+        axes.plot(x, y, marker, color="#FFFFFF", markersize=3.5, markeredgewidth=0.8, path_effects=[_EDGE])
 
 
 def draw_scale(axes: Axes, quantity: str, legend: tuple[float, float]) -> None:
@@ -261,15 +266,19 @@ def draw_map(axes: Axes, tactile_map: TactileMap, quantity: str, shown: MapPictu
         rows, columns = np.nonzero(shown.value[2::6, 2::6] == place)
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             x, y = shown.left_m + CELL_M * (6 * column + 2.5), shown.near_m + CELL_M * (6 * row + 2.5)
-            axes.text(
-                1e3 * x, 1e3 * y, _letter(place), fontsize=5, ha="center", va="center", color="white", clip_on=True
-            )
+            how: dict[str, Any] = {"fontsize": 6, "ha": "center", "va": "center", "path_effects": [_EDGE]}
+            axes.text(1e3 * x, 1e3 * y, _letter(place), color="white", clip_on=True, **how)
     colour = [*colours.MATERIALS, colours.OTHER_MATERIAL]
     keys = [
-        Patch(facecolor="#" + colour[min(place, len(colour) - 1)], label=f"{_letter(place)}  {named(name)}")
+        Patch(
+            facecolor="#" + colour[min(place, len(colour) - 1)],
+            label=fill(f"{_letter(place)} {named(name)}", _KEY_LETTERS),
+        )
         for place, name in enumerate(tactile_map.materials)
     ]
-    axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=7.5)
+    axes.legend(
+        handles=keys, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=7.5, handlelength=1.0
+    )
 
 
 def _letter(place: int) -> str:

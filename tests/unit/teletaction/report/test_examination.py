@@ -14,11 +14,12 @@ from matplotlib.figure import Figure
 from common.recording.recorder import Recorder
 from operator_site.console.map.finger_samples import Sample
 from operator_site.console.map.map_tiles import MapPicture
+from operator_site.console.map.tactile_map import TactileMap
 from teletaction.report.examination import Examination
 from teletaction.report.examination_page import finding_blocks, signed_page
 from teletaction.report.examination_record import numbers
 from teletaction.report.map_coverage import coverage
-from teletaction.report.map_figure import cell_colours, draw_cells, draw_lumps, scale_ticks
+from teletaction.report.map_figure import cell_colours, draw_cells, draw_lumps, map_figure, scale_ticks
 from teletaction.report.session_curves import SessionCurves
 from teletaction.report.session_report import report
 from tests.commands import command
@@ -271,6 +272,16 @@ def test_untouched_places_have_no_colour_and_scales_have_plain_numbers() -> None
     np.testing.assert_array_equal(colour[..., 3] > 0.0, ~np.isnan(shown.value))
     assert scale_ticks("temperature", (30.0, 36.0)) == [30.0, 31.0, 32.0, 33.0, 34.0, 35.0, 36.0]
     assert scale_ticks("stiffness", (200.0, 5000.0)) == [200.0, 500.0, 1000.0, 2000.0, 5000.0]
+
+
+def test_names_of_materials_fit_beside_the_map() -> None:
+    surface = TactileMap()
+    for touch, name in enumerate(["carbon_steel", "stainless_steel_polished"], 1):
+        surface.take(Sample("material", (1, touch, 0), touch, 1, 0.02 * touch, 0.0, 0.0, 0.99, 0.01, name))
+    figure = map_figure(surface, "material", [])
+    assert figure is not None
+    figure.draw_without_rendering()
+    assert figure.axes[0].get_legend().get_window_extent().x1 <= figure.bbox.x1
 
 
 @pytest.mark.parametrize("steep", [True, False])
