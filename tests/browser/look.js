@@ -1,4 +1,4 @@
-// Finds faults of the layout: overflowing words, small targets, covered or cut STOP.
+// Finds faults of the layout: overflowing words, small targets, words under the frame, covered or cut STOP.
 () => {
   const wrong = [], visible = e => e.checkVisibility({ checkOpacity: false, checkVisibilityCSS: true }) && !e.closest('.unseen, noscript');
   const scrolled = e => { for (let at = e; at; at = at.parentElement) if (['auto', 'scroll'].includes(getComputedStyle(at).overflowY)) return at; return null; };
@@ -43,6 +43,9 @@
     pieces.push({ e, ...seen(e.parentElement, box) });
     if (width < 59.5 || height < 59.5) wrong.push(`target of ${width.toFixed(0)} x ${height.toFixed(0)}: ${name(e)}`);
   }
+  const frame = parseFloat(getComputedStyle(document.body, '::after').borderTopWidth) || 0;
+  for (const { e, left, right, top, bottom } of pieces)
+    if (bottom > top && right > left && (left < frame || right > innerWidth - frame || top < frame)) wrong.push(`under the frame: ${name(e)}`);
   pieces.forEach((a, at) => pieces.slice(at + 1).forEach(b => {
     if (a.e.contains(b.e) || b.e.contains(a.e) || a.e.closest('section, form, header') !== b.e.closest('section, form, header')) return;
     const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left), high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);

@@ -247,3 +247,11 @@ def test_the_name_of_the_tab_is_its_state(stage: Stage, open_page: Open) -> None
     page.wait_for_function("() => document.title === 'ENGAGED · teletaction'")
     stage.show("playback")
     page.wait_for_function("() => document.title === 'PLAYBACK · teletaction'")
+
+
+@pytest.mark.console
+@pytest.mark.parametrize("scenario", ["observer", "playback"])
+def test_without_buttons_an_upright_page_keeps_no_room_for_them(open_page: Open, scenario: str) -> None:
+    page = open_page(scenario, (768, 1024, 1))
+    box = page.locator("main").bounding_box()
+    assert box["y"] + box["height"] >= 0.9 * 1024
