@@ -2,12 +2,14 @@
 
 import re
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from common.limits import MOTION_SCALES
 from operator_site.console.web.server import PAGE
+from remote_site.patient_page.run import PAGE as PATIENT_PAGE
 from tests.browser.conftest import Open, wait_for
 from tests.browser.stage import Stage
 from tests.waiting import wait_until
@@ -41,6 +43,11 @@ def test_it_writes_text_and_never_markup() -> None:
 def test_it_reads_no_wall_clock_so_one_that_changes_changes_nothing() -> None:
     for text in files():
         assert not re.search(r"\bDate\b|Temporal", text)
+
+
+@pytest.mark.parametrize("folder", [PAGE, PATIENT_PAGE])
+def test_no_browser_translates_it_because_a_translation_would_change_while_it_is_read(folder: Path) -> None:
+    assert '<html lang="en" translate="no">' in (folder / "index.html").read_text("utf-8")
 
 
 def luminance(colour: str) -> float:
