@@ -47,6 +47,17 @@ def test_beside_all_else_it_covers_nothing_and_leaves_room_for_the_map(
         page.click("#photo-button")
 
 
+def test_a_new_line_does_not_move_a_picture_that_is_being_placed(stage: Stage, open_page: Open) -> None:
+    scenario = stage.show("painful")
+    scenario.state["patient"] |= {"limit": None, "ends": None, "tender": None}
+    page = open_page()
+    page.click("#photo-button")
+    before = page.locator("#map-view").bounding_box()
+    stage.show("painful")
+    page.wait_for_selector("#patient:has-text('Force limited')")
+    assert page.locator("#map-view").bounding_box() == before
+
+
 def test_without_a_slider_there_is_no_line(open_page: Open) -> None:
     assert open_page("engaged").is_hidden("#patient")
 
