@@ -135,8 +135,12 @@ def lumps_of_field(field: StiffnessField) -> LumpMap:
     Raises:
         ValueError: the field has fewer than FEWEST_PLACES places.
     """
-    variance = field.variance + field.press_sd**2
-    return LumpMap(field, NoduleSearch(one_stiffness(field.places_m, field.value, variance)))
+    return LumpMap(field, search_of_field(field))
+
+
+def search_of_field(field: StiffnessField) -> NoduleSearch:
+    """Return a search for nodules in the places of a field."""
+    return NoduleSearch(one_stiffness(field.places_m, field.value, field.variance + field.press_sd**2))
 
 
 def _searched(field: StiffnessField) -> Floats:

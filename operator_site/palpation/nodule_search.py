@@ -122,39 +122,50 @@ class NoduleSearch:
     """Nodules beneath some presses.
 
     Attributes:
+        presses: the presses.
         nodules: the nodules that were taken away, and up to three less probable ones.
+        ground: the likeliest ground beneath the nodules that were taken away.
         steady: the numbers without disturbances, (k, n), natural logarithm.
     """
 
     def __init__(self, presses: PressNumbers) -> None:
         """Search at least one press; this takes 0.1 to 0.4 s of processor time with 200 places."""
-        self._presses = presses
+        self.presses = presses
         self._profiles = _profiles(presses)
         self._sites_m, self._step_m = _sites(presses.places_m)
         self._grounds = _grounds(presses, self._effects(self._sites_m))
         self._painted: list[tuple[Floats, Floats]] = []
         """Places of hypotheses, (n, 2), and the probability of each place and diameter, for each search."""
         self.nodules: list[FoundNodule] = []
-        rest = self._search()
-        likeliest = max(self._grounds, key=lambda ground: ground.ln_density(rest))
-        columns = presses.disturbances.reshape(-1, rest.size)
-        self.steady: Floats = presses.value - (columns.T @ (columns @ likeliest.weighted(rest))).reshape(
+        self._rest = self._search()
+        self.ground = max(self._grounds, key=lambda ground: ground.ln_density(self._rest))
+        columns = presses.disturbances.reshape(-1, self._rest.size)
+        self.steady: Floats = presses.value - (columns.T @ (columns @ self.ground.weighted(self._rest))).reshape(
             presses.value.shape
         )
 
     def probability(self, places_m: ArrayLike) -> Floats:
         """Return the probability that a nodule lies beneath each place, (n, 2), m; (n,), 0..1."""
-        places = np.asarray(places_m, dtype=np.float64)
-        nowhere = np.ones(len(places))
-        for sites_m, share in self._painted:
-            away_m = cdist(places, sites_m)
-            above = sum((away_m < 0.5 * size) @ share[:, i] for i, size in enumerate(DIAMETERS_M))
-            nowhere *= 1.0 - np.minimum(above, 1.0)
-        return np.asarray(RIGHT_WHEN_SURE * (1.0 - nowhere))
+        return RIGHT_WHEN_SURE * _beneath(np.asarray(places_m, dtype=np.float64), self._painted)
+
+    def taken(self, places_m: Floats) -> Floats:
+        """Return the probability that a nodule that was taken away lies beneath each place, (n, 2), m; (n,), 0..1."""
+        return _beneath(places_m, self._painted[:-1])
+
+    def ln_ratio(self, places_m: Floats) -> Floats:
+        """Return ln of the likelihood ratio of one more nodule at each place, (n, 2), m, on the likeliest ground."""
+        each = _ln_ratios(*self.ground.matches(self._rest, self._effects(places_m)))
+        return np.asarray(logsumexp(each, axis=(1, 2)) - math.log(each[0].size))
+
+    def typical_effect(self, sites_m: Floats, places_m: Floats) -> Floats:
+        """Return the root mean square change by nodules at sites, (s, 2), of presses at places, (n, 2), (s, k * n)."""
+        far_m, mean = cdist(sites_m, places_m), np.mean(np.square(_strengths()))
+        each = np.sqrt(mean * np.square(self._profiles).mean(axis=2))
+        return np.concatenate([np.interp(far_m, _OFFSETS_M, profile) for profile in each], axis=1)
 
     def _search(self) -> Floats:
         """Take nodules away one by one; return the numbers that are left, (k * n,)."""
-        value = (self._presses.value - np.median(self._presses.value, axis=1, keepdims=True)).ravel()
+        value = (self.presses.value - np.median(self.presses.value, axis=1, keepdims=True)).ravel()
         while True:
             weight = self._weight(value) + math.log(NODULES_PER_M2 * self._step_m**2)
             by_site = logsumexp(weight, axis=(1, 2))
@@ -187,29 +198,31 @@ class NoduleSearch:
         """Return ln of the likelihood ratio times prior of each hypothesis, (sites, shapes, ratios)."""
         density = np.array([ground.ln_density(value) for ground in self._grounds])
         density -= density.max()
-        strength, each = _strengths(), []
+        each = []
         used = np.flatnonzero(density >= LEAST_LN_WEIGHT)
         for index in used:
             ground = self._grounds[index]
-            along, square = ground.matches(value, effects)
-            along, square = (part.reshape(-1, len(_SHAPES), 1) for part in (along, square))
-            each.append(density[index] + along * strength - 0.5 * square * strength**2)
+            each.append(density[index] + _ln_ratios(*ground.matches(value, effects)))
         found = logsumexp(each, axis=0) - logsumexp(density[used])
         return np.asarray(found - math.log(len(_SHAPES) * len(RATIOS)))
 
     def _effects(self, sites_m: Floats) -> Floats:
         """Return the change of all numbers by each shape at each site, (sites * shapes, k * n)."""
-        at = np.clip(cdist(sites_m, self._presses.places_m) / _OFFSETS_M[1], 0.0, len(_OFFSETS_M) - 1.001)
+        at = np.clip(cdist(sites_m, self.presses.places_m) / _OFFSETS_M[1], 0.0, len(_OFFSETS_M) - 1.001)
         low = at.astype(int)
         part = (at - low)[..., None]
         found = self._profiles[:, low] * (1.0 - part) + self._profiles[:, low + 1] * part
         return np.asarray(found.transpose(1, 3, 0, 2).reshape(len(sites_m) * len(_SHAPES), -1))
 
 
-class _Ground:
+class Ground:
     """Gaussian vector of the numbers of all presses without a nodule."""
 
-    def __init__(self, covariance: Floats, effects: Floats) -> None:
+    def __init__(self, presses: PressNumbers, length_m: float, sd: float, scatter: float, effects: Floats) -> None:
+        self._presses, self._length_m, self._sd, self._scatter = presses, length_m, sd, scatter
+        columns = presses.disturbances.reshape(-1, presses.value.size)
+        noise = np.diag(presses.variance.ravel() + scatter**2)
+        covariance = columns.T @ columns + self._between(presses.places_m, presses.places_m) + noise
         self._lower = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
         self._effects = effects
 
@@ -228,6 +241,26 @@ class _Ground:
         """Return the product of the inverse covariance and the numbers."""
         return np.asarray(self._inverse @ value)
 
+    def unpressed(self, places_m: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return what is known about presses at other places, (m, 2), m.
+
+        These are the shares of the numbers so far in the expected new ones, (k * n, k * m), the covariance of what
+        they leave open, (k * m, k * m), and the variance of each number by noise, (k,).
+        """
+        known = self._between(self._presses.places_m, places_m)
+        shares = self._inverse @ known
+        noise = np.median(self._presses.variance, axis=1) + self._scatter**2
+        return shares, self._between(places_m, places_m) - known.T @ shares, noise
+
+    def _between(self, places_m: Floats, others_m: Floats) -> Floats:
+        """Return the covariance by level and ground of numbers at places and at others, (k * n, k * m)."""
+        # A stiffer ground is met earlier, so that a number near the contact changes less.
+        weight = self._presses.depth_m / (self._presses.depth_m + self._presses.contact_m)
+        field = self._sd**2 * np.exp(-0.5 * (cdist(places_m, others_m) / self._length_m) ** 2)
+        found = np.outer(weight, weight)[:, None, :, None] * field[:, None, :]
+        found += LEVEL_SD**2 * np.eye(len(weight))[:, None, :, None]
+        return np.asarray(found.reshape(len(weight) * len(places_m), -1))
+
     @cached_property
     def _inverse(self) -> Floats:
         half = solve_triangular(self._lower, np.eye(len(self._lower)), lower=True, check_finite=False)
@@ -238,19 +271,25 @@ class _Ground:
         return np.asarray(np.einsum("ij,ij->i", self._effects @ self._inverse, self._effects))
 
 
-def _grounds(presses: PressNumbers, effects: Floats) -> list[_Ground]:
+def _grounds(presses: PressNumbers, effects: Floats) -> list[Ground]:
     """Return the grounds to sum over."""
-    far_m, numbers = cdist(presses.places_m, presses.places_m), len(presses.value)
-    # A stiffer ground is met earlier, so that a number near the contact changes less.
-    weight = presses.depth_m / (presses.depth_m + presses.contact_m)
-    columns = presses.disturbances.reshape(-1, presses.value.size)
-    fixed = columns.T @ columns + np.kron(LEVEL_SD**2 * np.eye(numbers), np.ones_like(far_m))
-    grounds = []
-    for length_m, sd, scatter in product(GROUND_LENGTHS_M, GROUND_SDS, SCATTERS):
-        field = sd**2 * np.exp(-0.5 * (far_m / length_m) ** 2)
-        noise = np.diag(presses.variance.ravel() + scatter**2)
-        grounds.append(_Ground(fixed + np.kron(np.outer(weight, weight), field) + noise, effects))
-    return grounds
+    return [Ground(presses, *by, effects) for by in product(GROUND_LENGTHS_M, GROUND_SDS, SCATTERS)]
+
+
+def _ln_ratios(along: Floats, square: Floats) -> Floats:
+    """Return ln of the likelihood ratio of each hypothesis, (sites, shapes, ratios), from `Ground.matches`."""
+    along, square = (part.reshape(-1, len(_SHAPES), 1) for part in (along, square))
+    return np.asarray(along * _strengths() - 0.5 * square * _strengths() ** 2)
+
+
+def _beneath(places_m: Floats, painted: Sequence[tuple[Floats, Floats]]) -> Floats:
+    """Return the probability that one of the painted nodules lies beneath each place, (n, 2), m; (n,), 0..1."""
+    nowhere = np.ones(len(places_m))
+    for sites_m, share in painted:
+        away_m = cdist(places_m, sites_m)
+        above = sum((away_m < 0.5 * size) @ share[:, i] for i, size in enumerate(DIAMETERS_M))
+        nowhere *= 1.0 - np.minimum(above, 1.0)
+    return np.asarray(1.0 - nowhere)
 
 
 def _profiles(presses: PressNumbers) -> Floats:

@@ -94,19 +94,6 @@ class StiffnessField:
         covariance = self.field_sd**2 * matern(self._far(places_m), NARROW_M)
         return self._estimate(covariance, self.field_sd**2, 0.0)
 
-    def covariances(self, places_m: ArrayLike) -> tuple[Floats, Floats]:
-        """Return the covariances between places, (n, 2), m: of ln stiffness, and of the excess with it, (n, n) each.
-
-        Row i and column j of the second are the excess at place i and ln stiffness at place j.
-        """
-        places, far_m = np.asarray(places_m, dtype=np.float64), self._far(places_m)
-        apart_m = cdist(places, places)
-        narrow = self.field_sd**2 * matern(far_m, NARROW_M)
-        half = self._half(self.field_sd**2 * correlation(far_m) + CONSTANT_SD**2)
-        whole = self.field_sd**2 * correlation(apart_m) + CONSTANT_SD**2 - half.T @ half
-        excess = self.field_sd**2 * matern(apart_m, NARROW_M) - self._half(narrow).T @ half
-        return np.asarray(whole), np.asarray(excess)
-
     def nearest_m(self, places_m: ArrayLike) -> Floats:
         """Return the distance of each place, (n, 2), m, from the nearest measured one, (n,), m."""
         nearest: Floats = self._far(places_m).min(axis=1)

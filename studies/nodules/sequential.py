@@ -15,7 +15,6 @@ from scipy.optimize import isotonic_regression
 
 from operator_site.palpation.next_press import next_presses
 from operator_site.palpation.nodule_search import NoduleSearch
-from operator_site.palpation.stiffness_field import StiffnessField
 from sim_sensors.tissue.ground import force_at
 from studies.nodules.detector import detect, numbers_of
 from studies.nodules.judge import NEAREST_MM, area_under_curve, finite_median, judge, place_error_mm
@@ -96,11 +95,7 @@ def chosen_mm(pressed: PressedPhantom, way: str) -> Floats:
         if way == RANDOM:
             new = rng.uniform(1e3 * low_m, 1e3 * high_m)[None, :]
         else:
-            numbers = numbers_of(pressed.press(places))
-            search = NoduleSearch(numbers)
-            best = int(np.median(numbers.variance, axis=1).argmin())
-            field = StiffnessField(numbers.places_m, search.steady[best], numbers.variance[best])
-            new = 1e3 * next_presses(field, low_m, high_m)
+            new = 1e3 * next_presses(NoduleSearch(numbers_of(pressed.press(places))), low_m, high_m)
         places = np.concatenate([places, new])
     return places
 

@@ -23,7 +23,7 @@ from scipy.spatial.distance import cdist
 from scipy.stats import rankdata
 
 from operator_site.console.examination.findings import LUMP
-from operator_site.palpation.lump_probability import lumps_of_field
+from operator_site.palpation.lump_probability import lumps_of_field, search_of_field
 from operator_site.palpation.next_press import best
 from operator_site.palpation.stiffness_field import StiffnessField
 from remote_site.traces.press_files import Press, read_presses
@@ -165,7 +165,7 @@ def chosen_one_by_one(palpated: Palpated, seed: int) -> Iterator[Row]:
 
 
 def _informative(every: Mapped, chosen: list[int], rest: NDArray[np.intp]) -> int:
-    return best(every.some(chosen).field(), every.places_m[rest])[0]
+    return best(search_of_field(every.some(chosen).field()), every.places_m[rest])[0]
 
 
 def _spread(every: Mapped, chosen: list[int], rest: NDArray[np.intp]) -> int:

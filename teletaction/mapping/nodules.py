@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from operator_site.palpation.lump_probability import search_of_field
 from operator_site.palpation.next_press import next_presses
 from operator_site.palpation.nodule_posterior import Presses, Quantity, nodule
 from teletaction.mapping.map_recorded import MappedPresses
@@ -48,7 +49,7 @@ def next_mm(mapped: MappedPresses) -> list[list[float]]:
     field = mapped.surface.stiffness.field
     if field is None:
         return []
-    found_m = next_presses(field, field.places_m.min(axis=0), field.places_m.max(axis=0), NEXT)
+    found_m = next_presses(search_of_field(field), field.places_m.min(axis=0), field.places_m.max(axis=0), NEXT)
     return (1e3 * found_m).round(1).tolist()  # type: ignore[no-any-return]
 
 

@@ -13,8 +13,9 @@ from scipy.spatial import ConvexHull, Delaunay, QhullError
 
 from operator_site.console.map.map_layer import CELL_M
 from operator_site.console.map.stiffness_layer import SHOWN_M, field_of_presses
-from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap, lumps_of_field
+from operator_site.palpation.lump_probability import FEWEST_PLACES, LumpMap, lumps_of_field, search_of_field
 from operator_site.palpation.next_press import next_presses
+from operator_site.palpation.nodule_search import NoduleSearch
 from operator_site.palpation.stiffness_field import StiffnessField, lattice
 
 Floats = NDArray[np.float64]
@@ -56,7 +57,10 @@ NOTHING = Searched([], None)
 def search_lumps(rows: Floats) -> Searched:
     """Search the presses of a map, `StiffnessLayer.rows`. Raises ValueError for rows that are none."""
     field = field_of(rows)
-    return NOTHING if field is None else Searched(lumps_of(field), next_press_mm(field))
+    if field is None:
+        return NOTHING
+    search = search_of_field(field)
+    return Searched(lumps_in(cells(field, LumpMap(field, search), stiffness=False), field), next_press_mm(search))
 
 
 def field_of(rows: Floats) -> StiffnessField | None:
@@ -72,9 +76,10 @@ def lumps_of(field: StiffnessField) -> list[dict[str, Any]]:
     return lumps_in(cells(field, lumps_of_field(field), stiffness=False), field)
 
 
-def next_press_mm(field: StiffnessField) -> tuple[float, float]:
-    """Return the place between the samples of a field of `field_of` where a press says most about lumps, mm."""
-    ((x_m, y_m),) = next_presses(field, field.places_m.min(axis=0), field.places_m.max(axis=0)).tolist()
+def next_press_mm(search: NoduleSearch) -> tuple[float, float]:
+    """Return the place between the presses of a search where the next one says most about nodules, mm."""
+    places_m = search.presses.places_m
+    ((x_m, y_m),) = next_presses(search, places_m.min(axis=0), places_m.max(axis=0)).tolist()
     return round(1e3 * x_m, 1), round(1e3 * y_m, 1)
 
 

@@ -44,6 +44,21 @@ def test_breathing_is_taken_away_and_hides_no_nodule() -> None:
     assert found.probability([MIDDLE_M])[0] > 0.9 * RIGHT_WHEN_SURE
 
 
+def test_no_further_nodule_is_suspected_beneath_one_that_was_taken_away() -> None:
+    found, places_m = search("ball"), np.array([MIDDLE_M, (0.01, 0.05)])
+    np.testing.assert_allclose(found.taken(places_m), [1.0, 0.0], atol=0.01)
+    assert found.ln_ratio(places_m)[0] < 0.0
+
+
+def test_presses_are_predicted_near_others_and_open_far_from_them() -> None:
+    found = search("none")
+    near, far = found.presses.places_m[40], (1.0, 1.0)
+    shares, covariance, noise = found.ground.unpressed(np.array([near, far]))
+    assert shares[:, 0].argmax() == 40
+    assert shares[:, 0].sum() == pytest.approx(1.0, abs=0.01)
+    assert covariance[0, 0] < noise[0] < covariance[1, 1]
+
+
 def test_a_large_map_is_searched_within_bounds() -> None:
     chance = np.random.default_rng(4)
     places_m = 0.3 * chance.random((256, 2))

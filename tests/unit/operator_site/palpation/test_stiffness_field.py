@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from operator_site.palpation import stiffness_field
-from operator_site.palpation.stiffness_field import MOST_PLACES, StiffnessField, lattice
+from operator_site.palpation.stiffness_field import MOST_PLACES, StiffnessField
 from tests.unit.operator_site.palpation.made_ground import GROUND_LN, grid_m, ln_stiffness
 
 
@@ -70,26 +70,6 @@ def test_merging_keeps_the_height_of_a_lump(monkeypatch: pytest.MonkeyPatch) -> 
     assert len(every.places_m) == len(places_m)
     assert merged.excess(middle_m).mean[0] > 0.9 * every.excess(middle_m).mean[0]
     assert merged.excess(middle_m).sd[0] < 1.2 * every.excess(middle_m).sd[0]
-
-
-def test_the_covariances_have_the_deviations_on_their_diagonal() -> None:
-    places_m = grid_m(0.02)
-    made = field(places_m, ln_stiffness(places_m, np.random.default_rng(3)))
-    some_m = lattice((0.0, 0.0), (0.01, 0.01), 0.003)
-    whole, _ = made.covariances(some_m)
-    np.testing.assert_allclose(np.diag(whole), made.at(some_m).sd ** 2, rtol=1e-6)
-
-
-def test_a_further_press_lowers_the_deviation_of_the_excess_as_predicted() -> None:
-    places_m = grid_m(0.02)
-    values = ln_stiffness(places_m, np.random.default_rng(3))
-    new_m = np.array([[0.011, 0.009], [0.006, 0.006]])
-    before = field(places_m, values)
-    after = field(np.concatenate([places_m, new_m[:1]]), np.append(values, before.at(new_m[:1]).mean))
-    assert (before.field_sd, before.press_sd) == (after.field_sd, after.press_sd)
-    whole, excess = before.covariances(new_m)
-    lower = excess[:, 0] ** 2 / (whole[0, 0] + before.press_sd**2 + 1e-4)
-    np.testing.assert_allclose(after.excess(new_m).sd ** 2, before.excess(new_m).sd ** 2 - lower, rtol=1e-4)
 
 
 @pytest.mark.parametrize(
