@@ -64,9 +64,9 @@ def best(search: NoduleSearch, candidates_m: Floats, number: int = 1) -> list[in
         gain[chosen] = -np.inf
         one = int(gain.argmax())
         chosen.append(one)
-        told = root[one] @ whole[numbers[one]]
-        change -= change[:, numbers[one]] @ root[one].T @ told
-        whole -= told.T @ told
+        learnt = root[one] @ whole[numbers[one]]
+        change -= change[:, numbers[one]] @ root[one].T @ learnt
+        whole -= learnt.T @ learnt
     return chosen
 
 
