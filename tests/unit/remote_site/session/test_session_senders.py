@@ -128,17 +128,23 @@ class Remote:
 
 
 @pytest.fixture
-def working() -> Remote:
-    """An operator is engaged and moves."""
+def engaged() -> Remote:
+    """An operator is engaged, and has not moved yet."""
     remote = Remote()
     remote.ask("hello", **ABLE, role="operator")
     remote.step()
     remote.beat()
     remote.ask("engage", max_age_s=0.15)
     remote.step()
-    remote.honest()
-    assert remote.server.both_engaged
     return remote
+
+
+@pytest.fixture
+def working(engaged: Remote) -> Remote:
+    """An operator is engaged and moves."""
+    engaged.honest()
+    assert engaged.server.both_engaged
+    return engaged
 
 
 def x_m(remote: Remote) -> float:
@@ -421,33 +427,27 @@ def test_the_age_that_one_session_agreed_on_does_not_hold_in_the_next(working: R
 
 
 @pytest.mark.parametrize("moved", [True, False])
-def test_without_any_motion_an_engaged_session_is_reported_and_ends_up_disengaged(moved: bool) -> None:
+def test_without_any_motion_an_engaged_session_is_reported_and_ends_up_disengaged(engaged: Remote, moved: bool) -> None:
     """As where a firewall blocks the port of motion, and heartbeats and touch pass."""
-    remote = Remote()
-    remote.ask("hello", **ABLE, role="operator")
-    remote.step()
-    remote.beat()
-    remote.ask("engage", max_age_s=0.15)
-    remote.step()
     if moved:
-        remote.honest()
+        engaged.honest()
     said = []
     for tick in range(round((MOTION_SILENCE_S - 0.1) * 500)):
         if tick % 25 == 0:
-            remote.beat()
+            engaged.beat()
         if tick in (1, 1000):
-            remote.ask("status")
-        remote.step()
-        said += [answer.details["stale"] for _, answer in remote.link.answers[-1:] if "stale" in answer.details]
-        assert remote.server.session.engaged
+            engaged.ask("status")
+        engaged.step()
+        said += [answer.details["stale"] for _, answer in engaged.link.answers[-1:] if "stale" in answer.details]
+        assert engaged.server.session.engaged
     assert list(dict.fromkeys(said)) == (["", "no motion for 2.00 s"] if moved else ["no motion has come yet"])
-    remote.beat()
-    remote.step(150 * MS)
-    session = remote.server.session
+    engaged.beat()
+    engaged.step(150 * MS)
+    session = engaged.server.session
     assert (session.state, session.paused) == (LinkState.CONNECTED, "no motion for 5 s")
-    remote.ask("status")
-    remote.step()
-    assert remote.link.answers[-1][1].details["stale"] == ""
+    engaged.ask("status")
+    engaged.step()
+    assert engaged.link.answers[-1][1].details["stale"] == ""
 
 
 @pytest.mark.parametrize("stream", ["control", "heartbeat"])
