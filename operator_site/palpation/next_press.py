@@ -7,7 +7,7 @@ sum over many places of a nodule. Each place counts by how undecided it is:
 - Nodules and other places have equal likelihood ratios slightly above 1, so that their ranks change most there.
 - The outline of a nodule that was found is open where it is as likely beneath a place as not.
 
-This is no expected information, which counts places most that are decided in rank, though not in probability.
+Expected information would count other places most: those whose probability is open, although their rank is decided.
 """
 
 import math
@@ -93,8 +93,8 @@ def _lattice(low_m: Floats, high_m: Floats, step_m: float, most: int) -> Floats:
         step_m *= 1.1
 
 
-def _inside(low: float, high: float, step_m: float) -> Floats:
+def _inside(low_m: float, high_m: float, step_m: float) -> Floats:
     """Return the multiples of a step from one place of an axis to another; the middle without one."""
-    multiples = step_m * np.arange(math.floor(low / step_m), math.ceil(high / step_m) + 1)
-    inside = multiples[(multiples >= low) & (multiples <= high)]
-    return np.asarray(inside if len(inside) else [0.5 * (low + high)], dtype=np.float64)
+    multiples = step_m * np.arange(math.floor(low_m / step_m), math.ceil(high_m / step_m) + 1)
+    inside = multiples[(multiples >= low_m) & (multiples <= high_m)]
+    return np.asarray(inside if len(inside) else [0.5 * (low_m + high_m)], dtype=np.float64)
