@@ -12,7 +12,7 @@ from sim_sensors.tissue.contrast import Sphere
 from sim_sensors.tissue.ground import Ground, force_at
 from studies.drawing import WIDEST_IN, Data, Rows, curve, figure_file, where
 from studies.nodules.ranges import DEPTH_EDGES_MM, RANGES, RATIO_EDGES, SIZE_EDGES_MM
-from studies.nodules.sequential import NEXT, RANDOM, RASTER
+from studies.nodules.sequential import INNER, NEXT, RANDOM, RASTER
 from teletaction.plotting.figure_style import BLACK, BLUE, GREY
 
 CHANCE_AUC = 0.6
@@ -31,6 +31,7 @@ _RATIO_OF_CONTOURS = (2.0, 5.0, 12.6)
 _POINTS = 24
 _WAYS: dict[str, dict[str, Any]] = {
     RASTER: {"color": BLACK, "linestyle": "-"},
+    INNER: {"color": BLACK, "linestyle": "--"},
     RANDOM: {"color": GREY, "linestyle": ":"},
     NEXT: {"color": BLUE, "linestyle": "-"},
 }

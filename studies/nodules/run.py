@@ -25,7 +25,7 @@ from studies.nodules.judge import (
 from studies.nodules.phantoms import Phantom, draw_phantom, press
 from studies.nodules.ranges import PHANTOMS, RANGES
 from studies.nodules.reference import Reference, correction
-from studies.nodules.sequential import curves, judged_sequence, saved
+from studies.nodules.sequential import curves, gains, judged_sequence, saved
 from studies.pieces import HERE, Piece, ReportShare, Work, chunks, part_of, rows_of
 from studies.running import Progress, tables_of
 
@@ -33,7 +33,7 @@ LEARNED = 200
 """Phantoms on which the reference learns the correction of its probabilities."""
 QUICK_PHANTOMS, QUICK_LEARNED = 24, 16
 """Judged and learned phantoms of a quick run."""
-SEQUENCES, QUICK_SEQUENCES = 60, 4
+SEQUENCES, QUICK_SEQUENCES = 200, 4
 """Phantoms that are pressed one place after another, and those of a quick run."""
 CHUNK = 10
 """Phantoms of a piece of work."""
@@ -45,7 +45,7 @@ _SEEDS_APART = 1000
 DETECTOR = "detector_"
 """Beginning of the names of the detector's figures; those of the reference have no such beginning."""
 tables = tables_of(
-    *("cells", "nodules", "reliability", "differences", "sequences", "saved"),
+    *("cells", "nodules", "reliability", "differences", "sequences", "saved", "gains"),
     *(DETECTOR + name for name in ("cells", "nodules", "reliability")),
 )
 _CELL = ("depth_mm_from", "size_mm_from", "ratio_from")
@@ -80,6 +80,7 @@ def run(quick: bool, seed: int, progress: Progress, work: Work = HERE) -> dict[s
         "differences": differences(detected, judged),
         "sequences": curves(rows),
         "saved": saved(rows),
+        "gains": gains(rows),
         "ranges": asdict(RANGES),
         "correction": {"slope": reference.slope, "offset": reference.offset, "phantoms": learned},
     }

@@ -1,7 +1,8 @@
 """Presses random phantoms one after another, each at a place that is chosen from the presses before.
 
-A raster, random places, and the places that `operator_site.palpation.next_press` proposes are compared on the same
-phantoms, with the same noise of the first, second and each further press. All begin with a raster of FIRST_A_SIDE.
+Two rasters, random places, and the places that `operator_site.palpation.next_press` proposes are compared on the same
+phantoms, with the same noise of the first, second and each further press. Chosen places begin with a raster of
+FIRST_A_SIDE.
 """
 
 import math
@@ -29,9 +30,11 @@ RASTERS = ((4, 4), (4, 5), (5, 5), (5, 6), (6, 6), (6, 7), (7, 7), (7, 8), (8, 8
 MOST = max(a * b for a, b in RASTERS)
 EDGE_MM = 2.0
 """Least distance of a chosen place from the edge of the square, mm."""
-RASTER, RANDOM, NEXT = "raster", "random", "next press"
-WAYS = (RASTER, RANDOM, NEXT)
-"""Ways to choose places."""
+RASTER, INNER, RANDOM, NEXT = "raster", "inner raster", "random", "next press"
+WAYS = (RASTER, INNER, RANDOM, NEXT)
+"""Ways to choose places. An inner raster leaves RIM_MM along the edge, where no phantom has the middle of a nodule."""
+RIM_MM = 6.0
+"""Width of the rim that an inner raster leaves, mm."""
 AT = (30, 60)
 """Numbers of presses of a raster whose AUC the other ways are to reach."""
 DRAWS = 1000
@@ -75,9 +78,10 @@ class PressedPhantom:
         return readings(self.phantom, places_mm, self._depths_mm, courses, self._phase, self._noise[:, :count])
 
 
-def raster_mm(rows: int, columns: int) -> Floats:
-    """Return the places of a raster over the square, (rows * columns, 2), mm."""
-    x, y = ((np.arange(number) + 0.5) * RANGES.side_mm / number for number in (rows, columns))
+def raster_mm(rows: int, columns: int, rim_mm: float = 0.0) -> Floats:
+    """Return the places of a raster over the square without its rim, (rows * columns, 2), mm."""
+    side_mm = RANGES.side_mm - 2.0 * rim_mm
+    x, y = (rim_mm + (np.arange(number) + 0.5) * side_mm / number for number in (rows, columns))
     return grid_mm(x, y)
 
 
@@ -86,7 +90,7 @@ def chosen_mm(pressed: PressedPhantom, way: str) -> Floats:
 
     Args:
         pressed: the phantom.
-        way: one of WAYS, without the raster.
+        way: RANDOM or NEXT.
     """
     rng = np.random.default_rng([pressed.phantom.seed, _STREAM, 1])
     places = raster_mm(FIRST_A_SIDE, FIRST_A_SIDE)
@@ -108,9 +112,10 @@ def judged_sequence(seed: int) -> Iterator[dict[str, Any]]:
     """
     pressed = PressedPhantom(draw_phantom(seed))
     for way in WAYS:
-        chosen = None if way == RASTER else chosen_mm(pressed, way)
+        chosen = chosen_mm(pressed, way) if way in (RANDOM, NEXT) else None
+        rim_mm = RIM_MM if way == INNER else 0.0
         for rows, columns in RASTERS:
-            places = raster_mm(rows, columns) if chosen is None else chosen[: rows * columns]
+            places = raster_mm(rows, columns, rim_mm) if chosen is None else chosen[: rows * columns]
             judged = judge(pressed.phantom, detect(pressed.press(places)))
             nodules = [site for site in judged.sites if site.sphere is not None]
             errors = [place_error_mm(site) for site in nodules]
@@ -156,14 +161,11 @@ def saved(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     draw without a nodule has no AUC and is left out.
     """
     wins = {way: [_Wins(rows, way, presses) for presses in _NUMBERS] for way in WAYS}
-    nodules = wins[RASTER][0].nodules
-    whole, phantoms = np.ones(len(nodules)), len(nodules)
-    drawn = np.random.default_rng(0).multinomial(phantoms, whole / phantoms, DRAWS).astype(float)
-    drawn = drawn[drawn @ nodules > 0.0]
-    curve = _curve(wins[RASTER], whole)
+    weights = _weights(wins[RASTER][0].nodules)
+    curve = _curve(wins[RASTER], weights[0])
     found = []
     for at, way in product(AT, WAYS[1:]):
-        needed = [_needed(wins, way, at, weight) for weight in (whole, *drawn)]
+        needed = [_needed(wins, way, at, weight) for weight in weights]
         low, high = np.quantile(1.0 - np.array(needed[1:]) / at, (0.05, 0.95))
         found.append(
             {
@@ -176,6 +178,21 @@ def saved(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
                 "saved_to": float(high),
             }
         )
+    return found
+
+
+def gains(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the AUC of a way minus that of another, a mean over the numbers of presses from AT[0] on.
+
+    The standard error is over new draws of the phantoms, which both ways share.
+    """
+    wins = {way: [_Wins(rows, way, presses) for presses in _NUMBERS if presses >= AT[0]] for way in WAYS}
+    weights = _weights(wins[RASTER][0].nodules)
+    means = {way: np.array([np.mean([one.auc(weight) for one in wins[way]]) for weight in weights]) for way in WAYS}
+    found = []
+    for way, other in ((INNER, RASTER), (RANDOM, RASTER), (NEXT, RASTER), (NEXT, INNER)):
+        gain = means[way] - means[other]
+        found.append({"way": way, "over": other, "gain": float(gain[0]), "standard_error": float(gain[1:].std())})
     return found
 
 
@@ -193,6 +210,13 @@ class _Wins:
     def auc(self, weight: Floats) -> float:
         """Return the AUC with a weight of each phantom."""
         return float(weight @ self._won @ weight / ((weight @ self.nodules) * (weight @ self._controls)))
+
+
+def _weights(nodules: Floats) -> Floats:
+    """Return weights of the phantoms, (1 + draws, phantoms): all once, then DRAWS new draws that have a nodule."""
+    phantoms = len(nodules)
+    drawn = np.random.default_rng(0).multinomial(phantoms, np.full(phantoms, 1.0 / phantoms), DRAWS).astype(float)
+    return np.concatenate([np.ones((1, phantoms)), drawn[drawn @ nodules > 0.0]])
 
 
 def _belongs(counts: Floats) -> Floats:

@@ -5,14 +5,17 @@ import pytest
 
 from studies.nodules.phantoms import draw_phantom
 from studies.nodules.sequential import (
+    INNER,
     MOST,
     NEXT,
     RASTER,
     RASTERS,
+    RIM_MM,
     WAYS,
     PressedPhantom,
     chosen_mm,
     curves,
+    gains,
     judged_sequence,
     raster_mm,
     saved,
@@ -52,6 +55,18 @@ def test_a_way_that_is_worth_more_saves_presses() -> None:
     assert found[60, NEXT]["saved"] == pytest.approx(0.5, abs=0.03)
     assert found[60, NEXT]["saved_from"] > 0.4
     assert found[60, "random"]["saved"] == pytest.approx(0.0, abs=0.03)
+
+
+def test_the_gain_is_that_of_the_way_that_is_worth_more() -> None:
+    found = {(row["way"], row["over"]): row for row in gains(rows(2.0))}
+    assert found[NEXT, RASTER]["gain"] > 5.0 * found[NEXT, RASTER]["standard_error"]
+    assert found[NEXT, RASTER]["gain"] == found[NEXT, INNER]["gain"]
+    assert found[INNER, RASTER] == {"way": INNER, "over": RASTER, "gain": 0.0, "standard_error": 0.0}
+
+
+def test_an_inner_raster_is_even_and_leaves_the_rim() -> None:
+    x = np.unique(raster_mm(4, 8, RIM_MM)[:, 0])
+    np.testing.assert_allclose(x, np.linspace(6.0 + 58.0 / 8.0, 64.0 - 58.0 / 8.0, 4))
 
 
 def test_a_draw_of_phantoms_without_a_nodule_is_left_out() -> None:
