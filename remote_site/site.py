@@ -310,6 +310,7 @@ class RemoteSite:
             force_age_s=now.time_s - measured.oldest_s,
             heater_drive=heater_drive,
             sensor_c=devices.sensor_c,
+            ambient_c=devices.ambient_c,
             sensor_age_s=[now.time_s - s for s in devices.sensor_s],
             in_contact=in_contact,
             patient_switch=devices.switch_reading(now.time_s),

@@ -128,6 +128,7 @@ HAZARDS = (
             "remote_site.safety.patient_gate",
             "remote_site.safety.heater_limits",
             "remote_site.safety.slow_heating",
+            "remote_site.safety.holding_loss",
             "common.safety.repeated_fault",
         ),
         (
@@ -137,6 +138,7 @@ HAZARDS = (
             f"{_PATIENT_GATE}::test_heater_needs_engagement_motion_and_a_believable_reading",
             "tests/unit/remote_site/safety/test_heater_limits.py",
             "tests/unit/remote_site/safety/test_slow_heating.py",
+            "tests/unit/remote_site/safety/test_holding_loss.py",
             "tests/unit/common/safety/test_repeated_fault.py",
             "tests/virtual/test_repeated_heater_faults.py",
         ),

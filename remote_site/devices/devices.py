@@ -34,9 +34,9 @@ class RemoteDevices:
         self.thermal = {
             FINGERS.index(f): ThermalSensor(f, address, clock, wiring) for f, address in config.thermal_sensors.items()
         }
-        self.sensor_c = [math.nan] * len(FINGERS)
+        self.sensor_c, self.ambient_c = [math.nan] * len(FINGERS), [math.nan] * len(FINGERS)
         self.sensor_s = [_NEVER] * len(FINGERS)
-        """Last reading of each sensor plate, C, NaN where implausible, and its arrival time, s."""
+        """Last reading of each sensor plate and of the air at it, C, NaN where implausible, and its arrival time, s."""
         switch = config.patient_switch
         self.patient_switch = None if switch is None else PatientSwitch(switch.port, wiring)
         sensors: list[TextureSensor | ThermalSensor | PatientSwitch] = [*self.texture.values(), *self.thermal.values()]
@@ -98,6 +98,7 @@ class RemoteDevices:
                 stood_still_s = max(stood_still_s, thermal_sensor.stood_still_s)
                 if plate is not None:
                     self.sensor_c[finger] = math.nan if plate.fault else plate.sensor_c
+                    self.ambient_c[finger] = math.nan if plate.fault else plate.ambient_c
                     self.sensor_s[finger] = thermal_sensor.measured_s
         measured = self.telemanipulator.read(t_s, stood_still=stood_still_s > 0.0)
         self.tick.stood_still(max(stood_still_s, self.telemanipulator.stood_still_s))

@@ -5,6 +5,7 @@ import math
 from common.limits import GAP_S, SENSOR_PLATE_C
 from common.safety.repeated_fault import RepeatedFault
 from common.safety.thermal_dose import ThermalDose
+from remote_site.safety.holding_loss import HoldingLoss
 from remote_site.safety.slow_heating import SlowHeating
 
 SENSOR_LOW_C = -5.0
@@ -49,17 +50,18 @@ class HeaterLimits:
         self._rate_k_s = 0.0
         self._dose = ThermalDose()
         self._work_s = self._against_s = 0.0
-        self._slow_heating = SlowHeating()
+        self._slow_heating, self._holding_loss = SlowHeating(), HoldingLoss()
         self.repeated = RepeatedFault(TEST_DRIVE, TEST_LEAST_K)
         self._implausible = False
 
-    def step(self, t_s: float, dt_s: float, drive: float, plate_c: float, age_s: float) -> None:
+    def step(self, t_s: float, dt_s: float, drive: float, plate_c: float, ambient_c: float, age_s: float) -> None:
         """Take the reading of this tick.
 
         Args:
             t_s, dt_s: time and time since the last tick, s; without a time, NaN, no reading is known.
             drive: drive of the heater since the last tick, -1..1.
             plate_c: last reading, C; NaN when it is implausible.
+            ambient_c: last reading of the air, C; NaN when it is implausible.
             age_s: age of the reading, s.
         """
         fresh = 0.0 <= age_s <= GAP_S and not math.isnan(t_s)
@@ -86,7 +88,10 @@ class HeaterLimits:
             if self._work_s > SILENT_WORK_S or self._against_s > AGAINST_WORK_S:
                 self._work_s = self._against_s = 0.0
                 self.repeated.demand_test()
-        if self._slow_heating.step(dt_s, drive, self._rate_k_s):
+        slow = self._slow_heating.step(dt_s, drive, self._rate_k_s)
+        # A test drives the plate without holding a temperature.
+        held_drive = 0.0 if self.repeated.needs_test else drive
+        if self._holding_loss.step(dt_s, held_drive, plate_c - ambient_c) or slow:
             self.repeated.demand_test()
         self.spent = self._dose.step(t_s, plate_c)
         rate_k_s = self._rate_k_s

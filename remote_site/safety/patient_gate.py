@@ -124,6 +124,7 @@ class PatientGate:
         force_age_s: float,
         heater_drive: Sequence[float],
         sensor_c: Sequence[float],
+        ambient_c: Sequence[float],
         sensor_age_s: Sequence[float],
         in_contact: Sequence[bool],
         patient_switch: SwitchReading | None = None,
@@ -141,6 +142,7 @@ class PatientGate:
             force_age_s: age of the telemanipulator's measurements, s; infinite before the first.
             heater_drive: wanted drive of each sensor's heater, -1..1, positive heats.
             sensor_c: last reading of each sensor plate, C; NaN where it is implausible.
+            ambient_c: last reading of the air at each sensor, C; NaN where it is implausible.
             sensor_age_s: age of each reading, s; infinite for a finger without a sensor, which takes no part.
             in_contact: whether each finger touches an object.
             patient_switch: the patient's stop switch; None at a site without one.
@@ -184,7 +186,7 @@ class PatientGate:
             if touching:
                 limited[number] |= HEATER_CONTACT
             heater, allowed = self._heaters[number], live and not touching
-            heater.step(self._t_s, dt_s, self._drive[number], plate_c, sensor_age_s[number])
+            heater.step(self._t_s, dt_s, self._drive[number], plate_c, ambient_c[number], sensor_age_s[number])
             self._drive[number], acted = self._heat(heater, allowed, heater_drive[number], plate_c)
             limited[number] |= acted
         x_m, y_m = self._plane.x_m, self._plane.y_m

@@ -95,6 +95,7 @@ class Sensors:
             force_age_s=0.0,
             heater_drive=wanted,
             sensor_c=read_c,
+            ambient_c=[23.0] * N,
             sensor_age_s=[0.0] * N,
             in_contact=[False] * N,
         )
@@ -134,6 +135,19 @@ def test_a_sensor_that_is_loose_before_the_session_does_not_heat_its_plate_beyon
     sensors = Sensors()
     sensors.loosen(contact)
     sensors.run(2.0)
+    assert sensors.in_test(BAD)
+    sensors.run(WATCHED_S)
+    assert sensors.hottest_c[BAD] <= SENSOR_PLATE_C
+    assert not sensors.in_test(SOUND)
+    assert sensors.touch.plate_c[SOUND] == pytest.approx(33.0, abs=0.5)
+
+
+@pytest.mark.parametrize("within_s", [10.0, 40.0])
+def test_a_sensor_that_loosens_on_a_warm_plate_is_not_heated_further(within_s: float) -> None:
+    sensors = Sensors()
+    sensors.run(10.0)
+    sensors.touch.contacts.lost_per_s[BAD] = 1.0 / within_s
+    sensors.run(within_s)
     assert sensors.in_test(BAD)
     sensors.run(WATCHED_S)
     assert sensors.hottest_c[BAD] <= SENSOR_PLATE_C

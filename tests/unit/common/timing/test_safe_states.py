@@ -99,6 +99,7 @@ def test_the_patients_gate_meets_the_times_of_the_table(tick_s: float, cause: st
             force_age_s=0.0,
             heater_drive=[0.3] * FIVE,
             sensor_c=[33.0 + 0.5 * math.sin(3.0 * t_s)] * FIVE,
+            ambient_c=[23.0] * FIVE,
             sensor_age_s=[0.0] * FIVE,
             in_contact=[False] * FIVE,
         )

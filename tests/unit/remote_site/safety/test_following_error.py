@@ -78,6 +78,7 @@ class Loop:
             force_age_s=0.0,
             heater_drive=[0.0] * 5,
             sensor_c=[33.0] * 5,
+            ambient_c=[23.0] * 5,
             sensor_age_s=[0.0] * 5,
             in_contact=[False] * 5,
         )

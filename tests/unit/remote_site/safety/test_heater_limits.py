@@ -17,6 +17,7 @@ from remote_site.safety.heater_limits import (
     SILENT_WORK_S,
     HeaterLimits,
 )
+from remote_site.safety.holding_loss import WINDOW_S
 from remote_site.safety.slow_heating import LEAST_RATE_K_S
 
 BELOW_LOW_C, ABOVE_HIGH_C = math.nextafter(SENSOR_LOW_C, -9.0), math.nextafter(SENSOR_HIGH_C, 99.0)
@@ -28,9 +29,11 @@ class Plate:
     def __init__(self) -> None:
         self.limits, self.t_s = HeaterLimits(), 0.0
 
-    def step(self, plate_c: float, dt_s: float = 0.0, drive: float = 0.0, age_s: float = 0.0) -> HeaterLimits:
+    def step(
+        self, plate_c: float, dt_s: float = 0.0, drive: float = 0.0, age_s: float = 0.0, ambient_c: float = math.nan
+    ) -> HeaterLimits:
         self.t_s += dt_s
-        self.limits.step(self.t_s, dt_s, drive, plate_c, age_s)
+        self.limits.step(self.t_s, dt_s, drive, plate_c, ambient_c, age_s)
         return self.limits
 
 
@@ -129,6 +132,30 @@ def test_drive_that_holds_a_temperature_needs_no_answer_and_makes_up_for_more() 
     for drive, seconds in ((HOLDING_DRIVE, 100.0), (1.0, 0.7), (0.0, 2.0), (1.0, 0.4), (HOLDING_DRIVE, 9.0)):
         assert not plate.step(33.0, seconds, drive).repeated.needs_test
     assert plate.step(33.0, 0.5, 1.0).repeated.needs_test
+
+
+def held(contact: float, ambient_c: float = 23.0, seconds: float = 4.0 * WINDOW_S) -> Plate:
+    """Hold a reading of 10 K above 23 C on a plate of 1 % a kelvin, with this contact of its resistor."""
+    plate = Plate()
+    for tick in range(round(100 * seconds)):
+        # The reading's noise shows that it is not stuck.
+        plate.step(33.0 + 0.02 * (tick % 3), 0.01, 0.1 / contact, ambient_c=ambient_c)
+    return plate
+
+
+def test_a_resistor_that_has_loosened_on_a_warm_plate_demands_a_test() -> None:
+    assert not held(1.0).limits.repeated.needs_test
+    assert held(0.6).limits.repeated.needs_test
+    assert not held(0.6, ambient_c=math.nan).limits.repeated.needs_test
+
+
+def test_the_drive_of_a_test_is_not_that_which_holds_a_temperature() -> None:
+    plate = held(0.6, seconds=2.0 * WINDOW_S + 0.05)
+    assert plate.limits.repeated.needs_test
+    for _ in range(2000):
+        plate.step(33.0, 0.01, 0.15, ambient_c=23.0)
+    plate.limits.repeated.needs_test = False
+    assert not plate.step(33.0, 0.01, 0.0, ambient_c=23.0).repeated.needs_test
 
 
 def test_a_demanded_test_is_not_demanded_again_without_further_drive() -> None:

@@ -82,10 +82,12 @@ class Rig:
             "force_age_s": 0.0,
             "heater_drive": 0.0,
             "sensor_c": 33.0,
+            "ambient_c": 23.0,
             "sensor_age_s": 0.01,
             "in_contact": False,
         } | changes
-        for name in ("wanted_z_m", "measured_z_m", "force_n", "heater_drive", "sensor_c", "sensor_age_s", "in_contact"):
+        heights, plates = ("wanted_z_m", "measured_z_m"), ("heater_drive", "sensor_c", "ambient_c", "sensor_age_s")
+        for name in (*heights, "force_n", *plates, "in_contact"):
             if not isinstance(request[name], list):
                 request[name] = [request[name]] * 5
         out = self.gate.step(self.t_s, engaged, age, **request)
@@ -614,7 +616,7 @@ def test_a_plate_that_holds_or_warms_is_plausible():
     for tick in range(1500):
         assert rig.step(heater_drive=1.0, sensor_c=23.0 + 4.0 * tick * DT).heater_drive[0] == 1.0
     for _ in range(5000):
-        assert rig.step(heater_drive=0.15, sensor_c=35.0).heater_drive[0] == 0.15
+        assert rig.step(heater_drive=0.1, sensor_c=35.0).heater_drive[0] == 0.1
 
 
 def test_heater_looks_ahead_of_its_sensor():

@@ -106,6 +106,7 @@ class Pressing:
             force_age_s=0.0,
             heater_drive=[0.0] * 5,
             sensor_c=[30.0] * 5,
+            ambient_c=[23.0] * 5,
             sensor_age_s=[0.0] * 5,
             in_contact=[False] * 5,
             patient_switch=switch,
